@@ -1,0 +1,87 @@
+"""Reference screen-space ambient occlusion for light field displays, with equal bits on every machine.
+
+The names below are all there is to know for a start; each is described where it is defined. They are imported when
+they are first used, so that ``import lfssao`` itself costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lfssao.camera import Camera
+    from lfssao.display import DISPLAYS, FlatDisplay, Module, find_display, fit_roi
+    from lfssao.errors import InputError, LfssaoError, MissingPackageError
+    from lfssao.exr import Part, read_exr, write_exr
+    from lfssao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
+    from lfssao.raycast import GBuffer, RayCaster
+    from lfssao.render import Settings, Textures, default_radii, module_views, render, render_view
+    from lfssao.samples import make_samples, square_points
+    from lfssao.scene.builtin import builtin_scene
+    from lfssao.scene.load import load_scene
+    from lfssao.scene.mesh import Mesh, Paint
+    from lfssao.view import View, WorldToImage
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "camera": ("Camera",),
+    "display": ("DISPLAYS", "FlatDisplay", "Module", "find_display", "fit_roi"),
+    "errors": ("InputError", "LfssaoError", "MissingPackageError"),
+    "exr": ("Part", "read_exr", "write_exr"),
+    "passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
+    "raycast": ("GBuffer", "RayCaster"),
+    "render": ("Settings", "Textures", "default_radii", "module_views", "render", "render_view"),
+    "samples": ("make_samples", "square_points"),
+    "scene.builtin": ("builtin_scene",),
+    "scene.load": ("load_scene",),
+    "scene.mesh": ("Mesh", "Paint"),
+    "view": ("View", "WorldToImage"),
+}
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = [
+    "DISPLAYS",
+    "Camera",
+    "FlatDisplay",
+    "GBuffer",
+    "InputError",
+    "LfssaoError",
+    "Mesh",
+    "MissingPackageError",
+    "Module",
+    "Occlusion",
+    "Paint",
+    "Part",
+    "RayCaster",
+    "Settings",
+    "Textures",
+    "View",
+    "WorldToImage",
+    "algorithm1",
+    "algorithm2",
+    "blur",
+    "builtin_scene",
+    "default_radii",
+    "find_display",
+    "fit_roi",
+    "load_scene",
+    "make_samples",
+    "merge",
+    "module_views",
+    "read_exr",
+    "render",
+    "render_view",
+    "shade",
+    "square_points",
+    "write_exr",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'lfssao' has no attribute '{name}'")
+    return getattr(import_module(f"lfssao.{_MODULE_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,0 +1,83 @@
+"""The contact sheet: a picture of a handful of views, as LF's figure 10 shows them."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.render import Textures
+from lfssao.srgb import to_codes
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+_TITLES = ("without AO", "1 - ao", "with AO")
+_MARGIN = 12
+_CAPTION = 22
+
+
+def sheet_rows(count: int, most: int = 5) -> list[int]:
+    """Which of ``count`` views to show: at most ``most``, evenly spread, the first and the last among them."""
+    if count <= most:
+        return list(range(count))
+    return [round(k * (count - 1) / (most - 1)) for k in range(most)]
+
+
+def strip(textures: Textures, width: int = 480) -> "Image":
+    """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side.
+
+    Parameters
+    ----------
+    textures : Textures
+        The view's textures.
+    width : int
+        Width of each of the three pictures, pixels.
+
+    Returns
+    -------
+    PIL.Image.Image
+        8-bit sRGB. Visibility is shown as it is, 0 black and 1 white, not as light.
+    """
+    from PIL import Image  # late: only pictures need it
+
+    grey = (np.clip(1 - textures.blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
+    pictures = (to_codes(textures.image), np.repeat(grey[..., None], 3, axis=2), to_codes(textures.shaded))
+    height = max(1, round(width * textures.view.height / textures.view.width))
+    row = Image.new("RGB", (3 * width + 2 * _MARGIN, height), "white")
+    for column, picture in enumerate(pictures):
+        row.paste(_resized(Image, picture, width, height), (column * (width + _MARGIN), 0))
+    return row
+
+
+def _resized(image: Any, picture: NDArray[np.uint8], width: int, height: int) -> Any:
+    return image.fromarray(picture).resize((width, height), image.Resampling.BOX)
+
+
+def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":
+    """Strips below each other, each under its view's name and the columns' titles.
+
+    Parameters
+    ----------
+    strips : sequence of (name, image)
+        At least one, all of one width.
+
+    Returns
+    -------
+    PIL.Image.Image
+    """
+    from PIL import Image, ImageDraw
+
+    width = strips[0][1].width
+    height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips)
+    sheet = Image.new("RGB", (width + 2 * _MARGIN, height), "white")
+    draw = ImageDraw.Draw(sheet)
+    column = (width + _MARGIN) // 3
+    top = 0
+    for name, picture in strips:
+        for k, title in enumerate(_TITLES):
+            caption = f"{name}: {title}" if k == 0 else title
+            draw.text((_MARGIN + k * column, top + 6), caption, fill="black")
+        sheet.paste(picture, (_MARGIN, top + _CAPTION))
+        top += picture.height + _CAPTION + _MARGIN
+    return sheet

@@ -1,0 +1,121 @@
+"""A render job: textures to EXR files, a manifest and a contact sheet in one folder."""
+
+import json
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lfssao.contact import contact_sheet, sheet_rows, strip
+from lfssao.exr import Part, write_exr
+from lfssao.files import write_whole
+from lfssao.manifest import FORMAT, describe_view, digest
+from lfssao.render import Settings, Textures
+
+_OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
+
+
+def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
+    """The textures of one view as the parts of an EXR file, the shaded image first, as viewers show part 0.
+
+    Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
+    merged.AO, blurred.AO. AO is occlusion everywhere, and the metadata says so.
+    """
+    gbuffer = textures.gbuffer
+    parts = [
+        Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": textures.view.depth_kind}),
+        Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": textures.view.depth_kind}),
+        Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}),
+    ]
+    if gbuffer.color is not None:
+        parts.append(Part("color", ("color.R", "color.G", "color.B"), gbuffer.color, {"space": "linear RGB"}))
+    for number, (radius, texture) in enumerate(zip(settings.radii, textures.ao, strict=True), start=1):
+        name = f"ao_{number}"
+        parts.append(_occlusion_part(name, texture, {"radius": float(radius)}))
+    parts.append(_occlusion_part("merged", textures.merged, {}))
+    parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
+    return parts
+
+
+def _occlusion_part(name: str, texture: Any, attributes: dict[str, float]) -> Part:
+    return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
+
+
+class Job:
+    """Writes the views of one job into a folder as they come, the manifest last.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; it exists.
+    settings : Settings
+        What the AO passes were run with.
+    count : int
+        How many views will come.
+    head : dict
+        What the manifest says of scene, display and machine.
+    """
+
+    def __init__(self, folder: Path, settings: Settings, count: int, head: dict[str, Any]) -> None:
+        self._folder = folder
+        self._settings = settings
+        self._shown = sheet_rows(count)
+        self._strips: list[tuple[str, Any]] = []
+        self._entries: list[dict[str, Any]] = []
+        self._head = head
+
+    def add(self, textures: Textures) -> None:
+        """Write one view's EXR file and remember what the manifest and the contact sheet say of it."""
+        start = time.perf_counter()
+        parts = exr_parts(textures, self._settings)
+        path = self._folder / f"{textures.view.name}.exr"
+        write_exr(path, parts)
+        if len(self._entries) in self._shown:
+            self._strips.append((textures.view.name, strip(textures)))
+        seconds = {**textures.seconds, "write": time.perf_counter() - start}
+        self._entries.append(
+            {
+                "name": textures.view.name,
+                "file": path.name,
+                "bytes": path.stat().st_size,
+                "view": describe_view(textures.view),
+                "surface_texels": int((textures.gbuffer.triangle >= 0).sum()),
+                "samples_outside": list(textures.outside),
+                "seconds": seconds,
+                "textures": {part.name: _describe_part(part) for part in parts},
+            }
+        )
+
+    def finish(self, seconds: dict[str, float]) -> None:
+        """Write the contact sheet and, last, the manifest; ``seconds`` are those of the whole job."""
+        sheet = contact_sheet(self._strips)
+        write_whole(self._folder / "contact.png", sheet.save)
+        manifest = {
+            "format": FORMAT,
+            **self._head,
+            "seconds": {**seconds, "passes": _sums([entry["seconds"] for entry in self._entries])},
+            "views": self._entries,
+        }
+        text = json.dumps(manifest, indent=1, allow_nan=False)
+        write_whole(self._folder / "manifest.json", lambda path: _write_text(path, text + "\n"))
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+def _describe_part(part: Part) -> dict[str, Any]:
+    return {
+        "channels": list(part.channels),
+        "shape": list(part.pixels.shape),
+        "dtype": str(np.dtype(part.pixels.dtype)),
+        "sha256": digest(part.pixels),
+    }
+
+
+def _sums(rows: Sequence[dict[str, float]]) -> dict[str, float]:
+    """Each pass's seconds over all views."""
+    names: Iterable[str] = dict.fromkeys(name for row in rows for name in row)
+    return {name: sum(row.get(name, 0.0) for row in rows) for name in names}

@@ -1,0 +1,57 @@
+"""Separable Gaussian blur (LF section 6, passes 4 and 5 of section 7)."""
+
+import numpy as np
+from numba import prange
+
+from lfssao.kernels.elementary import exp
+from lfssao.kernels.jit import kernel
+
+
+@kernel
+def gaussian_weights(sigma, radius, weights):
+    """Weights of 2 radius + 1 taps, float64: exp(-k^2 / (2 sigma^2)) over their sum, added from the first to the last.
+
+    The quotient k / sigma is squared, not its parts, so that no sigma overflows.
+    """
+    total = 0.0
+    for tap in range(2 * radius + 1):
+        distance = (tap - radius) / sigma
+        weights[tap] = exp(-0.5 * (distance * distance))
+        total += weights[tap]
+    for tap in range(2 * radius + 1):
+        weights[tap] = weights[tap] / total
+
+
+@kernel(parallel=True)
+def blur_horizontal(source, weights, target):
+    """Pass 4: target[j, i] = sum over taps k, first to last, of weights[k] source[j, i + k - radius].
+
+    A tap beyond the border reads the border's texel. source, target: (H, W); weights: (2 radius + 1,), same dtype.
+    """
+    height, width = source.shape
+    taps = weights.shape[0]
+    radius = taps // 2
+    for j in prange(height):
+        row = np.empty(width + 2 * radius, source.dtype)
+        for i in range(row.shape[0]):
+            row[i] = source[j, min(max(i - radius, 0), width - 1)]
+        for i in range(width):
+            target[j, i] = 0
+        for k in range(taps):  # taps outside, texels inside: each texel adds in order, and texels make vectors
+            for i in range(width):
+                target[j, i] += weights[k] * row[i + k]
+
+
+@kernel(parallel=True)
+def blur_vertical(source, weights, target):
+    """Pass 5: as blur_horizontal, down the columns."""
+    height, width = source.shape
+    taps = weights.shape[0]
+    radius = taps // 2
+    for j in prange(height):
+        for i in range(width):
+            target[j, i] = 0
+        for k in range(taps):
+            line = min(max(j + k - radius, 0), height - 1)
+            for i in range(width):
+                target[j, i] += weights[k] * source[line, i]

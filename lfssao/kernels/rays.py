@@ -1,0 +1,144 @@
+"""The ray of a texel: the straight line of points that land on the texel's centre, nearest to the viewer first.
+
+Rays live in cast space: physical space for a display's module (metres, z away from the viewers), eye space for a
+camera (world units, z forward). A ray is origin + t direction for t in [t_near, t_far]. All in float64.
+
+Kinds and their eight numbers:
+
+FLAT_LINEAR    m_x, m_z, y_o, z_o, and screen -> texel: u = u_scale s_x + u_0, v = v_scale s_y + v_0
+PERSPECTIVE    focal lengths f_u, f_v and centre c_u, c_v in texels, near, far
+ORTHOGRAPHIC   texels per unit f_u, f_v and centre c_u, c_v, near, far
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.kernels.jit import kernel
+
+FLAT_LINEAR = 0
+PERSPECTIVE = 1
+ORTHOGRAPHIC = 2
+PARAMETER_COUNT = 8
+
+
+@kernel
+def texel_ray(kind, lens, u, v):
+    """Ray through image point (u, v): origin, direction (with z component 1, so that t is a depth), t_near, t_far.
+
+    FLAT_LINEAR, S = (s_x, s_y) the screen point: x(z) = m_x + (s_x - m_x)(m_z - z) / m_z and
+    y(z) = y_o + (s_y - y_o)(z - z_o) / (-z_o), written as S + z direction.
+    """
+    if kind == FLAT_LINEAR:
+        m_x, m_z, y_o, z_o = lens[0], lens[1], lens[2], lens[3]
+        s_x = (u - lens[5]) / lens[4]
+        s_y = (v - lens[7]) / lens[6]
+        return s_x, s_y, 0.0, (m_x - s_x) / m_z, (y_o - s_y) / z_o, 1.0, z_o, m_z
+    x = (u - lens[2]) / lens[0]
+    y = (lens[3] - v) / lens[1]
+    if kind == PERSPECTIVE:
+        return 0.0, 0.0, 0.0, x, y, 1.0, lens[4], lens[5]
+    return x, y, 0.0, 0.0, 0.0, 1.0, lens[4], lens[5]
+
+
+@kernel
+def image_depth(kind, lens, z):
+    """The depth texture's value for a point at z of cast space.
+
+    Displays: z itself. Cameras: the screen space z of Algorithm 1, 0 at the near plane, 1 at the far plane:
+    far / (far - near) (1 - near / z) in perspective, (z - near) / (far - near) in orthographic projection.
+    """
+    if kind == FLAT_LINEAR:
+        return z
+    near, far = lens[4], lens[5]
+    if kind == PERSPECTIVE:
+        return far / (far - near) * (1.0 - near / z)
+    return (z - near) / (far - near)
+
+
+@kernel
+def clip_to_slab(origin, direction, low, high, t0, t1):
+    """The part of [t0, t1] in which low <= origin + t direction <= high; empty (t0 > t1) where there is none."""
+    if direction == 0.0:
+        if low <= origin <= high:
+            return t0, t1
+        return 1.0, 0.0
+    a = (low - origin) / direction
+    b = (high - origin) / direction
+    return max(t0, min(a, b)), min(t1, max(a, b))
+
+
+@kernel
+def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
+    """The part of [t0, t1] inside a box, (2, 3) lower and upper corner; empty (t0 > t1) where there is none."""
+    t0, t1 = clip_to_slab(ox, dx, box[0, 0], box[1, 0], t0, t1)
+    if t0 > t1:
+        return t0, t1
+    t0, t1 = clip_to_slab(oy, dy, box[0, 1], box[1, 1], t0, t1)
+    if t0 > t1:
+        return t0, t1
+    return clip_to_slab(oz, dz, box[0, 2], box[1, 2], t0, t1)
+
+
+@kernel(parallel=True)
+def count_rays(kind, lens, box, width, counts):
+    """How many texels of each row have a ray that meets the box; counts: (H,) int64."""
+    for j in prange(counts.shape[0]):
+        n = 0
+        for i in range(width):
+            ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, i + 0.5, j + 0.5)
+            t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
+            if t0 <= t1:
+                n += 1
+        counts[j] = n
+
+
+@kernel(parallel=True)
+def make_rays(kind, lens, box, width, starts, texels, origins, directions, lengths):
+    """The rays that count_rays counted, from where they enter the box.
+
+    Parameters
+    ----------
+    kind, lens : int, (8,) float64
+        The kind of ray and its numbers.
+    box : (2, 3) float64
+        Lower and upper corner of what is to be hit, cast space.
+    starts : (H,) int64
+        Number of the first ray of each row.
+    texels : (n,) int32
+        Out: row * width + column.
+    origins, directions : (n, 3) float32
+        Out: rounded once. The origin lies where the ray enters the box, so that float32 has its digits where the
+        surfaces are.
+    lengths : (n,) float32
+        Out: the t, from the origin, at which the ray has left the box.
+    """
+    for j in prange(starts.shape[0]):
+        n = starts[j]
+        for i in range(width):
+            ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, i + 0.5, j + 0.5)
+            t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
+            if t0 <= t1:
+                texels[n] = j * width + i
+                origins[n, 0] = ox + t0 * dx
+                origins[n, 1] = oy + t0 * dy
+                origins[n, 2] = oz + t0 * dz
+                directions[n, 0], directions[n, 1], directions[n, 2] = dx, dy, dz
+                lengths[n] = t1 - t0
+                n += 1
+
+
+@kernel(parallel=True)
+def transform_points(m, points, out):
+    """Out = M (points, 1) for points, out: (n, 3) float64 and m: (12,) rows of four: ((m0 x + m1 y) + m2 z) + m3."""
+    for i in prange(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        for row in range(3):
+            k = 4 * row
+            out[i, row] = ((m[k] * x + m[k + 1] * y) + m[k + 2] * z) + m[k + 3]
+
+
+@kernel(parallel=True)
+def fill(texture, value):
+    """Every number of a texture, given flat, set to one value."""
+    for i in prange(texture.shape[0]):
+        texture[i] = np.float32(value)

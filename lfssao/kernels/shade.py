@@ -1,0 +1,16 @@
+"""Post pass (LF sections 4 and 7): the image multiplied by 1 - ao."""
+
+from numba import prange
+
+from lfssao.kernels.jit import kernel
+
+
+@kernel(parallel=True)
+def apply_occlusion(rgb, occlusion, shaded):
+    """Shaded = rgb (1 - occlusion); rgb, shaded: (H, W, 3); occlusion: (H, W), same dtype."""
+    one = occlusion.dtype.type(1)
+    for j in prange(occlusion.shape[0]):
+        for i in range(occlusion.shape[1]):
+            visibility = one - occlusion[j, i]
+            for c in range(3):
+                shaded[j, i, c] = rgb[j, i, c] * visibility

@@ -1,0 +1,100 @@
+"""The manifest of a job: everything that its textures depend on, and their digests."""
+
+import hashlib
+import platform
+import sys
+from dataclasses import asdict
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao import __version__
+from lfssao.display import FlatDisplay
+from lfssao.passes import gaussian_kernel
+from lfssao.render import Settings
+from lfssao.scene.mesh import Mesh
+from lfssao.view import View
+
+FORMAT = 1
+_PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "scikit-image", "OpenImageIO", "pillow")
+
+
+def digest(array: NDArray[Any]) -> str:
+    """SHA-256 over an array's numbers, little-endian, row by row."""
+    data = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    return hashlib.sha256(data.tobytes()).hexdigest()
+
+
+def describe_scene(mesh: Mesh) -> dict[str, Any]:
+    """Name, sizes and digests of a mesh."""
+    return {
+        "name": mesh.name,
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "degenerate_faces_left_out": mesh.degenerate,
+        "colored": mesh.paint is not None,
+        "bounds": mesh.bounds.tolist(),
+        "vertices_sha256": digest(mesh.vertices),
+        "faces_sha256": digest(mesh.faces),
+    }
+
+
+def describe_settings(settings: Settings) -> dict[str, Any]:
+    """All numbers of the AO passes, the sample table among them."""
+    return {
+        "radii": list(settings.radii),
+        "samples": settings.samples.tolist(),
+        "blur_sigma": settings.blur,
+        "blur_weights": gaussian_kernel(settings.blur).tolist(),
+        "merge": "maximum",
+    }
+
+
+def describe_display(display: FlatDisplay) -> dict[str, Any]:
+    """All numbers of a display."""
+    return {"kind": "flat screen, linear diffuser", **asdict(display)}
+
+
+def describe_view(view: View) -> dict[str, Any]:
+    """The numbers of one view's mapping, in the order of ``lfssao.kernels.mapping``."""
+    return {
+        "width": view.width,
+        "height": view.height,
+        "depth": view.depth_kind,
+        "cast_from_world": view.cast_from_world.tolist(),
+        "world_to_image_kind": ("crossed slits", "matrix")[view.world_to_image.kind],
+        "world_to_image": view.world_to_image.numbers.tolist(),
+        "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
+    }
+
+
+def describe_machine(threads: int) -> dict[str, Any]:
+    """Versions of everything that computed, the processor, and how many threads ran."""
+    return {
+        "lfssao": __version__,
+        "python": platform.python_version(),
+        "packages": {name: _version(name) for name in _PACKAGES},
+        "platform": platform.platform(),
+        "processor": _processor(),
+        "threads": threads,
+        "command": sys.argv,
+    }
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _processor() -> str:
+    """The processor's name as Linux has it, or what Python knows."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "")

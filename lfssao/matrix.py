@@ -1,0 +1,53 @@
+"""Small matrices by written-out sums: products and inverses from BLAS and LAPACK differ between machines."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Matrix = NDArray[np.float64]
+
+
+def multiply(a: ArrayLike, b: ArrayLike) -> Matrix:
+    """Matrix product of (n, m) and (m, k), float64; each entry adds its products from the first to the last."""
+    left, right = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    product = left[:, :1] * right[:1]
+    for k in range(1, left.shape[1]):
+        product = product + left[:, k : k + 1] * right[k : k + 1]
+    return product
+
+
+def to_4x4(affine: ArrayLike) -> Matrix:
+    """A (3, 4) affine map as a (4, 4) matrix."""
+    return np.vstack([np.asarray(affine, np.float64), [0.0, 0.0, 0.0, 1.0]])
+
+
+def determinant(affine: ArrayLike) -> float:
+    """Determinant of the linear part of a (3, 4) affine map; negative where the map turns handedness."""
+    m = np.asarray(affine, np.float64)
+    a, b, c = _cofactors(m)[0] * m[0, :3]
+    return float((a + b) + c)
+
+
+def _cofactors(m: Matrix) -> Matrix:
+    """Cofactor matrix of the linear part."""
+    out = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            a, b, c, d = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
+            out[i, j] = m[a, c] * m[b, d] - m[a, d] * m[b, c]
+    return out
+
+
+def invert_affine(affine: ArrayLike) -> Matrix:
+    """Inverse of a (3, 4) affine map: adjugate over determinant, then the translation.
+
+    Raises
+    ------
+    ZeroDivisionError
+        If the map is singular.
+    """
+    m = np.asarray(affine, np.float64)
+    size = determinant(m)
+    if size == 0.0:
+        raise ZeroDivisionError("the affine map is singular")
+    linear = _cofactors(m).T / size
+    return np.hstack([linear, -multiply(linear, m[:, 3:])])

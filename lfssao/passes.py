@@ -1,0 +1,225 @@
+"""The passes behind the G-buffer, each on arrays that anybody may have made (LF section 7, passes 3 to 6).
+
+Every function checks its arguments, computes in their dtype, float32 or float64, and returns new arrays.
+"""
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+from lfssao.kernels import blur as blur_kernels
+from lfssao.kernels import mapping as mapping_kernels
+from lfssao.kernels import merge as merge_kernels
+from lfssao.kernels import shade as shade_kernels
+from lfssao.kernels import ssao
+from lfssao.matrix import Matrix
+from lfssao.view import WorldToImage
+
+Texture = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Occlusion:
+    """What Algorithms 1 and 2 make.
+
+    Attributes
+    ----------
+    texture : (H, W), dtype of the depth texture
+        Share of the samples that lie behind the surface, 0 to 1; 0 where there is no surface.
+    outside : int
+        How many samples fell outside the texture or the mapping's domain (they count as not occluded).
+    """
+
+    texture: Texture
+    outside: int
+
+
+def algorithm1(
+    depth: Texture, screen_to_world: Matrix, world_to_screen: Matrix, samples: Texture, radius: float
+) -> Occlusion:
+    """LF Algorithm 1: occlusion of an ordinary view from its depth texture and two matrices.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Screen space z, +infinity where there is no surface.
+    screen_to_world, world_to_screen : (4, 4)
+        The matrices; screen x right and y down in texels, z growing away from the viewer.
+    samples : (n, 3)
+        Offsets in the unit ball (``make_samples``).
+    radius : float
+        R, world units.
+
+    Raises
+    ------
+    InputError
+        If a shape, a dtype or the radius is wrong.
+    """
+    _check_texture("depth", depth, 2)
+    for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
+        if np.shape(matrix) != (4, 4):
+            raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
+    mapping = WorldToImage(mapping_kernels.MATRIX, np.ravel(world_to_screen))
+    offsets = _offsets(samples, radius, depth.dtype)
+    occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
+    ssao.algorithm1(
+        np.ascontiguousarray(depth), offsets, np.ascontiguousarray(np.ravel(screen_to_world), depth.dtype),
+        mapping.kind, mapping.as_type(depth.dtype), occlusion, outside,
+    )  # fmt: skip
+    return Occlusion(occlusion, int(outside.sum()))
+
+
+def algorithm2(
+    depth: Texture, positions: Texture, world_to_image: WorldToImage, samples: Texture, radius: float
+) -> Occlusion:
+    """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Image z, +infinity where there is no surface.
+    positions : (H, W, 3), same dtype
+        World coordinates of the visible surface.
+    world_to_image : WorldToImage
+        The module's mapping (``View.world_to_image``).
+    samples : (n, 3)
+        Offsets in the unit ball (``make_samples``).
+    radius : float
+        R, world units.
+
+    Raises
+    ------
+    InputError
+        If a shape, a dtype or the radius is wrong.
+    """
+    _check_texture("depth", depth, 2)
+    _check_texture("positions", positions, 3)
+    if positions.shape != (*depth.shape, 3) or positions.dtype != depth.dtype:
+        raise InputError(
+            f"positions are {positions.shape} of {positions.dtype}, expected {(*depth.shape, 3)} of {depth.dtype}"
+        )
+    offsets = _offsets(samples, radius, depth.dtype)
+    occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
+    ssao.algorithm2(
+        np.ascontiguousarray(depth), np.ascontiguousarray(positions), offsets,
+        world_to_image.kind, world_to_image.as_type(depth.dtype), occlusion, outside,
+    )  # fmt: skip
+    return Occlusion(occlusion, int(outside.sum()))
+
+
+def merge(layers: list[Texture] | Texture) -> Texture:
+    """Multi-resolution merge: the maximum over textures of several radii (LF section 6).
+
+    Parameters
+    ----------
+    layers : (K, H, W), or a list of K textures (H, W)
+        Occlusion, one texture a radius, K >= 1.
+
+    Raises
+    ------
+    InputError
+        If there is no texture, or their sizes or dtypes differ.
+    """
+    if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
+        raise InputError("merge needs at least one texture, all of one size")
+    stack = np.ascontiguousarray(layers)
+    _check_texture("layers", stack, 3)
+    merged = np.empty(stack.shape[1:], stack.dtype)
+    merge_kernels.merge_maximum(stack, merged)
+    return merged
+
+
+def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
+    """Weights of the Gaussian blur, float64, 2 ceil(3 sigma) + 1 of them; sigma in texels, 0 gives the one weight 1.
+
+    Raises
+    ------
+    InputError
+        If sigma is negative or not finite.
+    """
+    if not 0 <= sigma < np.inf:
+        raise InputError(f"blur is {sigma}, it must be a sigma of at least 0 texels")
+    radius = ceil(3 * sigma)
+    weights = np.ones(2 * radius + 1)
+    if radius > 0:
+        blur_kernels.gaussian_weights(float(sigma), radius, weights)
+    return weights
+
+
+def blur(occlusion: Texture, sigma: float) -> Texture:
+    """Gaussian blur in two passes, horizontal then vertical (LF section 7, passes 4 and 5).
+
+    Parameters
+    ----------
+    occlusion : (H, W) float32 or float64
+        What to blur. Texels beyond the border have the border's value.
+    sigma : float
+        Standard deviation, texels; the kernel reaches ceil(3 sigma) texels to each side. 0 returns a copy.
+
+    Raises
+    ------
+    InputError
+        If the texture is not one, or sigma is negative or not finite.
+    """
+    _check_texture("occlusion", occlusion, 2)
+    weights = gaussian_kernel(sigma).astype(occlusion.dtype)
+    source = np.ascontiguousarray(occlusion)
+    if len(weights) == 1:
+        return source.copy()
+    half, whole = np.empty_like(source), np.empty_like(source)
+    blur_kernels.blur_horizontal(source, weights, half)
+    blur_kernels.blur_vertical(half, weights, whole)
+    return whole
+
+
+def shade(rgb: Texture, occlusion: Texture) -> Texture:
+    """Post pass: rgb (1 - occlusion) (LF sections 4 and 7).
+
+    Parameters
+    ----------
+    rgb : (H, W, 3) float32 or float64
+        Linear colour.
+    occlusion : (H, W), same dtype
+        0 to 1.
+
+    Raises
+    ------
+    InputError
+        If sizes or dtypes do not fit.
+    """
+    _check_texture("rgb", rgb, 3)
+    _check_texture("occlusion", occlusion, 2)
+    if rgb.shape != (*occlusion.shape, 3) or rgb.dtype != occlusion.dtype:
+        raise InputError(f"rgb is {rgb.shape} of {rgb.dtype}, expected {(*occlusion.shape, 3)} of {occlusion.dtype}")
+    shaded = np.empty(rgb.shape, rgb.dtype)
+    shade_kernels.apply_occlusion(np.ascontiguousarray(rgb), np.ascontiguousarray(occlusion), shaded)
+    return shaded
+
+
+def check_radius(radius: float) -> None:
+    """Refuse a radius that is not a finite number of at least 0."""
+    if not 0 <= radius < np.inf:
+        raise InputError(f"radius is {radius}, it must be a finite number of at least 0")
+
+
+def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:
+    """Offsets in world units: radius times samples in float64, rounded once to the dtype."""
+    check_radius(radius)
+    table = np.asarray(samples, np.float64)
+    if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
+        raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")
+    if not np.isfinite(table).all():
+        raise InputError("samples: a coordinate is not finite")
+    return np.ascontiguousarray(radius * table, dtype)
+
+
+def _check_texture(name: str, texture: Texture, dimensions: int) -> None:
+    if not isinstance(texture, np.ndarray) or texture.dtype not in (np.float32, np.float64):
+        kind = getattr(texture, "dtype", type(texture).__name__)
+        raise InputError(f"{name} is of {kind}, expected an array of float32 or float64")
+    if texture.ndim != dimensions or 0 in texture.shape:
+        raise InputError(f"{name} has shape {texture.shape}, expected {dimensions} dimensions and no empty one")

@@ -1,0 +1,217 @@
+"""The order of the passes, and nothing else: from a mesh and a view to all textures of that view (LF section 7)."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from math import sqrt
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao import passes
+from lfssao.display import FlatDisplay, fit_roi
+from lfssao.errors import InputError
+from lfssao.raycast import GBuffer, RayCaster
+from lfssao.samples import make_samples
+from lfssao.scene.mesh import Mesh
+from lfssao.view import View
+
+# LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
+DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
+
+FloatTexture = NDArray[np.float32]
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """What the AO passes are run with.
+
+    Attributes
+    ----------
+    radii : tuple of float
+        Radii of the sampling ball, world units, at least one.
+    samples : (n, 3) float64
+        Offsets in the unit ball, the same for every texel and radius.
+    blur : float
+        Sigma of the Gaussian blur, texels.
+
+    Raises
+    ------
+    InputError
+        If there is no radius, or one is negative or not finite, or the blur is.
+    """
+
+    radii: tuple[float, ...]
+    samples: NDArray[np.float64] = field(default_factory=make_samples)
+    blur: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.radii:
+            raise InputError("radii: at least one is needed")
+        for radius in self.radii:
+            passes.check_radius(radius)
+        passes.gaussian_kernel(self.blur)
+
+
+def diagonal(mesh: Mesh) -> float:
+    """Diagonal of a mesh's bounding box, world units."""
+    x, y, z = (mesh.bounds[1] - mesh.bounds[0]).tolist()
+    return sqrt((x * x + y * y) + z * z)
+
+
+def default_radii(mesh: Mesh) -> tuple[float, ...]:
+    """Five radii for a mesh, world units: DEFAULT_RADII times the diagonal of its bounding box."""
+    return tuple(share * diagonal(mesh) for share in DEFAULT_RADII)
+
+
+@dataclass(frozen=True, eq=False)
+class Textures:
+    """All textures of one view.
+
+    Attributes
+    ----------
+    view : View
+        What they show.
+    gbuffer : GBuffer
+        Depth, positions and colour.
+    ao : tuple of (H, W) float32
+        Occlusion, one texture a radius.
+    merged, blurred : (H, W) float32
+        Maximum over the radii; the same after the blur.
+    image, shaded : (H, W, 3) float32
+        The colour texture (white on the surface where the mesh has no colour), without and with AO.
+    outside : tuple of int
+        Samples of each radius that fell outside the texture or the mapping's domain.
+    seconds : dict
+        Wall time of each pass; the first call of a kernel after an install includes compiling it.
+    """
+
+    view: View
+    gbuffer: GBuffer
+    ao: tuple[FloatTexture, ...]
+    merged: FloatTexture
+    blurred: FloatTexture
+    image: FloatTexture
+    shaded: FloatTexture
+    outside: tuple[int, ...]
+    seconds: dict[str, float]
+
+
+def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
+    """Run all passes for one view.
+
+    Parameters
+    ----------
+    caster : RayCaster
+        The mesh, in the view's cast space.
+    view : View
+        A module of a display (Algorithm 2) or a camera (Algorithm 1).
+    settings : Settings
+        Radii, samples and blur.
+
+    Returns
+    -------
+    Textures
+    """
+    seconds: dict[str, float] = {}
+
+    def timed(name: str, work: Callable[[], Result]) -> Result:
+        start = time.perf_counter()
+        result = work()
+        seconds[name] = time.perf_counter() - start
+        return result
+
+    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view))
+    ao = timed("ao", lambda: [_occlusion(gbuffer, view, settings.samples, radius) for radius in settings.radii])
+    merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
+    blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
+    image = _image(gbuffer)
+    shaded = timed("shade", lambda: passes.shade(image, blurred))
+    return Textures(
+        view=view,
+        gbuffer=gbuffer,
+        ao=tuple(a.texture for a in ao),
+        merged=merged,
+        blurred=blurred,
+        image=image,
+        shaded=shaded,
+        outside=tuple(a.outside for a in ao),
+        seconds=seconds,
+    )
+
+
+def _occlusion(gbuffer: GBuffer, view: View, samples: NDArray[np.float64], radius: float) -> passes.Occlusion:
+    """Algorithm 1 where the mapping has an inverse, Algorithm 2 where it has none."""
+    if view.screen_to_world is not None:
+        matrix = view.world_to_image.numbers.reshape(4, 4)
+        return passes.algorithm1(gbuffer.depth, view.screen_to_world, matrix, samples, radius)
+    return passes.algorithm2(gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)
+
+
+def _image(gbuffer: GBuffer) -> FloatTexture:
+    """What AO is multiplied into: the colour texture, or white wherever there is a surface."""
+    if gbuffer.color is not None:
+        return gbuffer.color
+    surface = (gbuffer.triangle >= 0).astype(np.float32)
+    return np.repeat(surface[..., None], 3, axis=2)
+
+
+def module_views(mesh: Mesh, display: FlatDisplay, modules: range | None = None) -> list[View]:
+    """The views of a display's modules, the mesh's box fitted into the display's ROI.
+
+    Raises
+    ------
+    InputError
+        If the range holds a module that the display does not have, or none.
+    """
+    count = len(display.modules)
+    wanted = range(count) if modules is None else modules
+    if len(wanted) == 0 or wanted[0] < 0 or wanted[-1] >= count:
+        raise InputError(
+            f"modules {wanted.start}:{wanted.stop} are not a part of 0:{count}, the modules of {display.name}"
+        )
+    physical_from_world = fit_roi(mesh.bounds, display.roi)
+    return [display.view(index, physical_from_world) for index in wanted]
+
+
+def render(
+    mesh: Mesh,
+    display: FlatDisplay,
+    settings: Settings | None = None,
+    modules: range | None = None,
+    threads: int = 1,
+) -> Iterator[Textures]:
+    """Render the modules of a display one after the other.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The scene.
+    display : FlatDisplay
+        Where it is shown.
+    settings : Settings, optional
+        Radii, samples and blur; ``default_radii`` and the defaults of ``Settings`` otherwise.
+    modules : range, optional
+        Which modules; all by default.
+    threads : int
+        Threads of the ray caster (numba's are set by ``numba.set_num_threads``).
+
+    Yields
+    ------
+    Textures
+        In the order of the modules.
+
+    Raises
+    ------
+    InputError
+        If a module does not exist or the mesh leaves float32 in physical space.
+    MissingPackageError
+        If embreex is not installed.
+    """
+    settings = settings or Settings(default_radii(mesh))
+    views = module_views(mesh, display, modules)
+    caster = RayCaster(mesh, views[0].cast_from_world, threads)
+    for view in views:
+        yield render_view(caster, view, settings)

@@ -1,0 +1,135 @@
+"""A triangle mesh with its diffuse colour, checked once when it is made."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Paint:
+    """Diffuse colour of a mesh, linear RGB: material factor x vertex colour x texture, as in glTF.
+
+    Attributes
+    ----------
+    factors : (M, 3) float32
+        One factor a material, 0 to 1.
+    face_material : (F,) int32
+        The material of each face.
+    textures : tuple of M arrays or None
+        (h, w, 3) float32 linear, row 0 at v = 1; None where a material has none. Repeated outside [0, 1).
+    uv : (V, 2) float64 or None
+        Texture coordinates, v upwards; needed where a material has a texture.
+    vertex_colors : (V, 3) float32 or None
+        Linear RGB, 0 to 1.
+    """
+
+    factors: NDArray[np.float32]
+    face_material: NDArray[np.int32]
+    textures: tuple[NDArray[np.float32] | None, ...]
+    uv: FloatArray | None = None
+    vertex_colors: NDArray[np.float32] | None = None
+
+    @classmethod
+    def from_vertex_colors(cls, colors: NDArray[np.float32], face_count: int) -> "Paint":
+        """Paint of one material with linear RGB at the vertices, (V, 3) float32."""
+        return cls(
+            factors=np.ones((1, 3), np.float32),
+            face_material=np.zeros(face_count, np.int32),
+            textures=(None,),
+            vertex_colors=np.ascontiguousarray(colors, np.float32),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles in world space.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+        World coordinates, scene units, finite.
+    faces : (F, 3) int32
+        Vertex numbers; face f of this array is triangle f of every other part of the program.
+    paint : Paint or None
+        Diffuse colour; None where the mesh has none.
+    name : str
+        What messages and the manifest call it.
+    degenerate : int
+        How many faces without area were left out when the mesh was made.
+
+    Raises
+    ------
+    InputError
+        If vertices are not (V, 3), not finite or none; if a face names a vertex that does not exist; if no face
+        with an area is left.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+    paint: Paint | None = None
+    name: str = "mesh"
+    degenerate: int = field(default=0)
+
+    def __post_init__(self) -> None:
+        vertices = np.ascontiguousarray(self.vertices, np.float64)
+        faces = np.asarray(self.faces)
+        _check(self.name, vertices, faces)
+        keep = _has_area(vertices, faces)
+        if not keep.any():
+            raise InputError(f"{self.name}: the mesh has no face with an area")
+        dropped = len(faces) - int(keep.sum())
+        if dropped and self.paint is not None:
+            kept = self.paint.face_material[keep]
+            object.__setattr__(self, "paint", _replace_face_material(self.paint, kept))
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", np.ascontiguousarray(faces[keep], np.int32))
+        object.__setattr__(self, "degenerate", self.degenerate + dropped)
+
+    @property
+    def bounds(self) -> FloatArray:
+        """Smallest and largest world coordinates of the vertices that faces use, (2, 3) float64."""
+        used = self.vertices[np.unique(self.faces)]
+        return np.stack([used.min(axis=0), used.max(axis=0)])
+
+
+def _replace_face_material(paint: Paint, face_material: NDArray[np.int32]) -> Paint:
+    return Paint(paint.factors, face_material, paint.textures, paint.uv, paint.vertex_colors)
+
+
+def _check(name: str, vertices: FloatArray, faces: NDArray[np.int32]) -> None:
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise InputError(f"{name}: vertices have shape {vertices.shape}, expected (V, 3)")
+    if len(faces) == 0:
+        raise InputError(f"{name}: the mesh has no faces")
+    if faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer):
+        raise InputError(f"{name}: faces have shape {faces.shape} of {faces.dtype}, expected (F, 3) integers")
+    outside = (faces < 0) | (faces >= len(vertices))
+    if outside.any():
+        face, corner = np.argwhere(outside)[0]
+        raise InputError(
+            f"{name}: face {face} names vertex {faces[face, corner]}, but there are {len(vertices)} vertices"
+        )
+    bad = ~np.isfinite(vertices).all(axis=1)
+    if bad.any():
+        number = int(np.flatnonzero(bad)[0])
+        raise InputError(f"{name}: vertex {number} is not finite: {vertices[number].tolist()}")
+
+
+def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Whether each face spans an area: its edges' cross product, in float64, is not zero."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    # Edges are scaled to about 1 so that tiny meshes do not lose their areas to underflow.
+    edge1, edge2 = b - a, c - a
+    size = np.maximum(np.abs(edge1).max(axis=1), np.abs(edge2).max(axis=1))
+    size = np.where(size > 0, size, 1.0)[:, None]
+    edge1, edge2 = edge1 / size, edge2 / size
+    x = edge1[:, 1] * edge2[:, 2] - edge1[:, 2] * edge2[:, 1]
+    y = edge1[:, 2] * edge2[:, 0] - edge1[:, 0] * edge2[:, 2]
+    z = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
+    spans: NDArray[np.bool_] = (x != 0) | (y != 0) | (z != 0)
+    return spans

@@ -1,0 +1,73 @@
+"""What one texture looks at: the rays of its texels, and the mapping of world points into it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from lfssao.kernels import mapping as mapping_kernels
+from lfssao.matrix import Matrix
+
+
+@dataclass(frozen=True, eq=False)
+class WorldToImage:
+    """The mapping world -> image as the AO kernels take it (DESIGN section 2).
+
+    Attributes
+    ----------
+    kind : int
+        ``lfssao.kernels.mapping.CROSSED_SLITS`` or ``MATRIX``.
+    numbers : (16,) float64
+        The kind's numbers, in the order of ``lfssao.kernels.mapping``.
+    """
+
+    kind: int
+    numbers: NDArray[np.float64]
+
+    def as_type(self, dtype: DTypeLike) -> NDArray[np.floating]:
+        """The numbers, each rounded once to the dtype of the arithmetic."""
+        return np.ascontiguousarray(self.numbers, dtype)
+
+    def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Image coordinates of world points, float64: (..., 3) to (..., 3), NaN outside the mapping's domain."""
+        points = np.asarray(points, np.float64)
+        flat = points.reshape(-1, 3)
+        out = np.empty_like(flat)
+        for row, (x, y, z) in enumerate(flat):
+            u, v, depth, valid = mapping_kernels.world_to_image(self.kind, self.numbers, x, y, z)
+            out[row] = (u, v, depth) if valid else np.nan
+        return out.reshape(points.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One module of a display, or one camera.
+
+    Attributes
+    ----------
+    name : str
+        What files and messages call it.
+    width, height : int
+        Size of its textures, texels.
+    ray_kind, lens : int, (8,) float64
+        The rays of its texels in cast space (``lfssao.kernels.rays``).
+    cast_from_world, world_from_cast : (3, 4) float64
+        Affine maps between world and cast space: physical space for a module, eye space for a camera.
+    world_to_image : WorldToImage
+        The mapping that the AO kernels use.
+    screen_to_world : (4, 4) float64 or None
+        Its inverse, which cameras alone have: with it AO is Algorithm 1, without it Algorithm 2.
+    depth_kind : str
+        What the depth texture holds, for the files' metadata.
+    """
+
+    name: str
+    width: int
+    height: int
+    ray_kind: int
+    lens: NDArray[np.float64]
+    cast_from_world: Matrix
+    world_from_cast: Matrix
+    world_to_image: WorldToImage
+    screen_to_world: Matrix | None
+    depth_kind: str

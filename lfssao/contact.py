@@ -1,7 +1,7 @@
 """The contact sheet: a picture of a handful of views, as LF's figure 10 shows them."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ def strip(textures: Textures, width: int = 480) -> "Image":
     textures : Textures
         The view's textures.
     width : int
-        Width of each of the three pictures, pixels.
+        Width of each of the three columns, pixels, and the greatest height; pictures keep their proportions.
 
     Returns
     -------
@@ -43,15 +43,19 @@ def strip(textures: Textures, width: int = 480) -> "Image":
 
     grey = (np.clip(1 - textures.blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
     pictures = (to_codes(textures.image), np.repeat(grey[..., None], 3, axis=2), to_codes(textures.shaded))
-    height = max(1, round(width * textures.view.height / textures.view.width))
-    row = Image.new("RGB", (3 * width + 2 * _MARGIN, height), "white")
+    scale = width / max(textures.view.width, textures.view.height)
+    size = max(1, round(scale * textures.view.width)), max(1, round(scale * textures.view.height))
+    row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
-        row.paste(_resized(Image, picture, width, height), (column * (width + _MARGIN), 0))
+        row.paste(_resized(picture, size), (column * (width + _MARGIN), 0))
     return row
 
 
-def _resized(image: Any, picture: NDArray[np.uint8], width: int, height: int) -> Any:
-    return image.fromarray(picture).resize((width, height), image.Resampling.BOX)
+def _resized(picture: NDArray[np.uint8], size: tuple[int, int]) -> "Image":
+    """A Pillow image of 8-bit codes (H, W, 3), resized to (width, height) by the mean of what a pixel covers."""
+    from PIL import Image
+
+    return Image.fromarray(picture).resize(size, Image.Resampling.BOX)
 
 
 def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":

@@ -42,8 +42,8 @@ class FlatDisplay:
         From left to right as the viewers see them.
     roi_depth : float
         Half the depth, metres, of the box around the screen's centre that a scene is fitted into.
-    sources : dict
-        Where each published value is from; what is not named here is assumed.
+    sources : str
+        Which values are published, and where; the others are assumed.
 
     Raises
     ------

@@ -47,30 +47,54 @@ def write_exr(path: Path, parts: Sequence[Part]) -> None:
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written, or a part is not float32 or not of as many channels as it has names, or two
+        parts share a name.
     """
+    _check_parts(path, parts)
     write_whole(path, lambda part_path: _write(part_path, parts))
+
+
+def _check_parts(path: Path, parts: Sequence[Part]) -> None:
+    for part in parts:
+        shape, dtype = np.shape(part.pixels), part.pixels.dtype
+        if dtype != np.float32:  # anything else would be rounded without a word
+            raise InputError(f"{path}: part {part.name} is of {dtype}, expected float32")
+        if len(shape) != 3 or shape[2] != len(part.channels) or 0 in shape:
+            raise InputError(f"{path}: part {part.name} has shape {shape}, expected (H, W, {len(part.channels)})")
+    names = [part.name for part in parts]
+    if not names or len(set(names)) < len(names):
+        raise InputError(f"{path}: the parts' names must differ, and one is needed: {', '.join(names)}")
 
 
 def _write(path: Path, parts: Sequence[Part]) -> None:
     import OpenImageIO as oiio  # late: only files need it
 
     specs = [_spec(oiio, part) for part in parts]
-    output = oiio.ImageOutput.create(str(path))
+    file = _utf8_name(path)
+    output = oiio.ImageOutput.create(file)
     if output is None:
         raise OSError(oiio.geterror())
     try:
-        opened = output.open(str(path), tuple(specs))
+        opened = output.open(file, tuple(specs))
         for number, part in enumerate(parts):
             if number:
-                opened = output.open(str(path), specs[number], "AppendSubimage")
+                opened = output.open(file, specs[number], "AppendSubimage")
             # OpenImageIO says what went wrong in a return value only.
-            if not opened or not output.write_image(np.ascontiguousarray(part.pixels, np.float32)):
+            if not opened or not output.write_image(np.ascontiguousarray(part.pixels)):
                 raise OSError(output.geterror())
     finally:
         closed = output.close()
     if not closed:
         raise OSError(output.geterror())
+
+
+def _utf8_name(path: Path) -> str:
+    """The path as OpenImageIO takes it; file systems allow any bytes."""
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(f"{path}: OpenImageIO needs names in UTF-8, which this is not") from None
+    return str(path)
 
 
 def _spec(oiio: Any, part: Part) -> Any:
@@ -92,11 +116,15 @@ def read_exr(path: Path) -> dict[str, Part]:
     Raises
     ------
     InputError
-        If the file cannot be read.
+        If the file is missing, is no EXR file or cannot be read.
     """
     import OpenImageIO as oiio
 
-    source = oiio.ImageInput.open(str(path))
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    source = oiio.ImageInput.open(_utf8_name(path))
+    if source is not None and source.format_name() != "openexr":  # OpenImageIO reads whatever image it finds
+        raise InputError(f"{path}: it is of format {source.format_name()}, not an EXR file")
     if source is None:
         raise InputError(f"{path}: it cannot be read as an EXR file ({oiio.geterror()})")
     parts: dict[str, Part] = {}

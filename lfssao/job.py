@@ -1,20 +1,59 @@
 """A render job: textures to EXR files, a manifest and a contact sheet in one folder."""
 
 import json
+import os
+import re
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lfssao.contact import contact_sheet, sheet_rows, strip
+from lfssao.errors import InputError
 from lfssao.exr import Part, write_exr
 from lfssao.files import write_whole
 from lfssao.manifest import FORMAT, describe_view, digest
 from lfssao.render import Settings, Textures
 
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
+
+
+_MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
+
+
+def check_memory(width: int, height: int, radius_count: int) -> None:
+    """Refuse a texture that this machine has no memory for, before any is taken.
+
+    Raises
+    ------
+    InputError
+        If the passes of one view need more than is available, or texels cannot be counted in int32.
+    """
+    texels = width * height
+    if texels > _MOST_TEXELS:
+        raise InputError(f"resolution {width}x{height}: a texture has at most {_MOST_TEXELS} texels")
+    # Peaks of shading and writing and, with many radii, of the merge: measured at 12 and 48 million texels.
+    needed = texels * max(108 + 4 * radius_count, 48 + 8 * radius_count)
+    available = available_memory()
+    if available is not None and needed > available:
+        raise InputError(
+            f"resolution {width}x{height}: the passes of one texture and {radius_count} radii need about "
+            f"{needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available"
+        )
+
+
+def available_memory() -> int | None:
+    """Bytes that programs can still take without swapping, else all there are; None where the system does not say."""
+    with suppress(OSError):
+        found = re.search(r"MemAvailable:\s*(\d+) kB", Path("/proc/meminfo").read_text(encoding="ascii"))
+        if found:
+            return 1024 * int(found[1])
+    with suppress(OSError, ValueError, AttributeError):
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return None
 
 
 def exr_parts(textures: Textures, settings: Settings) -> list[Part]:

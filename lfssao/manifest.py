@@ -2,7 +2,7 @@
 
 import hashlib
 import platform
-import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
@@ -35,6 +35,7 @@ def describe_scene(mesh: Mesh) -> dict[str, Any]:
         "vertices": len(mesh.vertices),
         "faces": len(mesh.faces),
         "degenerate_faces_left_out": mesh.degenerate,
+        "notes": list(mesh.notes),
         "colored": mesh.paint is not None,
         "bounds": mesh.bounds.tolist(),
         "vertices_sha256": digest(mesh.vertices),
@@ -71,8 +72,8 @@ def describe_view(view: View) -> dict[str, Any]:
     }
 
 
-def describe_machine(threads: int) -> dict[str, Any]:
-    """Versions of everything that computed, the processor, and how many threads ran."""
+def describe_machine(threads: int, command: Sequence[str] = ()) -> dict[str, Any]:
+    """Versions of everything that computed, the processor, how many threads ran, and the command if there was one."""
     return {
         "lfssao": __version__,
         "python": platform.python_version(),
@@ -80,7 +81,7 @@ def describe_machine(threads: int) -> dict[str, Any]:
         "platform": platform.platform(),
         "processor": _processor(),
         "threads": threads,
-        "command": sys.argv,
+        "command": list(command),
     }
 
 

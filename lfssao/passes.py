@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.kernels import blur as blur_kernels
-from lfssao.kernels import mapping as mapping_kernels
 from lfssao.kernels import merge as merge_kernels
 from lfssao.kernels import shade as shade_kernels
 from lfssao.kernels import ssao
@@ -20,6 +19,9 @@ from lfssao.matrix import Matrix
 from lfssao.view import WorldToImage
 
 Texture = NDArray[np.floating[Any]]
+
+# A kernel of 6 million taps; beyond it the weights alone would not fit into memory.
+MAX_SIGMA = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +65,11 @@ def algorithm1(
     for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
         if np.shape(matrix) != (4, 4):
             raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
-    mapping = WorldToImage(mapping_kernels.MATRIX, np.ravel(world_to_screen))
     offsets = _offsets(samples, radius, depth.dtype)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     ssao.algorithm1(
         np.ascontiguousarray(depth), offsets, np.ascontiguousarray(np.ravel(screen_to_world), depth.dtype),
-        mapping.kind, mapping.as_type(depth.dtype), occlusion, outside,
+        np.ascontiguousarray(np.ravel(world_to_screen), depth.dtype), occlusion, outside,
     )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
 
@@ -139,10 +140,10 @@ def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        If sigma is negative or not finite.
+        If sigma is negative, above MAX_SIGMA or not a number.
     """
-    if not 0 <= sigma < np.inf:
-        raise InputError(f"blur is {sigma}, it must be a sigma of at least 0 texels")
+    if not 0 <= sigma <= MAX_SIGMA:
+        raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
     radius = ceil(3 * sigma)
     weights = np.ones(2 * radius + 1)
     if radius > 0:

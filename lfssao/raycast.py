@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError, MissingPackageError
-from lfssao.kernels import hits, paint, rays
+from lfssao.kernels import bvh, hits, paint, rays, visibility
 from lfssao.matrix import Matrix
 from lfssao.scene.mesh import Mesh, Paint
 from lfssao.view import View
@@ -42,7 +42,10 @@ class GBuffer:
 
 
 class RayCaster:
-    """A mesh ready to be ray cast from any view that shares its cast space; Embree's BVH is built once.
+    """A mesh ready to be ray cast from any view that shares its cast space; its two trees are built once.
+
+    Embree proposes the triangle that a ray hits, float64 disposes (``lfssao.kernels.visibility``): the textures do
+    not depend on Embree's build, the processor or the number of threads.
 
     Parameters
     ----------
@@ -64,18 +67,11 @@ class RayCaster:
     def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:
         self.mesh = mesh
         self.threads = threads
-        self._vertices = np.empty_like(mesh.vertices)
-        rays.transform_points(np.ravel(cast_from_world), mesh.vertices, self._vertices)
-        self._box = self._bounding_box()
-        self._scene = _embree_scene(mesh.name, self._vertices, mesh.faces)
+        vertices = np.empty_like(mesh.vertices)
+        rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
+        self._scene = _embree_scene(mesh.name, vertices, mesh.faces)
+        self._tree = _Tree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
-
-    def _bounding_box(self) -> NDArray[np.float64]:
-        """Box of the used vertices, grown by what float32 may move them."""
-        used = self._vertices[np.unique(self.mesh.faces)]
-        low, high = used.min(axis=0), used.max(axis=0)
-        margin = 1e-6 * np.maximum(np.maximum(np.abs(low), np.abs(high)), (high - low).max())
-        return np.stack([low - margin, high + margin])
 
     def gbuffer(self, view: View, color: bool = True) -> GBuffer:
         """Cast one ray through the centre of each texel of a view.
@@ -91,17 +87,16 @@ class RayCaster:
         -------
         GBuffer
         """
-        texels, origins, directions, lengths = self._make_rays(view)
-        hit = self._trace(origins, directions, lengths)
         size = view.height * view.width
-        depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
-        triangle, weights = np.full(size, -1, np.int32), np.zeros((size, 2), np.float32)
-        rays.fill(depth, np.inf)
-        rays.fill(positions.reshape(-1), np.inf)
-        hits.resolve_hits(
-            view.ray_kind, view.lens, np.ravel(view.world_from_cast), self._vertices, self.mesh.faces, view.width,
-            texels, hit, depth, positions, triangle, weights,
+        triangle, z, weights = np.empty(size, np.int32), np.empty(size), np.empty((size, 2))
+        tree = self._tree
+        visibility.first_hits(
+            view.ray_kind, view.lens, view.width, view.height, tree.corners, tree.order, tree.boxes, tree.place_of,
+            self._proposals(view), triangle, z, weights,
         )  # fmt: skip
+        depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
+        world_from_cast = np.ravel(view.world_from_cast)
+        hits.write_surface(view.ray_kind, view.lens, world_from_cast, view.width, triangle, z, depth, positions)
         rgb = None
         if color and self._paint is not None:
             rgb = self._paint.color(triangle, weights, self.mesh.faces)
@@ -113,16 +108,20 @@ class RayCaster:
             triangle=triangle.reshape(shape),
         )
 
-    def _make_rays(self, view: View) -> tuple[NDArray[Any], ...]:
-        """Texel number, origin, direction and length of each ray that meets the mesh's box."""
-        counts = np.empty(view.height, np.int64)
-        rays.count_rays(view.ray_kind, view.lens, self._box, view.width, counts)
-        starts = np.cumsum(counts) - counts
-        n = int(counts.sum())
-        texels, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+    def _proposals(self, view: View) -> NDArray[np.int32]:
+        """The triangle that Embree sees in the middle of each sub-tile, -1 where it sees none or the box is missed."""
+        step = visibility.SUB
+        shape = -(-view.height // step), -(-view.width // step)
+        counts = np.empty(shape[0], np.int64)
+        grid = view.ray_kind, view.lens, self._tree.bounds, view.width, view.height, step, shape[1]
+        rays.count_rays(*grid, counts)
+        starts, n = np.cumsum(counts) - counts, int(counts.sum())
+        cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
         origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
-        rays.make_rays(view.ray_kind, view.lens, self._box, view.width, starts, texels, origins, directions, lengths)
-        return texels, origins, directions, lengths
+        rays.make_rays(*grid, starts, cells, origins, directions, lengths)
+        proposals = np.full(shape, -1, np.int32)
+        proposals.reshape(-1)[cells] = self._trace(origins, directions, lengths)
+        return proposals
 
     def _trace(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
@@ -171,6 +170,28 @@ def _embree_scene(name: str, vertices: NDArray[np.float64], faces: NDArray[np.in
     return scene
 
 
+class _Tree:
+    """The float64 tree over a mesh's triangles, in cast space (``lfssao.kernels.bvh``)."""
+
+    def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
+        used = vertices[np.unique(faces)]
+        low, high = used.min(axis=0), used.max(axis=0)
+        codes = np.empty(len(faces), np.uint64)
+        bvh.morton_codes(vertices, faces, low, high - low, codes)
+        self.order = np.argsort(codes, kind="stable")
+        self.place_of = np.empty_like(self.order)
+        self.place_of[self.order] = np.arange(len(faces))
+        self.corners = np.empty((len(faces), 9))
+        bvh.gather_corners(vertices, faces, self.order, self.corners)
+        self.boxes = np.empty((2 * bvh.leaf_count(len(faces)) - 1, 6))
+        # Rounding moves a ray, seen from a corner, by a few units in the last place of the largest coordinate.
+        margin = 1e-12 * float(np.maximum(np.abs(low), np.abs(high)).max())
+        bvh.build_boxes(self.corners, margin, self.boxes)
+        # Embree sees corners and rays in float32.
+        margin = 1e-6 * float(np.maximum(np.abs(low), np.abs(high)).max())
+        self.bounds = np.stack([low - margin, high + margin])
+
+
 class _PaintTables:
     """A mesh's paint as the arrays that the kernel takes."""
 
@@ -185,7 +206,7 @@ class _PaintTables:
         self._source = source
 
     def color(
-        self, triangle: NDArray[np.int32], weights: NDArray[np.float32], faces: NDArray[np.int32]
+        self, triangle: NDArray[np.int32], weights: NDArray[np.float64], faces: NDArray[np.int32]
     ) -> NDArray[np.float32]:
         """Diffuse colour of each texel, (n, 3) float32 linear RGB."""
         rgb = np.empty((len(triangle), 3), np.float32)

@@ -15,18 +15,18 @@ from lfssao.kernels import ball
 from lfssao.kernels.philox import random_below, random_signed, random_unit
 
 FloatArray = NDArray[np.float64]
-SquarePoints = Callable[[int, int], FloatArray]
+SquarePoints = Callable[[int, np.uint64], FloatArray]
 
 # Streams of the counter-based generator: numbers of one stream never meet those of another.
 _XI1, _XI2, _RADIUS, _SHUFFLE = range(4)
 
 
-def _random(n: int, seed: int) -> FloatArray:
+def _random(n: int, seed: np.uint64) -> FloatArray:
     """Independent uniform points."""
     return np.array([[random_signed(seed, _XI1, k), random_signed(seed, _XI2, k)] for k in range(n)])
 
 
-def _shuffle(n: int, seed: int) -> list[int]:
+def _shuffle(n: int, seed: np.uint64) -> list[int]:
     """A random permutation of 0 .. n - 1 (Fisher and Yates)."""
     order = list(range(n))
     for k in range(n - 1, 0, -1):
@@ -41,7 +41,7 @@ def _grid(n: int) -> tuple[int, int]:
     return n // rows, rows
 
 
-def _jittered(n: int, seed: int) -> FloatArray:
+def _jittered(n: int, seed: np.uint64) -> FloatArray:
     """One uniform point in each cell of a grid.
 
     The grid has n cells, as near to a square as n's divisors allow; for a prime n it is n strips along xi_1, so that
@@ -55,7 +55,7 @@ def _jittered(n: int, seed: int) -> FloatArray:
     return out
 
 
-def _latin(n: int, seed: int) -> FloatArray:
+def _latin(n: int, seed: np.uint64) -> FloatArray:
     """One uniform point in each row and each column of an n x n grid."""
     column_of_row = _shuffle(n, seed)
     out = np.empty((n, 2))
@@ -92,11 +92,11 @@ def square_points(method: str, n: int, seed: int = 0) -> FloatArray:
     """
     if method not in METHODS:
         raise InputError(f"there is no sampling '{method}': choose one of {', '.join(METHODS)}")
-    if n < 1:
-        raise InputError(f"the number of samples is {n}, it must be at least 1")
-    if not 0 <= seed < 2**64:
-        raise InputError(f"the seed is {seed}, it must be between 0 and 2**64 - 1")
-    return METHODS[method](n, seed)
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise InputError(f"the number of samples is {n}, it must be a whole number of at least 1")
+    if not isinstance(seed, int | np.integer) or not 0 <= seed < 2**64:
+        raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
+    return METHODS[method](n, np.uint64(seed))
 
 
 def make_samples(
@@ -119,7 +119,7 @@ def make_samples(
     if not 0 <= r_min <= r_max < np.inf:
         raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max")
     square = square_points(method, n, seed)
-    t = np.array([random_unit(seed, _RADIUS, k) for k in range(n)])
+    t = np.array([random_unit(np.uint64(seed), _RADIUS, k) for k in range(n)])
     out = np.empty((n, 3))
     ball.ball_points(square[:, 0].copy(), square[:, 1].copy(), t, r_min, r_max, out)
     return out

@@ -3,6 +3,8 @@
 All in float64. The errors stated are against mpmath and are held by tests.
 """
 
+import numpy as np
+
 from lfssao.kernels.jit import kernel
 
 PI = 3.141592653589793
@@ -53,11 +55,11 @@ def sincospi(x):
 
 @kernel
 def cbrt(t):
-    """Cube root of t >= 0, float64, within 1 ulp; 0 for 0.
+    """Cube root of t >= 0, float64, within 1 ulp; 0 for 0, infinity for infinity.
 
     t is scaled by powers of 8 (exact) into [1, 8); six Newton steps from a straight line reach the last bit.
     """
-    if not t > 0.0:
+    if not 0.0 < t < np.inf:
         return t
     scale = 1.0
     while t >= 8.0:
@@ -81,7 +83,7 @@ def exp(x):
     if x < -745.0:
         return 0.0
     if x > 710.0:
-        return 1e308 * 10.0
+        return np.inf
     k = int(x * _INV_LN2 + 0.5) if x >= 0.0 else -int(0.5 - x * _INV_LN2)
     r = (x - k * _LN2_HIGH) - k * _LN2_LOW
     y = 1.0

@@ -25,7 +25,7 @@ def source_digest() -> str:
     return digest.hexdigest()
 
 
-def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False) -> Any:
+def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False, inline: bool = False) -> Any:
     """Compile a function of arrays and scalars with numba under the flags of ``FLAGS``.
 
     Parameters
@@ -34,6 +34,8 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
         The function; with ``parallel`` its ``prange`` runs over rows that one thread alone writes.
     parallel : bool
         Whether ``numba.prange`` starts threads.
+    inline : bool
+        Whether LLVM must put the function into its callers, so that their loops become vectors.
 
     Returns
     -------
@@ -41,11 +43,12 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
         The compiled function; its machine code is cached on disk where a folder can be written.
     """
     if function is None:
-        return functools.partial(kernel, parallel=parallel)
+        return functools.partial(kernel, parallel=parallel, inline=inline)
+    options = {**FLAGS, "parallel": parallel, "forceinline": inline}
     try:
-        compiled = numba.njit(function, cache=True, parallel=parallel, **FLAGS)
+        compiled = numba.njit(function, cache=True, **options)
     except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
-        return numba.njit(function, parallel=parallel, **FLAGS)
+        return numba.njit(function, **options)
     _key_by_all_sources(compiled)
     return compiled
 

@@ -29,18 +29,59 @@ MATRIX = 1
 PARAMETER_COUNT = 16
 
 
-@kernel
+@kernel(inline=True)
 def affine_row(m, row, x, y, z):
     """Row of M (x, y, z, 1): ((m0 x + m1 y) + m2 z) + m3, m a flat array of rows of four."""
     k = 4 * row
     return ((m[k] * x + m[k + 1] * y) + m[k + 2] * z) + m[k + 3]
 
 
-@kernel
+@kernel(inline=True)
 def linear_row(m, row, x, y, z):
     """Row of M (x, y, z, 0): (m0 x + m1 y) + m2 z, m a flat array of rows of four."""
     k = 4 * row
     return (m[k] * x + m[k + 1] * y) + m[k + 2] * z
+
+
+@kernel(inline=True)
+def project_crossed_slits(a, b, c, z_module, z_observer, u_0, v_0):
+    """The half of CROSSED_SLITS that is not affine, of (X, Y, Z) = (a, b, c): u, v, image z, whether it is defined."""
+    return u_0 + a / (z_module - c), v_0 + b / (z_observer - c), c, (c < z_module) & (c > z_observer)
+
+
+@kernel(inline=True)
+def project_matrix(a, b, c, q):
+    """The half of MATRIX that is not affine: u, v, image z, whether it is defined."""
+    return a / q, b / q, c / q, q > 0
+
+
+@kernel(inline=True)
+def nearest_texel(u, v, width, height):
+    """Texel that image point (u, v) lies in.
+
+    Parameters
+    ----------
+    u, v : scalars
+        Texels.
+    width, height : scalars of the same dtype
+        Size of the texture.
+
+    Returns
+    -------
+    inside : bool
+        Whether it lies in the texture.
+    texel : uint32
+        row * width + column; of the nearest texel where it lies outside, so that it can always be read.
+    """
+    zero, one = type(width)(0), type(width)(1)
+    inside = (u >= zero) & (u < width) & (v >= zero) & (v < height)
+    column = u if u > zero else zero  # NaN becomes 0 here
+    column = column if column < width - one else width - one
+    row = v if v > zero else zero
+    row = row if row < height - one else height - one
+    # 32 bits throughout and a known sign: a 64-bit product, or a test for a negative index, costs half the speed.
+    number = np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
+    return inside, np.uint32(number) & np.uint32(0x7FFFFFFF)
 
 
 @kernel
@@ -63,81 +104,7 @@ def world_to_image(kind, m, x, y, z):
     valid : bool
         Whether the point lies in the mapping's domain (it may still lie outside the texture).
     """
+    a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
     if kind == CROSSED_SLITS:
-        depth = affine_row(m, 2, x, y, z)
-        u = m[14] + affine_row(m, 0, x, y, z) / (m[12] - depth)
-        v = m[15] + affine_row(m, 1, x, y, z) / (m[13] - depth)
-        return u, v, depth, (depth < m[12]) & (depth > m[13])
-    q = affine_row(m, 3, x, y, z)
-    u = affine_row(m, 0, x, y, z) / q
-    v = affine_row(m, 1, x, y, z) / q
-    return u, v, affine_row(m, 2, x, y, z) / q, q > 0
-
-
-@kernel
-def locate_crossed_slits(points, offset, m, width, height, texel, threshold):
-    """Texel and depth of one sample around each point of a row, CROSSED_SLITS.
-
-    The map's affine half is applied to point and offset separately, once a point and once a sample instead of once
-    a pair; what is left per pair is (points + offset) and the two divisions.
-
-    Parameters
-    ----------
-    points : (4, n) array
-        Row 0 to 2: X, Y, Z of the points.
-    offset : (4,) array
-        X, Y, Z of the sample's offset, linear part only.
-    m : (16,) array
-        The mapping's numbers.
-    width, height : int
-        Size of the texture, texels.
-    texel : (n,) int32
-        Out: number of the texel, row * width + column; any valid number where the sample is outside.
-    threshold : (n,) array
-        Out: image z of the sample; -infinity where it is outside the texture or the mapping's domain.
-    """
-    zero, outside = m.dtype.type(0), m.dtype.type(-np.inf)
-    wide, high = m.dtype.type(width), m.dtype.type(height)
-    last_u, last_v = m.dtype.type(width - 1), m.dtype.type(height - 1)
-    row_length = np.int32(width)
-    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
-    ox, oy, oz = offset[0], offset[1], offset[2]
-    px, py, pz = points[0], points[1], points[2]
-    # No branch, no gather and no 64-bit product in this loop, so LLVM turns it into vectors.
-    for i in range(texel.shape[0]):
-        z = pz[i] + oz
-        u = u_0 + (px[i] + ox) / (z_module - z)
-        v = v_0 + (py[i] + oy) / (z_observer - z)
-        inside = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
-        column = u if u > zero else zero  # NaN becomes 0 here
-        column = column if column < last_u else last_u
-        line = v if v > zero else zero
-        line = line if line < last_v else last_v
-        texel[i] = np.int32(np.int32(np.int32(line) * row_length) + np.int32(column))
-        threshold[i] = z if inside else outside
-
-
-@kernel
-def locate_matrix(points, offset, m, width, height, texel, threshold):
-    """Texel and depth of one sample around each point of a row, MATRIX; arguments of locate_crossed_slits.
-
-    Rows 0 to 3 of points and offset are a, b, c, q.
-    """
-    zero, outside = m.dtype.type(0), m.dtype.type(-np.inf)
-    wide, high = m.dtype.type(width), m.dtype.type(height)
-    last_u, last_v = m.dtype.type(width - 1), m.dtype.type(height - 1)
-    row_length = np.int32(width)
-    oa, ob, oc, oq = offset[0], offset[1], offset[2], offset[3]
-    pa, pb, pc, pq = points[0], points[1], points[2], points[3]
-    for i in range(texel.shape[0]):
-        q = pq[i] + oq
-        u = (pa[i] + oa) / q
-        v = (pb[i] + ob) / q
-        z = (pc[i] + oc) / q
-        inside = (q > zero) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
-        column = u if u > zero else zero
-        column = column if column < last_u else last_u
-        line = v if v > zero else zero
-        line = line if line < last_v else last_v
-        texel[i] = np.int32(np.int32(np.int32(line) * row_length) + np.int32(column))
-        threshold[i] = z if inside else outside
+        return project_crossed_slits(a, b, c, m[12], m[13], m[14], m[15])
+    return project_matrix(a, b, c, affine_row(m, 3, x, y, z))

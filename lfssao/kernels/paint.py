@@ -49,12 +49,14 @@ def paint_hits(triangle, weights, faces, factors, face_material, vertex_colors, 
 
     Parameters
     ----------
-    triangle, weights : (n,) int32, (n, 2) float32
-        What resolve_hits found; triangle -1 where there is no surface.
-    faces, face_material : (F, 3) int32, (F,) int32
-        The mesh's faces and their materials.
+    triangle, weights : (n,) int32, (n, 2) float64
+        What first_hits found; triangle -1 where there is no surface.
+    faces : (F, 3) int32
+        The mesh's faces.
     factors : (M, 3) float32
         Factor of each material.
+    face_material : (F,) int32
+        The material of each face.
     vertex_colors : (V, 3) or (0, 3) float32
         Linear RGB at the vertices; empty where there is none.
     uv : (V, 2) or (0, 2) float64
@@ -72,7 +74,7 @@ def paint_hits(triangle, weights, faces, factors, face_material, vertex_colors, 
             for channel in range(3):
                 rgb[k, channel] = 0
             continue
-        weight_b, weight_c = np.float64(weights[k, 0]), np.float64(weights[k, 1])
+        weight_b, weight_c = weights[k, 0], weights[k, 1]
         material = face_material[face]
         first, wide, high = texture_table[material, 0], texture_table[material, 1], texture_table[material, 2]
         for channel in range(3):

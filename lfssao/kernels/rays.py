@@ -79,33 +79,44 @@ def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
     return clip_to_slab(oz, dz, box[0, 2], box[1, 2], t0, t1)
 
 
+@kernel(inline=True)
+def _grid_ray(kind, lens, box, width, height, step, i, j):
+    """The ray of the texel in the middle of cell (i, j) of step x step texels, clipped to a box: empty for t0 > t1."""
+    u, v = min(i * step + step // 2, width - 1) + 0.5, min(j * step + step // 2, height - 1) + 0.5
+    ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, u, v)
+    t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
+    return ox, oy, oz, dx, dy, dz, t0, t1
+
+
 @kernel(parallel=True)
-def count_rays(kind, lens, box, width, counts):
-    """How many texels of each row have a ray that meets the box; counts: (H,) int64."""
+def count_rays(kind, lens, box, width, height, step, columns, counts):
+    """How many cells of each row of cells have a ray that meets the box; counts: (rows of cells,) int64."""
     for j in prange(counts.shape[0]):
         n = 0
-        for i in range(width):
-            ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, i + 0.5, j + 0.5)
-            t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
-            if t0 <= t1:
-                n += 1
+        for i in range(columns):
+            _, _, _, _, _, _, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j)
+            n += np.int64(t0 <= t1)
         counts[j] = n
 
 
 @kernel(parallel=True)
-def make_rays(kind, lens, box, width, starts, texels, origins, directions, lengths):
+def make_rays(kind, lens, box, width, height, step, columns, starts, cells, origins, directions, lengths):
     """The rays that count_rays counted, from where they enter the box.
 
     Parameters
     ----------
-    kind, lens : int, (8,) float64
+    kind, lens : int, float64 array
         The kind of ray and its numbers.
     box : (2, 3) float64
         Lower and upper corner of what is to be hit, cast space.
-    starts : (H,) int64
-        Number of the first ray of each row.
-    texels : (n,) int32
-        Out: row * width + column.
+    width, height : int
+        Size of the texture.
+    step, columns : int
+        One ray for each cell of step x step texels; how many cells a row has.
+    starts : (rows of cells,) int64
+        Number of the first ray of each row of cells.
+    cells : (n,) int32
+        Out: row * columns + column of the ray's cell.
     origins, directions : (n, 3) float32
         Out: rounded once. The origin lies where the ray enters the box, so that float32 has its digits where the
         surfaces are.
@@ -114,11 +125,10 @@ def make_rays(kind, lens, box, width, starts, texels, origins, directions, lengt
     """
     for j in prange(starts.shape[0]):
         n = starts[j]
-        for i in range(width):
-            ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, i + 0.5, j + 0.5)
-            t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
+        for i in range(columns):
+            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j)
             if t0 <= t1:
-                texels[n] = j * width + i
+                cells[n] = j * columns + i
                 origins[n, 0] = ox + t0 * dx
                 origins[n, 1] = oy + t0 * dy
                 origins[n, 2] = oz + t0 * dz
@@ -135,10 +145,3 @@ def transform_points(m, points, out):
         for row in range(3):
             k = 4 * row
             out[i, row] = ((m[k] * x + m[k + 1] * y) + m[k + 2] * z) + m[k + 3]
-
-
-@kernel(parallel=True)
-def fill(texture, value):
-    """Every number of a texture, given flat, set to one value."""
-    for i in prange(texture.shape[0]):
-        texture[i] = np.float32(value)

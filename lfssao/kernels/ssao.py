@@ -1,4 +1,16 @@
-"""LF Algorithms 1 and 2: the share of samples around each visible point that lie behind the visible surface."""
+"""LF Algorithms 1 and 2: the share of samples around each visible point that lie behind the visible surface.
+
+How the kernels get their speed, with the bits of the plain double loop over texels and samples:
+
+- Rows of texels are the inner loop and samples the outer one, so that LLVM makes vectors of neighbouring texels.
+- The mapping's affine half is applied once a point and once a sample instead of once a pair of them.
+- The depth look-up is in the same loop: its latency hides behind the divisions, which are the bottleneck. LLVM makes
+  gathers of it only where it knows that no other array overlaps ``depth``; numba tells it so for the arrays of a
+  ``prange`` body as long as the body makes no views. Hence texel numbers where slices would read better; unsigned
+  ones, so that numba need not ask whether they count from the end.
+- Helpers that take arrays are called once a row, not once a point: numba counts references at each call.
+- ``finish_row`` is not inlined: with it in the same function LLVM gives the loop of look-ups up.
+"""
 
 import numpy as np
 from numba import prange
@@ -6,10 +18,12 @@ from numba import prange
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import (
     CROSSED_SLITS,
+    MATRIX,
     affine_row,
     linear_row,
-    locate_crossed_slits,
-    locate_matrix,
+    nearest_texel,
+    project_crossed_slits,
+    project_matrix,
 )
 
 # Rows that share one set of scratch arrays: enough that allocating them costs nothing, few enough that the rows
@@ -27,48 +41,94 @@ def transform_offsets(offsets, kind, m):
     return out
 
 
-@kernel
-def count_row(depth, kind, m, width, height, points, offsets, texel, threshold, surface, count):
-    """Lines 4 to 9 of Algorithm 2 (5 to 10 of Algorithm 1) for the visible points of one row.
+@kernel(inline=True)
+def surface_span(depth, row, width):
+    """The texels of a row, which starts at texel number ``row``, that see a surface: first texel number and length.
+
+    Texels without a surface may lie between them.
+    """
+    first, last = 0, width
+    while first < width and not depth[row + first] < np.inf:
+        first += 1
+    while last > first and not depth[row + last - 1] < np.inf:
+        last -= 1
+    return np.uint64(row + first), last - first
+
+
+@kernel(inline=True)
+def start_row(kind, m, n, a, b, c, q, count, missed):
+    """Begin n points: the affine half of line 6, in place, and no samples counted.
+
+    a, b, c: in, world coordinates; out, rows 0 to 2 of M (a, b, c, 1). q: out, row 3 of a camera's.
+    """
+    for i in range(n):
+        x, y, z = a[i], b[i], c[i]
+        a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+        count[i] = 0
+        missed[i] = 0
+        if kind == MATRIX:
+            q[i] = affine_row(m, 3, x, y, z)
+
+
+@kernel(inline=True)
+def count_crossed_slits(m, depth, width, height, n, a, b, c, offsets, count, missed):
+    """Algorithm 2, lines 4 to 9, for the points of one row.
 
     Parameters
     ----------
+    m : (16,) array
+        The mapping world -> image.
     depth : (height * width,) array
         The depth texture, row by row.
-    kind, m : int, (16,) array
-        The mapping world -> image.
-    points : (4, n) array
-        The visible points after the mapping's affine half.
+    width, height : int
+        Its size.
+    n : int
+        How many points.
+    a, b, c : (>= n,) arrays
+        The points after the mapping's affine half, an array a row of M; NaN where a texel sees no surface, which no
+        compare lets through.
     offsets : (samples, 4) array
         The samples likewise, linear part only.
-    texel, threshold, surface : (n,) arrays
-        Scratch.
-    count : (n,) int32
-        Out: how many samples lie behind the surface.
-
-    Returns
-    -------
-    int
-        How many samples fell outside the texture or the mapping's domain.
+    count, missed : (>= n,) int32
+        In and out: how many samples lie behind the surface; how many outside the texture or the mapping's domain.
     """
-    nowhere = m.dtype.type(-np.inf)
-    outside = 0
-    for i in range(count.shape[0]):
-        count[i] = 0
+    wide, high = m.dtype.type(width), m.dtype.type(height)
+    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
     for s in range(offsets.shape[0]):
-        # Algorithm 2 line 6 (1: line 7), world-to-image of one sample around every point of the row.
-        if kind == CROSSED_SLITS:
-            locate_crossed_slits(points, offsets[s], m, width, height, texel, threshold)
-        else:
-            locate_matrix(points, offsets[s], m, width, height, texel, threshold)
-        # Line 7 (8). A loop of its own, as gathers would keep the loops before and behind it from being vectors;
-        # the unsigned number spares the test for a negative index.
-        for i in range(count.shape[0]):
-            surface[i] = depth[np.uint32(texel[i])]
-        # Lines 8 and 9 (9 and 10).
-        for i in range(count.shape[0]):
-            count[i] += np.int32(surface[i] < threshold[i])
-            outside += np.int32(threshold[i] == nowhere)
+        oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+        for i in range(n):
+            u, v, z, valid = project_crossed_slits(a[i] + oa, b[i] + ob, c[i] + oc, z_module, z_observer, u_0, v_0)
+            inside, texel = nearest_texel(u, v, wide, high)
+            surface = depth[texel]  # line 7
+            count[i] += np.int32((surface < z) & inside & valid)  # lines 8 and 9
+            missed[i] += np.int32(not (inside & valid))
+
+
+@kernel(inline=True)
+def count_matrix(m, depth, width, height, n, a, b, c, q, offsets, count, missed):
+    """Algorithm 1, lines 5 to 10; arguments of count_crossed_slits, with q, row 3 of M."""
+    wide, high = m.dtype.type(width), m.dtype.type(height)
+    for s in range(offsets.shape[0]):
+        oa, ob, oc, oq = offsets[s, 0], offsets[s, 1], offsets[s, 2], offsets[s, 3]
+        for i in range(n):
+            u, v, z, valid = project_matrix(a[i] + oa, b[i] + ob, c[i] + oc, q[i] + oq)
+            inside, texel = nearest_texel(u, v, wide, high)
+            surface = depth[texel]  # line 8
+            count[i] += np.int32((surface < z) & inside & valid)  # lines 9 and 10
+            missed[i] += np.int32(not (inside & valid))
+
+
+@kernel
+def finish_row(depth, row, width, start, n, samples, count, missed, occlusion):
+    """Write a row's occlusion, count / samples; return how many samples of its visible points were outside."""
+    for texel in range(row, row + width):
+        occlusion[texel] = 0
+    outside = 0
+    for i in range(n):
+        texel = start + np.uint64(i)
+        there = depth[texel] < np.inf
+        occlusion[texel] = depth.dtype.type(count[i]) / samples if there else depth.dtype.type(0)
+        outside += missed[i] if there else 0
     return outside
 
 
@@ -92,66 +152,52 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
         Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
     """
     height, width = depth.shape
-    flat_depth = depth.reshape(height * width)
+    surface, places = depth.reshape(height * width), positions.reshape(height * width, 3)
+    shares = occlusion.reshape(height * width)
     image_offsets = transform_offsets(offsets, kind, m)
-    samples = m.dtype.type(max(offsets.shape[0], 1))
-    rows = 3 if kind == CROSSED_SLITS else 4
+    samples, nothing = m.dtype.type(max(offsets.shape[0], 1)), m.dtype.type(np.nan)
     for block in prange((height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK):
-        points = np.zeros((4, width), m.dtype)
-        threshold, surface = np.empty(width, m.dtype), np.empty(width, m.dtype)
-        texel, count, column = np.empty(width, np.int32), np.empty(width, np.int32), np.empty(width, np.int32)
+        a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
+        q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
-            n = 0
-            for i in range(width):  # line 1, for the texels that see a surface
-                occlusion[j, i] = 0
-                if depth[j, i] < np.inf:
-                    x, y, z = positions[j, i, 0], positions[j, i, 1], positions[j, i, 2]  # line 2
-                    for row in range(rows):
-                        points[row, n] = affine_row(m, row, x, y, z)
-                    column[n] = i
-                    n += 1
-            outside[j] = count_row(
-                flat_depth, kind, m, width, height, points[:, :n], image_offsets,
-                texel[:n], threshold[:n], surface[:n], count[:n],
-            )  # fmt: skip
-            for k in range(n):
-                occlusion[j, column[k]] = m.dtype.type(count[k]) / samples
+            start, n = surface_span(surface, j * width, width)
+            for i in range(n):
+                texel = start + np.uint64(i)  # line 1
+                a[i], b[i], c[i] = places[texel, 0], places[texel, 1], places[texel, 2]  # line 2
+                a[i] = a[i] if surface[texel] < np.inf else nothing
+            start_row(kind, m, n, a, b, c, q, count, missed)
+            if kind == CROSSED_SLITS:
+                count_crossed_slits(m, surface, width, height, n, a, b, c, image_offsets, count, missed)
+            else:
+                count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, missed)
+            outside[j] = finish_row(surface, j * width, width, start, n, samples, count, missed, shares)
 
 
 @kernel(parallel=True)
-def algorithm1(depth, offsets, screen_to_world, kind, m, occlusion, outside):
+def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
     """LF Algorithm 1, occlusion of every texel of an ordinary view.
 
     Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,) the rows of a 4x4 matrix, in place of
-    the positions texture; ``kind`` is MATRIX.
+    the positions texture; the mapping ``m`` is of kind MATRIX.
     """
     height, width = depth.shape
-    flat_depth = depth.reshape(height * width)
-    image_offsets = transform_offsets(offsets, kind, m)
+    surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
+    image_offsets = transform_offsets(offsets, MATRIX, m)
     samples = m.dtype.type(max(offsets.shape[0], 1))
-    half = m.dtype.type(0.5)
+    half, nothing = m.dtype.type(0.5), m.dtype.type(np.nan)
     for block in prange((height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK):
-        points = np.zeros((4, width), m.dtype)
-        threshold, surface = np.empty(width, m.dtype), np.empty(width, m.dtype)
-        texel, count, column = np.empty(width, np.int32), np.empty(width, np.int32), np.empty(width, np.int32)
+        a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
+        q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
-            n = 0
-            for i in range(width):
-                occlusion[j, i] = 0
-                if depth[j, i] < np.inf:
-                    # lines 1 to 3
-                    u, v, d = m.dtype.type(i) + half, m.dtype.type(j) + half, depth[j, i]
-                    q = affine_row(screen_to_world, 3, u, v, d)
-                    x = affine_row(screen_to_world, 0, u, v, d) / q
-                    y = affine_row(screen_to_world, 1, u, v, d) / q
-                    z = affine_row(screen_to_world, 2, u, v, d) / q
-                    for row in range(4):
-                        points[row, n] = affine_row(m, row, x, y, z)
-                    column[n] = i
-                    n += 1
-            outside[j] = count_row(
-                flat_depth, kind, m, width, height, points[:, :n], image_offsets,
-                texel[:n], threshold[:n], surface[:n], count[:n],
-            )  # fmt: skip
-            for k in range(n):
-                occlusion[j, column[k]] = m.dtype.type(count[k]) / samples
+            start, n = surface_span(surface, j * width, width)
+            first = m.dtype.type(start - np.uint64(j * width)) + half
+            for i in range(n):
+                u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
+                d = surface[start + np.uint64(i)]  # line 2
+                w = affine_row(screen_to_world, 3, u, v, d)  # line 3
+                a[i] = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
+                b[i] = affine_row(screen_to_world, 1, u, v, d) / w
+                c[i] = affine_row(screen_to_world, 2, u, v, d) / w
+            start_row(MATRIX, m, n, a, b, c, q, count, missed)
+            count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, missed)
+            outside[j] = finish_row(surface, j * width, width, start, n, samples, count, missed, shares)

@@ -214,7 +214,7 @@ def polygonise(parts: Sequence[Part], axes: Axes, relief: Distance | None = None
     -----
     Marching cubes of Lewiner et al. 2003, which leaves no holes, as scikit-image has it.
     """
-    from skimage.measure import marching_cubes  # noqa: PLC0415 -- the package must import fast
+    from skimage.measure import marching_cubes  # late: the package must import fast
 
     field = _sampled(parts, axes)
     if relief is not None:

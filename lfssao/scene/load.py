@@ -1,5 +1,8 @@
 """Meshes from files, through trimesh, with everything that could be wrong found here and said in one sentence."""
 
+import io
+import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +13,9 @@ from lfssao.errors import InputError
 from lfssao.scene.mesh import Mesh, Paint
 from lfssao.srgb import to_linear
 
+_GLTF = (".glb", ".gltf")
+_NOT_IMAGES = (".mtl", ".bin")
+
 
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     """All triangles of a file in its own coordinates, as one mesh.
@@ -19,25 +25,31 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     path : str or Path
         Any mesh file that trimesh reads: OBJ, PLY, STL, OFF, GLB, ...; the transforms of a scene are applied.
     texture : str or Path, optional
-        An image for a mesh whose file has texture coordinates but names no image.
+        An image for a mesh with texture coordinates; it takes the place of images that the file names.
 
     Returns
     -------
     Mesh
-        With the diffuse colours of textures, materials, vertices or faces, where the file has them.
+        With the diffuse colours of textures, materials, vertices or faces, where the file has them. An OBJ's image
+        takes the place of its Kd (exporters write a Kd of 0 or 0.8 beside it); glTF's factors multiply.
 
     Raises
     ------
     InputError
-        If the file is missing, cannot be read or holds no triangles, or the mesh is broken (``Mesh``).
+        If the file is missing, cannot be read or holds no triangles; if it names an image that is missing or cannot
+        be read and no texture is given; if a texture is given to a mesh without texture coordinates; if the mesh is
+        broken (``Mesh``).
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file")
+    _check_file(path)
     image = None if texture is None else _read_image(Path(texture))
-    parts = [_Part(geometry, image) for geometry in _read(path)]
-    if not parts:
+    assets = _Assets(path)
+    geometries = _read(path, assets)
+    if not geometries:
         raise InputError(f"{path}: the file holds no triangles")
+    if image is None:
+        assets.check_images()
+    parts = [_Part(path, geometry, image) for geometry in geometries]
     if image is not None and not any(part.uv is not None for part in parts):
         raise InputError(f"{path}: a texture was given, but the mesh has no texture coordinates")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
@@ -46,34 +58,205 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
         faces=np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)]),
         paint=_join_paint(parts),
         name=str(path),
+        notes=(*assets.notes(), *dict.fromkeys(part.note for part in parts if part.note)),
     )
 
 
-def _read(path: Path) -> list[Any]:
-    """The file's meshes as trimesh has them, transforms applied."""
-    import trimesh  # late: takes half a second to import
+def _check_file(path: Path) -> None:
+    if path.is_dir():
+        raise InputError(f"{path}: it is a folder, not a file")
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+    if not path.is_file():
+        raise InputError(f"{path}: it is not a regular file")
 
+
+class _Assets:
+    """Gives trimesh the files that a mesh file names, as its resolvers do, and remembers which it could not.
+
+    trimesh itself goes on without a word where a material or an image is missing.
+    """
+
+    def __init__(self, path: Path) -> None:
+        from trimesh.resolvers import FilePathResolver  # late: trimesh takes half a second to import
+
+        self._path = path
+        self._files = FilePathResolver(str(path))
+        self._missing: dict[str, str] = {}
+
+    def get(self, name: str) -> bytes:
+        """Content of a file beside the mesh file; text as UTF-8."""
+        ending = Path(name.strip()).suffix.lower()
+        try:
+            data: bytes = self._files.get(name.replace("\\", "/"))  # paths from Windows
+            if ending not in _NOT_IMAGES:
+                _check_image(data)
+        except FileNotFoundError:
+            self._missing[name] = "is not there"
+            raise
+        except Exception as error:
+            self._missing[name] = f"cannot be read ({_reason(Path(name), error)})"
+            raise
+        return _as_utf8(data) if ending == ".mtl" else data
+
+    __getitem__ = get
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._files, name)
+
+    def check_images(self) -> None:
+        """Refuse a mesh one of whose images could not be had."""
+        for name, problem in self._missing.items():
+            if Path(name.strip()).suffix.lower() not in _NOT_IMAGES:
+                raise InputError(f"{self._path}: it names the image '{name}', which {problem}")
+
+    def notes(self) -> list[str]:
+        """What else could not be had, a sentence each."""
+        return [
+            f"it names '{name}', which {problem}: its materials are left out"
+            for name, problem in self._missing.items()
+            if name.strip().lower().endswith(".mtl")
+        ]
+
+
+def _check_image(data: bytes) -> None:
+    from PIL import Image  # late: only needed with textures
+
+    with Image.open(io.BytesIO(data)) as image:
+        image.load()
+
+
+def _read(path: Path, assets: _Assets) -> list[Any]:
+    """The file's meshes as trimesh has them, transforms applied."""
+    import trimesh
+
+    ending = path.suffix.lower()
     try:
-        # process=False: trimesh would merge vertices and renumber faces.
-        scene = trimesh.load_scene(path, process=False)
-        geometries = scene.dump()
+        with warnings.catch_warnings():
+            # Libraries warn of what is checked here, but for NumPy, which reads numbers up to the first that is none.
+            warnings.simplefilter("ignore")
+            warnings.filterwarnings("error", message="string or file could not be read to its end")
+            least, arguments = _prepare(path, ending, assets)
+            # process=False: trimesh would merge vertices and renumber faces.
+            geometries = trimesh.load_scene(**arguments, process=False).dump()
+    except InputError:
+        raise
     except Exception as error:  # whatever the format's reader stumbled over
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{path}: it cannot be read as a mesh ({reason})") from error
-    return [g for g in geometries if isinstance(g, trimesh.Trimesh) and len(g.faces)]
+        raise InputError(f"{path}: it cannot be read as a mesh ({_reason(path, error)})") from error
+    meshes = [g for g in geometries if isinstance(g, trimesh.Trimesh) and len(g.faces)]
+    found = sum(len(mesh.faces) for mesh in meshes)
+    if found < least:
+        raise InputError(f"{path}: it declares {least} faces, of which {found} can be read")
+    return meshes
+
+
+def _prepare(path: Path, ending: str, assets: _Assets) -> tuple[int, dict[str, Any]]:
+    """How many faces the file declares (0: unknown), and what trimesh is to read."""
+    if path.stat().st_size == 0:
+        raise InputError(f"{path}: the file is empty")
+    if ending not in _CHECKS:
+        return 0, {"file_obj": path, "resolver": assets if ending in _GLTF else None}
+    data = path.read_bytes()
+    least = _CHECKS[ending](path, data)
+    data = _as_utf8(data) if ending == ".obj" else data
+    return least, {"file_obj": io.BytesIO(data), "file_type": ending[1:], "resolver": assets}
+
+
+def _reason(path: Path, error: Exception) -> str:
+    """Why reading failed, in words that do not need the libraries' source to be understood."""
+    reason = " ".join(str(error).split())[:200] or type(error).__name__
+    if isinstance(error, OSError) and error.strerror:
+        reason = error.strerror
+    elif isinstance(error, UnicodeDecodeError) or getattr(error, "name", None) == "charset_normalizer":
+        # charset_normalizer is what trimesh asks to guess an encoding
+        reason = f"its content is not what files ending in {path.suffix} hold"
+    elif isinstance(error, ImportError):
+        reason = f"no reader for it is installed: {reason}"
+    elif isinstance(error, IndexError) and path.suffix.lower() == ".obj":
+        reason = "a face names a vertex that does not exist"
+    elif isinstance(error, MemoryError):
+        reason = "there is not enough memory"
+    elif type(error).__name__ == "UnidentifiedImageError":
+        reason = "it is of no known format"
+    return reason
+
+
+def _as_utf8(data: bytes) -> bytes:
+    """Text that is not UTF-8 is taken for Latin-1: names and comments of old exporters."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode("utf-8")
+    return data
+
+
+def _check_obj(path: Path, data: bytes) -> int:
+    """Refuse vertex numbers that trimesh would take for others; an OBJ declares no number of faces."""
+    if found := re.search(rb"^f[ \t][^\n]*?(?<=[ \t])[+-]?0+(?=[/\s]|\Z)", data, re.MULTILINE):
+        raise InputError(f"{path}: line {_line(data, found)}: a face names vertex 0, but OBJ counts from 1")
+    backwards = re.search(rb"^f[ \t][^\n]*?[ \t]-[0-9]", data, re.MULTILINE)
+    if backwards and re.compile(rb"^v[ \t]", re.MULTILINE).search(data, backwards.end()):
+        raise InputError(
+            f"{path}: line {_line(data, backwards)}: a face counts vertices backwards (negative numbers) while more "
+            "vertices follow, which cannot be read"
+        )
+    return 0
+
+
+def _line(data: bytes, found: re.Match[bytes]) -> int:
+    return data.count(b"\n", 0, found.start()) + 1
+
+
+def _check_ply(path: Path, data: bytes) -> int:
+    """How many faces a text PLY declares; one with fewer lines than declared is refused, as trimesh would read it."""
+    header, end, body = data.partition(b"end_header")
+    if not end or not re.search(rb"^format[ \t]+ascii", header, re.MULTILINE):
+        return 0  # trimesh compares the sizes of binary files, and says what else is wrong
+    elements = re.findall(rb"^element[ \t]+(\S+)[ \t]+([0-9]{1,18})", header, re.MULTILINE)
+    declared = sum(int(count) for _, count in elements)
+    lines = sum(1 for line in body.splitlines() if line.strip())
+    if lines < declared:
+        raise InputError(f"{path}: it ends too early: the header declares {declared} lines, there are {lines}")
+    return sum(int(count) for name, count in elements if name == b"face")
+
+
+def _check_off(path: Path, data: bytes) -> int:
+    """How many faces an OFF declares; one with fewer lines is refused."""
+    lines = [line for line in re.sub(rb"#[^\n]*", b"", data).splitlines() if line.strip()]
+    words = b" ".join(lines[:2]).split()
+    if len(words) < 3 or not all(word.isdigit() and len(word) < 18 for word in words[1:3]):
+        return 0  # trimesh says what is wrong with it
+    vertices, faces = int(words[1]), int(words[2])
+    if len(lines) - 1 < vertices + faces:
+        raise InputError(f"{path}: it ends too early: it declares {vertices} vertices and {faces} faces on a line each")
+    return faces
+
+
+_CHECKS = {".obj": _check_obj, ".ply": _check_ply, ".off": _check_off}
 
 
 def _read_image(path: Path) -> NDArray[np.uint8]:
     """An image file as (h, w, 3) sRGB codes."""
     from PIL import Image  # late: only needed with textures
 
+    _check_file(path)
     try:
-        with Image.open(path) as image:
-            return np.asarray(image.convert("RGB"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: there is no such file") from error
-    except OSError as error:
-        raise InputError(f"{path}: it cannot be read as an image ({error})") from error
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Pillow's of large images
+            with Image.open(path) as image:
+                return _codes(image)
+    except Exception as error:  # each of Pillow's readers has errors of its own
+        raise InputError(f"{path}: it cannot be read as an image ({_reason(path, error)})") from error
+
+
+def _codes(image: Any) -> NDArray[np.uint8]:
+    """Pixels of a Pillow image as (h, w, 3) 8-bit codes; transparency is left out."""
+    if image.mode in ("I", "F"):
+        raise ValueError(f"pixels of mode {image.mode} have no known range")
+    if image.mode.startswith("I;16"):  # Pillow would clip 16-bit grey at 255
+        grey = (np.asarray(image).astype(np.uint32) * 255 + 32767) // 65535
+        return np.repeat(grey.astype(np.uint8)[..., None], 3, axis=2)
+    return np.asarray(image.convert("RGB"))
 
 
 def _is_placeholder(image: Any) -> bool:
@@ -87,20 +270,24 @@ def _is_placeholder(image: Any) -> bool:
 class _Part:
     """One geometry of a file: plain arrays of its triangles and what colours them."""
 
-    def __init__(self, geometry: Any, image: NDArray[np.uint8] | None) -> None:
+    def __init__(self, path: Path, geometry: Any, image: NDArray[np.uint8] | None) -> None:
         self.vertices = np.asarray(geometry.vertices, np.float64)
         self.faces = np.asarray(geometry.faces, np.int64)
         self.factor = np.ones(3, np.float32)
         self.image = image
         self.uv: NDArray[np.float64] | None = None
         self.vertex_colors: NDArray[np.float32] | None = None
+        self.note = ""
+        self._path = path
         visual = geometry.visual
         if visual.kind == "texture":
             self._take_texture(visual)
         elif visual.kind == "vertex":
-            self.vertex_colors = to_linear(np.asarray(visual.vertex_colors)[:, :3])
+            self.vertex_colors = self._linear_colors(visual.vertex_colors)
         elif visual.kind == "face":
             self._take_face_colors(np.asarray(visual.face_colors)[:, :3])
+        if self.uv is None:
+            self.image = None
 
     @property
     def colored(self) -> bool:
@@ -108,18 +295,46 @@ class _Part:
 
     def _take_texture(self, visual: Any) -> None:
         if visual.uv is not None and len(visual.uv) == len(self.vertices):
-            self.uv = np.asarray(visual.uv, np.float64)
+            self.uv = np.asarray(visual.uv, np.float64)[:, :2]
         material = visual.material
         found = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-        if self.image is None and found is not None and not _is_placeholder(found):
-            self.image = np.asarray(found.convert("RGB"))
-        if self.uv is None or not np.isfinite(self.uv).all():
-            self.uv = self.image = None
+        if found is not None and _is_placeholder(found):
+            found = None
+        if self.image is None and found is not None:
+            self._take_image(found)
+        if self.image is not None and self.uv is not None and not np.isfinite(self.uv).all():
+            raise InputError(f"{self._path}: a texture coordinate is not finite")
+        self._take_factor(material, found)
+        colors = visual.vertex_attributes.get("color")  # where glTF has a material and colours at the vertices
+        if colors is not None and len(colors) == len(self.vertices):
+            self.vertex_colors = self._linear_colors(colors)
+
+    def _take_image(self, found: Any) -> None:
+        if self.uv is None:
+            self.note = "an image is left out, as its faces have no texture coordinates"
+            return
+        try:
+            self.image = _codes(found)
+        except Exception as error:  # Pillow decodes late: a broken image is noticed only here
+            reason = _reason(self._path, error)
+            raise InputError(f"{self._path}: its texture cannot be read as an image ({reason})") from error
+
+    def _take_factor(self, material: Any, found: Any) -> None:
         factor = getattr(material, "baseColorFactor", None)
         if factor is not None:  # glTF's factor is linear, but trimesh keeps it as 8-bit numbers
             self.factor = np.asarray(factor, np.float32)[:3] / np.float32(255)
-        elif getattr(material, "diffuse", None) is not None and found is None:
+        # trimesh makes up a grey for a material without Kd; what the file said is in kwargs.
+        elif found is None and "kd" in getattr(material, "kwargs", {}):
             self.factor = to_linear(np.asarray(material.diffuse, np.uint8)[:3])
+
+    def _linear_colors(self, colors: Any) -> NDArray[np.float32]:
+        """Linear RGB of vertex colours: glTF's are linear, those of other formats are sRGB codes."""
+        from trimesh.visual.color import to_rgba
+
+        codes: NDArray[np.uint8] = to_rgba(np.array(colors))[:, :3]
+        if self._path.suffix.lower() in _GLTF:
+            return codes.astype(np.float32) / np.float32(255)
+        return to_linear(codes)
 
     def _take_face_colors(self, colors: NDArray[np.uint8]) -> None:
         """Give each face its own three vertices in its colour."""

@@ -9,6 +9,10 @@ from lfssao.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
+# Positions are float32 in the textures, 1e-38 to 3.4e38; products and quotients on the way to them need room.
+LARGEST = 1e30
+SMALLEST = 1e-30
+
 
 @dataclass(frozen=True, eq=False)
 class Paint:
@@ -61,12 +65,14 @@ class Mesh:
         What messages and the manifest call it.
     degenerate : int
         How many faces without area were left out when the mesh was made.
+    notes : tuple of str
+        What else was left out when it was loaded, a sentence each.
 
     Raises
     ------
     InputError
-        If vertices are not (V, 3), not finite or none; if a face names a vertex that does not exist; if no face
-        with an area is left.
+        If vertices are not (V, 3), not finite, beyond ``LARGEST`` or none; if a face names a vertex that does not
+        exist; if no face with an area is left; if the whole mesh is smaller than ``SMALLEST``.
     """
 
     vertices: FloatArray
@@ -74,6 +80,7 @@ class Mesh:
     paint: Paint | None = None
     name: str = "mesh"
     degenerate: int = field(default=0)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         vertices = np.ascontiguousarray(self.vertices, np.float64)
@@ -82,6 +89,10 @@ class Mesh:
         keep = _has_area(vertices, faces)
         if not keep.any():
             raise InputError(f"{self.name}: the mesh has no face with an area")
+        used = vertices[np.unique(faces[keep])]
+        size = float((used.max(axis=0) - used.min(axis=0)).max())
+        if size < SMALLEST:
+            raise InputError(f"{self.name}: the mesh is {size:g} scene units large, it must be at least {SMALLEST:g}")
         dropped = len(faces) - int(keep.sum())
         if dropped and self.paint is not None:
             kept = self.paint.face_material[keep]
@@ -118,6 +129,9 @@ def _check(name: str, vertices: FloatArray, faces: NDArray[np.int32]) -> None:
     if bad.any():
         number = int(np.flatnonzero(bad)[0])
         raise InputError(f"{name}: vertex {number} is not finite: {vertices[number].tolist()}")
+    if np.abs(vertices).max() > LARGEST:
+        number = int(np.flatnonzero((np.abs(vertices) > LARGEST).any(axis=1))[0])
+        raise InputError(f"{name}: vertex {number} is beyond {LARGEST:g}: {vertices[number].tolist()}")
 
 
 def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool_]:

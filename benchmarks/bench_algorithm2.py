@@ -1,0 +1,143 @@
+"""Algorithm 2 against C: ``python benchmarks/bench_algorithm2.py``, JSON beside the printed table.
+
+One run, 1024x768, 8 samples, one radius, float32, all peers in turn; median and quartiles in milliseconds. The peers
+are compiled here with gcc -O3 -march=native; a second build with -ffp-contract=off must give lfssao's bits.
+"""
+
+import argparse
+import ctypes
+import json
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
+import numpy as np
+
+from lfssao import builtin_scene, find_display, make_samples, module_views
+from lfssao.kernels import ssao
+from lfssao.manifest import describe_machine
+from lfssao.raycast import RayCaster
+from lfssao.render import diagonal
+
+SOURCE = Path(__file__).with_name("algorithm2.c")
+RADIUS = 0.02  # share of the scene's diagonal
+
+Case = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def gallery_case() -> Case:
+    """The default scene in the default display: depth, positions, offsets and mapping, float32."""
+    mesh = builtin_scene()
+    view = module_views(mesh, find_display("virtual"))[0]
+    gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view)
+    offsets = (RADIUS * diagonal(mesh) * make_samples()).astype(np.float32)
+    return gbuffer.depth, gbuffer.positions, offsets, view.world_to_image.as_type(np.float32)
+
+
+def relief_case() -> Case:
+    """A wavy sheet that fills the texture, so that no texel can be skipped."""
+    view = find_display("virtual").view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
+    j, i = np.mgrid[0:768, 0:1024]
+    x, y = (i + 0.5 - 512) / 1024, (384 - j - 0.5) / 1024
+    z = 0.05 * np.sin(40 * x) * np.sin(30 * y)
+    # The point of each texel's ray at depth -z: the flat forms with m = (0, 0, 0.7), observers at -2.
+    positions = np.stack([x * (0.7 + z) / 0.7, y * (2.0 - z) / 2.0, z], axis=-1).astype(np.float32)
+    offsets = (0.02 * make_samples()).astype(np.float32)
+    return (-z).astype(np.float32), positions, offsets, view.world_to_image.as_type(np.float32)
+
+
+def compile_peers(folder: Path, *options: str) -> ctypes.CDLL:
+    library = folder / f"peers{len(options)}.so"
+    command = ["gcc", "-O3", "-march=native", "-fopenmp", "-shared", "-fPIC", *options]
+    subprocess.run([*command, "-o", str(library), str(SOURCE)], check=True)
+    return ctypes.CDLL(str(library))
+
+
+def peer(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray] | None:
+    """The C function under that name on a case; None where this processor's build does not have it."""
+    try:
+        function = getattr(library, name)
+    except AttributeError:
+        return None
+    depth, positions, offsets, m = case
+    image_offsets = np.ascontiguousarray(ssao.transform_offsets(offsets, ssao.CROSSED_SLITS, m)[:, :3])
+    ao = np.empty_like(depth)
+    arrays = [a.ctypes.data_as(ctypes.c_void_p) for a in (depth, positions, image_offsets, m, ao)]
+    height, width = depth.shape
+
+    def run(kept: tuple[np.ndarray, ...] = (image_offsets,)) -> np.ndarray:
+        function(width, height, len(kept[0]), *arrays)
+        return ao
+
+    return run
+
+
+def ours(case: Case) -> Callable[[], np.ndarray]:
+    depth, positions, offsets, m = case
+    ao, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
+
+    def run() -> np.ndarray:
+        ssao.algorithm2(depth, positions, offsets, ssao.CROSSED_SLITS, m, ao, outside)
+        return ao
+
+    return run
+
+
+def interleaved(runs: dict[str, Callable[[], np.ndarray]], repeats: int) -> dict[str, list[float]]:
+    """Milliseconds of each run, the runs taking turns."""
+    for run in runs.values():
+        run()
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(repeats):
+        for name, run in runs.items():
+            start = time.perf_counter()
+            run()
+            times[name].append(1e3 * (time.perf_counter() - start))
+    return times
+
+
+def bench(case: Case, folder: Path, repeats: int) -> dict[str, dict[str, float]]:
+    fast, exact = compile_peers(folder), compile_peers(folder, "-ffp-contract=off")
+    runs: dict[str, Callable[[], np.ndarray]] = {"lfssao": ours(case)}
+    reference = runs["lfssao"]().copy()
+    for name in ("plain_c", "avx2_c", "avx512_c"):
+        run, same = peer(fast, name, case), peer(exact, name, case)
+        if run is None or same is None:
+            print(f"  {name}: this processor does not have it, skipped")
+            continue
+        if not np.array_equal(same().view(np.int32), reference.view(np.int32)):
+            raise SystemExit(f"{name} without contraction does not give lfssao's bits: not the same algorithm")
+        runs[name] = run
+    times = interleaved(runs, repeats)
+    base = np.median(times["lfssao"])
+    rows = {}
+    for name, values in times.items():
+        low, middle, high = np.percentile(values, [25, 50, 75])
+        rows[name] = {"ms": middle, "ms_25": low, "ms_75": high, "times_lfssao": middle / base}
+        print(f"  {name:10s} {middle:7.2f} ms  [{low:.2f}, {high:.2f}]   {middle / base:5.2f} x lfssao")
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=60)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--json", type=Path, default=Path(__file__).parent / "results" / "algorithm2.json")
+    options = parser.parse_args()
+    os.environ["OMP_NUM_THREADS"] = str(options.threads)
+    numba.set_num_threads(options.threads)
+    result: dict[str, object] = {"machine": describe_machine(options.threads)}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, case in (("gallery", gallery_case()), ("relief", relief_case())):
+            print(f"{name}: {np.isfinite(case[0]).mean():.0%} of the texels see a surface")
+            result[name] = bench(case, Path(folder), options.repeats)
+    options.json.parent.mkdir(exist_ok=True)
+    options.json.write_text(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,137 @@
+"""One batch of inputs through every kernel, and the SHA-256 of each output: the same code for every process.
+
+As a program it prints a JSON list: the digests with one thread, then those with two.
+"""
+
+import hashlib
+import json
+
+import numba
+import numpy as np
+
+from lfssao import Camera, FlatDisplay, Module, make_samples, passes
+from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, ssao
+
+HEIGHT, WIDTH = 43, 85
+DISPLAY = FlatDisplay("batch", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 0.7, WIDTH, HEIGHT),), 0.3, "batch")
+WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.5, 0.05, 0.0], [0.0, 0.1, -0.5, 0.05]])  # world -> physical
+CAMERA = Camera("perspective", (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 1.0, 9.0)
+
+
+def depth_texture(rng, dtype, low, high):
+    """Rows of waves with noise, a tenth background, some subnormal numbers."""
+    wave = np.linspace(low, high, HEIGHT * WIDTH).reshape(HEIGHT, WIDTH) + rng.uniform(-0.02, 0.02, (HEIGHT, WIDTH))
+    depth = wave.astype(dtype)
+    chance = rng.random(depth.shape)
+    depth[chance < 0.1] = np.inf
+    depth[chance > 0.97] = np.finfo(dtype).smallest_subnormal * 3
+    return depth
+
+
+def occlusions(dtype):
+    rng = np.random.default_rng(1)
+    samples = make_samples("latin", 12, 9, 0.2, 1.0)
+    module, camera = DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)
+    depth = depth_texture(rng, dtype, -0.3, 0.3)
+    positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3)).astype(dtype)
+    forth = camera.world_to_image.numbers.reshape(4, 4)
+    layers = []
+    for radius in (0.05, 0.4):
+        layers.append(passes.algorithm2(depth, positions, module.world_to_image, samples, radius))
+        layers.append(passes.algorithm2(depth, positions, camera.world_to_image, samples, radius))
+        screen = depth_texture(rng, dtype, 0.2, 0.8)
+        layers.append(passes.algorithm1(screen, camera.screen_to_world, forth, samples, radius))
+    merged = passes.merge([layer.texture for layer in layers])
+    rgb = rng.random((HEIGHT, WIDTH, 3)).astype(dtype)
+    yield "ssao", np.array([layer.texture for layer in layers])
+    yield "outside", np.array([layer.outside for layer in layers])
+    yield "no samples", no_samples(depth, positions, module.world_to_image.numbers.astype(dtype))
+    yield "merge", merged
+    yield "blur", np.array([passes.blur(merged, sigma) for sigma in (0.7, 2.0)])
+    yield "shade", passes.shade(rgb, merged)
+
+
+def no_samples(depth, positions, m):
+    occlusion, outside = np.empty_like(depth), np.empty(HEIGHT, np.int64)
+    ssao.algorithm2(depth, positions, np.empty((0, 3), depth.dtype), mapping.CROSSED_SLITS, m, occlusion, outside)
+    return occlusion
+
+
+def mapped(dtype):
+    points = np.random.default_rng(2).uniform(-3, 3, (200, 3)).astype(dtype)
+    for view in (DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)):
+        kind, m = view.world_to_image.kind, view.world_to_image.numbers.astype(dtype)
+        yield f"world_to_image {kind}", np.array([mapping.world_to_image(kind, m, *p) for p in points])
+
+
+def scalars():
+    rng = np.random.default_rng(3)
+    yield "weights", np.concatenate([passes.gaussian_kernel(sigma) for sigma in (0.01, 0.3, 1.0, 2.5)])
+    yield "sincospi", np.array([elementary.sincospi(x) for x in rng.uniform(-20, 20, 500)])
+    yield "cbrt", np.array([elementary.cbrt(x) for x in 2.0 ** rng.uniform(-1074, 1000, 500)])
+    yield "exp", np.array([elementary.exp(x) for x in rng.uniform(-745, 709, 500)])
+    yield "philox", np.array([philox.random_below(np.uint64(2**63 + 5), 2, k, 1000) for k in range(500)])
+    yield "ball", np.array([ball.algorithm3(x, y) for x, y in rng.uniform(-1, 1, (500, 2))])
+    for method in ("random", "jittered", "latin"):
+        yield method, make_samples(method, 60, 4, 0.1, 1.0)
+
+
+def casts():
+    """The kernels around the ray caster, on rays of which every one is said to hit some triangle."""
+    rng = np.random.default_rng(4)
+    vertices, faces = rng.uniform(-0.4, 0.4, (50, 3)), rng.integers(0, 50, (60, 3)).astype(np.int32)
+    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])]
+    box = np.array([[-0.4, -0.3, -0.4], [0.4, 0.35, 0.4]])
+    table = np.array([[0, 3, 4], [12, 0, 0]], np.int64)
+    colors, uv, texels = rng.random((50, 3), np.float32), rng.uniform(-2, 2, (50, 2)), rng.random((12, 3), np.float32)
+    factors, material = rng.random((2, 3), np.float32), rng.integers(0, 2, len(faces)).astype(np.int32)
+    cameras = [CAMERA, Camera("orthographic", CAMERA.eye, CAMERA.target, CAMERA.up, 2.0, 1.0, 9.0)]
+    for view in [DISPLAY.view(0, WORLD), *(camera.view(WIDTH, HEIGHT) for camera in cameras)]:
+        moved = np.empty_like(vertices)
+        rays.transform_points(np.ravel(view.world_from_cast), vertices, moved)
+        yield f"points {view.ray_kind}", moved
+        here = box if view.ray_kind == rays.FLAT_LINEAR else box + np.array([0.0, 0.0, 3.0])
+        counts = np.empty(HEIGHT, np.int64)
+        rays.count_rays(view.ray_kind, view.lens, here, WIDTH, counts)
+        n = int(counts.sum())
+        assert n > 100
+        numbers, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+        origins, directions = np.empty((2, n, 3), np.float32)
+        starts = np.cumsum(counts) - counts
+        rays.make_rays(view.ray_kind, view.lens, here, WIDTH, starts, numbers, origins, directions, lengths)
+        yield f"rays {view.ray_kind}", np.column_stack([numbers, origins, directions, lengths])
+        depth, positions = np.empty(HEIGHT * WIDTH, np.float32), np.empty((HEIGHT * WIDTH, 3), np.float32)
+        rays.fill(depth, np.inf)
+        rays.fill(positions.reshape(-1), np.inf)
+        triangle, weights = np.full(HEIGHT * WIDTH, -1, np.int32), np.zeros((HEIGHT * WIDTH, 2), np.float32)
+        hit = rng.integers(0, len(faces), n).astype(np.int32)
+        hits.resolve_hits(
+            view.ray_kind, view.lens, np.ravel(view.world_from_cast), vertices + here[0] + 0.4, faces, WIDTH,
+            numbers, hit, depth, positions, triangle, weights,
+        )  # fmt: skip
+        rgb = np.empty((HEIGHT * WIDTH, 3), np.float32)
+        paint.paint_hits(triangle, weights, faces, factors, material, colors, uv, table, texels, rgb)
+        yield f"hits {view.ray_kind}", np.column_stack([depth, positions, triangle, weights, rgb])
+
+
+def digests():
+    """SHA-256 of every output's bytes, by its name."""
+    named = [*scalars(), *casts()]
+    for dtype in (np.float32, np.float64):
+        named += [(f"{name}, {dtype.__name__}", a) for name, a in (*occlusions(dtype), *mapped(dtype))]
+    assert not any(np.isnan(a).any() for _, a in named)
+    return {name: hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for name, a in named}
+
+
+def digests_with_threads(threads):
+    before = numba.get_num_threads()
+    numba.set_num_threads(threads)
+    try:
+        return digests()
+    finally:
+        numba.set_num_threads(before)
+
+
+if __name__ == "__main__":
+    assert numba.config.NUMBA_NUM_THREADS >= 2
+    print(json.dumps([digests_with_threads(1), digests_with_threads(2)]))

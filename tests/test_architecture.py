@@ -1,0 +1,256 @@
+"""What the modules may import, how kernels are compiled and cached, that docstrings tell the truth, and equal bits."""
+
+import ast
+import dataclasses
+import hashlib
+import importlib
+import inspect
+import json
+import os
+import pkgutil
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import batch
+import numba
+import numpy as np
+import pytest
+
+import lfssao
+from lfssao.kernels import ball, jit, merge, ssao
+
+TESTS = Path(__file__).parent
+PACKAGE = Path(lfssao.__file__).parent
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+KERNELS = sorted((PACKAGE / "kernels").glob("*.py"))
+COMPILERS = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc", "generated_jit", "jit_module"}
+
+
+def imports(path):
+    """Every module that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield "." * node.level + (node.module or "")
+
+
+def run(*command, env=None):
+    done = subprocess.run(command, env={**os.environ, **(env or {})}, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+# Layers
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
+def test_kernels_import_nothing_from_above(path):
+    allowed = {"numpy", "numba", "math", "__future__"}
+    if path.name == "jit.py":
+        allowed |= {"functools", "hashlib", "collections.abc", "pathlib", "typing"}
+    strangers = [m for m in imports(path) if m not in allowed and not m.startswith("lfssao.kernels.")]
+    assert not strangers
+
+
+@pytest.mark.parametrize("path", [p for p in KERNELS if p.name != "jit.py"], ids=lambda path: path.name)
+def test_all_functions_of_the_numba_layer_are_kernels(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        assert not isinstance(node, ast.ClassDef | ast.AsyncFunctionDef | ast.Lambda)
+        if isinstance(node, ast.FunctionDef):
+            decorators = [d.func if isinstance(d, ast.Call) else d for d in node.decorator_list]
+            assert [ast.unparse(d) for d in decorators] == ["kernel"], node.name
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_only_the_decorator_calls_numba(path):
+    if path == PACKAGE / "kernels" / "jit.py":
+        return
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Attribute):
+            assert node.attr not in COMPILERS, f"line {node.lineno}"
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "numba":
+            assert not COMPILERS & {alias.name for alias in node.names}, f"line {node.lineno}"
+
+
+def test_no_fastmath():
+    assert jit.FLAGS["fastmath"] is False
+    assert jit.FLAGS["error_model"] == "numpy"
+    for kernel in (ssao.algorithm2, ball.algorithm3, merge.merge_maximum):
+        assert kernel.targetoptions["fastmath"] is False
+
+
+def test_the_twins_import_nothing_from_lfssao():
+    found = set(imports(TESTS / "twins.py"))
+    assert found <= {"math", "decimal", "numpy"}
+    assert "importlib" not in (TESTS / "twins.py").read_text()
+
+
+def test_import_lfssao_alone_loads_nothing_heavy():
+    modules = json.loads(run(sys.executable, "-c", "import lfssao, json, sys; print(json.dumps(list(sys.modules)))"))
+    heavy = {"numpy", "numba", "llvmlite", "trimesh", "embreex", "skimage", "scipy", "OpenImageIO", "PIL", "tqdm"}
+    assert "lfssao" in modules
+    assert not heavy & {name.split(".")[0] for name in modules}
+
+
+def test_the_top_folder_holds_what_it_may():
+    top = TESTS.parent
+    if not (top / ".git").exists():
+        pytest.skip("not a git checkout")
+    entries = {line.split("/")[0] for line in run("git", "-C", str(top), "ls-files").splitlines()}
+    allowed = {"pyproject.toml", "lfssao", "tests", "benchmarks", "notebooks", "README.md", "LICENSE"}
+    assert {"pyproject.toml", "lfssao", "tests", "LICENSE"} <= entries
+    assert {entry for entry in entries if not entry.startswith(".")} <= allowed
+
+
+# Docstrings
+
+
+def public_objects():
+    """Every public function, kernel, class and method defined in lfssao, by its full name."""
+    for info in pkgutil.walk_packages([str(PACKAGE)], "lfssao."):
+        if info.name.endswith("__main__"):
+            continue
+        module = importlib.import_module(info.name)
+        for name, value in vars(module).items():
+            plain = getattr(value, "py_func", value)
+            if name.startswith("_") or getattr(plain, "__module__", None) != info.name:
+                continue
+            if inspect.isclass(plain):
+                yield f"{info.name}.{name}", plain
+                for method, attribute in vars(plain).items():
+                    function = getattr(attribute, "__func__", getattr(attribute, "fget", attribute))
+                    if not method.startswith("_") and inspect.isfunction(function):
+                        yield f"{info.name}.{name}.{method}", function
+            elif inspect.isfunction(plain):
+                yield f"{info.name}.{name}", plain
+
+
+OBJECTS = dict(public_objects())
+
+
+def section(doc, title):
+    """Names that a numpydoc section lists, or None where there is no such section."""
+    found = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-+\n|\Z)", doc, re.MULTILINE | re.DOTALL)
+    if not found:
+        return None
+    entries = [line.split(" : ")[0] for line in found[1].splitlines() if line and not line.startswith(" ")]
+    return [name.strip().lstrip("*") for entry in entries for name in entry.split(",")]
+
+
+def check_docstring(thing):
+    doc = inspect.getdoc(thing)
+    assert doc
+    assert not doc.startswith(f"{thing.__name__}("), "a dataclass without a docstring"
+    documented = section(doc, "Parameters")
+    if documented is not None:
+        names = [name for name in inspect.signature(thing).parameters if name not in ("self", "cls")]
+        assert documented == names
+    if dataclasses.is_dataclass(thing) and section(doc, "Attributes") is not None:
+        assert section(doc, "Attributes") == [field.name for field in dataclasses.fields(thing)]
+
+
+def test_there_are_public_objects():
+    assert {"lfssao.passes.blur", "lfssao.kernels.ssao.algorithm2", "lfssao.view.View"} <= set(OBJECTS)
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_documented_parameters_are_those_of_the_signature(name):
+    check_docstring(OBJECTS[name])
+
+
+def test_the_check_of_docstrings_notices_a_missing_parameter():
+    def wrong(a, b, c):
+        """Something.
+
+        Parameters
+        ----------
+        a, c : int
+            Two of three.
+
+        Returns
+        -------
+        b : int
+        """
+
+    with pytest.raises(AssertionError):
+        check_docstring(wrong)
+
+
+def test_all_names_resolve_and_are_described():
+    assert sorted(set(lfssao.__all__)) == sorted(lfssao.__all__)
+    for name in lfssao.__all__:
+        assert inspect.getdoc(getattr(lfssao, name)), name
+        assert name in dir(lfssao)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = lfssao.nothing
+
+
+# The cache of compiled kernels
+
+
+def test_the_cache_key_holds_the_digest_of_all_kernel_sources():
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in KERNELS)).hexdigest()
+    assert jit.source_digest() == digest
+    for kernel in (ssao.algorithm2, ssao.algorithm1, ball.algorithm3):
+        assert digest in kernel._cache._cache_file._source_stamp
+
+
+def test_a_change_of_a_callee_is_not_hidden_by_the_cache(tmp_path):
+    """algorithm3 of ball.py calls sincospi of elementary.py: its own file's time stamp does not change."""
+    shutil.copytree(PACKAGE, tmp_path / "lfssao", ignore=shutil.ignore_patterns("__pycache__"))
+    script = """from lfssao.kernels import ball
+print(ball.__file__, ball.algorithm3(0.0, 1.0)[0], sum(ball.algorithm3.stats.cache_hits.values()))"""
+    command = sys.executable, "-P", "-c", script
+    env = {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    home = str(tmp_path / "lfssao" / "kernels" / "ball.py")
+    assert run(*command, env=env).split() == [home, "-1.0", "0"]
+    assert run(*command, env=env).split() == [home, "-1.0", "1"]
+    callee = tmp_path / "lfssao" / "kernels" / "elementary.py"
+    source = callee.read_text()
+    assert source.count("return -s, -c") == 1
+    callee.write_text(source.replace("return -s, -c", "return -s, -7.0"))
+    assert run(*command, env=env).split() == [home, "-7.0", "0"]
+
+
+def test_kernels_compile_without_a_cache_where_none_can_be_written(monkeypatch):
+    real = numba.njit
+
+    def no_folder(*args, cache=False, **flags):
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")  # what numba raises
+        return real(*args, **flags)
+
+    monkeypatch.setattr(numba, "njit", no_folder)
+    single, several = jit.kernel(ball.algorithm3.py_func), jit.kernel(parallel=True)(merge.merge_maximum.py_func)
+    assert single(0.0, 0.5) == (0, 1, 0)
+    merged = np.zeros((1, 2))
+    several(np.array([[[1.0, 2.0]], [[3.0, 0.0]]]), merged)
+    assert merged.tolist() == [[3, 2]]
+    for kernel in (single, several):
+        assert not kernel.stats.cache_path
+        assert kernel.targetoptions["fastmath"] is False
+
+
+# Equal bits
+
+
+def test_results_do_not_depend_on_threads_or_cpu(tmp_path):
+    """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""
+    env = {
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CPU_FEATURES": "",
+        "NUMBA_NUM_THREADS": "2",
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]),
+    }
+    one_generic, two_generic = json.loads(run(sys.executable, str(TESTS / "batch.py"), env=env))
+    one = batch.digests_with_threads(1)
+    most = batch.digests_with_threads(numba.config.NUMBA_NUM_THREADS)
+    assert len(one) >= 34
+    assert one == most
+    assert one == one_generic
+    assert one == two_generic

@@ -41,9 +41,9 @@ def trimesh_seconds(mesh, view, origins, directions):
     rays.transform_points(np.ravel(view.cast_from_world), mesh.vertices, vertices)
     plain = trimesh.Trimesh(vertices, mesh.faces, process=False)
     some = slice(None, None, 16)
-    plain.ray.intersects_location(origins[:1], directions[:1], multiple_hits=False)
+    plain.ray.intersects_location(origins[:1], directions[:1])
     start = time.perf_counter()
-    plain.ray.intersects_location(origins[some], directions[some], multiple_hits=False)
+    plain.ray.intersects_location(origins[some], directions[some])
     return 16 * (time.perf_counter() - start)
 
 
@@ -79,7 +79,9 @@ def main() -> None:
     base = np.median(times["gbuffer"][1:])
     result["trimesh"] = {"ms": 1e3 * trimesh_seconds(mesh, view, origins, directions)}
     print(f"  trimesh  {result['trimesh']['ms']:7.0f} ms")
-    print(f"gbuffer / embree {base / np.median(times['embree'][1:]):.2f}   trimesh / gbuffer {result['trimesh']['ms'] / base:.1f}")
+    print(
+        f"gbuffer / embree {base / np.median(times['embree'][1:]):.2f}   trimesh / gbuffer {result['trimesh']['ms'] / base:.1f}"
+    )
     options.json.parent.mkdir(exist_ok=True)
     options.json.write_text(json.dumps(result, indent=1))
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lfssao.camera import Camera
-    from lfssao.display import DISPLAYS, FlatDisplay, Module, find_display, fit_roi
+    from lfssao.display import Display, Module, fit_roi
+    from lfssao.display_file import display_names, display_text, find_display, parse_display
     from lfssao.errors import InputError, LfssaoError, MissingPackageError
     from lfssao.exr import Part, read_exr, write_exr
     from lfssao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
@@ -25,7 +26,8 @@ __version__ = "0.1.0"
 
 _HOME = {
     "camera": ("Camera",),
-    "display": ("DISPLAYS", "FlatDisplay", "Module", "find_display", "fit_roi"),
+    "display": ("Display", "Module", "fit_roi"),
+    "display_file": ("display_names", "display_text", "find_display", "parse_display"),
     "errors": ("InputError", "LfssaoError", "MissingPackageError"),
     "exr": ("Part", "read_exr", "write_exr"),
     "passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
@@ -40,9 +42,8 @@ _HOME = {
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
-    "DISPLAYS",
     "Camera",
-    "FlatDisplay",
+    "Display",
     "GBuffer",
     "InputError",
     "LfssaoError",
@@ -62,12 +63,15 @@ __all__ = [
     "blur",
     "builtin_scene",
     "default_radii",
+    "display_names",
+    "display_text",
     "find_display",
     "fit_roi",
     "load_scene",
     "make_samples",
     "merge",
     "module_views",
+    "parse_display",
     "read_exr",
     "render",
     "render_view",

@@ -1,54 +1,85 @@
-"""Light field displays: modules behind a flat screen, viewers on a line in front of it (LF section 3).
+"""Light field displays: modules behind a screen, viewers on a line or an arc in front of it (LF section 3).
 
-Physical space: metres, X right along the observer line, Y up, Z away from the viewers, the screen at z = 0.
+Physical space: metres, X right along the observer line, Y up, Z away from the viewers, the screen through z = 0.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao import optics
 from lfssao.errors import InputError
+from lfssao.kernels import display as kernels
 from lfssao.kernels import mapping, rays
 from lfssao.matrix import Matrix, invert_affine
 from lfssao.view import View, WorldToImage
 
+DIFFUSERS = ("linear", "conical")
+
 
 @dataclass(frozen=True)
 class Module:
-    """One optical module: the place of its lens in metres and the size of its texture in texels."""
+    """One optical module.
+
+    Attributes
+    ----------
+    x, y, z : float
+        Place of its lens, metres; z > 0.
+    width, height : int
+        Size of its texture, texels.
+    yaw, pitch, roll : float
+        How it is turned, degrees; only with a field of view.
+    field_of_view : float or None
+        Horizontal angle of view, degrees. None: its texture covers the screen exactly, unless there is a homography.
+    homography : 9 floats or None
+        From the plane z = 0 (metres, as seen from the lens) to texels, rows of three, as a calibration gives it.
+    k1, k2 : float
+        Radial distortion about the texture's middle, radii in units of half its width.
+    """
 
     x: float
     y: float
     z: float
     width: int
     height: int
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
+    field_of_view: float | None = None
+    homography: optics.Homography | None = None
+    k1: float = 0.0
+    k2: float = 0.0
 
 
 @dataclass(frozen=True)
-class FlatDisplay:
-    """A flat screen with the linear diffuser, an observer line, and modules whose texels are aligned to the screen.
+class Display:
+    """A light field display.
 
     Attributes
     ----------
     name : str
         What messages, files and the manifest call it.
     screen_width, screen_height : float
-        Size of the screen, metres; every module's texture covers all of it.
+        Size of the screen, metres; along the chord where it is curved.
     observer_height, observer_z : float
-        The observer line {y = observer_height, z = observer_z}, metres; observer_z < 0.
+        Height of the observers and z of their line, or of their arc at x = 0, metres; observer_z < 0.
     modules : tuple of Module
         From left to right as the viewers see them.
-    roi_depth : float
-        Half the depth, metres, of the box around the screen's centre that a scene is fitted into.
-    sources : str
-        Which values are published, and where; the others are assumed.
+    roi : ((x, y, z), (x, y, z))
+        Lower and upper corner of the box of physical space that a scene is fitted into, metres.
+    diffuser : str
+        'linear' or 'conical' (flat screens and observer lines only).
+    screen_curvature, observer_curvature : float
+        1 / radius, 1 / metres; 0: flat screen, straight observer line. A screen of positive curvature is convex,
+        bulging towards the viewers; an arc of curvature -1 / observer_z lies around the screen's middle.
 
     Raises
     ------
     InputError
-        If the observers are not in front of the screen or a module is not behind it, or a size is not positive.
+        If something of it cannot be; the message names the key of the display's file.
     """
 
     name: str
@@ -57,37 +88,202 @@ class FlatDisplay:
     observer_height: float
     observer_z: float
     modules: tuple[Module, ...]
-    roi_depth: float
-    sources: str
+    roi: tuple[tuple[float, float, float], tuple[float, float, float]]
+    diffuser: str = "linear"
+    screen_curvature: float = 0.0
+    observer_curvature: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (self.screen_width > 0 and self.screen_height > 0):
-            raise InputError(f"display {self.name}: the screen's size must be positive")
-        if not self.observer_z < 0:
-            raise InputError(f"display {self.name}: observer_z is {self.observer_z}, it must be negative")
+        self._check_screen()
         if not self.modules:
-            raise InputError(f"display {self.name}: there are no modules")
-        for number, module in enumerate(self.modules):
-            if not module.z > 0:
-                raise InputError(f"display {self.name}: module {number} has z = {module.z}, it must be positive")
-            if module.width < 1 or module.height < 1:
-                raise InputError(f"display {self.name}: module {number} has no texels")
+            raise InputError(f"display {self.name}: modules: there are none")
+        for index in range(len(self.modules)):
+            self._check_module(index)
+        self._check_roi()
 
-    def with_resolution(self, width: int, height: int) -> "FlatDisplay":
-        """The same display with textures of another size, texels."""
-        modules = tuple(Module(m.x, m.y, m.z, width, height) for m in self.modules)
-        return FlatDisplay(
-            self.name, self.screen_width, self.screen_height, self.observer_height, self.observer_z,
-            modules, self.roi_depth, self.sources,
+    def _refuse(self, key: str, reason: str) -> InputError:
+        return InputError(f"display {self.name}: {key}: {reason}")
+
+    def _check_screen(self) -> None:
+        for key, size in (("screen.width", self.screen_width), ("screen.height", self.screen_height)):
+            if not 0 < size < inf:
+                raise self._refuse(key, f"it is {size}, it must be positive")
+        if not -inf < self.observer_z < 0:
+            raise self._refuse("observer.distance", "the observers must be in front of the screen")
+        if not isfinite(self.observer_height):
+            raise self._refuse("observer.height", f"it is {self.observer_height}")
+        if self.diffuser not in DIFFUSERS:
+            raise self._refuse("diffuser", f"'{self.diffuser}' is not one of {', '.join(DIFFUSERS)}")
+        if self.diffuser == "conical" and (self.screen_curvature != 0 or self.observer_curvature != 0):
+            raise self._refuse("diffuser", "'conical' needs a flat screen and an observer line")
+        if abs(self.screen_curvature) * 0.5 * self.screen_width >= 1:
+            raise self._refuse("screen.radius", "it must be more than half the screen's width")
+
+    def _check_module(self, index: int) -> None:
+        module = self.modules[index]
+        key = f"modules[{index}]"
+        if not 0 < module.z < inf:
+            raise self._refuse(f"{key}.z", f"it is {module.z}, but modules are behind the screen, at z > 0")
+        if not (isfinite(module.x) and isfinite(module.y)):
+            raise self._refuse(key, f"its place is ({module.x}, {module.y}, {module.z})")
+        if module.width < 1 or module.height < 1:
+            raise self._refuse(f"{key}.resolution", f"it is {module.width} x {module.height}")
+        if module.field_of_view is not None and not 0 < module.field_of_view < 180:
+            raise self._refuse(f"{key}.field_of_view", f"it is {module.field_of_view}, it must be between 0 and 180")
+        if module.field_of_view is None and (module.yaw, module.pitch, module.roll) != (0, 0, 0):
+            raise self._refuse(f"{key}.yaw", "a turned module needs a field_of_view")
+        if module.field_of_view is not None and module.homography is not None:
+            raise self._refuse(f"{key}.homography", "it stands for field_of_view, give one of them")
+        self._check_optics(index)
+
+    def _check_optics(self, index: int) -> None:
+        module = self.modules[index]
+        try:
+            numbers = self.module_numbers(index)
+        except InputError as error:
+            raise self._refuse(f"modules[{index}].homography", str(error)) from error
+        if not np.isfinite(numbers).all():
+            raise self._refuse(f"modules[{index}]", "a number of its optics is not finite")
+        fold = float(numbers[22])
+        aspect = module.height / module.width
+        if fold < kernels.NEVER:
+            reached = fold * (1 + fold * (module.k1 + fold * module.k2)) ** 2
+            if not reached > 1 + aspect * aspect:
+                raise self._refuse(f"modules[{index}].k1", "the distortion folds inside the texture")
+        if not self._is_plain(module):
+            *_, near, far = kernels.display_ray(numbers, module.width / 2, module.height / 2)
+            if not near < far:
+                raise self._refuse(f"modules[{index}]", "the ray of its middle does not reach screen and observers")
+
+    def _check_roi(self) -> None:
+        box = np.array(self.roi, np.float64)
+        if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[0] < box[1]).all():
+            raise self._refuse("roi", "min must be less than max in x, y and z")
+        if not box[0, 2] > self.observer_z:
+            raise self._refuse("roi.min", f"z = {box[0, 2]} reaches the observers at z = {self.observer_z}")
+        for index, module in enumerate(self.modules):
+            if not box[1, 2] < module.z:
+                raise self._refuse("roi.max", f"z = {box[1, 2]} reaches the lens of module {index}, z = {module.z}")
+            if not self._is_plain(module):
+                self._check_roi_corners(index, box)
+
+    def _check_roi_corners(self, index: int, box: NDArray[np.float64]) -> None:
+        """Refuse a ROI of which a corner lies beyond a surface on which the mapping has no answer."""
+        corners = [(x, y, z) for x in box[:, 0] for y in box[:, 1] for z in box[:, 2]]
+        _, answers = self.physical_to_image(index, np.array(corners))
+        for corner, answer in zip(corners, answers.tolist(), strict=True):
+            if answer in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
+                place = tuple(float(c) for c in corner)
+                raise self._refuse("roi", f"its corner {place} is {kernels.ANSWERS[answer]} for module {index}")
+
+    def with_resolution(self, width: int, height: int) -> "Display":
+        """The same display with textures of another size, texels; calibrated optics are scaled with it."""
+        modules = []
+        for m in self.modules:
+            homography = m.homography
+            if homography is not None:
+                scales = (width / m.width,) * 3 + (height / m.height,) * 3 + (1.0,) * 3
+                scaled = [h * s for h, s in zip(homography, scales, strict=True)]
+                homography = tuple(scaled)  # type: ignore[assignment]
+            modules.append(replace(m, width=width, height=height, homography=homography))
+        return replace(self, modules=tuple(modules))
+
+    def _is_plain(self, module: Module) -> bool:
+        """Whether the flat forms of the linear diffuser with aligned texels hold: the fast kernels' case."""
+        flat = self.screen_curvature == 0 and self.observer_curvature == 0 and self.diffuser == "linear"
+        return flat and module.field_of_view is None and module.homography is None and module.k1 == module.k2 == 0
+
+    def module_numbers(self, index: int, guard: int = 0) -> NDArray[np.float64]:
+        """The numbers of one module, (32,) float64, as ``lfssao.kernels.display`` lists them.
+
+        Parameters
+        ----------
+        index : int
+            Number of the module, from 0.
+        guard : int
+            Texels added on each side of the texture.
+
+        Raises
+        ------
+        InputError
+            If the homography is singular.
+        """
+        m = self.modules[index]
+        size = m.width, m.height
+        if m.homography is not None:
+            sign = -1.0 if m.homography[8] < 0 else 1.0
+            entries = [sign * h for h in m.homography]
+            homography: optics.Homography = tuple(entries)  # type: ignore[assignment]
+        elif m.field_of_view is not None:
+            rotation = m.yaw, m.pitch, m.roll
+            homography = optics.projector_homography((m.x, m.y, m.z), rotation, m.field_of_view, size)
+        else:
+            homography = optics.aligned_homography((self.screen_width, self.screen_height), size)
+        homography = optics.with_guard(homography, guard)
+        distortion = m.width / 2 + guard, m.height / 2 + guard, m.width / 2, m.k1, m.k2
+        return np.array(
+            [
+                m.x, m.y, m.z, self.observer_height, self.observer_z, self.screen_curvature, self.observer_curvature,
+                float(self.diffuser == "conical"), *homography, *distortion, min(optics.fold_radius(m.k1, m.k2), kernels.NEVER),
+                *optics.invert(homography),
+            ]
         )  # fmt: skip
 
-    @property
-    def roi(self) -> NDArray[np.float64]:
-        """The box of physical space that a scene is fitted into, (2, 3) metres: nine tenths of the screen's size."""
-        half = np.array([0.45 * self.screen_width, 0.45 * self.screen_height, self.roi_depth])
-        return np.stack([-half, half])
+    def physical_to_image(
+        self, index: int, points: NDArray[np.floating[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Where physical points land in one module's texture.
 
-    def view(self, index: int, physical_from_world: Matrix) -> View:
+        Parameters
+        ----------
+        index : int
+            Number of the module.
+        points : (..., 3)
+            Physical coordinates, metres.
+
+        Returns
+        -------
+        image : (..., 3) float64
+            u, v (texels) and z (metres); NaN where the answer is not 0.
+        answers : (...) int64
+            0 valid; 1 behind the module; 2 behind the observers; 3 misses the curved screen; 4 folded by the optics;
+            5 valid, but outside the texture (with its image coordinates).
+        """
+        points = np.asarray(points, np.float64)
+        flat = np.ascontiguousarray(points.reshape(-1, 3))
+        image, answers = np.empty_like(flat), np.empty(len(flat), np.int64)
+        module = self.modules[index]
+        kernels.map_points(self.module_numbers(index), flat, module.width, module.height, image, answers)
+        return image.reshape(points.shape), answers.reshape(points.shape[:-1])
+
+    def texel_ray(
+        self, index: int, u: NDArray[np.floating[Any]] | float, v: NDArray[np.floating[Any]] | float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """The lines of physical points that land on image points of one module.
+
+        Parameters
+        ----------
+        index : int
+            Number of the module.
+        u, v : arrays of one shape, or floats
+            Image points, texels; texel (i, j) has its centre at (i + 0.5, j + 0.5).
+
+        Returns
+        -------
+        origin, direction : (..., 3) float64
+            Points origin + z direction, metres; direction has z component 1, origin has z = 0.
+        span : (..., 2) float64
+            z of the observers and of the lens, between which the line is defined; (1, 0) where there is none.
+        """
+        us, vs = np.broadcast_arrays(np.asarray(u, np.float64), np.asarray(v, np.float64))
+        lines = np.empty((us.size, 6))
+        kernels.trace_texels(self.module_numbers(index), us.ravel(), vs.ravel(), lines)
+        ones, zeros = np.ones((us.size, 1)), np.zeros((us.size, 1))
+        origin, direction = np.hstack([lines[:, :2], zeros]), np.hstack([lines[:, 2:4], ones])
+        shape = us.shape
+        return origin.reshape(*shape, 3), direction.reshape(*shape, 3), lines[:, 4:].reshape(*shape, 2)
+
+    def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
         """The view of one module.
 
         Parameters
@@ -96,32 +292,40 @@ class FlatDisplay:
             Number of the module, from 0.
         physical_from_world : (3, 4) float64
             Affine map world -> physical (``fit_roi`` makes one).
+        guard : int
+            Guard band (SAO section 2.3): texels added on each side, which AO looks into and outputs crop.
 
         Returns
         -------
         View
-            Rays and mapping of the module's texture, by the flat forms of the linear diffuser.
+            Rays and mapping of the module's texture.
         """
         m = self.modules[index]
-        u_scale, v_scale = m.width / self.screen_width, -m.height / self.screen_height
-        u_0, v_0 = m.width / 2, m.height / 2
-        lens = np.array([m.x, m.z, self.observer_height, self.observer_z, u_scale, u_0, v_scale, v_0])
+        if self._is_plain(m):
+            u_scale, v_scale = m.width / self.screen_width, -m.height / self.screen_height
+            u_0, v_0 = m.width / 2 + guard, m.height / 2 + guard
+            lens = np.array([m.x, m.z, self.observer_height, self.observer_z, u_scale, u_0, v_scale, v_0])
+            ray_kind, world_to_image = rays.FLAT_LINEAR, crossed_slits(physical_from_world, lens)
+        else:
+            lens, ray_kind = self.module_numbers(index, guard), rays.DISPLAY
+            world_to_image = WorldToImage(mapping.DISPLAY, np.concatenate([np.ravel(physical_from_world), lens]))
         return View(
             name=f"module_{index:03d}",
-            width=m.width,
-            height=m.height,
-            ray_kind=rays.FLAT_LINEAR,
+            width=m.width + 2 * guard,
+            height=m.height + 2 * guard,
+            ray_kind=ray_kind,
             lens=lens,
             cast_from_world=physical_from_world,
             world_from_cast=invert_affine(physical_from_world),
-            world_to_image=crossed_slits(physical_from_world, lens),
+            world_to_image=world_to_image,
             screen_to_world=None,
             depth_kind="physical z: metres from the screen plane, away from the viewers",
+            guard=guard,
         )
 
 
 def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> WorldToImage:
-    """The mapping world -> image of a flat display with the linear diffuser.
+    """The mapping world -> image of a flat display with the linear diffuser and aligned texels.
 
     s_x = m_x + (x - m_x) m_z / (m_z - z) and u = u_scale s_x + u_0 together are
     u = (u_0 + u_scale m_x) + [u_scale m_z (x - m_x)] / (m_z - z), and the bracket is affine in world space; v likewise
@@ -144,7 +348,7 @@ def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> Wor
     return WorldToImage(mapping.CROSSED_SLITS, numbers)
 
 
-def fit_roi(world_box: NDArray[np.float64], physical_box: NDArray[np.float64]) -> Matrix:
+def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
     """World -> physical: the world box's centre to the physical box's, at the largest scale that fits it inside.
 
     The scale is the same along all axes. World is right-handed with Y up and viewers towards +Z, physical has Z away
@@ -159,58 +363,15 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: NDArray[np.float64]) -
     -------
     (3, 4) float64
     """
+    room_box = np.asarray(physical_box, np.float64)
     size = world_box[1] - world_box[0]
-    room = physical_box[1] - physical_box[0]
+    room = room_box[1] - room_box[0]
     scale = min((float(r / s) for r, s in zip(room, size, strict=True) if s > 0), default=1.0)
     signed = np.array([scale, scale, -scale])
     centre = 0.5 * world_box[0] + 0.5 * world_box[1]
-    target = 0.5 * physical_box[0] + 0.5 * physical_box[1]
+    target = 0.5 * room_box[0] + 0.5 * room_box[1]
     out = np.zeros((3, 4))
     for axis in range(3):
         out[axis, axis] = signed[axis]
         out[axis, 3] = target[axis] - signed[axis] * centre[axis]
     return out
-
-
-def _line(positions: Sequence[float], y: float, z: float, width: int, height: int) -> tuple[Module, ...]:
-    return tuple(Module(x, y, z, width, height) for x in positions)
-
-
-DISPLAYS: dict[str, FlatDisplay] = {
-    display.name: display
-    for display in (
-        FlatDisplay(
-            name="virtual",
-            screen_width=1.0,
-            screen_height=0.75,
-            observer_height=0.0,
-            observer_z=-2.0,
-            modules=_line([0.0], 0.0, 0.7, 1024, 768),
-            roi_depth=0.3,
-            sources="one module of 1024x768: LF section 7; all lengths assumed",
-        ),
-        FlatDisplay(
-            name="sample-a",
-            screen_width=1.0,
-            screen_height=0.6,
-            observer_height=0.0,
-            observer_z=-2.0,
-            modules=_line([(k - 10) / 10 for k in range(21)], 0.0, 0.7, 1000, 600),
-            roi_depth=0.25,
-            sources="modules, resolution, screen, distances: Doronin, LightFieldDisplayModel; heights, ROI assumed",
-        ),
-    )
-}
-
-
-def find_display(name: str) -> FlatDisplay:
-    """A preset by its name.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name; the message lists those there are.
-    """
-    if name not in DISPLAYS:
-        raise InputError(f"there is no display '{name}': choose one of {', '.join(DISPLAYS)}")
-    return DISPLAYS[name]

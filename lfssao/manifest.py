@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import __version__
-from lfssao.display import FlatDisplay
+from lfssao.display import Display
 from lfssao.passes import gaussian_kernel
 from lfssao.render import Settings
 from lfssao.scene.mesh import Mesh
@@ -54,9 +54,9 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
     }
 
 
-def describe_display(display: FlatDisplay) -> dict[str, Any]:
+def describe_display(display: Display) -> dict[str, Any]:
     """All numbers of a display."""
-    return {"kind": "flat screen, linear diffuser", **asdict(display)}
+    return asdict(display)
 
 
 def describe_view(view: View) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def describe_view(view: View) -> dict[str, Any]:
         "height": view.height,
         "depth": view.depth_kind,
         "cast_from_world": view.cast_from_world.tolist(),
-        "world_to_image_kind": ("crossed slits", "matrix")[view.world_to_image.kind],
+        "world_to_image_kind": ("crossed slits", "matrix", "display")[view.world_to_image.kind],
         "world_to_image": view.world_to_image.numbers.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
     }

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import passes
-from lfssao.display import FlatDisplay, fit_roi
+from lfssao.display import Display, fit_roi
 from lfssao.errors import InputError
 from lfssao.raycast import GBuffer, RayCaster
 from lfssao.samples import make_samples
@@ -158,7 +158,7 @@ def _image(gbuffer: GBuffer) -> FloatTexture:
     return np.repeat(surface[..., None], 3, axis=2)
 
 
-def module_views(mesh: Mesh, display: FlatDisplay, modules: range | None = None) -> list[View]:
+def module_views(mesh: Mesh, display: Display, modules: range | None = None) -> list[View]:
     """The views of a display's modules, the mesh's box fitted into the display's ROI.
 
     Raises
@@ -178,7 +178,7 @@ def module_views(mesh: Mesh, display: FlatDisplay, modules: range | None = None)
 
 def render(
     mesh: Mesh,
-    display: FlatDisplay,
+    display: Display,
     settings: Settings | None = None,
     modules: range | None = None,
     threads: int = 1,
@@ -189,7 +189,7 @@ def render(
     ----------
     mesh : Mesh
         The scene.
-    display : FlatDisplay
+    display : Display
         Where it is shown.
     settings : Settings, optional
         Radii, samples and blur; ``default_radii`` and the defaults of ``Settings`` otherwise.

@@ -59,6 +59,8 @@ class View:
         Its inverse, which cameras alone have: with it AO is Algorithm 1, without it Algorithm 2.
     depth_kind : str
         What the depth texture holds, for the files' metadata.
+    guard : int
+        How many texels on each side are a guard band; width and height include them.
     """
 
     name: str
@@ -71,3 +73,4 @@ class View:
     world_to_image: WorldToImage
     screen_to_world: Matrix | None
     depth_kind: str
+    guard: int = 0

@@ -9,11 +9,12 @@ import json
 import numba
 import numpy as np
 
-from lfssao import Camera, FlatDisplay, Module, make_samples, passes
-from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, ssao
+from lfssao import Camera, Display, Module, make_samples, passes, raycast
+from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, ssao, triangle, visibility
 
 HEIGHT, WIDTH = 43, 85
-DISPLAY = FlatDisplay("batch", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 0.7, WIDTH, HEIGHT),), 0.3, "batch")
+ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
+DISPLAY = Display("batch", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 0.7, WIDTH, HEIGHT),), ROI)
 WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.5, 0.05, 0.0], [0.0, 0.1, -0.5, 0.05]])  # world -> physical
 CAMERA = Camera("perspective", (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 1.0, 9.0)
 
@@ -76,12 +77,36 @@ def scalars():
         yield method, make_samples(method, 60, 4, 0.1, 1.0)
 
 
+def triangles():
+    """Rays that hit triangles, miss them, and that meet corners and edges of a grid of eighths."""
+    rng = np.random.default_rng(5)
+    cases = np.concatenate([rng.uniform(-1, 1, (400, 13)), rng.integers(-8, 9, (400, 13)) / 8])
+    yield "hit_triangle", np.array([triangle.hit_triangle(*case) for case in cases], np.float64)
+    near = rng.uniform(0.5, 1, (400, 2))
+    nearly = np.column_stack([near, near[:, ::-1] * (1 + 2.0**-52 * rng.integers(-2, 3, (400, 2)))])
+    yield "edge_function", np.array([triangle.edge_function(*four) for four in nearly])
+
+
+def rays_into(view, box):
+    """What Embree is handed for a box."""
+    step, columns = visibility.SUB, -(-WIDTH // visibility.SUB)
+    counts = np.empty(-(-HEIGHT // step), np.int64)
+    grid = view.ray_kind, view.lens, box, WIDTH, HEIGHT, step, columns
+    rays.count_rays(*grid, counts)
+    n = int(counts.sum())
+    assert n > 30
+    cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+    origins, directions = np.empty((2, n, 3), np.float32)
+    rays.make_rays(*grid, np.cumsum(counts) - counts, cells, origins, directions, lengths)
+    return np.column_stack([cells, origins, directions, lengths])
+
+
 def casts():
-    """The kernels around the ray caster, on rays of which every one is said to hit some triangle."""
+    """The kernels of the ray caster, Embree's proposals replaced by triangles drawn by lot."""
     rng = np.random.default_rng(4)
     vertices, faces = rng.uniform(-0.4, 0.4, (50, 3)), rng.integers(0, 50, (60, 3)).astype(np.int32)
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])]
-    box = np.array([[-0.4, -0.3, -0.4], [0.4, 0.35, 0.4]])
+    box = np.array([[-0.4, -0.4, -0.4], [0.4, 0.4, 0.4]])
     table = np.array([[0, 3, 4], [12, 0, 0]], np.int64)
     colors, uv, texels = rng.random((50, 3), np.float32), rng.uniform(-2, 2, (50, 2)), rng.random((12, 3), np.float32)
     factors, material = rng.random((2, 3), np.float32), rng.integers(0, 2, len(faces)).astype(np.int32)
@@ -90,33 +115,28 @@ def casts():
         moved = np.empty_like(vertices)
         rays.transform_points(np.ravel(view.world_from_cast), vertices, moved)
         yield f"points {view.ray_kind}", moved
-        here = box if view.ray_kind == rays.FLAT_LINEAR else box + np.array([0.0, 0.0, 3.0])
-        counts = np.empty(HEIGHT, np.int64)
-        rays.count_rays(view.ray_kind, view.lens, here, WIDTH, counts)
-        n = int(counts.sum())
-        assert n > 100
-        numbers, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
-        origins, directions = np.empty((2, n, 3), np.float32)
-        starts = np.cumsum(counts) - counts
-        rays.make_rays(view.ray_kind, view.lens, here, WIDTH, starts, numbers, origins, directions, lengths)
-        yield f"rays {view.ray_kind}", np.column_stack([numbers, origins, directions, lengths])
-        depth, positions = np.empty(HEIGHT * WIDTH, np.float32), np.empty((HEIGHT * WIDTH, 3), np.float32)
-        rays.fill(depth, np.inf)
-        rays.fill(positions.reshape(-1), np.inf)
-        triangle, weights = np.full(HEIGHT * WIDTH, -1, np.int32), np.zeros((HEIGHT * WIDTH, 2), np.float32)
-        hit = rng.integers(0, len(faces), n).astype(np.int32)
-        hits.resolve_hits(
-            view.ray_kind, view.lens, np.ravel(view.world_from_cast), vertices + here[0] + 0.4, faces, WIDTH,
-            numbers, hit, depth, positions, triangle, weights,
+        away = np.array([0.0, 0.0, 0.0 if view.ray_kind == rays.FLAT_LINEAR else 3.0])
+        yield f"rays {view.ray_kind}", rays_into(view, box + away)
+        size = HEIGHT * WIDTH
+        number, z, weights = np.empty(size, np.int32), np.zeros(size), np.zeros((size, 2))
+        tree = raycast._Tree(vertices + away, faces)
+        yield f"tree {view.ray_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
+        shape = -(-HEIGHT // visibility.SUB), -(-WIDTH // visibility.SUB)
+        visibility.first_hits(
+            view.ray_kind, view.lens, WIDTH, HEIGHT, tree.corners, tree.order, tree.boxes, tree.place_of,
+            rng.integers(-1, len(faces), shape).astype(np.int32), number, z, weights,
         )  # fmt: skip
-        rgb = np.empty((HEIGHT * WIDTH, 3), np.float32)
-        paint.paint_hits(triangle, weights, faces, factors, material, colors, uv, table, texels, rgb)
-        yield f"hits {view.ray_kind}", np.column_stack([depth, positions, triangle, weights, rgb])
+        assert 100 < (number >= 0).sum() < size
+        depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
+        hits.write_surface(view.ray_kind, view.lens, np.ravel(view.world_from_cast), WIDTH, number, z, depth, positions)
+        rgb = np.empty((size, 3), np.float32)
+        paint.paint_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
+        yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])
 
 
 def digests():
     """SHA-256 of every output's bytes, by its name."""
-    named = [*scalars(), *casts()]
+    named = [*scalars(), *triangles(), *casts()]
     for dtype in (np.float32, np.float64):
         named += [(f"{name}, {dtype.__name__}", a) for name, a in (*occlusions(dtype), *mapped(dtype))]
     assert not any(np.isnan(a).any() for _, a in named)

@@ -68,6 +68,7 @@ def test_bad_values_are_refused_by_the_options_name(capsys, tmp_path, option, va
         ("--modules", "0:2", "virtual has modules 0:1"),
         ("--samples", "0", "0 is not from 1 to 65536"),
         ("--radii", "1,-2", "-2 is not a radius from 0"),
+        ("--radii", "-1,2", "-1 is not a radius from 0"),
         ("--resolution", "1000000x1000000", "at most 2147483647 texels"),
         ("--resolution", "45000x45000", "GB of memory"),
     ],
@@ -93,7 +94,7 @@ def test_huge_requests_are_refused_before_memory_is_taken(capsys, tmp_path):
         (["/"], "/: it is a folder"),
         (["statue", "extra"], "extra"),
         (["statue", "--nope"], "--nope"),
-        (["statue", "--sampl", "latin"], "--sampl"),
+        (["statue", "--sampli", "latin"], "--sampli"),
         (["statue", "--samples"], "--samples: expected one argument"),
         (["statue", "--texture", "a.png"], "--texture: the embedded scene statue takes none"),
         (["statue", "--camera", "--display", "virtual"], "--display does not go with --camera"),
@@ -153,6 +154,12 @@ def test_output_that_cannot_be_written(capsys, tmp_path, place):
     assert f"{tmp_path / place}: the output folder cannot be" in error
     assert sorted(os.listdir(tmp_path)) == ["file", "link"]
     assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_output_is_checked_before_the_scene_is_loaded(capsys, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    assert main(["render", "teapot.obj", "-o", str(tmp_path / "file")]) == 2
+    assert "the output folder cannot be made" in capsys.readouterr().err
 
 
 def test_refused_command_leaves_a_folder_as_it_was(capsys, tmp_path):
@@ -271,7 +278,7 @@ def test_reader_of_the_output_may_be_gone(tmp_path):
 def on_terminal(words, columns=80):
     """Exit code and everything that a command writes to a terminal."""
     ours, theirs = pty.openpty()
-    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24 if columns else 0, columns, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
     process = subprocess.Popen(
         [sys.executable, "-m", "lfssao", *words], stdout=theirs, stderr=theirs, stdin=theirs, env=environment

@@ -262,6 +262,15 @@ def test_write_whole_keeps_the_old_file_when_interrupted(tmp_path):
     assert path.read_text() == "old"
 
 
+def test_write_whole_replaces_and_does_not_overwrite(tmp_path):
+    # Whoever has the old file open, or linked to it, keeps it whole.
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    os.link(path, tmp_path / "link.txt")
+    write_whole(path, lambda part: part.write_text("new"))
+    assert (path.read_text(), (tmp_path / "link.txt").read_text()) == ("new", "old")
+
+
 def test_write_whole_into_a_folder_that_went(tmp_path):
     with pytest.raises(InputError, match="cannot be written"):
         write_whole(tmp_path / "a" / "b.txt", lambda part: part.write_text("x"))

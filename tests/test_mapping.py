@@ -1,6 +1,7 @@
 """World -> image and the rays of texels: twins, DESIGN section 2's geometry, every module of every preset."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,14 +9,15 @@ import twins
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lfssao import DISPLAYS, Camera, FlatDisplay, Module, fit_roi
+from lfssao import Camera, Display, Module, find_display, fit_roi
 from lfssao.display import crossed_slits
-from lfssao.kernels import hits, mapping, paint, rays
+from lfssao.kernels import mapping, paint, rays
 
 KINDS = (mapping.CROSSED_SLITS, mapping.MATRIX)
 RAY_KINDS = (rays.FLAT_LINEAR, rays.PERSPECTIVE, rays.ORTHOGRAPHIC)
+ROI = ((-0.4, -0.3, -0.1), (0.4, 0.3, 0.1))  # between the nearest observers and modules that are drawn
 WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
-presets = pytest.mark.parametrize("display", DISPLAYS.values(), ids=DISPLAYS.keys())
+presets = pytest.mark.parametrize("display", [find_display("virtual"), find_display("sample-a")], ids=str)
 unit = st.floats(-1, 1)
 
 
@@ -28,7 +30,7 @@ def flat_displays():
     module = st.builds(Module, unit, unit, st.floats(0.2, 2), st.integers(1, 2000), st.integers(1, 2000))
     size = st.floats(0.3, 3)
     return st.builds(
-        lambda w, h, y, z, m: FlatDisplay("drawn", w, h, y, z, (m,), 0.2, "drawn"),
+        lambda w, h, y, z, m: Display("drawn", w, h, y, z, (m,), ROI),
         size, size, unit, st.floats(-3, -0.3), module,
     )  # fmt: skip
 
@@ -68,22 +70,6 @@ def test_texel_ray_equals_its_twin(kind, numbers, u, v):
     np.testing.assert_array_equal(bits(rays.texel_ray(kind, lens, u, v)), bits(twins.texel_ray(kind, lens, u, v)))
 
 
-@given(st.integers(0, 2**32), st.sampled_from([0, 1, 2]), st.floats(1e-6, 1e6))
-def test_intersect_plane_equals_its_twin(seed, decimals, size):
-    """Random triangles; with 0 or 1 decimals many that are edge on, or that the ray meets at a corner or an edge."""
-    rng = np.random.default_rng(seed)
-    draw = np.round(rng.uniform(-2, 2, (5, 3)), decimals) + 0.0
-    if decimals == 2:
-        draw = rng.uniform(-2, 2, (5, 3))
-    a, b, c, origin, direction = draw * size
-    direction[2] = 1.0
-    if not np.any(np.cross(b - a, c - a)):
-        return
-    actual = hits.intersect_plane(*origin, *direction, a, b, c)
-    np.testing.assert_array_equal(bits(actual), bits(twins.intersect_plane(origin, direction, a, b, c)))
-    assert np.isfinite(actual).all()
-
-
 @given(st.integers(0, 99), st.integers(1, 4), st.integers(1, 4), st.integers(0, 5), st.floats(-5, 5), st.floats(-5, 5))
 def test_sample_texture_equals_its_twin(seed, wide, high, first, u, v):
     texels = np.random.default_rng(seed).random((first + wide * high + 1, 3), np.float32)
@@ -92,7 +78,7 @@ def test_sample_texture_equals_its_twin(seed, wide, high, first, u, v):
         assert bits(actual) == bits(twins.sample_texture(texels, first, wide, high, u, v, channel))
 
 
-# Domains, hits and textures by hand
+# Domains and textures by hand
 
 
 @pytest.mark.parametrize(("q", "valid"), [(2.0, True), (5e-324, True), (0.0, False), (-0.0, False), (-1.0, False)])
@@ -109,19 +95,6 @@ def test_crossed_slits_are_defined_between_the_slits(z, valid):
     assert defined is valid
     if z == 2.5:
         assert (u, v, depth) == (10 + 1 / 0.5, 20 + 7 / -4.5, 2.5)
-
-
-def test_intersect_plane_by_hand():
-    a, b, c = np.array([[0.0, 0, 2], [4, 0, 2], [0, 4, 6]])
-    assert hits.intersect_plane(1.0, 1.0, 0.0, 0.0, 0.0, 1.0, a, b, c) == (3.0, 0.25, 0.25)
-    assert hits.intersect_plane(4.0, 0.0, 1.0, 0.0, 0.0, 1.0, a, b, c) == (1.0, 1.0, 0.0)
-    # Edge on (the ray lies in the triangle's plane, or beside it): a depth on the triangle itself, never a NaN.
-    a, b, c = np.array([[0.0, 0, 2], [0, 4, 2], [0, 0, 6]])
-    for x in (0.0, 1e-9, -1.0):
-        t, weight_b, weight_c = hits.intersect_plane(x, 1.0, 0.0, 0.0, 0.0, 1.0, a, b, c)
-        assert 2 <= t <= 6
-        assert 0 <= weight_b <= 1
-        assert 0 <= weight_c <= 1
 
 
 def test_sample_texture_by_hand():
@@ -203,10 +176,7 @@ def test_a_module_on_the_observer_line_is_a_pinhole(m_x, y_o, z_o, data):
 @given(display=flat_displays(), x=unit, y=unit, share=st.floats(-0.9, 0.9))
 def test_a_mirrored_module_gives_mirrored_coordinates(display, x, y, share):
     m = display.modules[0]
-    mirrored = FlatDisplay(
-        "mirrored", display.screen_width, display.screen_height, display.observer_height, display.observer_z,
-        (Module(-m.x, m.y, m.z, m.width, m.height),), display.roi_depth, "mirrored",
-    )  # fmt: skip
+    mirrored = replace(display, modules=(replace(m, x=-m.x),))
     z = share * (m.z if share > 0 else -display.observer_z)
     one = display.view(0, np.eye(3, 4)).world_to_image([x, y, z])
     other = mirrored.view(0, np.eye(3, 4)).world_to_image([-x, y, z])
@@ -225,7 +195,7 @@ def test_behind_the_module_and_the_observers_there_is_no_image(display):
 
 
 def test_a_line_at_constant_z_stays_straight():
-    mapped = DISPLAYS["virtual"].view(0, np.eye(3, 4)).world_to_image
+    mapped = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
     a, b, middle = mapped([[0.1, -0.2, 0.25], [0.5, 0.4, 0.25], [0.3, 0.1, 0.25]])
     np.testing.assert_allclose(0.5 * (a + b), middle, rtol=0, atol=1e-10)
 

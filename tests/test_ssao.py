@@ -6,12 +6,13 @@ import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import Camera, FlatDisplay, Module, WorldToImage, fit_roi, passes
+from lfssao import Camera, Display, Module, WorldToImage, fit_roi, passes
 from lfssao.errors import InputError
 from lfssao.kernels import ssao
 
 CROSSED_SLITS, MATRIX = 0, 1
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
 WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
 
 
@@ -93,7 +94,7 @@ def module_cases(draw, dtype):
     height, width = draw(sizes)
     m_x, m_y, y_o = draw(st.tuples(*[st.floats(-1, 1)] * 3))
     m_z, z_o = draw(st.floats(0.3, 2)), draw(st.floats(-3, -0.5))
-    display = FlatDisplay("drawn", 1.0, 0.75, y_o, z_o, (Module(m_x, m_y, m_z, width, height),), 0.25, "drawn")
+    display = Display("drawn", 1.0, 0.75, y_o, z_o, (Module(m_x, m_y, m_z, width, height),), ROI)
     world = fit_roi(WORLD_BOX, display.roi)
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     z = rng.uniform(0.8 * z_o, 0.8 * m_z) * np.ones((height, width)) + 0.02 * rng.standard_normal((height, width))
@@ -224,7 +225,7 @@ def test_a_matrix_is_undefined_from_q_zero_on(dtype):
 @both
 def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
     """Of each pair +d, -d one lies behind the plane: inside the texture ao is 1/2 without error."""
-    display = FlatDisplay("d", 1.0, 0.75, 0.1, -2.0, (Module(0.4, 0.0, 0.7, 48, 36),), 0.3, "test")
+    display = Display("d", 1.0, 0.75, 0.1, -2.0, (Module(0.4, 0.0, 0.7, 48, 36),), ROI)
     view = display.view(0, np.eye(3, 4))
     z = 0.0625
     s_x, s_y = (np.arange(48) + 0.5) / 48 - 0.5, 0.75 * (0.5 - (np.arange(36)[:, None] + 0.5) / 36)

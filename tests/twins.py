@@ -273,7 +273,7 @@ def make_samples(method, n, seed, r_min, r_max):
     return np.array(out)
 
 
-# Rays, triangles, textures
+# Rays and textures (triangles: raycast_twin.py)
 
 
 @np.errstate(all="ignore")
@@ -285,27 +285,6 @@ def texel_ray(kind, lens, u, v):
     f_u, f_v, c_u, c_v, near, far = lens[:6]
     x, y = (u - c_u) / f_u, (c_v - v) / f_v
     return (0.0, 0.0, 0.0, x, y, 1.0, near, far) if kind == PERSPECTIVE else (x, y, 0.0, 0.0, 0.0, 1.0, near, far)
-
-
-def cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def dot(a, b):
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
-
-
-@np.errstate(all="ignore")
-def intersect_plane(origin, direction, a, b, c):
-    e1, e2, to_a = b - a, c - a, a - origin
-    n = cross(e1, e2)
-    t = dot(n, to_a) / dot(n, direction)
-    corners = [(corner[2] - origin[2]) / direction[2] for corner in (a, b, c)]
-    if not t > min(corners):  # NaN too
-        t = min(corners)
-    t = min(t, max(corners))
-    p = t * direction - to_a
-    return t, *(min(max(dot(n, q) / dot(n, n), 0.0), 1.0) for q in (cross(p, e2), cross(e1, p)))
 
 
 def sample_texture(texels, first, wide, high, u, v, channel):

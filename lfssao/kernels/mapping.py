@@ -1,6 +1,6 @@
 """World -> image: where a point lands in a texture, and how deep (LF sections 3 and 4).
 
-A mapping is a kind and sixteen numbers, so that a kernel is compiled once for all displays and cameras.
+A mapping is a kind and its numbers, so that a kernel is compiled once for all displays and cameras.
 
 CROSSED_SLITS, the flat display with the linear diffuser. One ray of it passes through two slits, the module's
 vertical line and the observer line, so the two coordinates have different denominators and no 4x4 matrix does it:
@@ -17,16 +17,23 @@ MATRIX, a camera:
     (a, b, c, q) = M (x, y, z, 1)       M: rows of four, parameters 0 to 15
     u = a / q,  v = b / q,  image z = c / q, defined for q > 0
 
+DISPLAY, any module of any display:
+
+    (x, y, z) = M (x, y, z, 1), physical     M: rows of four, parameters 0 to 11
+    u, v = physical_to_image                 parameters 12 to 43: the numbers of lfssao.kernels.display
+    image z = physical z
+
 Image space: u right and v down in texels, texel (i, j) covers [i, i+1) x [j, j+1); z grows away from the viewer.
 """
 
 import numpy as np
 
+from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.jit import kernel
 
 CROSSED_SLITS = 0
 MATRIX = 1
-PARAMETER_COUNT = 16
+DISPLAY = 2
 
 
 @kernel(inline=True)
@@ -91,8 +98,8 @@ def world_to_image(kind, m, x, y, z):
     Parameters
     ----------
     kind : int
-        CROSSED_SLITS or MATRIX.
-    m : (16,) float32 or float64
+        CROSSED_SLITS, MATRIX or DISPLAY.
+    m : (16,) or (44,) float32 or float64
         The mapping's numbers; their dtype is that of the arithmetic.
     x, y, z : scalars of the same dtype
         World coordinates.
@@ -107,4 +114,7 @@ def world_to_image(kind, m, x, y, z):
     a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
     if kind == CROSSED_SLITS:
         return project_crossed_slits(a, b, c, m[12], m[13], m[14], m[15])
+    if kind == DISPLAY:
+        u, v, answer = physical_to_image(m[12:], a, b, c)
+        return u, v, c, answer == VALID
     return project_matrix(a, b, c, affine_row(m, 3, x, y, z))

@@ -3,22 +3,25 @@
 Rays live in cast space: physical space for a display's module (metres, z away from the viewers), eye space for a
 camera (world units, z forward). A ray is origin + t direction for t in [t_near, t_far]. All in float64.
 
-Kinds and their eight numbers:
+Kinds and their numbers, eight for the first three:
 
 FLAT_LINEAR    m_x, m_z, y_o, z_o, and screen -> texel: u = u_scale s_x + u_0, v = v_scale s_y + v_0
 PERSPECTIVE    focal lengths f_u, f_v and centre c_u, c_v in texels, near, far
 ORTHOGRAPHIC   texels per unit f_u, f_v and centre c_u, c_v, near, far
+
+DISPLAY        any module of any display: the 32 numbers of lfssao.kernels.display
 """
 
 import numpy as np
 from numba import prange
 
+from lfssao.kernels.display import display_ray
 from lfssao.kernels.jit import kernel
 
 FLAT_LINEAR = 0
 PERSPECTIVE = 1
 ORTHOGRAPHIC = 2
-PARAMETER_COUNT = 8
+DISPLAY = 3
 
 
 @kernel
@@ -33,6 +36,9 @@ def texel_ray(kind, lens, u, v):
         s_x = (u - lens[5]) / lens[4]
         s_y = (v - lens[7]) / lens[6]
         return s_x, s_y, 0.0, (m_x - s_x) / m_z, (y_o - s_y) / z_o, 1.0, z_o, m_z
+    if kind == DISPLAY:
+        o_x, o_y, d_x, d_y, z_near, z_far = display_ray(lens, u, v)
+        return o_x, o_y, 0.0, d_x, d_y, 1.0, z_near, z_far
     x = (u - lens[2]) / lens[0]
     y = (lens[3] - v) / lens[1]
     if kind == PERSPECTIVE:
@@ -47,7 +53,7 @@ def image_depth(kind, lens, z):
     Displays: z itself. Cameras: the screen space z of Algorithm 1, 0 at the near plane, 1 at the far plane:
     far / (far - near) (1 - near / z) in perspective, (z - near) / (far - near) in orthographic projection.
     """
-    if kind == FLAT_LINEAR:
+    if kind in (FLAT_LINEAR, DISPLAY):
         return z
     near, far = lens[4], lens[5]
     if kind == PERSPECTIVE:

@@ -15,6 +15,7 @@ How the kernels get their speed, with the bits of the plain double loop over tex
 import numpy as np
 from numba import prange
 
+from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import (
     CROSSED_SLITS,
@@ -36,7 +37,7 @@ def transform_offsets(offsets, kind, m):
     """The linear part of the mapping applied to the sample offsets, (n, 4): line 5 and the affine half of line 6."""
     out = np.zeros((offsets.shape[0], 4), m.dtype)
     for s in range(offsets.shape[0]):
-        for row in range(3 if kind == CROSSED_SLITS else 4):
+        for row in range(4 if kind == MATRIX else 3):
             out[s, row] = linear_row(m, row, offsets[s, 0], offsets[s, 1], offsets[s, 2])
     return out
 
@@ -118,6 +119,21 @@ def count_matrix(m, depth, width, height, n, a, b, c, q, offsets, count, missed)
             missed[i] += np.int32(not (inside & valid))
 
 
+@kernel(inline=True)
+def count_display(d, depth, width, height, n, a, b, c, offsets, count, missed):
+    """Algorithm 2, lines 4 to 9, for any display; arguments of count_crossed_slits, with d, the module's numbers."""
+    wide, high = d.dtype.type(width), d.dtype.type(height)
+    for s in range(offsets.shape[0]):
+        oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+        for i in range(n):
+            z = c[i] + oc
+            u, v, answer = physical_to_image(d, a[i] + oa, b[i] + ob, z)
+            inside, texel = nearest_texel(u, v, wide, high)
+            inside = inside & (answer == VALID)
+            count[i] += np.int32((depth[texel] < z) & inside)
+            missed[i] += np.int32(not inside)
+
+
 @kernel
 def finish_row(depth, row, width, start, n, samples, count, missed, occlusion):
     """Write a row's occlusion, count / samples; return how many samples of its visible points were outside."""
@@ -144,7 +160,7 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
         World coordinates of the visible surface.
     offsets : (n, 3), same dtype
         The samples relative to the point, world units.
-    kind, m : int, (16,) same dtype
+    kind, m : int, (16,) or (44,) same dtype
         The mapping world -> image (``lfssao.kernels.mapping``).
     occlusion : (H, W), same dtype
         Out: occluded samples / n; 0 where there is no surface and for n = 0.
@@ -154,6 +170,7 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
     height, width = depth.shape
     surface, places = depth.reshape(height * width), positions.reshape(height * width, 3)
     shares = occlusion.reshape(height * width)
+    module = m[12:].copy()
     image_offsets = transform_offsets(offsets, kind, m)
     samples, nothing = m.dtype.type(max(offsets.shape[0], 1)), m.dtype.type(np.nan)
     for block in prange((height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK):
@@ -168,8 +185,10 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
             start_row(kind, m, n, a, b, c, q, count, missed)
             if kind == CROSSED_SLITS:
                 count_crossed_slits(m, surface, width, height, n, a, b, c, image_offsets, count, missed)
-            else:
+            elif kind == MATRIX:
                 count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, missed)
+            else:
+                count_display(module, surface, width, height, n, a, b, c, image_offsets, count, missed)
             outside[j] = finish_row(surface, j * width, width, start, n, samples, count, missed, shares)
 
 

@@ -34,12 +34,14 @@ def _may_meet(bundle, row, x0, y0, z0, x1, y1, z1):
     """Whether a bundle of rays can touch a box.
 
     bundle[:, row]: smallest and largest o_x, d_x, o_y, d_y; smallest z at which one begins, largest at which one ends.
+    x and y are taken over all of the box's z, not only where the rays are: so the range holds every number o + d z that
+    hit_triangle makes of a corner, to the bit, as rounding keeps the order of numbers.
     """
-    z0, z1 = max(z0, bundle[8, row]), min(z1, bundle[9, row])
     low, high = _product_range(bundle[2, row], bundle[3, row], z0, z1)
     in_x = (bundle[0, row] + low <= x1) & (bundle[1, row] + high >= x0)
     low, high = _product_range(bundle[6, row], bundle[7, row], z0, z1)
-    return (z0 <= z1) & in_x & (bundle[4, row] + low <= y1) & (bundle[5, row] + high >= y0)
+    in_y = (bundle[4, row] + low <= y1) & (bundle[5, row] + high >= y0)
+    return (z0 <= bundle[9, row]) & (z1 >= bundle[8, row]) & in_x & in_y
 
 
 @kernel(inline=True)

@@ -1,0 +1,264 @@
+"""``lfssao render``: textures of every module of a display, or of a camera."""
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lfssao.commands import values
+from lfssao.commands.terminal import bar_size, printable, say
+from lfssao.commands.values import LARGEST_RADIUS, MOST_BLUR, MOST_SAMPLES, MOST_THREADS
+from lfssao.errors import InputError
+
+if TYPE_CHECKING:
+    from lfssao.display import Display
+    from lfssao.raycast import RayCaster
+    from lfssao.render import Settings
+    from lfssao.scene.mesh import Mesh
+    from lfssao.view import View
+
+CAMERA_RESOLUTION = (1024, 768)
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the parser."""
+    render = commands.add_parser(
+        "render",
+        allow_abbrev=False,
+        help="textures of every module of a display, or of a camera",
+        description="Ray cast a scene from every optical module of a light field display, compute ambient occlusion "
+        "for several radii (LF Algorithm 2), merge, blur and multiply it in, and write one EXR file a module, "
+        "manifest.json and contact.png.",
+    )
+    render.set_defaults(run=_render)
+    add = render.add_argument
+    add(
+        "scene",
+        nargs="?",
+        default="gallery",
+        metavar="SCENE",
+        help="a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, statue, ammonite, armadillo "
+        "(default: gallery)",
+    )
+    add("-o", "--output", required=True, metavar="DIR", help="folder to write to; made if not there, files replaced")
+    add(
+        "--texture",
+        metavar="IMAGE",
+        help="an image for a mesh file with texture coordinates, in place of those that the file names",
+    )
+    add("--display", metavar="NAME", help="virtual or sample-a (default: virtual)")
+    add("--modules", type=values.module_range, metavar="A:B", help="modules A to B - 1 only (default: all)")
+    add(
+        "--camera",
+        nargs="?",
+        const="perspective",
+        metavar="PROJECTION",
+        help="an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
+        "SCENE goes before it",
+    )
+    add(
+        "--resolution",
+        type=values.resolution,
+        metavar="WxH",
+        help="texels of each texture (default: the display's own; 1024x768 with --camera)",
+    )
+    add(
+        "--radii",
+        type=values.radii,
+        metavar="R,R,...",
+        help="radii of the sampling ball in scene units, or with %% in shares of the scene's diagonal "
+        "(default: 1%%,2%%,3.5%%,6%%,10%%)",
+    )
+    add(
+        "--samples",
+        type=values.samples,
+        default=8,
+        metavar="N",
+        help=f"samples of each texel and radius, up to {MOST_SAMPLES} (default: 8)",
+    )
+    add("--sampling", default="latin", metavar="NAME", help="random, jittered or latin (default: latin)")
+    add(
+        "--blur",
+        type=values.blur,
+        default=1.0,
+        metavar="SIGMA",
+        help=f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
+    )
+    add("--seed", type=values.seed, default=0, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
+    add("--threads", type=values.threads, metavar="N", help="threads, at most one for each core (default)")
+
+
+def _render(options: argparse.Namespace) -> None:
+    """``lfssao render``: check everything that can be checked, then load, then make the folder, cast and write."""
+    start = time.perf_counter()
+    threads = min(options.threads or MOST_THREADS, _core_count())
+    if not options.output:
+        raise InputError("--output is empty, it must name a folder")
+    folder = Path(options.output)
+    display = _display(options)
+    settings_of = _settings_maker(options)
+    _check_size(options, display)
+    from lfssao.files import check_folder
+
+    check_folder(folder)
+    mesh = _load(options.scene, options.texture)
+    loaded = time.perf_counter() - start
+    _say_what_was_left_out(mesh)
+    _run_job(options, mesh, display, settings_of(mesh), folder, threads, loaded)
+
+
+def _core_count() -> int:
+    """Cores that this process may use, and that numba has threads for."""
+    import numba  # late: takes a third of a second to import
+
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    return int(min(cores, numba.config.NUMBA_NUM_THREADS))
+
+
+def _display(options: argparse.Namespace) -> "Display":
+    """The display asked for; that there is a camera instead of one is checked too."""
+    from lfssao.camera import PROJECTIONS  # late: numba is imported behind this line
+    from lfssao.display_file import find_display
+
+    if options.camera is not None:
+        if options.camera not in PROJECTIONS:
+            raise InputError(
+                f"--camera: there is no projection '{options.camera}': choose one of {', '.join(PROJECTIONS)}"
+            )
+        for name in ("display", "modules"):
+            if getattr(options, name) is not None:
+                raise InputError(f"--{name} does not go with --camera, which renders one ordinary view")
+    try:
+        display = find_display("virtual" if options.display is None else options.display)
+    except InputError as error:
+        raise InputError(f"--display: {error}") from None
+    if options.modules is not None and options.modules.stop > len(display.modules):
+        raise InputError(
+            f"--modules {options.modules.start}:{options.modules.stop}: {display.name} has modules "
+            f"0:{len(display.modules)}"
+        )
+    return display
+
+
+def _check_size(options: argparse.Namespace, display: "Display") -> None:
+    from lfssao.job import check_memory
+    from lfssao.render import DEFAULT_RADII
+
+    sizes = [(module.width, module.height) for module in display.modules]
+    if options.camera is not None:
+        sizes = [CAMERA_RESOLUTION]
+    if options.resolution is not None:
+        sizes = [options.resolution]
+    for width, height in dict.fromkeys(sizes):
+        check_memory(width, height, len(options.radii or DEFAULT_RADII))
+
+
+def _settings_maker(options: argparse.Namespace) -> Callable[["Mesh"], "Settings"]:
+    """Make the samples now; return what makes the settings once the scene's size is known."""
+    from lfssao.render import Settings, default_radii, diagonal
+    from lfssao.samples import make_samples
+
+    try:
+        samples = make_samples(options.sampling, options.samples, options.seed)
+    except InputError as error:
+        raise InputError(f"--sampling: {error}") from None
+
+    def settings(mesh: "Mesh") -> "Settings":
+        radii = default_radii(mesh)
+        if options.radii is not None:
+            radii = tuple(r / 100 * diagonal(mesh) if share else r for r, share in options.radii)
+        if max(radii) > LARGEST_RADIUS:
+            raise InputError(f"--radii: {max(radii):g} scene units is more than {LARGEST_RADIUS:g}")
+        return Settings(radii, samples, options.blur)
+
+    return settings
+
+
+def _load(scene: str, texture: str | None) -> "Mesh":
+    from lfssao.scene.builtin import BUILTIN, builtin_scene
+    from lfssao.scene.load import load_scene
+
+    # The embedded scenes' names have no ending, which a mesh file needs: a folder of that name does not matter.
+    if scene in BUILTIN:
+        if texture is not None:
+            raise InputError(f"--texture: the embedded scene {scene} takes none")
+        return builtin_scene(scene)
+    if not Path(scene).suffix and not Path(scene).exists():
+        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
+    return load_scene(scene, texture)
+
+
+def _say_what_was_left_out(mesh: "Mesh") -> None:
+    if mesh.degenerate:
+        faces = "1 face without an area is" if mesh.degenerate == 1 else f"{mesh.degenerate} faces without an area are"
+        say(f"{mesh.name}: {faces} left out")
+    for note in mesh.notes:
+        say(f"{mesh.name}: {note}")
+
+
+def _views(options: argparse.Namespace, mesh: "Mesh", display: "Display") -> "list[View]":
+    from lfssao.camera import Camera
+    from lfssao.render import module_views
+
+    if options.camera is not None:
+        return [Camera.looking_at(mesh.bounds, options.camera).view(*(options.resolution or CAMERA_RESOLUTION))]
+    if options.resolution is not None:
+        display = display.with_resolution(*options.resolution)
+    return module_views(mesh, display, options.modules)
+
+
+def _run_job(
+    options: argparse.Namespace,
+    mesh: "Mesh",
+    display: "Display",
+    settings: "Settings",
+    folder: Path,
+    threads: int,
+    loaded: float,
+) -> None:
+    import numba
+
+    from lfssao import manifest
+    from lfssao.files import output_folder
+    from lfssao.raycast import RayCaster
+
+    numba.set_num_threads(threads)
+    views = _views(options, mesh, display)
+    head = {
+        "machine": manifest.describe_machine(threads, options.command),
+        "scene": manifest.describe_scene(mesh),
+        "display": None if options.camera is not None else manifest.describe_display(display),
+        "camera": options.camera,
+        "sampling": {"method": options.sampling, "count": options.samples, "seed": options.seed},
+        "settings": manifest.describe_settings(settings),
+    }
+    start = time.perf_counter()
+    caster = RayCaster(mesh, views[0].cast_from_world, threads)
+    seconds = {"load": loaded, "build_bvh": time.perf_counter() - start}
+    with output_folder(folder):
+        _write_views(caster, views, settings, folder, head, seconds)
+    print(printable(f"{folder}: {len(views)} EXR file{'s' * (len(views) > 1)}, manifest.json, contact.png"), flush=True)
+
+
+def _write_views(
+    caster: "RayCaster",
+    views: "list[View]",
+    settings: "Settings",
+    folder: Path,
+    head: dict[str, Any],
+    seconds: dict[str, float],
+) -> None:
+    from tqdm import tqdm
+
+    from lfssao.job import Job
+    from lfssao.render import render_view
+
+    job = Job(folder, settings, len(views), head)
+    start = time.perf_counter()
+    # disable=None: a bar on a terminal, nothing in a pipe. `with` ends its line before a message of what went wrong.
+    with tqdm(views, unit="module", disable=None, **bar_size()) as bar:
+        for view in bar:
+            job.add(render_view(caster, view, settings))
+    job.finish({**seconds, "render": time.perf_counter() - start})

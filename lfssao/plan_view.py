@@ -1,0 +1,85 @@
+"""The plan view of a display: what stands where, seen from above."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lfssao.display import Display
+from lfssao.errors import InputError
+from lfssao.files import write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_FORMATS = (".png", ".svg", ".pdf")
+
+
+def draw_plan(display: Display) -> "Figure":
+    """A figure of a display seen from above: x to the right, z upwards, in metres, the viewers below.
+
+    It shows the modules, the screen, the observers' line or arc, the region of interest, and the rays of the outermost
+    texels of the first, middle and last module.
+    """
+    from matplotlib.figure import Figure  # late: takes a second to import
+
+    figure = Figure(figsize=(8, 8), layout="constrained")
+    axes = figure.add_subplot(aspect="equal", xlabel="x, metres", ylabel="z, metres (away from the viewers)")
+    count = len(display.modules)
+    for index in dict.fromkeys((0, count // 2, count - 1)):
+        _draw_rays(axes, display, index)
+    half = 0.5 * display.screen_width
+    axes.plot(*_arc(display.screen_curvature, 0.0, half), color="black", linewidth=3, label="screen")
+    reach = max([half, *(abs(float(x)) for x in _observer_places(display))])
+    axes.plot(
+        *_arc(display.observer_curvature, display.observer_z, reach), color="tab:green", linewidth=2, label="observers"
+    )
+    places = [(m.x, m.z) for m in display.modules]
+    axes.plot(*zip(*places, strict=True), "s", color="tab:red", markersize=4, label=f"{count} modules")
+    (x0, _, z0), (x1, _, z1) = display.roi
+    axes.fill([x0, x1, x1, x0], [z0, z0, z1, z1], color="tab:orange", alpha=0.25, label="region of interest")
+    axes.set_title(f"{display.name}: plan view, {display.diffuser} diffuser")
+    axes.legend(loc="upper right", fontsize="small")
+    return figure
+
+
+def _arc(curvature: float, z: float, half: float) -> tuple[Any, Any]:
+    """Points, x and z, of the circle of that curvature through (0, z), for abs(x) <= half, as far as it goes."""
+    if curvature != 0.0:
+        half = min(half, 0.999 / abs(curvature))
+    x = np.linspace(-half, half, 201)
+    root = np.sqrt(1.0 - curvature * x * (curvature * x))
+    return x, z + curvature * x * x / (1.0 + root)
+
+
+def _outer_rays(display: Display, index: int) -> Any:
+    """Ends (x, z) of the rays through the left, middle and right texel of a module's middle row: (3, 2, 2)."""
+    module = display.modules[index]
+    u = np.array([0.5, 0.5 * module.width, module.width - 0.5])
+    origin, direction, span = display.texel_ray(index, u, 0.5 * module.height)
+    ends = [np.stack([origin[:, 0] + z * direction[:, 0], z], axis=1) for z in (span[:, 0], span[:, 1])]
+    return np.stack(ends, axis=1)[span[:, 0] < span[:, 1]]
+
+
+def _observer_places(display: Display) -> Any:
+    """Values of x at which the outer rays of the first and last module meet the observers."""
+    return np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])
+
+
+def _draw_rays(axes: Any, display: Display, index: int) -> None:
+    for ray in _outer_rays(display, index):
+        axes.plot(ray[:, 0], ray[:, 1], color="tab:blue", linewidth=0.7, alpha=0.7)
+
+
+def save_plan(display: Display, path: Path) -> None:
+    """Draw a display's plan view into a file.
+
+    Raises
+    ------
+    InputError
+        If the file's ending is not .png, .svg or .pdf, or it cannot be written.
+    """
+    if path.suffix not in _FORMATS:
+        raise InputError(f"--plot {path}: its name must end in one of {', '.join(_FORMATS)}")
+    figure = draw_plan(display)
+    write_whole(path, lambda part: figure.savefig(part, dpi=150))

@@ -1,0 +1,170 @@
+"""The ray caster a second time, by brute force: every triangle on every ray, float64, nothing left out.
+
+Nothing here comes from lfssao. NumPy only carries + - * / elementwise over (rays, triangles), in the order of
+operations that lfssao/kernels/triangle.py documents; the sign of a doubtful edge function is that of exact fractions.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+FLAT_LINEAR, PERSPECTIVE, ORTHOGRAPHIC = 0, 1, 2
+AT_ONCE = 100_000  # pairs of ray and triangle: what a processor's cache holds
+
+
+@dataclass
+class Hits:
+    """One value a ray: triangle or -1, depth in cast space, weights of the second and third corner, triangles met."""
+
+    triangle: np.ndarray
+    z: np.ndarray
+    weights: np.ndarray
+    met: np.ndarray
+
+
+def texel_rays(kind, lens, width, height):
+    """Rays x = ox + dx z, y = oy + dy z of all texels, row by row, and the range (near, far) of z."""
+    v, u = (n.ravel() + 0.5 for n in np.mgrid[:height, :width])
+    if kind == FLAT_LINEAR:
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens[:8].tolist()
+        x, y = (u - u_0) / u_scale, (v - v_0) / v_scale
+        return x, y, (m_x - x) / m_z, (y_o - y) / z_o, z_o, m_z
+    f_u, f_v, c_u, c_v, near, far = lens[:6].tolist()
+    x, y = (u - c_u) / f_u, (c_v - v) / f_v
+    nothing = np.zeros_like(x)
+    return (nothing, nothing, x, y, near, far) if kind == PERSPECTIVE else (x, y, nothing, nothing, near, far)
+
+
+def affine(m, x, y, z):
+    return [((row[0] * x + row[1] * y) + row[2] * z) + row[3] for row in np.asarray(m).tolist()]
+
+
+def exact_sign(a, b, c, d):
+    """Sign of a b - c d in fractions."""
+    exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
+    return (exact > 0) - (exact < 0)
+
+
+def two_sum(a, b):
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+def two_product(a, b):
+    def halves(n):
+        t = 134217729.0 * n  # 2^27 + 1
+        high = t - (t - n)
+        return high, n - high
+
+    p = a * b
+    (a_high, a_low), (b_high, b_low) = halves(a), halves(b)
+    return p, a_low * b_low - (((p - a_high * b_high) - a_low * b_high) - a_high * b_low)
+
+
+def exact_difference(a, b, c, d):
+    """Sum of the four parts of a b - c d, the smallest first (Shewchuk 1997, Two-Two-Diff)."""
+    (p, p_rest), (q, q_rest) = two_product(a, b), two_product(c, d)
+    i, x0 = two_sum(p_rest, -q_rest)
+    j, other = two_sum(p, i)
+    i, x1 = two_sum(other, -q)
+    x3, x2 = two_sum(j, i)
+    return ((x0 + x1) + x2) + x3
+
+
+def edge_functions(a, b, c, d):
+    """Numbers a b - c d and their signs, exact ones where 2^-50 (|a b| + |c d|) leaves a doubt."""
+    a, b, c, d = np.broadcast_arrays(a, b, c, d)
+    p, q = a * b, c * d
+    value = p - q
+    sign = np.sign(value).astype(int)
+    doubtful = np.nonzero(~(np.abs(value) > 2.0**-50 * (np.abs(p) + np.abs(q))))
+    if len(doubtful[0]):
+        corners = [n[doubtful] for n in (a, b, c, d)]
+        value[doubtful] = exact_difference(*corners)
+        trivial = ((corners[0] == 0) | (corners[1] == 0)) & ((corners[2] == 0) | (corners[3] == 0))
+        signs = np.zeros(len(trivial), int)
+        lists = [n[~trivial].tolist() for n in corners]
+        signs[~trivial] = [exact_sign(*four) for four in zip(*lists, strict=True)]
+        sign[doubtful] = signs
+    return value, sign
+
+
+@np.errstate(all="ignore")
+def first_hits(kind, lens, width, height, corners):
+    """First hit of every texel's ray on triangles, corners (F, 3, 3) in cast space; ties go to the lower number."""
+    *rays, near, far = texel_rays(kind, lens, width, height)
+    size = len(rays[0])
+    out = Hits(np.full(size, -1, np.int32), np.full(size, np.nan), np.full((size, 2), np.nan), np.zeros(size, int))
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (np.ascontiguousarray(corners[:, k].T) for k in range(3))
+    lowest = np.minimum(np.minimum(az, bz), cz)
+    highest = np.maximum(np.maximum(az, bz), cz)
+    step = max(1, AT_ONCE // len(corners))
+    for start in range(0, size, step):
+        part = slice(start, start + step)
+        ox, oy, dx, dy = (n[part, None] for n in rays)
+        ap, aq = ax - (ox + dx * az), ay - (oy + dy * az)
+        bp, bq = bx - (ox + dx * bz), by - (oy + dy * bz)
+        cp, cq = cx - (ox + dx * cz), cy - (oy + dy * cz)
+        u, u_sign = edge_functions(bp, cq, bq, cp)
+        v, v_sign = edge_functions(cp, aq, cq, ap)
+        w, w_sign = edge_functions(ap, bq, aq, bp)
+        signs = np.stack([u_sign, v_sign, w_sign])
+        hit = (signs.min(axis=0) >= 0) ^ (signs.max(axis=0) <= 0)  # not where all three are zero
+        area = (u + v) + w
+        z = ((u * az + v * bz) + w * cz) / area
+        z = np.where(lowest > z, lowest, z)
+        z = np.where(highest < z, highest, z)
+        hit &= (near < z) & (z < far)
+        out.met[part] = hit.sum(axis=1)
+        z[~hit] = np.inf
+        first = z.argmin(axis=1)  # the lowest of equal ones
+        row = np.arange(len(first))
+        found = hit[row, first]
+        row, first = row[found], first[found]
+        out.triangle[part][found] = first
+        out.z[part][found] = z[row, first]
+        out.weights[part][found, 0] = v[row, first] / area[row, first]
+        out.weights[part][found, 1] = w[row, first] / area[row, first]
+    return out
+
+
+@np.errstate(all="ignore")
+def surface(kind, lens, width, height, world_from_cast, hits):
+    """Depth and positions textures of hits: float64, rounded once to float32; infinity where there is no surface."""
+    ox, oy, dx, dy, near, far = texel_rays(kind, lens, width, height)
+    z = hits.z
+    positions = np.stack(affine(world_from_cast, ox + z * dx, oy + z * dy, z), axis=1).astype(np.float32)
+    if kind == FLAT_LINEAR:
+        depth = z.astype(np.float32)
+    elif kind == PERSPECTIVE:
+        depth = (far / (far - near) * (1.0 - near / z)).astype(np.float32)
+    else:
+        depth = ((z - near) / (far - near)).astype(np.float32)
+    nothing = hits.triangle < 0
+    depth[nothing], positions[nothing] = np.inf, np.inf
+    return depth.reshape(height, width), positions.reshape(height, width, 3)
+
+
+def colors(hits, faces, factors, face_material, vertex_colors, uv, textures, sample):
+    """Colour of hits: factor x vertex colour x texture; sample(texture, u, v, channel) is the bilinear look-up."""
+    rgb = np.zeros((len(hits.triangle), 3), np.float32)
+    for k in np.flatnonzero(hits.triangle >= 0):
+        face = hits.triangle[k]
+        b, c = hits.weights[k].tolist()
+        a = (1.0 - b) - c
+
+        def mixed(values, a=a, b=b, c=c, corners=faces[face]):
+            at_a, at_b, at_c = (float(values[n]) for n in corners)
+            return (at_a * a + at_b * b) + at_c * c
+
+        material = face_material[face]
+        for channel in range(3):
+            value = float(factors[material, channel])
+            if vertex_colors is not None:
+                value = value * mixed(vertex_colors[:, channel])
+            if textures[material] is not None:
+                value = value * sample(textures[material], mixed(uv[:, 0]), mixed(uv[:, 1]), channel)
+            rgb[k, channel] = value
+    return rgb

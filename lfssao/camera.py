@@ -70,6 +70,8 @@ class Camera:
         depth = float(size[2])
         extent = 1.1 * float(max(size[1], 0.75 * size[0], 1e-3 * depth))
         distance = 2.5 * extent + 0.5 * depth
+        if projection == "perspective":  # the box's near face looks larger than its middle
+            extent = extent * (distance / (distance - 0.5 * depth))
         return cls(
             projection=projection,
             eye=(float(centre[0]), float(centre[1]), float(centre[2]) + distance),
@@ -80,22 +82,22 @@ class Camera:
             far=1.1 * (distance + 0.5 * depth),
         )
 
-    def view(self, width: int, height: int) -> View:
-        """The view of this camera in a texture of width x height texels, square texels."""
+    def view(self, width: int, height: int, guard: int = 0) -> View:
+        """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side."""
         eye_from_world = self._eye_from_world()
         world_from_eye = invert_affine(eye_from_world)
         texels_per_unit = height / self.extent
         focal = texels_per_unit
         if self.projection == "perspective":
             focal = texels_per_unit * _length(_subtract(self.target, self.eye))
-        lens = np.array([focal, focal, width / 2, height / 2, self.near, self.far, 0.0, 0.0])
+        lens = np.array([focal, focal, width / 2 + guard, height / 2 + guard, self.near, self.far, 0.0, 0.0])
         perspective = self.projection == "perspective"
         screen_from_eye, eye_from_screen = (_perspective if perspective else _orthographic)(lens)
         matrix = multiply(screen_from_eye, to_4x4(eye_from_world))
         return View(
             name="camera",
-            width=width,
-            height=height,
+            width=width + 2 * guard,
+            height=height + 2 * guard,
             ray_kind=rays.PERSPECTIVE if perspective else rays.ORTHOGRAPHIC,
             lens=lens,
             cast_from_world=eye_from_world,
@@ -103,6 +105,7 @@ class Camera:
             world_to_image=WorldToImage(mapping.MATRIX, matrix.ravel()),
             screen_to_world=multiply(to_4x4(world_from_eye), eye_from_screen),
             depth_kind=f"screen space z: 0 at the near plane, 1 at the far plane, {self.projection}",
+            guard=guard,
         )
 
     def _eye_from_world(self) -> Matrix:

@@ -26,12 +26,15 @@ class Part:
         The channels in that order.
     attributes : mapping
         Further metadata, strings and numbers.
+    guard : int
+        How many texels on each side lie outside the display window: the data window is larger by so much.
     """
 
     name: str
     channels: tuple[str, ...]
     pixels: NDArray[np.float32]
     attributes: Mapping[str, Any] = field(default_factory=dict)
+    guard: int = 0
 
 
 def write_exr(path: Path, parts: Sequence[Part]) -> None:
@@ -101,6 +104,8 @@ def _spec(oiio: Any, part: Part) -> Any:
     height, width, channels = part.pixels.shape
     spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
     spec.channelnames = part.channels
+    spec.x = spec.y = -part.guard
+    spec.full_width, spec.full_height = width - 2 * part.guard, height - 2 * part.guard
     spec.attribute("name", part.name)
     spec.attribute("compression", "zip")
     # A fixed date: two runs that make equal textures make equal files.
@@ -138,7 +143,7 @@ def read_exr(path: Path) -> dict[str, Part]:
                 a.name.removeprefix("lfssao:"): a.value for a in spec.extra_attribs if a.name.startswith("lfssao:")
             }
             name = spec.get_string_attribute("name")
-            parts[name] = Part(name, tuple(spec.channelnames), pixels, attributes)
+            parts[name] = Part(name, tuple(spec.channelnames), pixels, attributes, guard=-spec.x)
     finally:
         source.close()
     return parts

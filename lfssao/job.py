@@ -60,16 +60,19 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     """The textures of one view as the parts of an EXR file, the shaded image first, as viewers show part 0.
 
     Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
-    merged.AO, blurred.AO. AO is occlusion everywhere, and the metadata says so.
+    merged.AO, blurred.AO; N.X N.Y N.Z (world normals) if asked for. AO is occlusion everywhere, and the metadata says
+    so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
     """
-    gbuffer = textures.gbuffer
+    gbuffer, guard = textures.gbuffer, textures.view.guard
     parts = [
         Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": textures.view.depth_kind}),
-        Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": textures.view.depth_kind}),
-        Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}),
+        Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": textures.view.depth_kind}, guard),
+        Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}, guard),
     ]
     if gbuffer.color is not None:
-        parts.append(Part("color", ("color.R", "color.G", "color.B"), gbuffer.color, {"space": "linear RGB"}))
+        parts.append(Part("color", ("color.R", "color.G", "color.B"), gbuffer.color, {"space": "linear RGB"}, guard))
+    if gbuffer.normals is not None:
+        parts.append(Part("normals", ("N.X", "N.Y", "N.Z"), gbuffer.normals, {"space": "world"}, guard))
     for number, (radius, texture) in enumerate(zip(settings.radii, textures.ao, strict=True), start=1):
         name = f"ao_{number}"
         parts.append(_occlusion_part(name, texture, {"radius": float(radius)}))

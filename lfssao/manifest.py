@@ -51,6 +51,8 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "blur_sigma": settings.blur,
         "blur_weights": gaussian_kernel(settings.blur).tolist(),
         "merge": "maximum",
+        "color_filter": settings.color_filter,
+        "normals": settings.normals,
     }
 
 
@@ -64,6 +66,7 @@ def describe_view(view: View) -> dict[str, Any]:
     return {
         "width": view.width,
         "height": view.height,
+        "guard": view.guard,
         "depth": view.depth_kind,
         "cast_from_world": view.cast_from_world.tolist(),
         "world_to_image_kind": ("crossed slits", "matrix", "display")[view.world_to_image.kind],

@@ -23,12 +23,13 @@ def to_4x4(affine: ArrayLike) -> Matrix:
 def determinant(affine: ArrayLike) -> float:
     """Determinant of the linear part of a (3, 4) affine map; negative where the map turns handedness."""
     m = np.asarray(affine, np.float64)
-    a, b, c = _cofactors(m)[0] * m[0, :3]
+    a, b, c = cofactors(m)[0] * m[0, :3]
     return float((a + b) + c)
 
 
-def _cofactors(m: Matrix) -> Matrix:
-    """Cofactor matrix of the linear part."""
+def cofactors(affine: ArrayLike) -> Matrix:
+    """Cofactor matrix, (3, 3), of the linear part of an affine map: it turns normals as the map turns surfaces."""
+    m = np.asarray(affine, np.float64)
     out = np.empty((3, 3))
     for i in range(3):
         for j in range(3):
@@ -49,5 +50,5 @@ def invert_affine(affine: ArrayLike) -> Matrix:
     size = determinant(m)
     if size == 0.0:
         raise ZeroDivisionError("the affine map is singular")
-    linear = _cofactors(m).T / size
+    linear = cofactors(m).T / size
     return np.hstack([linear, -multiply(linear, m[:, 3:])])

@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError, MissingPackageError
 from lfssao.kernels import bvh, hits, paint, rays, visibility
+from lfssao.kernels import normals as normal_kernels
 from lfssao.matrix import Matrix
 from lfssao.scene.mesh import Mesh, Paint
 from lfssao.view import View
 
 # Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
 _CHUNK = 65_536
+
+COLOR_FILTERS = ("bilinear", "nearest")
+NORMALS = ("geometric", "smooth")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +37,15 @@ class GBuffer:
         Diffuse colour, linear RGB, 0 where there is no surface; None where the mesh has none.
     triangle : (H, W) int32
         Number of the visible triangle, -1 where there is none.
+    normals : (H, W, 3) float32 or None
+        Unit normals in world space, turned towards the viewer, 0 where there is no surface; None where not asked for.
     """
 
     depth: NDArray[np.float32]
     positions: NDArray[np.float32]
     color: NDArray[np.float32] | None
     triangle: NDArray[np.int32]
+    normals: NDArray[np.float32] | None = None
 
 
 class RayCaster:
@@ -73,20 +80,31 @@ class RayCaster:
         self._tree = _Tree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
 
-    def gbuffer(self, view: View, color: bool = True) -> GBuffer:
+    def gbuffer(self, view: View, color: str | None = "bilinear", normals: str | None = None) -> GBuffer:
         """Cast one ray through the centre of each texel of a view.
 
         Parameters
         ----------
         view : View
             Where from; its cast space must be the caster's.
-        color : bool
-            Whether to make the colour texture (if the mesh has colour).
+        color : str or None
+            How the mesh's textures are read, 'bilinear' or 'nearest'; None: no colour texture.
+        normals : str or None
+            'geometric' (of the triangle), or 'smooth' (interpolated from the vertices where the mesh came with normals
+            there, else geometric); None: no normals texture.
 
         Returns
         -------
         GBuffer
+
+        Raises
+        ------
+        InputError
+            If ``color`` or ``normals`` is none of these.
         """
+        for name, value, choices in (("color", color, COLOR_FILTERS), ("normals", normals, NORMALS)):
+            if value is not None and value not in choices:
+                raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
         size = view.height * view.width
         triangle, z, weights = np.empty(size, np.int32), np.empty(size), np.empty((size, 2))
         tree = self._tree
@@ -98,19 +116,34 @@ class RayCaster:
         world_from_cast = np.ravel(view.world_from_cast)
         hits.write_surface(view.ray_kind, view.lens, world_from_cast, view.width, triangle, z, depth, positions)
         rgb = None
-        if color and self._paint is not None:
-            rgb = self._paint.color(triangle, weights, self.mesh.faces)
+        if color is not None and self._paint is not None:
+            rgb = self._paint.color(triangle, weights, self.mesh.faces, color == "nearest")
+        directions = None if normals is None else self._normals(view, triangle, weights, normals == "smooth")
         shape = view.height, view.width
         return GBuffer(
             depth=depth.reshape(shape),
             positions=positions.reshape(*shape, 3),
             color=None if rgb is None else rgb.reshape(*shape, 3),
             triangle=triangle.reshape(shape),
+            normals=None if directions is None else directions.reshape(*shape, 3),
         )
 
+    def _normals(
+        self, view: View, triangle: NDArray[np.int32], weights: NDArray[np.float64], smooth: bool
+    ) -> NDArray[np.float32]:
+        """Unit normals of each texel, (n, 3) float32."""
+        mesh = self.mesh
+        at_vertices = mesh.normals if smooth and mesh.normals is not None else np.zeros((0, 3))
+        out = np.empty((len(triangle), 3), np.float32)
+        normal_kernels.write_normals(
+            view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, triangle, weights, mesh.vertices,
+            mesh.faces, at_vertices, out,
+        )  # fmt: skip
+        return out
+
     def _proposals(self, view: View) -> NDArray[np.int32]:
-        """The triangle that Embree sees in the middle of each sub-tile, -1 where it sees none or the box is missed."""
-        step = visibility.SUB
+        """The triangle that Embree sees in the middle of each tile, -1 where it sees none or the box is missed."""
+        step = visibility.TILE
         shape = -(-view.height // step), -(-view.width // step)
         counts = np.empty(shape[0], np.int64)
         grid = view.ray_kind, view.lens, self._tree.bounds, view.width, view.height, step, shape[1]
@@ -160,7 +193,8 @@ def _embree_scene(name: str, vertices: NDArray[np.float64], faces: NDArray[np.in
             "ray casting needs the package embreex, which is not installed here (it has no wheel for Linux on "
             "aarch64); everything else works on textures made elsewhere"
         ) from error
-    single = vertices.astype(np.float32)
+    with np.errstate(over="ignore"):  # what overflows is refused below
+        single = vertices.astype(np.float32)
     if not np.isfinite(single).all():
         raise InputError(f"{name}: coordinates leave the range of float32 in the space rays are cast in")
     scene = EmbreeScene(robust=True)
@@ -206,12 +240,12 @@ class _PaintTables:
         self._source = source
 
     def color(
-        self, triangle: NDArray[np.int32], weights: NDArray[np.float64], faces: NDArray[np.int32]
+        self, triangle: NDArray[np.int32], weights: NDArray[np.float64], faces: NDArray[np.int32], nearest: bool
     ) -> NDArray[np.float32]:
         """Diffuse colour of each texel, (n, 3) float32 linear RGB."""
         rgb = np.empty((len(triangle), 3), np.float32)
         paint.paint_hits(
             triangle, weights, faces, self._source.factors, self._source.face_material, self._vertex_colors,
-            self._uv, self._table, self._texels, rgb,
+            self._uv, self._table, self._texels, rgb, nearest,
         )  # fmt: skip
         return rgb

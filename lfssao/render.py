@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lfssao import passes
 from lfssao.display import Display, fit_roi
 from lfssao.errors import InputError
-from lfssao.raycast import GBuffer, RayCaster
+from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.samples import make_samples
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
@@ -36,6 +36,10 @@ class Settings:
         Offsets in the unit ball, the same for every texel and radius.
     blur : float
         Sigma of the Gaussian blur, texels.
+    color_filter : str
+        How the mesh's textures are read, 'bilinear' or 'nearest'.
+    normals : str or None
+        Normals texture to make beside the others, 'geometric' or 'smooth'; none by default, as no pass reads it.
 
     Raises
     ------
@@ -46,6 +50,8 @@ class Settings:
     radii: tuple[float, ...]
     samples: NDArray[np.float64] = field(default_factory=make_samples)
     blur: float = 1.0
+    color_filter: str = "bilinear"
+    normals: str | None = None
 
     def __post_init__(self) -> None:
         if not self.radii:
@@ -53,6 +59,10 @@ class Settings:
         for radius in self.radii:
             passes.check_radius(radius)
         passes.gaussian_kernel(self.blur)
+        if self.color_filter not in COLOR_FILTERS:
+            raise InputError(f"color_filter is '{self.color_filter}': choose one of {', '.join(COLOR_FILTERS)}")
+        if self.normals is not None and self.normals not in NORMALS:
+            raise InputError(f"normals is '{self.normals}': choose one of {', '.join(NORMALS)}")
 
 
 def diagonal(mesh: Mesh) -> float:
@@ -75,7 +85,7 @@ class Textures:
     view : View
         What they show.
     gbuffer : GBuffer
-        Depth, positions and colour.
+        Depth, positions and colour, the view's guard band included; what follows has it cropped.
     ao : tuple of (H, W) float32
         Occlusion, one texture a radius.
     merged, blurred : (H, W) float32
@@ -123,23 +133,29 @@ def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
         seconds[name] = time.perf_counter() - start
         return result
 
-    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view))
+    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals))
     ao = timed("ao", lambda: [_occlusion(gbuffer, view, settings.samples, radius) for radius in settings.radii])
     merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
-    image = _image(gbuffer)
-    shaded = timed("shade", lambda: passes.shade(image, blurred))
+    image, occlusion = _cropped(view, _image(gbuffer)), _cropped(view, blurred)
+    shaded = timed("shade", lambda: passes.shade(image, occlusion))
     return Textures(
         view=view,
         gbuffer=gbuffer,
-        ao=tuple(a.texture for a in ao),
-        merged=merged,
-        blurred=blurred,
+        ao=tuple(_cropped(view, a.texture) for a in ao),
+        merged=_cropped(view, merged),
+        blurred=occlusion,
         image=image,
         shaded=shaded,
         outside=tuple(a.outside for a in ao),
         seconds=seconds,
     )
+
+
+def _cropped(view: View, texture: FloatTexture) -> FloatTexture:
+    """A texture without the view's guard band (SAO section 2.3)."""
+    g = view.guard
+    return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
 
 
 def _occlusion(gbuffer: GBuffer, view: View, samples: NDArray[np.float64], radius: float) -> passes.Occlusion:
@@ -158,8 +174,8 @@ def _image(gbuffer: GBuffer) -> FloatTexture:
     return np.repeat(surface[..., None], 3, axis=2)
 
 
-def module_views(mesh: Mesh, display: Display, modules: range | None = None) -> list[View]:
-    """The views of a display's modules, the mesh's box fitted into the display's ROI.
+def module_views(mesh: Mesh, display: Display, modules: range | None = None, guard: int = 0) -> list[View]:
+    """The views of a display's modules, the mesh's box fitted into the display's ROI; guard: texels (Display.view).
 
     Raises
     ------
@@ -173,7 +189,7 @@ def module_views(mesh: Mesh, display: Display, modules: range | None = None) -> 
             f"modules {wanted.start}:{wanted.stop} are not a part of 0:{count}, the modules of {display.name}"
         )
     physical_from_world = fit_roi(mesh.bounds, display.roi)
-    return [display.view(index, physical_from_world) for index in wanted]
+    return [display.view(index, physical_from_world, guard) for index in wanted]
 
 
 def render(

@@ -23,17 +23,22 @@ class Hits:
     met: np.ndarray
 
 
-def texel_rays(kind, lens, width, height):
-    """Rays x = ox + dx z, y = oy + dy z of all texels, row by row, and the range (near, far) of z."""
-    v, u = (n.ravel() + 0.5 for n in np.mgrid[:height, :width])
+def rays_at(kind, lens, u, v):
+    """Rays x = ox + dx z, y = oy + dy z through image points, and between which z they run: six arrays."""
     if kind == FLAT_LINEAR:
-        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens[:8].tolist()
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens.tolist()
         x, y = (u - u_0) / u_scale, (v - v_0) / v_scale
-        return x, y, (m_x - x) / m_z, (y_o - y) / z_o, z_o, m_z
+        return x, y, (m_x - x) / m_z, (y_o - y) / z_o, np.full_like(x, z_o), np.full_like(x, m_z)
     f_u, f_v, c_u, c_v, near, far = lens[:6].tolist()
     x, y = (u - c_u) / f_u, (c_v - v) / f_v
-    nothing = np.zeros_like(x)
+    nothing, near, far = np.zeros_like(x), np.full_like(x, near), np.full_like(x, far)
     return (nothing, nothing, x, y, near, far) if kind == PERSPECTIVE else (x, y, nothing, nothing, near, far)
+
+
+def texel_rays(kind, lens, width, height):
+    """The rays of all texels' centres, row by row."""
+    v, u = (n.ravel() + 0.5 for n in np.mgrid[:height, :width])
+    return rays_at(kind, lens, u, v)
 
 
 def affine(m, x, y, z):
@@ -92,9 +97,8 @@ def edge_functions(a, b, c, d):
 
 
 @np.errstate(all="ignore")
-def first_hits(kind, lens, width, height, corners):
-    """First hit of every texel's ray on triangles, corners (F, 3, 3) in cast space; ties go to the lower number."""
-    *rays, near, far = texel_rays(kind, lens, width, height)
+def first_hits(rays, corners):
+    """First hit of every ray on triangles, corners (F, 3, 3) in cast space; ties go to the lower number."""
     size = len(rays[0])
     out = Hits(np.full(size, -1, np.int32), np.full(size, np.nan), np.full((size, 2), np.nan), np.zeros(size, int))
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (np.ascontiguousarray(corners[:, k].T) for k in range(3))
@@ -103,7 +107,7 @@ def first_hits(kind, lens, width, height, corners):
     step = max(1, AT_ONCE // len(corners))
     for start in range(0, size, step):
         part = slice(start, start + step)
-        ox, oy, dx, dy = (n[part, None] for n in rays)
+        ox, oy, dx, dy, near, far = (n[part, None] for n in rays)
         ap, aq = ax - (ox + dx * az), ay - (oy + dy * az)
         bp, bq = bx - (ox + dx * bz), by - (oy + dy * bz)
         cp, cq = cx - (ox + dx * cz), cy - (oy + dy * cz)
@@ -131,20 +135,20 @@ def first_hits(kind, lens, width, height, corners):
 
 
 @np.errstate(all="ignore")
-def surface(kind, lens, width, height, world_from_cast, hits):
-    """Depth and positions textures of hits: float64, rounded once to float32; infinity where there is no surface."""
-    ox, oy, dx, dy, near, far = texel_rays(kind, lens, width, height)
+def surface(kind, rays, world_from_cast, hits):
+    """Depth and positions of hits: float64, rounded once to float32; infinity where there is no surface."""
+    ox, oy, dx, dy, near, far = rays
     z = hits.z
     positions = np.stack(affine(world_from_cast, ox + z * dx, oy + z * dy, z), axis=1).astype(np.float32)
-    if kind == FLAT_LINEAR:
-        depth = z.astype(np.float32)
-    elif kind == PERSPECTIVE:
+    if kind == PERSPECTIVE:
         depth = (far / (far - near) * (1.0 - near / z)).astype(np.float32)
-    else:
+    elif kind == ORTHOGRAPHIC:
         depth = ((z - near) / (far - near)).astype(np.float32)
+    else:
+        depth = z.astype(np.float32)
     nothing = hits.triangle < 0
     depth[nothing], positions[nothing] = np.inf, np.inf
-    return depth.reshape(height, width), positions.reshape(height, width, 3)
+    return depth, positions
 
 
 def colors(hits, faces, factors, face_material, vertex_colors, uv, textures, sample):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lfssao.commands import values
 from lfssao.commands.terminal import bar_size, printable, say
-from lfssao.commands.values import LARGEST_RADIUS, MOST_BLUR, MOST_SAMPLES, MOST_THREADS
+from lfssao.commands.values import LARGEST_RADIUS, MOST_BLUR, MOST_GUARD, MOST_SAMPLES, MOST_THREADS
 from lfssao.errors import InputError
 
 if TYPE_CHECKING:
@@ -86,6 +86,26 @@ def add_to(commands: Any) -> None:
         metavar="SIGMA",
         help=f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
     )
+    add(
+        "--filter",
+        default="bilinear",
+        metavar="NAME",
+        help="how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
+    )
+    add(
+        "--normals",
+        nargs="?",
+        const="geometric",
+        metavar="KIND",
+        help="write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
+    )
+    add(
+        "--guard",
+        type=values.guard,
+        default=0,
+        metavar="N",
+        help=f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
+    )
     add("--seed", type=values.seed, default=0, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
     add("--threads", type=values.threads, metavar="N", help="threads, at most one for each core (default)")
 
@@ -152,7 +172,7 @@ def _check_size(options: argparse.Namespace, display: "Display") -> None:
     if options.resolution is not None:
         sizes = [options.resolution]
     for width, height in dict.fromkeys(sizes):
-        check_memory(width, height, len(options.radii or DEFAULT_RADII))
+        check_memory(width + 2 * options.guard, height + 2 * options.guard, len(options.radii or DEFAULT_RADII))
 
 
 def _settings_maker(options: argparse.Namespace) -> Callable[["Mesh"], "Settings"]:
@@ -160,6 +180,7 @@ def _settings_maker(options: argparse.Namespace) -> Callable[["Mesh"], "Settings
     from lfssao.render import Settings, default_radii, diagonal
     from lfssao.samples import make_samples
 
+    Settings((0.0,), color_filter=options.filter, normals=options.normals)  # refused before the scene is loaded
     try:
         samples = make_samples(options.sampling, options.samples, options.seed)
     except InputError as error:
@@ -171,7 +192,7 @@ def _settings_maker(options: argparse.Namespace) -> Callable[["Mesh"], "Settings
             radii = tuple(r / 100 * diagonal(mesh) if share else r for r, share in options.radii)
         if max(radii) > LARGEST_RADIUS:
             raise InputError(f"--radii: {max(radii):g} scene units is more than {LARGEST_RADIUS:g}")
-        return Settings(radii, samples, options.blur)
+        return Settings(radii, samples, options.blur, options.filter, options.normals)
 
     return settings
 
@@ -203,10 +224,12 @@ def _views(options: argparse.Namespace, mesh: "Mesh", display: "Display") -> "li
     from lfssao.render import module_views
 
     if options.camera is not None:
-        return [Camera.looking_at(mesh.bounds, options.camera).view(*(options.resolution or CAMERA_RESOLUTION))]
+        camera = Camera.looking_at(mesh.bounds, options.camera)
+        width, height = options.resolution or CAMERA_RESOLUTION
+        return [camera.view(width, height, options.guard)]
     if options.resolution is not None:
         display = display.with_resolution(*options.resolution)
-    return module_views(mesh, display, options.modules)
+    return module_views(mesh, display, options.modules, options.guard)
 
 
 def _run_job(

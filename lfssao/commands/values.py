@@ -7,6 +7,7 @@ import re
 MOST_SAMPLES = 65_536
 MOST_BLUR = 1024.0  # texels
 MOST_THREADS = 1024
+MOST_GUARD = 4096  # texels
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
 
 
@@ -41,6 +42,11 @@ def samples(text: str) -> int:
 def seed(text: str) -> int:
     """A seed."""
     return _whole(text, 0, 2**64 - 1, "2**64 - 1")
+
+
+def guard(text: str) -> int:
+    """A guard band, texels."""
+    return _whole(text, 0, MOST_GUARD)
 
 
 def threads(text: str) -> int:

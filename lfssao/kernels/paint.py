@@ -35,6 +35,14 @@ def sample_texture(texels, first, wide, high, u, v, channel):
 
 
 @kernel
+def nearest_sample(texels, first, wide, high, u, v, channel):
+    """One channel of a texture at (u, v): the texel that it lies in; arguments of sample_texture."""
+    column = min(int((u - floor(u)) * wide), wide - 1)
+    row = min(int((1.0 - (v - floor(v))) * high), high - 1)
+    return np.float64(texels[first + row * wide + column, channel])
+
+
+@kernel
 def interpolate(values, faces, face, weight_b, weight_c, k):
     """Column k of per-vertex values at a place on a face: (a w_a + b w_b) + c w_c, w_a = (1 - w_b) - w_c, float64."""
     a = np.float64(values[faces[face, 0], k])
@@ -44,7 +52,9 @@ def interpolate(values, faces, face, weight_b, weight_c, k):
 
 
 @kernel(parallel=True)
-def paint_hits(triangle, weights, faces, factors, face_material, vertex_colors, uv, texture_table, texels, rgb):
+def paint_hits(
+    triangle, weights, faces, factors, face_material, vertex_colors, uv, texture_table, texels, rgb, nearest=False
+):
     """Diffuse colour of every texel that sees a surface, 0 elsewhere.
 
     Parameters
@@ -67,6 +77,8 @@ def paint_hits(triangle, weights, faces, factors, face_material, vertex_colors, 
         All textures, one behind the other, row by row.
     rgb : (n, 3) float32
         Out: linear RGB.
+    nearest : bool
+        Whether textures are read at the nearest texel instead of between four.
     """
     for k in prange(triangle.shape[0]):
         face = triangle[k]
@@ -84,5 +96,8 @@ def paint_hits(triangle, weights, faces, factors, face_material, vertex_colors, 
             if wide > 0:
                 u = interpolate(uv, faces, face, weight_b, weight_c, 0)
                 v = interpolate(uv, faces, face, weight_b, weight_c, 1)
-                value *= sample_texture(texels, first, wide, high, u, v, channel)
+                if nearest:
+                    value *= nearest_sample(texels, first, wide, high, u, v, channel)
+                else:
+                    value *= sample_texture(texels, first, wide, high, u, v, channel)
             rgb[k, channel] = np.float32(value)

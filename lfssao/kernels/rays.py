@@ -24,7 +24,7 @@ ORTHOGRAPHIC = 2
 DISPLAY = 3
 
 
-@kernel
+@kernel(inline=True)
 def texel_ray(kind, lens, u, v):
     """Ray through image point (u, v): origin, direction (with z component 1, so that t is a depth), t_near, t_far.
 
@@ -61,7 +61,7 @@ def image_depth(kind, lens, z):
     return (z - near) / (far - near)
 
 
-@kernel
+@kernel(inline=True)
 def clip_to_slab(origin, direction, low, high, t0, t1):
     """The part of [t0, t1] in which low <= origin + t direction <= high; empty (t0 > t1) where there is none."""
     if direction == 0.0:
@@ -73,7 +73,7 @@ def clip_to_slab(origin, direction, low, high, t0, t1):
     return max(t0, min(a, b)), min(t1, max(a, b))
 
 
-@kernel
+@kernel(inline=True)
 def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
     """The part of [t0, t1] inside a box, (2, 3) lower and upper corner; empty (t0 > t1) where there is none."""
     t0, t1 = clip_to_slab(ox, dx, box[0, 0], box[1, 0], t0, t1)

@@ -1,11 +1,13 @@
 """Which triangle each texel's ray hits first: Embree proposes, float64 disposes.
 
-Embree is asked for one texel of each sub-tile. What it names is tried on all of them; where float64 finds it hit, it
-bounds how deep a nearer one can lie. Then each tile of texels goes down
-the tree of boxes with the bundle of its rays, and every triangle that the bundle may meet is tried on every texel of
-the sub-tiles that it may meet. The bounds of a bundle are those of the very numbers its rays have, and boxes are
-larger than their triangles by more than rounding can do, so nothing is left out: the result is that of trying every
-triangle on every ray, whatever was proposed.
+Embree is asked for the middle of each tile of texels. What it names is tried on all of the tile's texels; where
+float64 finds it hit, it bounds how deep a nearer one can lie. Then the tile goes down the tree of boxes with the
+bundle of its rays, nearest boxes first, and every triangle that the bundle may meet is tried on every texel of the
+sub-tiles that it may meet; what lies behind the hits found so far is left out. The bounds of a bundle are those of
+the very numbers its rays have, and boxes are larger than their triangles by more than rounding can do, so nothing
+else is left out: the result is that of trying every triangle on every ray, whatever was proposed.
+
+(Measured on the armadillo of 172,972 faces: with a proposal for every texel Embree costs more than it saves.)
 """
 
 import numpy as np
@@ -16,8 +18,8 @@ from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import texel_ray
 from lfssao.kernels.triangle import hit_triangle
 
-TILE = 8  # texels along a tile's edge
-SUB = 2  # texels along a sub-tile's edge
+TILE = 8
+SUB = 2
 _SUBS = TILE // SUB
 _STACK = 128  # two nodes a level
 
@@ -92,7 +94,7 @@ def _start_tile(kind, lens, width, height, i0, j0, corners, place_of, proposal, 
                 j0 + j + 0.5,
                 corners,
                 place_of,
-                proposal[(j0 + j) // SUB, (i0 + i) // SUB],
+                proposal[j0 // TILE, i0 // TILE],
             )
             if near < z:
                 ray[place, 0], ray[place, 1], ray[place, 2], ray[place, 3], ray[place, 4] = ox, oy, dx, dy, near
@@ -145,7 +147,9 @@ def _search_tile(corners, order, boxes, stack, ray, best, bundle, meets):
         ):
             continue
         if node < first_leaf:
-            stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+            # The child that begins nearer goes on top: what it hides need not be looked at.
+            near = 2 * node + 1 + np.int64(boxes[2 * node + 2, 2] < boxes[2 * node + 1, 2])
+            stack[top], stack[top + 1] = 4 * node + 3 - near, near
             top += 2
             continue
         start = LEAF * (node - first_leaf)
@@ -154,6 +158,21 @@ def _search_tile(corners, order, boxes, stack, ray, best, bundle, meets):
                 order[p], corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3], corners[p, 4], corners[p, 5],
                 corners[p, 6], corners[p, 7], corners[p, 8], ray, best, bundle, meets,
             )  # fmt: skip
+        _draw_in(best, bundle)
+
+
+@kernel(inline=True)
+def _draw_in(best, bundle):
+    """Let bundles end where the last of their texels has its hit."""
+    tile_far = -np.inf
+    for sub in range(_SUBS * _SUBS):
+        corner = (sub // _SUBS) * SUB * TILE + (sub % _SUBS) * SUB
+        far = -np.inf
+        for k in range(SUB * SUB):
+            far = max(far, best[corner + (k // SUB) * TILE + k % SUB, 0])
+        bundle[9, sub] = far
+        tile_far = max(tile_far, far)
+    bundle[9, _SUBS * _SUBS] = tile_far
 
 
 @kernel(inline=True)
@@ -183,8 +202,8 @@ def first_hits(kind, lens, width, height, corners, order, boxes, place_of, propo
         The tree (``lfssao.kernels.bvh``): corners of the triangles in its order, their numbers, its boxes.
     place_of : (F,) int64
         The place of each triangle in that order.
-    proposal : (ceil(H / SUB), ceil(W / SUB)) int32
-        A triangle that is likely to be the first in each sub-tile, or -1. Proposals save time; the result is the
+    proposal : (ceil(H / TILE), ceil(W / TILE)) int32
+        A triangle that is likely to be the first in each tile, or -1. Proposals save time; the result is the
         same.
     triangle : (H * W,) int32
         Out: number of the triangle, -1 where there is none.

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
+from lfssao.kernels.rays import transform_points
+from lfssao.matrix import cofactors
 from lfssao.scene.mesh import Mesh, Paint
 from lfssao.srgb import to_linear
 
@@ -49,7 +51,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
         raise InputError(f"{path}: the file holds no triangles")
     if image is None:
         assets.check_images()
-    parts = [_Part(path, geometry, image) for geometry in geometries]
+    parts = [_Part(path, geometry, transform, image) for geometry, transform in geometries]
     if image is not None and not any(part.uv is not None for part in parts):
         raise InputError(f"{path}: a texture was given, but the mesh has no texture coordinates")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
@@ -57,6 +59,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
         vertices=np.concatenate([part.vertices for part in parts]),
         faces=np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)]),
         paint=_join_paint(parts),
+        normals=_join_normals(parts),
         name=str(path),
         notes=(*assets.notes(), *dict.fromkeys(part.note for part in parts if part.note)),
     )
@@ -126,8 +129,8 @@ def _check_image(data: bytes) -> None:
         image.load()
 
 
-def _read(path: Path, assets: _Assets) -> list[Any]:
-    """The file's meshes as trimesh has them, transforms applied."""
+def _read(path: Path, assets: _Assets) -> list[tuple[Any, NDArray[np.float64]]]:
+    """The file's meshes as trimesh has them, each with the (4, 4) transform of its place in the scene."""
     import trimesh
 
     ending = path.suffix.lower()
@@ -138,13 +141,15 @@ def _read(path: Path, assets: _Assets) -> list[Any]:
             warnings.filterwarnings("error", message="string or file could not be read to its end")
             least, arguments = _prepare(path, ending, assets)
             # process=False: trimesh would merge vertices and renumber faces.
-            geometries = trimesh.load_scene(**arguments, process=False).dump()
+            scene = trimesh.load_scene(**arguments, process=False)
+            placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     except InputError:
         raise
     except Exception as error:  # whatever the format's reader stumbled over
         raise InputError(f"{path}: it cannot be read as a mesh ({_reason(path, error)})") from error
-    meshes = [g for g in geometries if isinstance(g, trimesh.Trimesh) and len(g.faces)]
-    found = sum(len(mesh.faces) for mesh in meshes)
+    found_in = [(scene.geometry[name], transform) for transform, name in placed]
+    meshes = [(g, transform) for g, transform in found_in if isinstance(g, trimesh.Trimesh) and len(g.faces)]
+    found = sum(len(mesh.faces) for mesh, _ in meshes)
     if found < least:
         raise InputError(f"{path}: it declares {least} faces, of which {found} can be read")
     return meshes
@@ -270,8 +275,15 @@ def _is_placeholder(image: Any) -> bool:
 class _Part:
     """One geometry of a file: plain arrays of its triangles and what colours them."""
 
-    def __init__(self, path: Path, geometry: Any, image: NDArray[np.uint8] | None) -> None:
-        self.vertices = np.asarray(geometry.vertices, np.float64)
+    def __init__(
+        self, path: Path, geometry: Any, transform: NDArray[np.float64], image: NDArray[np.uint8] | None
+    ) -> None:
+        # Not by trimesh's own transform, which is a BLAS product: its bits differ between machines.
+        self.vertices = _transformed(transform, np.asarray(geometry.vertices, np.float64))
+        self.normals: NDArray[np.float64] | None = None
+        if "vertex_normals" in geometry._cache:  # else trimesh would make them up
+            turned = np.hstack([cofactors(transform), np.zeros((3, 1))])
+            self.normals = _transformed(turned, np.asarray(geometry.vertex_normals, np.float64))
         self.faces = np.asarray(geometry.faces, np.int64)
         self.factor = np.ones(3, np.float32)
         self.image = image
@@ -339,8 +351,22 @@ class _Part:
     def _take_face_colors(self, colors: NDArray[np.uint8]) -> None:
         """Give each face its own three vertices in its colour."""
         self.vertices = self.vertices[self.faces].reshape(-1, 3)
+        self.normals = None if self.normals is None else self.normals[self.faces].reshape(-1, 3)
         self.faces = np.arange(len(self.vertices)).reshape(-1, 3)
         self.vertex_colors = to_linear(np.repeat(colors, 3, axis=0))
+
+
+def _transformed(transform: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points under the first three rows of a transform, in a written order."""
+    out = np.empty((len(points), 3))
+    transform_points(np.ascontiguousarray(transform[:3], np.float64).ravel(), np.ascontiguousarray(points), out)
+    return out
+
+
+def _join_normals(parts: list[_Part]) -> NDArray[np.float64] | None:
+    """The normals at the vertices of all parts; None where a part has none."""
+    found = [part.normals for part in parts if part.normals is not None]
+    return np.concatenate(found) if len(found) == len(parts) else None
 
 
 def _join_paint(parts: list[_Part]) -> Paint | None:

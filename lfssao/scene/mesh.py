@@ -61,6 +61,8 @@ class Mesh:
         Vertex numbers; face f of this array is triangle f of every other part of the program.
     paint : Paint or None
         Diffuse colour; None where the mesh has none.
+    normals : (V, 3) float64 or None
+        Normals at the vertices, of any length, where the mesh came with them.
     name : str
         What messages and the manifest call it.
     degenerate : int
@@ -78,6 +80,7 @@ class Mesh:
     vertices: FloatArray
     faces: NDArray[np.int32]
     paint: Paint | None = None
+    normals: FloatArray | None = None
     name: str = "mesh"
     degenerate: int = field(default=0)
     notes: tuple[str, ...] = ()
@@ -86,6 +89,8 @@ class Mesh:
         vertices = np.ascontiguousarray(self.vertices, np.float64)
         faces = np.asarray(self.faces)
         _check(self.name, vertices, faces)
+        if self.normals is not None and self.normals.shape != vertices.shape:
+            raise InputError(f"{self.name}: normals have shape {self.normals.shape}, expected {vertices.shape}")
         keep = _has_area(vertices, faces)
         if not keep.any():
             raise InputError(f"{self.name}: the mesh has no face with an area")

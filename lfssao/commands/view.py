@@ -1,0 +1,262 @@
+"""``lfssao view``: what an eye sees of a display, from the textures that ``lfssao render`` wrote."""
+
+import argparse
+import json
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lfssao.commands.terminal import bar_size, printable, say
+from lfssao.errors import InputError
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from lfssao.display import Display
+    from lfssao.viewer import LightField
+
+MOST_WIDTH = 16_384
+MOST_FRAMES = 1000
+FRAMES = 24
+_SECONDS = 3.0  # of an animation, there and back
+_ENDINGS = {False: (".png",), True: (".png", ".gif", ".webp")}
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the parser."""
+    view = commands.add_parser(
+        "view",
+        allow_abbrev=False,
+        help="what an eye on the observer line sees of a rendered display",
+        description="Compose what an eye on the observer line sees of a display from the textures that 'lfssao render' "
+        "wrote, as a photograph of the display would show it (LF figure 14).",
+    )
+    view.set_defaults(run=_view)
+    add = view.add_argument
+    add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")
+    add("--eye-x", type=_number, metavar="X", help="place of the eye along the observer line, metres (default: 0)")
+    add(
+        "--orbit",
+        type=_even,
+        nargs="?",
+        const=FRAMES,
+        metavar="N",
+        help="an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the "
+        f"modules reach from the whole screen, and back (default: {FRAMES})",
+    )
+    add(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/view.png or orbit.png)",
+    )
+    add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
+    add(
+        "--blend",
+        default="linear",
+        metavar="NAME",
+        help="how modules are joined: nearest, linear or gaussian (default: linear)",
+    )
+    add("--width", type=_whole(1, MOST_WIDTH), default=1024, metavar="N", help="pixels across (default: 1024)")
+
+
+def _whole(least: int, most: int) -> Callable[[str], int]:
+    """A whole number in a range, as an option's type."""
+
+    def read(text: str) -> int:
+        if not re.fullmatch(r"[0-9]{1,9}", text, re.ASCII) or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"'{text[:40]}' is not a whole number from {least} to {most}")
+        return int(text)
+
+    return read
+
+
+def _even(text: str) -> int:
+    """A number of frames there and back."""
+    count = _whole(2, MOST_FRAMES)(text)
+    if count % 2:
+        raise argparse.ArgumentTypeError(f"{count} is odd: as many frames come back as go")
+    return count
+
+
+def _number(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise argparse.ArgumentTypeError(f"'{text[:40]}' is not a finite number")
+    return number
+
+
+def _view(options: argparse.Namespace) -> None:
+    """``lfssao view``: check, read, compose, write."""
+    folder, animated = Path(options.folder), options.orbit is not None
+    if animated and options.eye_x is not None:
+        raise InputError("--eye-x does not go with --orbit, which moves the eye")
+    if options.output == "":
+        raise InputError("--output is empty, it must name a file")
+    target = Path(options.output or folder / ("orbit.png" if animated else "view.png"))
+    if target.suffix.lower() not in _ENDINGS[animated]:
+        raise InputError(f"--output: {target} does not end in {' or '.join(_ENDINGS[animated])}")
+    if not target.parent.is_dir():
+        raise InputError(f"--output: there is no folder {target.parent}")
+    from lfssao.viewer import BLENDS, eye_point, eye_range  # late: numba is imported behind this line
+
+    if options.blend not in BLENDS:
+        raise InputError(f"--blend: there is no '{options.blend}': choose one of {', '.join(BLENDS)}")
+    display, entries = read_manifest(folder, options.layer)
+    eyes = [options.eye_x or 0.0]
+    if animated:
+        left, right = eye_range(display, list(entries))
+        # The way there; the way back repeats these in reverse.
+        eyes = [left + (right - left) * (2 * n / options.orbit) for n in range(options.orbit // 2 + 1)]
+    for eye in eyes:
+        eye_point(display, eye)
+    pictures = _photographs(read_light_field(folder, options.layer, display, entries), eyes, options)
+    _save(target, pictures, options.orbit)
+    print(printable(str(target)), flush=True)
+
+
+def read_manifest(folder: Path, layer: str) -> "tuple[Display, dict[int, dict[str, Any]]]":
+    """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
+
+    Raises
+    ------
+    InputError
+        If there is no manifest, it is of another format or does not hold what it should, is a camera's, or its
+        textures do not have the layer.
+    """
+    from lfssao.manifest import FORMAT
+
+    path = folder / "manifest.json"
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao render' writes it") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: it is not a JSON file ({error})") from error
+    found = manifest.get("format") if isinstance(manifest, dict) else None
+    if found != FORMAT:
+        raise InputError(f"{path}: its format is {found!r}, this version reads {FORMAT}")
+    try:
+        if manifest["display"] is None:
+            raise InputError(f"{path}: it describes a camera's view (--camera), but an eye looks at a display")
+        entries = {int(e["name"].removeprefix("module_")): e for e in manifest["views"]}
+        return _display(path, manifest["display"], entries, layer), entries
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise InputError(f"{path}: it is not what 'lfssao render' writes ({type(error).__name__}: {error})") from error
+
+
+def _display(path: Path, values: dict[str, Any], entries: dict[int, dict[str, Any]], layer: str) -> "Display":
+    """The display of a manifest (``lfssao.manifest.describe_display``) in the resolution it was rendered in."""
+    from lfssao.display import Display, Module
+
+    lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
+    modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
+    display = Display(**{**lists, "modules": tuple(Module(**m) for m in modules)})
+    if not entries or not set(entries) <= set(range(len(modules))):
+        raise InputError(f"{path}: its views are not modules of {display.name}: {sorted(entries)}")
+    sizes = {k: _texture_size(e["view"]) for k, e in entries.items()}
+    if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
+        display = display.with_resolution(*next(iter(sizes.values())))
+    for entry in entries.values():
+        named = {name: t["channels"] for name, t in entry["textures"].items()}
+        shown = [name for name, c in named.items() if c[0].endswith("AO") or c[0][-1] == "R"]
+        if layer not in shown:
+            raise InputError(f"--layer: {path.parent} has no '{layer}' to show, choose one of {', '.join(shown)}")
+    return display
+
+
+def _texture_size(view: dict[str, Any]) -> tuple[int, int]:
+    """Width and height of a manifest's view without its guard band."""
+    guard = view.get("guard", 0)
+    return view["width"] - 2 * guard, view["height"] - 2 * guard
+
+
+def read_light_field(folder: Path, layer: str, display: "Display", entries: dict[int, dict[str, Any]]) -> "LightField":
+    """One layer of every module's texture; AO as visibility, 1 - AO, so that a pixel that no module reaches is black.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or is not what the manifest describes, or there is not enough memory.
+    """
+    from tqdm import tqdm
+
+    from lfssao.job import available_memory
+    from lfssao.viewer import LightField
+
+    channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
+    needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
+    available = available_memory()
+    if available is not None and needed > available:
+        raise InputError(
+            f"{folder}: its textures need {needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available"
+        )
+    field = LightField(display, list(entries), channels)
+    # disable=None: a bar on a terminal, nothing in a pipe.
+    with tqdm(entries.items(), desc="read", unit="module", disable=None, **bar_size()) as bar:
+        for index, entry in bar:
+            pixels = _pixels(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
+            try:
+                field.put(index, 1 - pixels if channels == 1 else pixels)
+            except InputError as error:
+                raise InputError(f"{folder / entry['file']}: {error}") from error
+    return field
+
+
+def _pixels(path: Path, layer: str, described: dict[str, Any]) -> Any:
+    """A layer of one file without its guard band, (H, W, C) float32, checked against the manifest's digest."""
+    import numpy as np
+
+    from lfssao.exr import read_exr
+    from lfssao.manifest import digest
+
+    part = read_exr(path).get(layer)
+    names = described["channels"]
+    if part is None or not set(names) <= set(part.channels):
+        raise InputError(f"{path}: it has no part {layer} with channels {', '.join(names)}")
+    pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
+    if digest(pixels) != described["sha256"]:
+        raise InputError(f"{path}: its part {layer} is not what manifest.json describes: render the folder again")
+    height, width, _ = pixels.shape
+    return pixels[part.guard : height - part.guard, part.guard : width - part.guard]
+
+
+def _photographs(field: "LightField", eyes: list[float], options: argparse.Namespace) -> "list[Image]":
+    """The pictures as Pillow has them, 8-bit sRGB; visibility is shown as it is, 0 black and 1 white, not as light."""
+    import numpy as np
+    from PIL import Image
+    from tqdm import tqdm
+
+    from lfssao.srgb import to_codes
+
+    pictures, dark = [], 0
+    with tqdm(eyes, desc="view", unit="frame", disable=None if len(eyes) > 1 else True, **bar_size()) as bar:
+        for eye in bar:
+            shot = field.photograph(eye, options.width, options.blend)
+            is_light = shot.image.shape[2] == 3
+            codes = to_codes(shot.image) if is_light else (np.clip(shot.image, 0, 1) * 255 + 0.5).astype(np.uint8)
+            pictures.append(Image.fromarray(codes if is_light else np.repeat(codes, 3, axis=2)))
+            dark = max(dark, shot.dark)
+    if dark:
+        share = dark / (pictures[0].width * pictures[0].height)
+        say(f"no module reaches the eye from {100 * share:.3g} % of the screen, which is black")
+    return pictures
+
+
+def _save(target: Path, pictures: "list[Image]", frames: int | None) -> None:
+    """Write one picture, or an animation of so many frames of which these are the way there."""
+    from lfssao.files import write_whole
+
+    first, more = pictures[0], {}
+    if frames is not None:
+        back = pictures[-2:0:-1]
+        duration = round(1000 * _SECONDS / frames) if frames <= 100 else 30
+        more = {"save_all": True, "append_images": [*pictures[1:], *back], "duration": duration, "loop": 0}
+        if target.suffix.lower() == ".webp":
+            more["lossless"] = True
+    write_whole(target, lambda path: first.save(path, **more))

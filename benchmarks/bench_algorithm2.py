@@ -9,6 +9,7 @@ import ctypes
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -130,7 +131,7 @@ def main() -> None:
     options = parser.parse_args()
     os.environ["OMP_NUM_THREADS"] = str(options.threads)
     numba.set_num_threads(options.threads)
-    result: dict[str, object] = {"machine": describe_machine(options.threads)}
+    result: dict[str, object] = {"machine": describe_machine(options.threads, sys.argv)}
     with tempfile.TemporaryDirectory() as folder:
         for name, case in (("gallery", gallery_case()), ("relief", relief_case())):
             print(f"{name}: {np.isfinite(case[0]).mean():.0%} of the texels see a surface")

@@ -7,6 +7,7 @@ those that miss the scene's box left out as the G-buffer leaves them out) and on
 
 import argparse
 import json
+import sys
 import time
 from pathlib import Path
 
@@ -69,7 +70,7 @@ def main() -> None:
             start = time.perf_counter()
             run()
             times[name].append(1e3 * (time.perf_counter() - start))
-    result = {"machine": describe_machine(options.threads), "mesh": mesh.name, "faces": len(mesh.faces)}
+    result = {"machine": describe_machine(options.threads, sys.argv), "mesh": mesh.name, "faces": len(mesh.faces)}
     print(f"{mesh.name}: {len(mesh.faces)} faces, {len(origins)} of {view.width * view.height} rays meet the box")
     for name, values in times.items():
         low, middle, high = np.percentile(values[1:], [25, 50, 75])

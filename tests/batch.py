@@ -89,12 +89,12 @@ def triangles():
 
 def rays_into(view, box):
     """What Embree is handed for a box."""
-    step, columns = visibility.SUB, -(-WIDTH // visibility.SUB)
+    step, columns = visibility.TILE, -(-WIDTH // visibility.TILE)
     counts = np.empty(-(-HEIGHT // step), np.int64)
     grid = view.ray_kind, view.lens, box, WIDTH, HEIGHT, step, columns
     rays.count_rays(*grid, counts)
     n = int(counts.sum())
-    assert n > 30
+    assert n > 5
     cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
     origins, directions = np.empty((2, n, 3), np.float32)
     rays.make_rays(*grid, np.cumsum(counts) - counts, cells, origins, directions, lengths)
@@ -121,7 +121,7 @@ def casts():
         number, z, weights = np.empty(size, np.int32), np.zeros(size), np.zeros((size, 2))
         tree = raycast._Tree(vertices + away, faces)
         yield f"tree {view.ray_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
-        shape = -(-HEIGHT // visibility.SUB), -(-WIDTH // visibility.SUB)
+        shape = -(-HEIGHT // visibility.TILE), -(-WIDTH // visibility.TILE)
         visibility.first_hits(
             view.ray_kind, view.lens, WIDTH, HEIGHT, tree.corners, tree.order, tree.boxes, tree.place_of,
             rng.integers(-1, len(faces), shape).astype(np.int32), number, z, weights,

@@ -46,19 +46,10 @@ def add_to(commands: Any) -> None:
         help="an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the "
         f"modules reach from the whole screen, and back (default: {FRAMES})",
     )
-    add(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/view.png or orbit.png)",
-    )
+    named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/view.png or orbit.png)"
+    add("-o", "--output", metavar="FILE", help=named)
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
-    add(
-        "--blend",
-        default="linear",
-        metavar="NAME",
-        help="how modules are joined: nearest, linear or gaussian (default: linear)",
-    )
+    add("--blend", default="linear", metavar="NAME", help="of modules: nearest, linear or gaussian (default: linear)")
     add("--width", type=_whole(1, MOST_WIDTH), default=1024, metavar="N", help="pixels across (default: 1024)")
 
 
@@ -96,9 +87,7 @@ def _view(options: argparse.Namespace) -> None:
     folder, animated = Path(options.folder), options.orbit is not None
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
-    if options.output == "":
-        raise InputError("--output is empty, it must name a file")
-    target = Path(options.output or folder / ("orbit.png" if animated else "view.png"))
+    target = folder / ("orbit.png" if animated else "view.png") if options.output is None else Path(options.output)
     if target.suffix.lower() not in _ENDINGS[animated]:
         raise InputError(f"--output: {target} does not end in {' or '.join(_ENDINGS[animated])}")
     if not target.parent.is_dir():
@@ -159,7 +148,8 @@ def _display(path: Path, values: dict[str, Any], entries: dict[int, dict[str, An
     display = Display(**{**lists, "modules": tuple(Module(**m) for m in modules)})
     if not entries or not set(entries) <= set(range(len(modules))):
         raise InputError(f"{path}: its views are not modules of {display.name}: {sorted(entries)}")
-    sizes = {k: _texture_size(e["view"]) for k, e in entries.items()}
+    guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}
+    sizes = {k: (e["view"]["width"] - guards[k], e["view"]["height"] - guards[k]) for k, e in entries.items()}
     if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
         display = display.with_resolution(*next(iter(sizes.values())))
     for entry in entries.values():
@@ -168,12 +158,6 @@ def _display(path: Path, values: dict[str, Any], entries: dict[int, dict[str, An
         if layer not in shown:
             raise InputError(f"--layer: {path.parent} has no '{layer}' to show, choose one of {', '.join(shown)}")
     return display
-
-
-def _texture_size(view: dict[str, Any]) -> tuple[int, int]:
-    """Width and height of a manifest's view without its guard band."""
-    guard = view.get("guard", 0)
-    return view["width"] - 2 * guard, view["height"] - 2 * guard
 
 
 def read_light_field(folder: Path, layer: str, display: "Display", entries: dict[int, dict[str, Any]]) -> "LightField":
@@ -244,7 +228,7 @@ def _photographs(field: "LightField", eyes: list[float], options: argparse.Names
             dark = max(dark, shot.dark)
     if dark:
         share = dark / (pictures[0].width * pictures[0].height)
-        say(f"no module reaches the eye from {100 * share:.3g} % of the screen, which is black")
+        say(f"{100 * share:.3g} % of the screen is black: no module's ray reaches the eye from there")
     return pictures
 
 
@@ -252,11 +236,9 @@ def _save(target: Path, pictures: "list[Image]", frames: int | None) -> None:
     """Write one picture, or an animation of so many frames of which these are the way there."""
     from lfssao.files import write_whole
 
-    first, more = pictures[0], {}
+    more: dict[str, Any] = {}
     if frames is not None:
-        back = pictures[-2:0:-1]
-        duration = round(1000 * _SECONDS / frames) if frames <= 100 else 30
-        more = {"save_all": True, "append_images": [*pictures[1:], *back], "duration": duration, "loop": 0}
-        if target.suffix.lower() == ".webp":
-            more["lossless"] = True
-    write_whole(target, lambda path: first.save(path, **more))
+        there_and_back = [*pictures[1:], *pictures[-2:0:-1]]
+        more = {"save_all": True, "append_images": there_and_back, "loop": 0, "lossless": True}
+        more["duration"] = max(30, round(1000 * _SECONDS / frames))
+    write_whole(target, lambda path: pictures[0].save(path, **more))

@@ -88,6 +88,8 @@ def _occlusion_part(name: str, texture: Any, attributes: dict[str, float]) -> Pa
 class Job:
     """Writes the views of one job into a folder as they come, the manifest last.
 
+    A manifest of an earlier job goes with the first file that is replaced: it would speak of files that are gone.
+
     Parameters
     ----------
     folder : Path
@@ -113,6 +115,9 @@ class Job:
         start = time.perf_counter()
         parts = exr_parts(textures, self._settings)
         path = self._folder / f"{textures.view.name}.exr"
+        manifest = self._folder / "manifest.json"
+        if manifest.is_file():
+            manifest.unlink()
         write_exr(path, parts)
         if len(self._entries) in self._shown:
             self._strips.append((textures.view.name, strip(textures)))

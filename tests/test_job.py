@@ -332,3 +332,17 @@ def test_memory_without_proc(monkeypatch):
 
     monkeypatch.setattr(Path, "read_text", missing)
     assert available_memory() == os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_an_interrupted_job_leaves_no_manifest_of_an_earlier_one(tmp_path, monkeypatch):
+    arguments = ["render", "ammonite", "-o", str(tmp_path), "--resolution", "16x12", "--samples", "1", "--radii", "1%"]
+    assert main(arguments) == 0
+    assert (tmp_path / "manifest.json").exists()
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lfssao.job.Job.finish", stop)
+    assert main(arguments) == 130
+    assert not (tmp_path / "manifest.json").exists()
+    assert (tmp_path / "module_000.exr").exists()

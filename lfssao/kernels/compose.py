@@ -1,13 +1,13 @@
 """What an eye on the observer line sees on the screen: at each screen point, the modules whose rays reach the eye.
 
 Modules' numbers are those of ``lfssao.kernels.display``. All in float64, evaluated as written; the picture is rounded
-once to float32.
+once to float32. Helpers inside loops over modules take scalars: numba counts the references to an array at each call.
 """
 
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.display import VALID, circle_crossing, physical_to_image
+from lfssao.kernels.display import circle_crossing
 from lfssao.kernels.elementary import exp
 from lfssao.kernels.jit import kernel
 
@@ -21,17 +21,18 @@ CUT = 4.0  # sigmas, beyond which a module does not count
 
 @kernel(inline=True)
 def seen_screen_point(curvature, half_width, half_height, x, y, e_x, e_y, e_z):
-    """Where the line from the eye to (x, y, 0) meets the screen: s_x, s_y, s_z and whether it does, on its area.
+    """Where the line from the eye to (x, y, 0) meets the screen: s_x, s_y, s_z; s_z is NaN where it misses its area.
 
     On a flat screen that is (x, y, 0). On a curved one: the crossing of the line with the circle that lies nearest
     to z = 0, which is its side towards the eye.
     """
     if curvature == 0.0:
-        return x, y, 0.0, True
+        return x, y, 0.0
     t, discriminant = circle_crossing(curvature, x, 0.0, e_x - x, e_z)
-    s_x, s_y, s_z = x + t * (e_x - x), y + t * (e_y - y), t * e_z
-    on_screen = discriminant >= 0.0 and t < 1.0 and -half_width <= s_x <= half_width
-    return s_x, s_y, s_z, on_screen and -half_height <= s_y <= half_height
+    s_x, s_y = x + t * (e_x - x), y + t * (e_y - y)
+    meets = (discriminant >= 0.0) & (t < 1.0)
+    inside = (abs(s_x) <= half_width) & (abs(s_y) <= half_height)
+    return s_x, s_y, t * e_z if meets & inside else np.nan
 
 
 @kernel(inline=True)
@@ -43,132 +44,159 @@ def ray_sine(conical, m_x, m_y, m_z, y_o, s_x, s_y, s_z, e_x, e_z):
     is not behind the point, or whose ray is 90 degrees or more away.
     """
     forward = e_z - s_z
+    ratio = forward / (s_z - m_z)
     if conical != 0.0:
         h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
         h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + e_z * e_z)
-        a = (s_x - m_x) * (h_e / h_m)
-    else:
-        a = (s_x - m_x) * (forward / (s_z - m_z))
-    b = e_x - s_x
-    f2 = forward * forward
-    if not s_z < m_z or not a * b + f2 > 0.0:
-        return np.nan
-    return (b - a) * forward / np.sqrt((a * a + f2) * (b * b + f2))
+        ratio = h_e / h_m
+    a, b, f2 = (s_x - m_x) * ratio, e_x - s_x, forward * forward
+    sine = (b - a) * forward / np.sqrt((a * a + f2) * (b * b + f2))
+    return sine if (s_z < m_z) & (a * b + f2 > 0.0) else np.nan
 
 
 @kernel(inline=True)
-def pair_weights(blend, a_left, a_right, step, left_shows, right_shows):
-    """Weights of the two modules whose rays pass next to the eye, left and right of it; (0, 0) where none reaches it.
+def screen_to_texel(
+    m_x, m_y, m_z, h0, h1, h2, h3, h4, h5, h6, h7, h8, c_u, c_v, unit, k1, k2, fold, width, height, s_x, s_y, s_z
+):
+    """Image point at which a module shows a screen point, and whether its texture has it: u, v, shown.
 
-    A module reaches an eye up to half an angular step from its ray. ``linear`` joins the two where both show the
-    screen point; else the nearer one that shows it counts alone, the left one of two equally near.
+    As ``lfssao.kernels.display.physical_to_image`` of a point on the screen: central projection from the lens onto
+    z = 0, homography, radial distortion.
     """
-    if blend == LINEAR and left_shows and right_shows:
-        return a_right / step, -a_left / step
-    left, right = left_shows and -2.0 * a_left <= step, right_shows and 2.0 * a_right <= step
-    if left and not (right and a_right < -a_left):
-        return 1.0, 0.0
-    return 0.0, 1.0 if right else 0.0
-
-
-@kernel(inline=True)
-def add_texel(sums, texels, start, width, height, u, v, weight):
-    """Add weight times a texture, bilinear at (u, v) between texels' centres and clamped at its rim, to ``sums``."""
-    x = min(max(u - 0.5, 0.0), width - 1.0)
-    y = min(max(v - 0.5, 0.0), height - 1.0)
-    i, j = int(x), int(y)
-    f, g = x - i, y - j
-    right, below = min(i + 1, width - 1), min(j + 1, height - 1)
-    a, b = start + j * width + i, start + j * width + right
-    c, d = start + below * width + i, start + below * width + right
-    for n in range(sums.shape[0]):
-        top = (1.0 - f) * texels[a, n] + f * texels[b, n]
-        bottom = (1.0 - f) * texels[c, n] + f * texels[d, n]
-        sums[n] += weight * ((1.0 - g) * top + g * bottom)
-
-
-@kernel(inline=True)
-def add_module(numbers, sizes, starts, texels, k, s_x, s_y, s_z, weight, sums):
-    """Add weight times what module k shows at a screen point; whether it shows anything there."""
-    if starts[k] < 0:
-        return False
-    u, v, answer = physical_to_image(numbers[k], s_x, s_y, s_z)
-    if answer != VALID or not (0.0 <= u < sizes[k, 0] and 0.0 <= v < sizes[k, 1]):
-        return False
-    if weight > 0.0:
-        add_texel(sums, texels, starts[k], sizes[k, 0], sizes[k, 1], u, v, weight)
-    return True
-
-
-@kernel(inline=True)
-def module_sine(numbers, k, s_x, s_y, s_z, e_x, e_z):
-    """The ray_sine of module k."""
-    m = numbers[k, 0], numbers[k, 1], numbers[k, 2]
-    return ray_sine(numbers[k, 7], m[0], m[1], m[2], numbers[k, 3], s_x, s_y, s_z, e_x, e_z)
-
-
-@kernel(inline=True)
-def nearest_rays(numbers, s_x, s_y, s_z, e_x, e_z):
-    """The modules whose rays pass next to the eye, on its left and on its right.
-
-    Returns
-    -------
-    left, right : int
-        Their numbers, -1 where there is none.
-    a_left, a_right : float
-        Their sines, <= 0 and > 0; infinite where there is none.
-    step : float
-        The modules' angular step here, as a difference of sines: between the two, or beyond an outermost ray from it
-        to the next one; infinite where that is missing too.
-    """
-    l_1, l_2, r_1, r_2, left, right = -np.inf, -np.inf, np.inf, np.inf, -1, -1
-    for k in range(numbers.shape[0]):
-        a = module_sine(numbers, k, s_x, s_y, s_z, e_x, e_z)
-        if l_1 < a <= 0.0:
-            l_1, l_2, left = a, l_1, k
-        elif l_2 < a <= 0.0:
-            l_2 = a
-        elif 0.0 < a < r_1:
-            r_1, r_2, right = a, r_1, k
-        elif 0.0 < a < r_2:
-            r_2 = a
-    if left < 0 and right < 0:
-        return left, right, l_1, r_1, np.inf
-    step = r_2 - r_1 if left < 0 else (l_1 - l_2 if right < 0 else r_1 - l_1)
-    return left, right, l_1, r_1, step
-
-
-@kernel(inline=True)
-def add_gaussian(numbers, sizes, starts, texels, s_x, s_y, s_z, e_x, e_z, step, sums):
-    """Add all modules by exp(-q^2 / 2), q their sine in units of SIGMA steps, if abs(q) < CUT; the sum of weights."""
-    total, sigma = 0.0, SIGMA * step
-    for k in range(numbers.shape[0]):
-        q = module_sine(numbers, k, s_x, s_y, s_z, e_x, e_z) / sigma
-        if -CUT < q < CUT:
-            weight = exp(-0.5 * (q * q))
-            if add_module(numbers, sizes, starts, texels, k, s_x, s_y, s_z, weight, sums):
-                total += weight
-    return total
+    scale = m_z / (m_z - s_z)
+    x, y = m_x + (s_x - m_x) * scale, m_y + (s_y - m_y) * scale
+    if s_z == 0.0:
+        x, y = s_x, s_y
+    w = (h6 * x + h7 * y) + h8
+    u, v = ((h0 * x + h1 * y) + h2) / w, ((h3 * x + h4 * y) + h5) / w
+    a, b = (u - c_u) / unit, (v - c_v) / unit
+    r2 = a * a + b * b
+    if (k1 != 0.0) | (k2 != 0.0):
+        factor = 1.0 + r2 * (k1 + r2 * k2)
+        u, v = c_u + unit * (a * factor), c_v + unit * (b * factor)
+    inside = (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
+    return u, v, (s_z < m_z) & (w > 0.0) & (r2 < fold) & inside
 
 
 @kernel
-def add_pixel(numbers, sizes, starts, texels, s_x, s_y, s_z, e_x, e_z, blend, sums):
-    """Add what the eye sees at a screen point to ``sums``, (C,) float64; the sum of the weights, 0 for nothing."""
-    left, right, a_left, a_right, step = nearest_rays(numbers, s_x, s_y, s_z, e_x, e_z)
-    if not 0.0 < step < np.inf:
-        return 0.0
-    l_shows = left >= 0 and add_module(numbers, sizes, starts, texels, left, s_x, s_y, s_z, 0.0, sums)
-    r_shows = right >= 0 and add_module(numbers, sizes, starts, texels, right, s_x, s_y, s_z, 0.0, sums)
-    w_left, w_right = pair_weights(blend, a_left, a_right, step, l_shows, r_shows)
-    if not w_left + w_right > 0.0:
-        return 0.0
-    if blend == GAUSSIAN:
-        return add_gaussian(numbers, sizes, starts, texels, s_x, s_y, s_z, e_x, e_z, step, sums)
-    if w_left > 0.0:
-        add_module(numbers, sizes, starts, texels, left, s_x, s_y, s_z, w_left, sums)
-    if w_right > 0.0:
-        add_module(numbers, sizes, starts, texels, right, s_x, s_y, s_z, w_right, sums)
-    return 1.0
+def row_sines(numbers, points, e_x, e_z, sines):
+    """The ray_sine of every module at each of a row's screen points; points: (W, 3), sines: (W, M) float64."""
+    for i in range(points.shape[0]):
+        s_x, s_y, s_z = points[i, 0], points[i, 1], points[i, 2]
+        for k in range(numbers.shape[0]):
+            m_x, m_y, m_z, y_o = numbers[k, 0], numbers[k, 1], numbers[k, 2], numbers[k, 3]
+            sines[i, k] = ray_sine(numbers[k, 7], m_x, m_y, m_z, y_o, s_x, s_y, s_z, e_x, e_z)
+
+
+@kernel
+def row_steps(sines, sides, steps):
+    """Which rays pass next to the eye at each of a row's points, and the modules' angular step there.
+
+    Parameters
+    ----------
+    sines : (W, M) float64
+        From row_sines.
+    sides : (W, 2) int64
+        Out: the modules whose rays pass next to the eye on its left (sine <= 0) and on its right, -1 for none.
+    steps : (W,) float64
+        Out: the distance of the two, as a difference of sines; beyond an outermost ray its distance to the next one;
+        infinite where that is missing too.
+    """
+    for i in range(sines.shape[0]):
+        l_1, l_2, r_1, r_2, left, right = -np.inf, -np.inf, np.inf, np.inf, -1, -1
+        for k in range(sines.shape[1]):
+            a = sines[i, k]
+            if l_1 < a <= 0.0:
+                l_1, l_2, left = a, l_1, k
+            elif l_2 < a <= 0.0:
+                l_2 = a
+            elif 0.0 < a < r_1:
+                r_1, r_2, right = a, r_1, k
+            elif 0.0 < a < r_2:
+                r_2 = a
+        sides[i, 0], sides[i, 1] = left, right
+        steps[i] = r_1 - l_1
+        if left < 0:
+            steps[i] = r_2 - r_1 if right >= 0 else np.inf
+        elif right < 0:
+            steps[i] = l_1 - l_2
+
+
+@kernel
+def row_texels(numbers, sizes, starts, points, sines, steps, coordinates, shown):
+    """Where every module near the eye shows each of a row's points: (W, M, 2) float64, and whether: (W, M) bool."""
+    for i in range(points.shape[0]):
+        s_x, s_y, s_z = points[i, 0], points[i, 1], points[i, 2]
+        for k in range(numbers.shape[0]):
+            shown[i, k] = False
+            if starts[k] < 0 or not abs(sines[i, k]) < CUT * (SIGMA * steps[i]):
+                continue
+            m = numbers[k]
+            coordinates[i, k, 0], coordinates[i, k, 1], shown[i, k] = screen_to_texel(
+                m[0], m[1], m[2], m[8], m[9], m[10], m[11], m[12], m[13], m[14], m[15], m[16], m[17], m[18], m[19],
+                m[20], m[21], m[22], float(sizes[k, 0]), float(sizes[k, 1]), s_x, s_y, s_z,
+            )  # fmt: skip
+
+
+@kernel
+def row_weights(sines, sides, steps, shown, blend, weights):
+    """Weights of the modules at each of a row's points, (W, M) float64; all 0 where none reaches the eye.
+
+    A module reaches an eye up to half a step from its ray. NEAREST: the nearest that shows the point, the left one of
+    two. LINEAR: its neighbour on the other side of the eye too, if it shows the point. GAUSSIAN: all that show it, by
+    exp(-q^2 / 2), q = sine / (SIGMA step), if abs(q) < CUT.
+    """
+    for i in range(sines.shape[0]):
+        left, right, step = sides[i, 0], sides[i, 1], steps[i]
+        weights[i, :] = 0.0
+        l_shows, r_shows = left >= 0 and shown[i, left], right >= 0 and shown[i, right]
+        l_sine, r_sine = sines[i, left] if l_shows else -np.inf, sines[i, right] if r_shows else np.inf
+        nearest = left if -l_sine <= r_sine else right
+        if not 2.0 * min(-l_sine, r_sine) <= step or not step < np.inf:
+            # Both may show it, between them: they are never more than half a step away then.
+            continue
+        if blend == GAUSSIAN:
+            for k in range(sines.shape[1]):
+                q = sines[i, k] / (SIGMA * step)
+                weights[i, k] = exp(-0.5 * (q * q)) if shown[i, k] else 0.0
+        elif blend == LINEAR and l_shows and r_shows:
+            weights[i, left], weights[i, right] = r_sine / step, -l_sine / step
+        else:
+            weights[i, nearest] = 1.0
+
+
+@kernel
+def row_blend(weights, coordinates, sizes, starts, texels, picture):
+    """A row of the picture, (W, C) float32: weighted means of the textures, 0 without weights; how many of those.
+
+    A texture is read bilinearly between texels' centres and clamped at its rim.
+    """
+    dark, channels = 0, picture.shape[1]
+    sums = np.empty(channels)
+    for i in range(weights.shape[0]):
+        sums[:] = 0.0
+        total = 0.0
+        for k in range(weights.shape[1]):
+            weight = weights[i, k]
+            if not weight > 0.0:
+                continue
+            total += weight
+            width, height = sizes[k, 0], sizes[k, 1]
+            x = min(max(coordinates[i, k, 0] - 0.5, 0.0), width - 1.0)
+            y = min(max(coordinates[i, k, 1] - 0.5, 0.0), height - 1.0)
+            column, row = int(x), int(y)
+            f, g = x - column, y - row
+            right = 1 if column + 1 < width else 0
+            a = starts[k] + row * width + column
+            b = a + width if row + 1 < height else a
+            for n in range(channels):
+                top = (1.0 - f) * texels[a, n] + f * texels[a + right, n]
+                bottom = (1.0 - f) * texels[b, n] + f * texels[b + right, n]
+                sums[n] += weight * ((1.0 - g) * top + g * bottom)
+        dark += 0 if total > 0.0 else 1
+        for n in range(channels):
+            picture[i, n] = sums[n] / total if total > 0.0 else 0.0
+    return dark
 
 
 @kernel(parallel=True)
@@ -197,20 +225,19 @@ def compose(numbers, sizes, starts, texels, eye, screen, blend, picture, dark):
     dark : (H,) int64
         Out: how many pixels of each row no module reaches.
     """
-    height, width, channels = picture.shape
-    w, h, e_x, e_y, e_z = screen[0], screen[1], eye[0], eye[1], eye[2]
+    height, width, count = picture.shape[0], picture.shape[1], numbers.shape[0]
     for j in prange(height):
-        sums = np.empty(channels)
-        y = h * (0.5 - (j + 0.5) / height)
-        dark[j] = 0
+        points, sides, steps = np.empty((width, 3)), np.empty((width, 2), np.int64), np.empty(width)
+        sines, weights = np.empty((width, count)), np.empty((width, count))
+        coordinates, shown = np.empty((width, count, 2)), np.empty((width, count), np.bool_)
+        y = screen[1] * (0.5 - (j + 0.5) / height)
         for i in range(width):
-            sums[:] = 0.0
-            x = w * ((i + 0.5) / width - 0.5)
-            s_x, s_y, s_z, seen = seen_screen_point(numbers[0, 5], 0.5 * w, 0.5 * h, x, y, e_x, e_y, e_z)
-            total = 0.0
-            if seen:
-                total = add_pixel(numbers, sizes, starts, texels, s_x, s_y, s_z, e_x, e_z, blend, sums)
-            for n in range(channels):
-                picture[j, i, n] = sums[n] / total if total > 0.0 else 0.0
-            if not total > 0.0:
-                dark[j] += 1
+            x = screen[0] * ((i + 0.5) / width - 0.5)
+            points[i, 0], points[i, 1], points[i, 2] = seen_screen_point(
+                numbers[0, 5], 0.5 * screen[0], 0.5 * screen[1], x, y, eye[0], eye[1], eye[2]
+            )
+        row_sines(numbers, points, eye[0], eye[2], sines)
+        row_steps(sines, sides, steps)
+        row_texels(numbers, sizes, starts, points, sines, steps, coordinates, shown)
+        row_weights(sines, sides, steps, shown, blend, weights)
+        dark[j] = row_blend(weights, coordinates, sizes, starts, texels, picture[j])

@@ -60,7 +60,7 @@ def in_world(scene, view, rng):
 
 
 @pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
-@settings(max_examples=20)
+@settings(max_examples=15)
 @given(
     view=st.sampled_from(VIEWS),
     size=st.sampled_from([(20, 15), (24, 16), (31, 17), (1, 1)]),

@@ -240,7 +240,7 @@ sizes = st.sampled_from([(20, 15), (24, 16), (17, 23), (33, 9), (21, 19)])
 
 
 @pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
-@settings(max_examples=25)
+@settings(max_examples=20)
 @given(view=st.sampled_from(VIEWS), size=sizes, seed=st.integers(0, 2**32))
 def test_first_hits_are_those_of_brute_force(scene, view, size, seed):
     rng = np.random.default_rng(seed)
@@ -259,7 +259,7 @@ def test_first_hits_of_larger_textures(name, scene):
         check(view, *scene(view, rng), rng)
 
 
-@settings(max_examples=300)
+@settings(max_examples=250)
 @given(
     view=st.sampled_from(VIEWS),
     size=st.tuples(st.integers(1, 3), st.integers(1, 3)),
@@ -340,7 +340,7 @@ CLOSED = {"box": scenes.box(), "sphere": scenes.sphere(2), "torus": scenes.torus
 
 
 @pytest.mark.parametrize("shape", CLOSED)
-@settings(max_examples=40)
+@settings(max_examples=30)
 @given(view=st.sampled_from(VIEWS), seed=st.integers(0, 2**32), size=st.floats(0.05, 0.3))
 def test_rays_meet_closed_meshes_an_even_number_of_times(shape, view, seed, size):
     """Moved and turned anywhere, so that no ray meets a corner or an edge exactly."""

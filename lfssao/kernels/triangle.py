@@ -8,7 +8,8 @@ x = o_x + d_x z, y = o_y + d_y z. Each corner is moved along the ray into the pl
 A corner's p and q depend on the corner and the ray alone, so triangles that share corners share their numbers, and
 the moved mesh is as closed as the mesh was. The ray hits where the origin lies in the moved triangle, its edges and
 corners included: where no two of the three edge functions p_b q_c - q_b p_c differ in sign. Their signs are exact,
-so no ray slips between two triangles, nor hits one that it does not touch.
+so no ray slips between two triangles, nor hits one that it does not touch. (Exact as long as no product falls below
+the normal range, 2**-969 with its rest: corners 1e-150 of a unit away from a ray, say.)
 """
 
 from lfssao.kernels.jit import kernel

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lfssao.scene.load import load_scene
     from lfssao.scene.mesh import Mesh, Paint
     from lfssao.view import View, WorldToImage
+    from lfssao.viewer import LightField, Photograph, eye_point, eye_range, eye_view
 
 __version__ = "0.1.0"
 
@@ -38,6 +39,7 @@ _HOME = {
     "scene.load": ("load_scene",),
     "scene.mesh": ("Mesh", "Paint"),
     "view": ("View", "WorldToImage"),
+    "viewer": ("LightField", "Photograph", "eye_point", "eye_range", "eye_view"),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
@@ -47,12 +49,14 @@ __all__ = [
     "GBuffer",
     "InputError",
     "LfssaoError",
+    "LightField",
     "Mesh",
     "MissingPackageError",
     "Module",
     "Occlusion",
     "Paint",
     "Part",
+    "Photograph",
     "RayCaster",
     "Settings",
     "Textures",
@@ -65,6 +69,9 @@ __all__ = [
     "default_radii",
     "display_names",
     "display_text",
+    "eye_point",
+    "eye_range",
+    "eye_view",
     "find_display",
     "fit_roi",
     "load_scene",

@@ -4,7 +4,7 @@ Physical space: metres, X right along the observer line, Y up, Z away from the v
 """
 
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -118,6 +118,12 @@ class Display:
             raise self._refuse("diffuser", "'conical' needs a flat screen and an observer line")
         if abs(self.screen_curvature) * 0.5 * self.screen_width >= 1:
             raise self._refuse("screen.radius", "it must be more than half the screen's width")
+        # Both shapes fall off from the middle, the more curved one faster: if any part meets, it is the screen's edge.
+        edge = _bulge(self.screen_curvature, 0.5 * self.screen_width)
+        line = self.observer_z + _bulge(self.observer_curvature, 0.5 * self.screen_width)
+        if not line < edge:
+            reason = f"the screen's edges, at z = {edge:g}, are not behind the observers, there at z = {line:g}"
+            raise self._refuse("observer.distance", reason)
 
     def _check_module(self, index: int) -> None:
         module = self.modules[index]
@@ -126,6 +132,9 @@ class Display:
             raise self._refuse(f"{key}.z", f"it is {module.z}, but modules are behind the screen, at z > 0")
         if not (isfinite(module.x) and isfinite(module.y)):
             raise self._refuse(key, f"its place is ({module.x}, {module.y}, {module.z})")
+        screen = _bulge(self.screen_curvature, min(abs(module.x), 0.5 * self.screen_width))
+        if not module.z > screen:
+            raise self._refuse(f"{key}.z", f"it is {module.z}, but the curved screen is there at z = {screen:g}")
         if module.width < 1 or module.height < 1:
             raise self._refuse(f"{key}.resolution", f"it is {module.width} x {module.height}")
         if module.field_of_view is not None and not 0 < module.field_of_view < 180:
@@ -165,16 +174,21 @@ class Display:
             if not box[1, 2] < module.z:
                 raise self._refuse("roi.max", f"z = {box[1, 2]} reaches the lens of module {index}, z = {module.z}")
             if not self._is_plain(module):
-                self._check_roi_corners(index, box)
+                self._check_roi_points(index, box)
 
-    def _check_roi_corners(self, index: int, box: NDArray[np.float64]) -> None:
-        """Refuse a ROI of which a corner lies beyond a surface on which the mapping has no answer."""
-        corners = [(x, y, z) for x in box[:, 0] for y in box[:, 1] for z in box[:, 2]]
-        _, answers = self.physical_to_image(index, np.array(corners))
-        for corner, answer in zip(corners, answers.tolist(), strict=True):
-            if answer in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
-                place = tuple(float(c) for c in corner)
-                raise self._refuse("roi", f"its corner {place} is {kernels.ANSWERS[answer]} for module {index}")
+    def _check_roi_points(self, index: int, box: NDArray[np.float64]) -> None:
+        """Refuse a ROI of which a corner, or a point of a lattice, is beyond a surface where the mapping ends.
+
+        The observers' arc bends in x and z and the conical diffuser's surface in y and z, so corners alone do not do.
+        """
+        axes = [np.linspace(low, high, count) for low, high, count in zip(*box, (5, 65, 17), strict=True)]
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        _, answers = self.physical_to_image(index, points)
+        for answer in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
+            beyond = points[answers == answer]
+            if len(beyond):
+                place = ", ".join(f"{c:g}" for c in beyond[0])
+                raise self._refuse("roi", f"its point ({place}) is {kernels.ANSWERS[answer]} for module {index}")
 
     def with_resolution(self, width: int, height: int) -> "Display":
         """The same display with textures of another size, texels; calibrated optics are scaled with it."""
@@ -224,8 +238,8 @@ class Display:
         return np.array(
             [
                 m.x, m.y, m.z, self.observer_height, self.observer_z, self.screen_curvature, self.observer_curvature,
-                float(self.diffuser == "conical"), *homography, *distortion, min(optics.fold_radius(m.k1, m.k2), kernels.NEVER),
-                *optics.invert(homography),
+                float(self.diffuser == "conical"), *homography, *distortion,
+                min(optics.fold_radius(m.k1, m.k2), kernels.NEVER), *optics.invert(homography),
             ]
         )  # fmt: skip
 
@@ -322,6 +336,12 @@ class Display:
             depth_kind="physical z: metres from the screen plane, away from the viewers",
             guard=guard,
         )
+
+
+def _bulge(curvature: float, x: float) -> float:
+    """How far a circle of that curvature has gone in z at x from where it has z = 0; where it ends, its end."""
+    sine = min(abs(curvature * x), 1.0)
+    return curvature * x * x / (1.0 + sqrt(1.0 - sine * sine)) if sine < 1.0 else 1.0 / curvature
 
 
 def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> WorldToImage:

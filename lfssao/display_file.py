@@ -13,6 +13,8 @@ from lfssao.kernels.elementary import sincospi
 _LAYOUTS = ("line", "arc", "list")
 _MISSING = object()
 
+MOST_MODULES = 10_000  # a hundred times the largest display that is published; beyond it the number is a slip
+
 
 def display_names() -> list[str]:
     """Names of the preset displays."""
@@ -46,7 +48,7 @@ def find_display(name: str | Path) -> Display:
         return parse_display(display_text(str(name)), f"display {name}")
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a name that no file can have
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: it cannot be read ({reason})") from error
     return parse_display(text, str(path))
@@ -69,10 +71,14 @@ def parse_display(text: str, origin: str) -> Display:
     """
     try:
         root = _Table(tomllib.loads(text), origin, "")
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # TOMLDecodeError is one; so is Python's on numbers of thousands of digits
         raise InputError(f"{origin}: it is not a TOML file ({error})") from error
+    except RecursionError as error:
+        raise InputError(f"{origin}: it is not a TOML file (its values are nested too deeply)") from error
     screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))
     distance = observer.number("distance")
+    if not distance > 0:
+        raise observer.wrong("distance", f"it is {distance}, the observers must be in front of the screen")
     try:
         display = Display(
             name=root.text("name"),
@@ -124,7 +130,7 @@ def _modules(table: "_Table") -> tuple[Module, ...]:
             modules.append(Module(entry.number("x"), entry.number("y", 0.0), entry.number("z"), **optics))
             entry.refuse_rest()
         return tuple(modules)
-    count = table.whole("count")
+    count = table.whole("count", MOST_MODULES)
     y, optics = table.number("y", 0.0), _optics(table)
     if layout == "line":
         first, last = table.numbers("x", 2)
@@ -171,6 +177,12 @@ def _optics(table: "_Table") -> dict[str, Any]:
     }
 
 
+def _short(value: Any) -> str:
+    """A value as a message shows it."""
+    text = "a huge number" if isinstance(value, int) and abs(value) >= 10**40 else repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 class _Table:
     """A table of a TOML file that knows its name and which of its keys were asked for."""
 
@@ -210,7 +222,7 @@ class _Table:
         """A text."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value:
-            raise self.wrong(key, f"it is {value!r}, it must be a text")
+            raise self.wrong(key, f"it is {_short(value)}, it must be a text")
         return value
 
     def number(self, key: str, default: Any = _MISSING) -> Any:
@@ -219,14 +231,14 @@ class _Table:
         if value is default and default is not _MISSING:
             return value
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
-            raise self.wrong(key, f"it is {value!r}, it must be a finite number")
+            raise self.wrong(key, f"it is {_short(value)}, it must be a finite number")
         return float(value)
 
-    def whole(self, key: str) -> int:
-        """A whole number of at least 1."""
+    def whole(self, key: str, most: int) -> int:
+        """A whole number from 1 to ``most``."""
         value = self._get(key)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise self.wrong(key, f"it is {value!r}, it must be a whole number of at least 1")
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+            raise self.wrong(key, f"it is {_short(value)}, it must be a whole number from 1 to {most}")
         return value
 
     def numbers(self, key: str, count: int, default: Any = _MISSING) -> Any:
@@ -236,7 +248,7 @@ class _Table:
             return value
         fits = isinstance(value, list) and len(value) == count
         if not fits or any(isinstance(v, bool) or not isinstance(v, int | float) or not abs(v) < 1e300 for v in value):
-            raise self.wrong(key, f"it is {value!r}, it must be a list of {count} finite numbers")
+            raise self.wrong(key, f"it is {_short(value)}, it must be a list of {count} finite numbers")
         return [float(v) for v in value]
 
     def refuse_rest(self) -> None:

@@ -23,11 +23,11 @@ def draw_plan(display: Display) -> "Figure":
     """
     from matplotlib.figure import Figure  # late: takes a second to import
 
-    figure = Figure(figsize=(8, 8), layout="constrained")
+    figure = Figure(layout="constrained")
     axes = figure.add_subplot(aspect="equal", xlabel="x, metres", ylabel="z, metres (away from the viewers)")
     count = len(display.modules)
-    for index in dict.fromkeys((0, count // 2, count - 1)):
-        _draw_rays(axes, display, index)
+    for index, color in {0: "tab:blue", count - 1: "tab:purple", count // 2: "tab:cyan"}.items():
+        _draw_rays(axes, display, index, color)
     half = 0.5 * display.screen_width
     axes.plot(*_arc(display.screen_curvature, 0.0, half), color="black", linewidth=3, label="screen")
     reach = max([half, *(abs(float(x)) for x in _observer_places(display))])
@@ -35,11 +35,14 @@ def draw_plan(display: Display) -> "Figure":
         *_arc(display.observer_curvature, display.observer_z, reach), color="tab:green", linewidth=2, label="observers"
     )
     places = [(m.x, m.z) for m in display.modules]
-    axes.plot(*zip(*places, strict=True), "s", color="tab:red", markersize=4, label=f"{count} modules")
+    label = "1 module" if count == 1 else f"{count} modules"
+    axes.plot(*zip(*places, strict=True), "s", color="tab:red", markersize=4, label=label)
     (x0, _, z0), (x1, _, z1) = display.roi
     axes.fill([x0, x1, x1, x0], [z0, z0, z1, z1], color="tab:orange", alpha=0.25, label="region of interest")
     axes.set_title(f"{display.name}: plan view, {display.diffuser} diffuser")
-    axes.legend(loc="upper right", fontsize="small")
+    figure.legend(loc="outside lower center", ncols=4, fontsize="small")
+    # As high as the drawing needs at that width, and room for title and legend.
+    figure.set_size_inches(8, 7 * min(axes.dataLim.height / axes.dataLim.width, 1.5) + 1.8)
     return figure
 
 
@@ -66,9 +69,10 @@ def _observer_places(display: Display) -> Any:
     return np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])
 
 
-def _draw_rays(axes: Any, display: Display, index: int) -> None:
-    for ray in _outer_rays(display, index):
-        axes.plot(ray[:, 0], ray[:, 1], color="tab:blue", linewidth=0.7, alpha=0.7)
+def _draw_rays(axes: Any, display: Display, index: int, color: str) -> None:
+    for number, ray in enumerate(_outer_rays(display, index)):
+        label = f"rays of module {index}" if number == 0 else None
+        axes.plot(ray[:, 0], ray[:, 1], color=color, linewidth=0.9, label=label)
 
 
 def save_plan(display: Display, path: Path) -> None:
@@ -82,4 +86,4 @@ def save_plan(display: Display, path: Path) -> None:
     if path.suffix not in _FORMATS:
         raise InputError(f"--plot {path}: its name must end in one of {', '.join(_FORMATS)}")
     figure = draw_plan(display)
-    write_whole(path, lambda part: figure.savefig(part, dpi=150))
+    write_whole(path, lambda part: figure.savefig(part, dpi=150, bbox_inches="tight"))

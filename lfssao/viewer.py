@@ -5,8 +5,8 @@ it sees along the straight line eye - S. Seen from above that line meets the mod
 module m's ray through S passes it, at depth z, at a distance |m - m*| |z| / m_z (flat screen, modules at m_z). So with
 modules a pitch p apart a point at depth z appears displaced by up to |z| p / (2 m_z) with ``nearest``, |z| p /
 (m_z sqrt(12)) in the root mean square. ``linear`` joins the neighbours on both sides: on content whose colour f is
-smooth the errors cancel up to f'' (z p / m_z)^2 / 8, and where p |z| / m_z is not small against its details these
-appear twice. Nothing is displaced on the screen itself, z = 0, or vertically.
+smooth the errors cancel up to f'' (z p / m_z)^2 / 8; details that are not large against p |z| / m_z appear
+twice. Nothing is displaced on the screen itself, z = 0, or vertically.
 """
 
 from dataclasses import dataclass
@@ -25,8 +25,6 @@ from lfssao.matrix import Matrix, invert_affine, multiply, to_4x4
 from lfssao.view import View, WorldToImage
 
 BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbers
-
-Point = tuple[float, float, float]
 
 
 class LightField:
@@ -49,9 +47,7 @@ class LightField:
 
     def __init__(self, display: Display, modules: Any, channels: int = 3) -> None:
         if len(display.modules) < 2:
-            raise InputError(
-                f"display {display.name}: it has one module, an eye needs at least two (sample-a, for one, has 21)"
-            )
+            raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
         self.display = display
         sizes = [(m.width, m.height) for m in display.modules]
         wanted = sorted(modules)
@@ -150,7 +146,7 @@ def _depth_on_arc(curvature: float, x: float) -> float:
     return curvature * (x * x) / (1.0 + sqrt(inside)) if inside > 0.0 else float("nan")
 
 
-def eye_point(display: Display, eye_x: float) -> Point:
+def eye_point(display: Display, eye_x: float) -> tuple[float, float, float]:
     """Place of an eye on the observer line or arc, metres, physical space.
 
     Raises

@@ -43,6 +43,6 @@ def _display(options: argparse.Namespace) -> None:
         return
     from lfssao.plan_view import save_plan  # late: matplotlib takes a second to import
 
-    target = Path(options.plot or f"{display.name}.png")
+    target = Path(options.plot or f"{Path(options.name).stem}.png")
     save_plan(display, target)
     print(target)

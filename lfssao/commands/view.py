@@ -151,6 +151,8 @@ def _display(path: Path, values: dict[str, Any], entries: dict[int, dict[str, An
     guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}
     sizes = {k: (e["view"]["width"] - guards[k], e["view"]["height"] - guards[k]) for k, e in entries.items()}
     if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
+        if len(set(sizes.values())) > 1:
+            raise InputError(f"{path}: the sizes of its views are not those of the display's modules")
         display = display.with_resolution(*next(iter(sizes.values())))
     for entry in entries.values():
         named = {name: t["channels"] for name, t in entry["textures"].items()}

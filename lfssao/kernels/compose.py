@@ -153,7 +153,6 @@ def row_weights(sines, sides, steps, shown, blend, weights):
         l_sine, r_sine = sines[i, left] if l_shows else -np.inf, sines[i, right] if r_shows else np.inf
         nearest = left if -l_sine <= r_sine else right
         if not 2.0 * min(-l_sine, r_sine) <= step or not step < np.inf:
-            # Both may show it, between them: they are never more than half a step away then.
             continue
         if blend == GAUSSIAN:
             for k in range(sines.shape[1]):

@@ -70,7 +70,7 @@ def screen_point(d, x, y, z):
         return zero, zero, zero, BEHIND_MODULE
     if crosses_observers < zero or not t_v > one:
         return zero, zero, zero, BEHIND_OBSERVER
-    if crosses_screen < zero or not t_s > zero:
+    if crosses_screen < zero or not zero < t_s < t_v:  # the screen is not reached, or only behind the observers
         return zero, zero, zero, MISSES_SCREEN
     s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
     if d[7] == zero:
@@ -191,6 +191,8 @@ def display_ray(d, u, v):
         if np.isnan(u):
             return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
     s_x, s_y, w = apply_homography(d, 23, u, v)
+    if not w > 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
     m_x, m_y, m_z, y_o, z_o = d[0], d[1], d[2], d[3], d[4]
     if d[7] != 0.0:
         h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
@@ -202,7 +204,7 @@ def display_ray(d, u, v):
     dx, dz = s_x - m_x, -m_z
     t_s, crosses_screen = circle_crossing(d[5], m_x, m_z, dx, dz)
     t_v, crosses_observers = circle_crossing(d[6], m_x, m_z - z_o, dx, dz)
-    if crosses_screen < 0.0 or crosses_observers < 0.0 or not 0.0 < t_s < t_v or not w > 0.0:
+    if crosses_screen < 0.0 or crosses_observers < 0.0 or not 0.0 < t_s < t_v:
         return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
     on_y, on_z = m_y + t_s * (s_y - m_y), m_z + t_s * dz
     e_z = m_z + t_v * dz

@@ -96,7 +96,7 @@ def _with_negative_values(words: list[str]) -> list[str]:
     """``--radii -1,2`` as ``--radii=-1,2``: argparse would take the value for an option and say that it is missing."""
     out: list[str] = []
     for word in words:
-        if out and re.fullmatch(r"--[a-z]+", out[-1]) and re.match(r"-([0-9.]|inf|nan)", word):
+        if out and re.fullmatch(r"--[a-z-]+", out[-1]) and re.match(r"-([0-9.]|inf|nan)", word):
             out[-1] += f"={word}"
         else:
             out.append(word)

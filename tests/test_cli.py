@@ -62,7 +62,11 @@ def test_bad_values_are_refused_by_the_options_name(capsys, tmp_path, option, va
 @pytest.mark.parametrize(
     ("option", "value", "choices"),
     [
-        ("--display", "foo", "'foo': choose one of virtual, sample-a"),
+        (
+            "--display",
+            "foo",
+            "'foo': choose one of c80, convex, picoarray, sample-a, sample-b, virtual, or a .toml file",
+        ),
         ("--sampling", "foo", "'foo': choose one of random, jittered, latin"),
         ("--camera", "foo", "'foo': choose one of perspective, orthographic"),
         ("--modules", "0:2", "virtual has modules 0:1"),
@@ -361,7 +365,7 @@ def test_interrupt_inside_a_callback_from_llvm_is_not_lost(monkeypatch, capsys):
         done.append("returned")
         time.sleep(30)
 
-    monkeypatch.setattr("lfssao.cli._render", render)
+    monkeypatch.setattr("lfssao.commands.render._render", render)
     assert main(["render", "-o", "nowhere"]) == 130
     assert done == ["called", "returned"]
     assert capsys.readouterr().err == "lfssao: interrupted; every file that was written is whole\n"

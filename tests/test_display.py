@@ -721,6 +721,22 @@ def test_a_guard_band_moves_the_mapping_and_the_rays(name):
     assert (w.triangle[7:-7, 7:-7] != g.triangle).sum() <= 2
 
 
+@pytest.mark.parametrize("scale", [-2.0, -1.0, 0.25, 8.0])
+def test_only_the_ratios_of_a_homography_matter(scale):
+    """Powers of two, so that no digit is rounded; a calibration may hand out either sign."""
+    m = replace(SHAPES["projector"].modules[0], yaw=0.0, pitch=0.0, roll=0.0, field_of_view=None)
+    h = SHAPES["projector"].module_numbers(0)[8:17]
+    one, other = (
+        replace(SHAPES["projector"], modules=(replace(m, homography=tuple((s * h).tolist())),)) for s in (1.0, scale)
+    )
+    points = np.random.default_rng(43).uniform(-0.1, 0.1, (30, 3))
+    assert (one.physical_to_image(0, points)[1] == VALID).any()
+    for a, b in zip(one.physical_to_image(0, points), other.physical_to_image(0, points), strict=True):
+        np.testing.assert_array_equal(a, b)
+    for a, b in zip(one.texel_ray(0, 9.5, 3.5), other.texel_ray(0, 9.5, 3.5), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
 def test_calibrated_optics_scale_with_the_resolution():
     d = SHAPES["projector"].module_numbers(0)
     m = replace(SHAPES["projector"].modules[0], yaw=0.0, pitch=0.0, roll=0.0, field_of_view=None)

@@ -48,7 +48,11 @@ def add_to(commands: Any) -> None:
         metavar="IMAGE",
         help="an image for a mesh file with texture coordinates, in place of those that the file names",
     )
-    add("--display", metavar="NAME", help="virtual or sample-a (default: virtual)")
+    add(
+        "--display",
+        metavar="NAME",
+        help="a preset, such as sample-a ('lfssao display' lists them), or a .toml file (default: virtual)",
+    )
     add("--modules", type=values.module_range, metavar="A:B", help="modules A to B - 1 only (default: all)")
     add(
         "--camera",

@@ -1,7 +1,6 @@
 """``lfssao view``: what an eye sees of a display, from the textures that ``lfssao render`` wrote."""
 
 import argparse
-import json
 import math
 import re
 from collections.abc import Callable
@@ -92,7 +91,8 @@ def _view(options: argparse.Namespace) -> None:
         raise InputError(f"--output: {target} does not end in {' or '.join(_ENDINGS[animated])}")
     if not target.parent.is_dir():
         raise InputError(f"--output: there is no folder {target.parent}")
-    from lfssao.viewer import BLENDS, eye_point, eye_range  # late: numba is imported behind this line
+    from lfssao.rendered import read_manifest  # late: numba is imported behind this line
+    from lfssao.viewer import BLENDS, eye_point, eye_range
 
     if options.blend not in BLENDS:
         raise InputError(f"--blend: there is no '{options.blend}': choose one of {', '.join(BLENDS)}")
@@ -104,65 +104,12 @@ def _view(options: argparse.Namespace) -> None:
         eyes = [left + (right - left) * (2 * n / options.orbit) for n in range(options.orbit // 2 + 1)]
     for eye in eyes:
         eye_point(display, eye)
-    pictures = _photographs(read_light_field(folder, options.layer, display, entries), eyes, options)
+    pictures = _photographs(_read_light_field(folder, options.layer, display, entries), eyes, options)
     _save(target, pictures, options.orbit)
     print(printable(str(target)), flush=True)
 
 
-def read_manifest(folder: Path, layer: str) -> "tuple[Display, dict[int, dict[str, Any]]]":
-    """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
-
-    Raises
-    ------
-    InputError
-        If there is no manifest, it is of another format or does not hold what it should, is a camera's, or its
-        textures do not have the layer.
-    """
-    from lfssao.manifest import FORMAT
-
-    path = folder / "manifest.json"
-    try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao render' writes it") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: it is not a JSON file ({error})") from error
-    found = manifest.get("format") if isinstance(manifest, dict) else None
-    if found != FORMAT:
-        raise InputError(f"{path}: its format is {found!r}, this version reads {FORMAT}")
-    try:
-        if manifest["display"] is None:
-            raise InputError(f"{path}: it describes a camera's view (--camera), but an eye looks at a display")
-        entries = {int(e["name"].removeprefix("module_")): e for e in manifest["views"]}
-        return _display(path, manifest["display"], entries, layer), entries
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise InputError(f"{path}: it is not what 'lfssao render' writes ({type(error).__name__}: {error})") from error
-
-
-def _display(path: Path, values: dict[str, Any], entries: dict[int, dict[str, Any]], layer: str) -> "Display":
-    """The display of a manifest (``lfssao.manifest.describe_display``) in the resolution it was rendered in."""
-    from lfssao.display import Display, Module
-
-    lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
-    modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
-    display = Display(**{**lists, "modules": tuple(Module(**m) for m in modules)})
-    if not entries or not set(entries) <= set(range(len(modules))):
-        raise InputError(f"{path}: its views are not modules of {display.name}: {sorted(entries)}")
-    guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}
-    sizes = {k: (e["view"]["width"] - guards[k], e["view"]["height"] - guards[k]) for k, e in entries.items()}
-    if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
-        if len(set(sizes.values())) > 1:
-            raise InputError(f"{path}: the sizes of its views are not those of the display's modules")
-        display = display.with_resolution(*next(iter(sizes.values())))
-    for entry in entries.values():
-        named = {name: t["channels"] for name, t in entry["textures"].items()}
-        shown = [name for name, c in named.items() if c[0].endswith("AO") or c[0][-1] == "R"]
-        if layer not in shown:
-            raise InputError(f"--layer: {path.parent} has no '{layer}' to show, choose one of {', '.join(shown)}")
-    return display
-
-
-def read_light_field(folder: Path, layer: str, display: "Display", entries: dict[int, dict[str, Any]]) -> "LightField":
+def _read_light_field(folder: Path, layer: str, display: "Display", entries: dict[int, dict[str, Any]]) -> "LightField":
     """One layer of every module's texture; AO as visibility, 1 - AO, so that a pixel that no module reaches is black.
 
     Raises
@@ -173,6 +120,7 @@ def read_light_field(folder: Path, layer: str, display: "Display", entries: dict
     from tqdm import tqdm
 
     from lfssao.job import available_memory
+    from lfssao.rendered import read_layer
     from lfssao.viewer import LightField
 
     channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
@@ -186,30 +134,12 @@ def read_light_field(folder: Path, layer: str, display: "Display", entries: dict
     # disable=None: a bar on a terminal, nothing in a pipe.
     with tqdm(entries.items(), desc="read", unit="module", disable=None, **bar_size()) as bar:
         for index, entry in bar:
-            pixels = _pixels(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
+            pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
             try:
                 field.put(index, 1 - pixels if channels == 1 else pixels)
             except InputError as error:
                 raise InputError(f"{folder / entry['file']}: {error}") from error
     return field
-
-
-def _pixels(path: Path, layer: str, described: dict[str, Any]) -> Any:
-    """A layer of one file without its guard band, (H, W, C) float32, checked against the manifest's digest."""
-    import numpy as np
-
-    from lfssao.exr import read_exr
-    from lfssao.manifest import digest
-
-    part = read_exr(path).get(layer)
-    names = described["channels"]
-    if part is None or not set(names) <= set(part.channels):
-        raise InputError(f"{path}: it has no part {layer} with channels {', '.join(names)}")
-    pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
-    if digest(pixels) != described["sha256"]:
-        raise InputError(f"{path}: its part {layer} is not what manifest.json describes: render the folder again")
-    height, width, _ = pixels.shape
-    return pixels[part.guard : height - part.guard, part.guard : width - part.guard]
 
 
 def _photographs(field: "LightField", eyes: list[float], options: argparse.Namespace) -> "list[Image]":

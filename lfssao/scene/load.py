@@ -358,6 +358,8 @@ class _Part:
 
 def _transformed(transform: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points under the first three rows of a transform, in a written order."""
+    if np.array_equal(transform[:3], np.eye(3, 4)):
+        return points
     out = np.empty((len(points), 3))
     transform_points(np.ascontiguousarray(transform[:3], np.float64).ravel(), np.ascontiguousarray(points), out)
     return out

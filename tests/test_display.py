@@ -738,18 +738,21 @@ def test_only_the_ratios_of_a_homography_matter(scale):
 
 
 def test_calibrated_optics_scale_with_the_resolution():
+    """Twice as many columns, three times as many rows; a projector keeps square texels, so it is scaled evenly."""
     d = SHAPES["projector"].module_numbers(0)
     m = replace(SHAPES["projector"].modules[0], yaw=0.0, pitch=0.0, roll=0.0, field_of_view=None)
     calibrated = replace(SHAPES["projector"], modules=(replace(m, homography=tuple(d[8:17].tolist()), k1=0.02),))
     points = np.random.default_rng(42).uniform(-0.1, 0.1, (30, 3))
-    image, _ = calibrated.physical_to_image(0, points)
-    double, _ = calibrated.with_resolution(194, 122).physical_to_image(0, points)
-    np.testing.assert_allclose(double[:, :2], 2 * image[:, :2], rtol=0, atol=1e-9)
-    projector = SHAPES["projector"].with_resolution(194, 122)
-    np.testing.assert_allclose(
-        projector.physical_to_image(0, points)[0][:, :2],
-        2 * SHAPES["projector"].physical_to_image(0, points)[0][:, :2], rtol=0, atol=1e-9,
-    )  # fmt: skip
+    undistorted = replace(calibrated, modules=(replace(calibrated.modules[0], k1=0.0),))
+    image, larger = (
+        undistorted.with_resolution(*size).physical_to_image(0, points)[0] for size in ((97, 61), (194, 183))
+    )
+    np.testing.assert_allclose(larger[:, :2], image[:, :2] * [2, 3], rtol=0, atol=1e-9)
+    for display in (calibrated, SHAPES["projector"]):
+        image, larger = (
+            display.with_resolution(*size).physical_to_image(0, points)[0] for size in ((97, 61), (194, 122))
+        )
+        np.testing.assert_allclose(larger[:, :2], 2 * image[:, :2], rtol=0, atol=1e-9)
 
 
 # What is refused (by files: test_display_file.py)

@@ -5,11 +5,12 @@ pointers: node k has children 2k + 1 and 2k + 2, and the last ``leaves`` nodes a
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.kernels.jit import kernel
 
 LEAF = 4
+
+# None of these kernels is parallel: threads would save milliseconds, once a mesh, and cost seconds of compiling.
 
 
 @kernel(inline=True)
@@ -24,10 +25,10 @@ def _spread_bits(n):
     return n
 
 
-@kernel(parallel=True)
+@kernel
 def morton_codes(vertices, faces, low, size, codes):
     """Morton code of each triangle's middle in the box at ``low`` of edge lengths ``size``; codes: (F,) uint64."""
-    for f in prange(faces.shape[0]):
+    for f in range(faces.shape[0]):
         code = np.uint64(0)
         for axis in range(3):
             a, b, c = vertices[faces[f, 0], axis], vertices[faces[f, 1], axis], vertices[faces[f, 2], axis]
@@ -47,16 +48,16 @@ def leaf_count(triangles):
     return leaves
 
 
-@kernel(parallel=True)
+@kernel
 def gather_corners(vertices, faces, order, corners):
     """Corners of the triangles in the tree's order; corners: (F, 9) float64, a, b, c one after the other."""
-    for place in prange(order.shape[0]):
+    for place in range(order.shape[0]):
         for corner in range(3):
             for axis in range(3):
                 corners[place, 3 * corner + axis] = vertices[faces[order[place], corner], axis]
 
 
-@kernel(parallel=True)
+@kernel
 def build_boxes(corners, margin, boxes):
     """Boxes of all nodes.
 
@@ -70,7 +71,7 @@ def build_boxes(corners, margin, boxes):
         Out: lower and upper corner of each node; empty (inf, -inf) where a node holds nothing.
     """
     leaves = (boxes.shape[0] + 1) // 2
-    for leaf in prange(leaves):
+    for leaf in range(leaves):
         node = leaves - 1 + leaf
         for axis in range(3):
             boxes[node, axis], boxes[node, 3 + axis] = np.inf, -np.inf

@@ -13,7 +13,6 @@ DISPLAY        any module of any display: the 32 numbers of lfssao.kernels.displ
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.kernels.display import display_ray
 from lfssao.kernels.jit import kernel
@@ -94,10 +93,11 @@ def _grid_ray(kind, lens, box, width, height, step, i, j):
     return ox, oy, oz, dx, dy, dz, t0, t1
 
 
-@kernel(parallel=True)
+# Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
+@kernel
 def count_rays(kind, lens, box, width, height, step, columns, counts):
     """How many cells of each row of cells have a ray that meets the box; counts: (rows of cells,) int64."""
-    for j in prange(counts.shape[0]):
+    for j in range(counts.shape[0]):
         n = 0
         for i in range(columns):
             _, _, _, _, _, _, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j)
@@ -105,7 +105,7 @@ def count_rays(kind, lens, box, width, height, step, columns, counts):
         counts[j] = n
 
 
-@kernel(parallel=True)
+@kernel
 def make_rays(kind, lens, box, width, height, step, columns, starts, cells, origins, directions, lengths):
     """The rays that count_rays counted, from where they enter the box.
 
@@ -129,7 +129,7 @@ def make_rays(kind, lens, box, width, height, step, columns, starts, cells, orig
     lengths : (n,) float32
         Out: the t, from the origin, at which the ray has left the box.
     """
-    for j in prange(starts.shape[0]):
+    for j in range(starts.shape[0]):
         n = starts[j]
         for i in range(columns):
             ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j)
@@ -143,10 +143,10 @@ def make_rays(kind, lens, box, width, height, step, columns, starts, cells, orig
                 n += 1
 
 
-@kernel(parallel=True)
+@kernel
 def transform_points(m, points, out):
     """Out = M (points, 1) for points, out: (n, 3) float64 and m: (12,) rows of four: ((m0 x + m1 y) + m2 z) + m3."""
-    for i in prange(points.shape[0]):
+    for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         for row in range(3):
             k = 4 * row

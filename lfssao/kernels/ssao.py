@@ -26,6 +26,7 @@ from lfssao.kernels.mapping import (
     project_crossed_slits,
     project_matrix,
 )
+from lfssao.kernels.schedule import spread
 
 # Rows that share one set of scratch arrays: enough that allocating them costs nothing, few enough that the rows
 # divide evenly among threads.
@@ -173,7 +174,9 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
     module = m[12:].copy()
     image_offsets = transform_offsets(offsets, kind, m)
     samples, nothing = m.dtype.type(max(offsets.shape[0], 1)), m.dtype.type(np.nan)
-    for block in prange((height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK):
+    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    for k in prange(blocks):
+        block = spread(k, blocks)
         a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
@@ -204,7 +207,9 @@ def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
     image_offsets = transform_offsets(offsets, MATRIX, m)
     samples = m.dtype.type(max(offsets.shape[0], 1))
     half, nothing = m.dtype.type(0.5), m.dtype.type(np.nan)
-    for block in prange((height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK):
+    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    for k in prange(blocks):
+        block = spread(k, blocks)
         a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):

@@ -16,6 +16,7 @@ from numba import prange
 from lfssao.kernels.bvh import LEAF
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import texel_ray
+from lfssao.kernels.schedule import spread
 from lfssao.kernels.triangle import hit_triangle
 
 TILE = 8  # texels along a tile's edge
@@ -213,7 +214,9 @@ def first_hits(kind, lens, width, height, corners, order, boxes, place_of, propo
         Out: barycentric weights of the triangle's second and third corner; untouched where there is none.
     """
     columns = (width + TILE - 1) // TILE
-    for tile_row in prange((height + TILE - 1) // TILE):
+    rows = (height + TILE - 1) // TILE
+    for k in prange(rows):
+        tile_row = spread(k, rows)
         ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 4))
         bundle = np.empty((10, _SUBS * _SUBS + 1))  # the sub-tiles', then the tile's
         stack, meets = np.empty(_STACK, np.int64), np.empty(_SUBS * _SUBS, np.int64)

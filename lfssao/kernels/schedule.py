@@ -1,0 +1,14 @@
+"""Even shares for threads: numba gives each thread a contiguous run of a ``prange``."""
+
+from lfssao.kernels.jit import kernel
+
+_STRIDE = 1_000_003  # prime, so that it divides no number of rows below it
+
+
+@kernel(inline=True)
+def spread(k, n):
+    """The k-th of 0 .. n - 1 in an order in which any run of k has numbers from everywhere; n below a million.
+
+    A picture's empty rows lie together, at its top say: taken in order, one thread would get all of them.
+    """
+    return (k * _STRIDE) % n

@@ -7,7 +7,7 @@ import display_twin
 import numba
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 
 from lfssao import Display, Mesh, Module, RayCaster, WorldToImage, display_names, find_display, make_samples, passes
@@ -156,7 +156,10 @@ def test_the_textbook_module_on_the_observer_line_is_a_pinhole():
 def test_algorithm2_of_any_display_equals_its_twin(dtype, data):
     display = data.draw(displays())
     height, width = data.draw(st.sampled_from([(1, 1), (9, 13), (17, 3), (2, 40)]))
-    display = display.with_resolution(width, height)
+    try:
+        display = display.with_resolution(width, height)
+    except InputError:  # in a texture of another shape its distortion would fold
+        reject()
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     world = np.hstack([np.diag([0.5, 0.4, -0.6]), rng.uniform(-0.05, 0.05, (3, 1))])
     depth, positions = textures(display, rng, world)

@@ -16,8 +16,8 @@ class WorldToImage:
     Attributes
     ----------
     kind : int
-        ``lfssao.kernels.mapping.CROSSED_SLITS`` or ``MATRIX``.
-    numbers : (16,) float64
+        ``lfssao.kernels.mapping.CROSSED_SLITS``, ``MATRIX`` or ``DISPLAY``.
+    numbers : (16,) or (44,) float64
         The kind's numbers, in the order of ``lfssao.kernels.mapping``.
     """
 
@@ -49,7 +49,7 @@ class View:
         What files and messages call it.
     width, height : int
         Size of its textures, texels.
-    ray_kind, lens : int, (8,) float64
+    ray_kind, lens : int, (8,) or (32,) float64
         The rays of its texels in cast space (``lfssao.kernels.rays``).
     cast_from_world, world_from_cast : (3, 4) float64
         Affine maps between world and cast space: physical space for a module, eye space for a camera.

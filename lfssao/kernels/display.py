@@ -21,7 +21,6 @@ import numpy as np
 
 from lfssao.kernels.jit import kernel
 
-COUNT = 32
 NEVER = 3e38  # finite in float32 too, as JSON has no infinity
 
 VALID = 0

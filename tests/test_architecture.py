@@ -51,7 +51,7 @@ def run(*command, env=None):
 def test_kernels_import_nothing_from_above(path):
     allowed = {"numpy", "numba", "math", "__future__"}
     if path.name == "jit.py":
-        allowed |= {"functools", "hashlib", "collections.abc", "pathlib", "typing"}
+        allowed |= {"ast", "functools", "hashlib", "collections.abc", "pathlib", "typing"}
     strangers = [m for m in imports(path) if m not in allowed and not m.startswith("lfssao.kernels.")]
     assert not strangers
 
@@ -192,11 +192,25 @@ def test_all_names_resolve_and_are_described():
 # The cache of compiled kernels
 
 
-def test_the_cache_key_holds_the_digest_of_all_kernel_sources():
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in KERNELS)).hexdigest()
-    assert jit.source_digest() == digest
-    for kernel in (ssao.algorithm2, ssao.algorithm1, ball.algorithm3):
-        assert digest in kernel._cache._cache_file._source_stamp
+def test_the_cache_key_holds_the_digest_of_a_kernel_file_and_of_all_that_it_imports():
+    folder = PACKAGE / "kernels"
+    sources = [folder / f"{name}.py" for name in ("ball", "elementary", "jit")]
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
+    assert jit.source_digest("ball") == digest
+    assert digest in ball.algorithm3._cache._cache_file._source_stamp
+    # ssao -> mapping -> display is two steps away
+    assert jit.source_digest("ssao") != jit.source_digest("mapping") != jit.source_digest("display")
+    assert jit.source_digest("ssao") in ssao.algorithm2._cache._cache_file._source_stamp
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
+def test_kernel_files_import_each_other_in_the_one_form_that_the_cache_key_follows(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            assert not any(alias.name.startswith("lfssao") for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lfssao"):
+            assert node.level == 0
+            assert (PACKAGE / "kernels" / f"{node.module.removeprefix('lfssao.kernels.')}.py").is_file()
 
 
 def test_a_change_of_a_callee_is_not_hidden_by_the_cache(tmp_path):

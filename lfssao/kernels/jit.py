@@ -1,5 +1,6 @@
 """The one decorator that compiles kernels, so that all of them share the flags that fix their bits."""
 
+import ast
 import functools
 import hashlib
 from collections.abc import Callable
@@ -15,14 +16,38 @@ FLAGS: dict[str, Any] = {
     "nogil": True,
 }
 
+_FOLDER = Path(__file__).parent
+_PREFIX = "lfssao.kernels."
+
 
 @functools.cache
-def source_digest() -> str:
-    """SHA-256 over the source of every kernel, the key of the compiled code on disk."""
+def source_digest(module: str) -> str:
+    """SHA-256 over the source of a kernel file and of all that it imports here, the key of its compiled code on disk.
+
+    Parameters
+    ----------
+    module : str
+        The file's name in this folder, without its suffix.
+    """
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
+    for name in sorted(_with_imports(module)):
+        digest.update((_FOLDER / f"{name}.py").read_bytes())
     return digest.hexdigest()
+
+
+def _with_imports(module: str) -> set[str]:
+    """The file and, through any number of steps, the files of this folder that it imports names from."""
+    found, new = set(), {module}
+    while new:
+        found |= new
+        new = {name for known in new for name in _imports(known)} - found
+    return found
+
+
+def _imports(module: str) -> set[str]:
+    tree = ast.parse((_FOLDER / f"{module}.py").read_bytes())
+    modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    return {name.removeprefix(_PREFIX) for name in modules if name.startswith(_PREFIX)}
 
 
 def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False, inline: bool = False) -> Any:
@@ -49,15 +74,15 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
         compiled = numba.njit(function, cache=True, **options)
     except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
         return numba.njit(function, **options)
-    _key_by_all_sources(compiled)
+    _key_by_sources(compiled)
     return compiled
 
 
-def _key_by_all_sources(compiled: Any) -> None:
-    """Make the cached code depend on every kernel file.
+def _key_by_sources(compiled: Any) -> None:
+    """Make the cached code depend on every kernel file whose functions may be inlined into it.
 
     numba looks at the time stamp of the file that defines a function only. A kernel has its callees inlined, so
     after an upgrade that touched a callee in another file it would go on running the old code.
     """
     index = compiled._cache._cache_file
-    index._source_stamp = (index._source_stamp, source_digest())
+    index._source_stamp = (index._source_stamp, source_digest(Path(compiled.py_func.__code__.co_filename).stem))

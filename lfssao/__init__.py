@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from lfssao.display import Display, Module, fit_roi
     from lfssao.display_file import display_names, display_text, find_display, parse_display
     from lfssao.errors import InputError, LfssaoError, MissingPackageError
+    from lfssao.estimators.buffers import Buffers
+    from lfssao.estimators.registry import estimate
     from lfssao.exr import Part, read_exr, write_exr
     from lfssao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
     from lfssao.raycast import GBuffer, RayCaster
@@ -30,6 +32,8 @@ _HOME = {
     "display": ("Display", "Module", "fit_roi"),
     "display_file": ("display_names", "display_text", "find_display", "parse_display"),
     "errors": ("InputError", "LfssaoError", "MissingPackageError"),
+    "estimators.buffers": ("Buffers",),
+    "estimators.registry": ("estimate",),
     "exr": ("Part", "read_exr", "write_exr"),
     "passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
     "raycast": ("GBuffer", "RayCaster"),
@@ -44,6 +48,7 @@ _HOME = {
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "Buffers",
     "Camera",
     "Display",
     "GBuffer",
@@ -69,6 +74,7 @@ __all__ = [
     "default_radii",
     "display_names",
     "display_text",
+    "estimate",
     "eye_point",
     "eye_range",
     "eye_view",

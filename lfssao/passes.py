@@ -61,7 +61,7 @@ def algorithm1(
     InputError
         If a shape, a dtype or the radius is wrong.
     """
-    _check_texture("depth", depth, 2)
+    check_texture("depth", depth, 2)
     for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
         if np.shape(matrix) != (4, 4):
             raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
@@ -97,8 +97,8 @@ def algorithm2(
     InputError
         If a shape, a dtype or the radius is wrong.
     """
-    _check_texture("depth", depth, 2)
-    _check_texture("positions", positions, 3)
+    check_texture("depth", depth, 2)
+    check_texture("positions", positions, 3)
     if positions.shape != (*depth.shape, 3) or positions.dtype != depth.dtype:
         raise InputError(
             f"positions are {positions.shape} of {positions.dtype}, expected {(*depth.shape, 3)} of {depth.dtype}"
@@ -128,7 +128,7 @@ def merge(layers: list[Texture] | Texture) -> Texture:
     if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
         raise InputError("merge needs at least one texture, all of one size")
     stack = np.ascontiguousarray(layers)
-    _check_texture("layers", stack, 3)
+    check_texture("layers", stack, 3)
     merged = np.empty(stack.shape[1:], stack.dtype)
     merge_kernels.merge_maximum(stack, merged)
     return merged
@@ -166,7 +166,7 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     InputError
         If the texture is not one, or sigma is negative or not finite.
     """
-    _check_texture("occlusion", occlusion, 2)
+    check_texture("occlusion", occlusion, 2)
     weights = gaussian_kernel(sigma).astype(occlusion.dtype)
     source = np.ascontiguousarray(occlusion)
     if len(weights) == 1:
@@ -192,8 +192,8 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     InputError
         If sizes or dtypes do not fit.
     """
-    _check_texture("rgb", rgb, 3)
-    _check_texture("occlusion", occlusion, 2)
+    check_texture("rgb", rgb, 3)
+    check_texture("occlusion", occlusion, 2)
     if rgb.shape != (*occlusion.shape, 3) or rgb.dtype != occlusion.dtype:
         raise InputError(f"rgb is {rgb.shape} of {rgb.dtype}, expected {(*occlusion.shape, 3)} of {occlusion.dtype}")
     shaded = np.empty(rgb.shape, rgb.dtype)
@@ -218,7 +218,8 @@ def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:
     return np.ascontiguousarray(radius * table, dtype)
 
 
-def _check_texture(name: str, texture: Texture, dimensions: int) -> None:
+def check_texture(name: str, texture: Texture, dimensions: int) -> None:
+    """Refuse what is not an array of float32 or float64 with so many dimensions, none of them empty."""
     if not isinstance(texture, np.ndarray) or texture.dtype not in (np.float32, np.float64):
         kind = getattr(texture, "dtype", type(texture).__name__)
         raise InputError(f"{name} is of {kind}, expected an array of float32 or float64")

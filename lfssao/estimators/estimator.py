@@ -1,0 +1,57 @@
+"""What the registry knows of an estimator."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.passes import Occlusion
+
+FloatArray = NDArray[np.float64]
+Value = float | int | str | bool
+
+# run(buffers, radius, points, weights, **parameters)
+Run = Callable[..., Occlusion]
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """One way to estimate ambient occlusion from a view's textures.
+
+    Attributes
+    ----------
+    name : str
+        What the registry and the command line call it.
+    title : str
+        One line for lists.
+    source : str
+        Paper and numbers of the equations, 'LF Algorithm 2' for example.
+    run : callable
+        ``run(buffers, radius, points, weights, **parameters) -> Occlusion``. All arguments are checked by the
+        registry before, but for the values of the parameters.
+    samples : callable or None
+        ``samples(n) -> (points, weights or None)``: its own sample set of n points, float64; None where it takes none.
+    dimensions : int
+        Coordinates of a sample: 3 in the ball, 2 in the disk, 0 where it takes none.
+    count : int
+        The paper's number of samples, the default n.
+    normals : bool
+        Whether it reads the normals texture.
+    parameters : mapping
+        Names and default values of its parameters.
+    """
+
+    name: str
+    title: str
+    source: str
+    run: Run
+    samples: Callable[[int], tuple[FloatArray, FloatArray | None]] | None = None
+    dimensions: int = 3
+    count: int = 8
+    normals: bool = False
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+
+    def default_samples(self, n: int | None = None) -> tuple[FloatArray | None, FloatArray | None]:
+        """Points and weights (None where all weigh the same) of its own sample set, n or ``count`` of them."""
+        return (None, None) if self.samples is None else self.samples(self.count if n is None else n)

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from lfssao import Camera, Display, Module, make_samples, passes, raycast
-from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, ssao, triangle, visibility
+from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, spiral, ssao, triangle, visibility
 
 HEIGHT, WIDTH = 43, 85
 ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
@@ -73,6 +73,9 @@ def scalars():
     yield "exp", np.array([elementary.exp(x) for x in rng.uniform(-745, 709, 500)])
     yield "philox", np.array([philox.random_below(np.uint64(2**63 + 5), 2, k, 1000) for k in range(500)])
     yield "ball", np.array([ball.algorithm3(x, y) for x, y in rng.uniform(-1, 1, (500, 2))])
+    texels = rng.integers(-100, 20_000, (500, 2))
+    yield "hash_angle", np.array([[spiral.hash_angle(x, y, v) for v in (0, 1)] for x, y in texels])
+    yield "spiral_tap", np.array([spiral.spiral_tap(i, 99, 27, a) for i, a in enumerate(rng.uniform(0, 2, 99))])
     for method in ("random", "jittered", "latin"):
         yield method, make_samples(method, 60, 4, 0.1, 1.0)
 

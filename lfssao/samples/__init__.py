@@ -1,4 +1,4 @@
-"""Sample sets on the square, the sphere, the ball and the disk, each a function of (n, seed) with equal bits everywhere.
+"""Sample sets on the square, the sphere, the ball and the disk: functions of (n, seed), with equal bits everywhere.
 
 The names below are imported when they are first used: a render with LF's samples loads nothing else.
 """

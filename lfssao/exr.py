@@ -37,8 +37,16 @@ class Part:
     guard: int = 0
 
 
+def use_threads(count: int) -> None:
+    """Let OpenImageIO and OpenEXR compress with so many threads, in all files of this process."""
+    import OpenImageIO as oiio
+
+    oiio.attribute("threads", count)
+    oiio.attribute("exr_threads", count)
+
+
 def write_exr(path: Path, parts: Sequence[Part]) -> None:
-    """Write parts to one file, zip-compressed.
+    """Write parts to one file, zip-compressed, and read it back: it gets its name if it holds their very bits.
 
     Parameters
     ----------
@@ -54,7 +62,12 @@ def write_exr(path: Path, parts: Sequence[Part]) -> None:
         parts share a name.
     """
     _check_parts(path, parts)
-    write_whole(path, lambda part_path: _write(part_path, parts))
+
+    def write(part_path: Path) -> None:
+        _write(part_path, parts)
+        _check_written(part_path, parts)
+
+    write_whole(path, write)
 
 
 def _check_parts(path: Path, parts: Sequence[Part]) -> None:
@@ -89,6 +102,29 @@ def _write(path: Path, parts: Sequence[Part]) -> None:
         closed = output.close()
     if not closed:
         raise OSError(output.geterror())
+
+
+def _check_written(path: Path, parts: Sequence[Part]) -> None:
+    """Read a file back: what OpenEXR writes as it closes a file on a full disk is lost without an error."""
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(_utf8_name(path))
+    if source is None:
+        raise OSError(f"it cannot be read back: {oiio.geterror()}")
+    try:
+        for number, part in enumerate(parts):
+            pixels = source.read_image(number, 0, 0, len(part.channels), oiio.FLOAT)
+            if pixels is None:
+                raise OSError(f"part {part.name} cannot be read back: {source.geterror()}")
+            names = source.spec(number, 0).channelnames
+            if not _same_bits(pixels[..., [names.index(name) for name in part.channels]], part.pixels):
+                raise OSError(f"part {part.name} is not read back as it was written")
+    finally:
+        source.close()
+
+
+def _same_bits(a: NDArray[np.float32], b: NDArray[np.float32]) -> bool:
+    return np.array_equal(np.ascontiguousarray(a).view(np.uint32), np.ascontiguousarray(b).view(np.uint32))
 
 
 def _utf8_name(path: Path) -> str:

@@ -1,6 +1,8 @@
 """Writing files so that each is whole or absent."""
 
 import os
+import re
+import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -8,9 +10,11 @@ from pathlib import Path
 
 from lfssao.errors import InputError
 
+_BLOCK = 65_536  # bytes
+
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` make a file under a temporary name beside ``path``, sync it, then rename it to ``path``.
+    """Let ``write`` make a file under a temporary name beside ``path``, sync it, rename it to ``path``, sync that.
 
     Parameters
     ----------
@@ -30,8 +34,10 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
         with part.open("rb+") as stream:
             os.fsync(stream.fileno())
         part.replace(path)
+        _sync_names(path.parent)
     except OSError as error:
-        raise InputError(f"{path}: it cannot be written ({_reason(error)})") from error
+        full = " and the disk is full" if _is_full(path.parent) else ""
+        raise InputError(f"{path}: it cannot be written ({_reason(error)}){full}") from error
     finally:
         with suppress(OSError):  # the folder may be what is wrong
             part.unlink(missing_ok=True)
@@ -40,6 +46,43 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
 def _part_prefix(stem: str) -> str:
     """Start of the name of a file that is being written by this process."""
     return f".{stem}.{os.getpid()}.part"
+
+
+def _sync_names(folder: Path) -> None:
+    """Let a rename survive a power failure, where the system can sync a folder."""
+    with suppress(OSError):
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
+
+
+def _is_full(folder: Path) -> bool:
+    """Whether a folder's disk has no room for another block: what libraries say of it does not name the cause."""
+    try:
+        return shutil.disk_usage(folder).free < _BLOCK
+    except OSError:
+        return False
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove the half-written files of processes that were killed; those of running ones stay."""
+    for part in folder.glob(".*.part*"):
+        found = re.fullmatch(r"\..+\.([0-9]+)\.part(\..*)?", part.name)
+        if found and not _is_running(int(found[1])):
+            with suppress(OSError):
+                part.unlink()
+
+
+def _is_running(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:  # somebody else's
+        return True
+    return True
 
 
 def check_folder(path: Path) -> None:

@@ -25,7 +25,7 @@ _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "scikit-image",
 def digest(array: NDArray[Any]) -> str:
     """SHA-256 over an array's numbers, little-endian, row by row."""
     data = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
-    return hashlib.sha256(data.reshape(-1).view(np.uint8)).hexdigest()
+    return hashlib.sha256(data.reshape(-1).view(np.uint8).data).hexdigest()
 
 
 def describe_scene(mesh: Mesh) -> dict[str, Any]:

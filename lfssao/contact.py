@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.render import Textures
 from lfssao.srgb import to_codes
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+FloatTexture = NDArray[np.float32]
 
 _TITLES = ("without AO", "1 - ao", "with AO")
 _MARGIN = 12
@@ -24,13 +25,15 @@ def sheet_rows(count: int, most: int = 5) -> list[int]:
     return [round(k * (count - 1) / (most - 1)) for k in range(most)]
 
 
-def strip(textures: Textures, width: int = 480) -> "Image":
+def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, width: int = 480) -> "Image":
     """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side.
 
     Parameters
     ----------
-    textures : Textures
-        The view's textures.
+    image, shaded : (H, W, 3) float32
+        Linear RGB without and with AO.
+    blurred : (H, W) float32
+        Occlusion.
     width : int
         Width of each of the three columns, pixels, and the greatest height; pictures keep their proportions.
 
@@ -41,10 +44,11 @@ def strip(textures: Textures, width: int = 480) -> "Image":
     """
     from PIL import Image  # late: only pictures need it
 
-    grey = (np.clip(1 - textures.blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
-    pictures = (to_codes(textures.image), np.repeat(grey[..., None], 3, axis=2), to_codes(textures.shaded))
-    scale = width / max(textures.view.width, textures.view.height)
-    size = max(1, round(scale * textures.view.width)), max(1, round(scale * textures.view.height))
+    grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
+    pictures = (to_codes(image), np.repeat(grey[..., None], 3, axis=2), to_codes(shaded))
+    texel_rows, texel_columns = blurred.shape
+    scale = width / max(texel_columns, texel_rows)
+    size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
     row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
         row.paste(_resized(picture, size), (column * (width + _MARGIN), 0))

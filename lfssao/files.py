@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import tempfile
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -64,6 +65,17 @@ def _is_full(folder: Path) -> bool:
         return shutil.disk_usage(folder).free < _BLOCK
     except OSError:
         return False
+
+
+@contextmanager
+def scratch_file(folder: Path, stem: str) -> Iterator[Path]:
+    """A name in a folder for a file that nobody else has and that goes when the block ends, or with the leftovers."""
+    path = folder / f"{_part_prefix(f'{stem}-{uuid.uuid4().hex}')}"
+    try:
+        yield path
+    finally:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
 
 
 def remove_leftovers(folder: Path) -> None:

@@ -1,6 +1,7 @@
 """The manifest of a job: everything that its textures depend on, and their digests."""
 
 import hashlib
+import json
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -15,7 +16,7 @@ from lfssao import __version__
 from lfssao.display import Display
 from lfssao.passes import gaussian_kernel
 from lfssao.render import Settings
-from lfssao.scene.mesh import Mesh
+from lfssao.scene.mesh import Mesh, Paint
 from lfssao.view import View
 
 FORMAT = 1
@@ -26,6 +27,11 @@ def digest(array: NDArray[Any]) -> str:
     """SHA-256 over an array's numbers, little-endian, row by row."""
     data = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
     return hashlib.sha256(data.reshape(-1).view(np.uint8).data).hexdigest()
+
+
+def short_digest(value: Any) -> str:
+    """The first 16 hexadecimal digits of the SHA-256 of what JSON can hold."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def describe_scene(mesh: Mesh) -> dict[str, Any]:
@@ -40,7 +46,16 @@ def describe_scene(mesh: Mesh) -> dict[str, Any]:
         "bounds": mesh.bounds.tolist(),
         "vertices_sha256": digest(mesh.vertices),
         "faces_sha256": digest(mesh.faces),
+        "normals_sha256": None if mesh.normals is None else digest(mesh.normals),
+        "paint_sha256": None if mesh.paint is None else _digest_of_paint(mesh.paint),
     }
+
+
+def _digest_of_paint(paint: Paint) -> str:
+    """One digest of all that a mesh's colours are made of."""
+    arrays = [paint.factors, paint.face_material, paint.uv, paint.vertex_colors, *paint.textures]
+    sums = [None if array is None else [list(array.shape), digest(array)] for array in arrays]
+    return hashlib.sha256(json.dumps(sums).encode()).hexdigest()
 
 
 def describe_settings(settings: Settings) -> dict[str, Any]:

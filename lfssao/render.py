@@ -137,7 +137,7 @@ def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
     ao = timed("ao", lambda: [_occlusion(gbuffer, view, settings.samples, radius) for radius in settings.radii])
     merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
-    image, occlusion = _cropped(view, _image(gbuffer)), _cropped(view, blurred)
+    image, occlusion = timed("image", lambda: _cropped(view, _image(gbuffer))), _cropped(view, blurred)
     shaded = timed("shade", lambda: passes.shade(image, occlusion))
     return Textures(
         view=view,
@@ -167,15 +167,39 @@ def _occlusion(gbuffer: GBuffer, view: View, samples: NDArray[np.float64], radiu
 
 
 def _image(gbuffer: GBuffer) -> FloatTexture:
-    """What AO is multiplied into: the colour texture, or white wherever there is a surface."""
-    if gbuffer.color is not None:
-        return gbuffer.color
-    surface = (gbuffer.triangle >= 0).astype(np.float32)
-    return np.repeat(surface[..., None], 3, axis=2)
+    return base_image(gbuffer.color, gbuffer.triangle >= 0)
 
 
-def module_views(mesh: Mesh, display: Display, modules: range | None = None, guard: int = 0) -> list[View]:
-    """The views of a display's modules, the mesh's box fitted into the display's ROI; guard: texels (Display.view).
+def base_image(color: FloatTexture | None, surface: NDArray[np.bool_]) -> FloatTexture:
+    """What AO is multiplied into, (H, W, 3): the colour texture, or white wherever there is a surface, (H, W)."""
+    if color is not None:
+        return color
+    white = np.empty((*surface.shape, 3), np.float32)
+    white[...] = surface[..., None]
+    return white
+
+
+def module_views(
+    mesh: Mesh,
+    display: Display,
+    modules: range | None = None,
+    guard: int = 0,
+    bounds: NDArray[np.float64] | None = None,
+) -> list[View]:
+    """The views of a display's modules, a box of world space fitted into the display's ROI.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The scene.
+    display : Display
+        Where it is shown.
+    modules : range, optional
+        Which modules; all by default.
+    guard : int
+        Guard band, texels (``Display.view``).
+    bounds : (2, 3) float64, optional
+        Lower and upper corner of the box, world units; the mesh's own box by default.
 
     Raises
     ------
@@ -188,7 +212,7 @@ def module_views(mesh: Mesh, display: Display, modules: range | None = None, gua
         raise InputError(
             f"modules {wanted.start}:{wanted.stop} are not a part of 0:{count}, the modules of {display.name}"
         )
-    physical_from_world = fit_roi(mesh.bounds, display.roi)
+    physical_from_world = fit_roi(mesh.bounds if bounds is None else bounds, display.roi)
     return [display.view(index, physical_from_world, guard) for index in wanted]
 
 

@@ -61,8 +61,11 @@ def _digest_of_paint(paint: Paint) -> str:
 def describe_settings(settings: Settings) -> dict[str, Any]:
     """All numbers of the AO passes, the sample table among them."""
     return {
+        "estimator": settings.estimator,
+        "parameters": dict(settings.parameters),
         "radii": list(settings.radii),
-        "samples": settings.samples.tolist(),
+        "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),
+        "weights": None if settings.weights is None else np.asarray(settings.weights).tolist(),
         "blur_sigma": settings.blur,
         "blur_weights": gaussian_kernel(settings.blur).tolist(),
         "merge": "maximum",

@@ -1,7 +1,7 @@
 """The order of the passes, and nothing else: from a mesh and a view to all textures of that view (LF section 7)."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import sqrt
 from typing import TypeVar
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from lfssao import passes
 from lfssao.display import Display, fit_roi
 from lfssao.errors import InputError
+from lfssao.estimators.buffers import Buffers
+from lfssao.estimators.estimator import Value
+from lfssao.estimators.registry import check_samples, estimate, find_estimator, full_parameters
 from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
-from lfssao.samples import make_samples
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
 
@@ -32,26 +34,38 @@ class Settings:
     ----------
     radii : tuple of float
         Radii of the sampling ball, world units, at least one.
-    samples : (n, 3) float64
-        Offsets in the unit ball, the same for every texel and radius.
+    samples : (n, 3) or (n, 2) float64, or None
+        Offsets in the unit ball, or disk, the same for every texel and radius. Where none are given it is made the
+        estimator's own set, and stays None for an estimator that takes none.
     blur : float
         Sigma of the Gaussian blur, texels.
     color_filter : str
         How the mesh's textures are read, 'bilinear' or 'nearest'.
     normals : str or None
-        Normals texture to make beside the others, 'geometric' or 'smooth'; none by default, as no pass reads it.
+        Normals texture to make beside the others, 'geometric' or 'smooth'. None: none, or geometric normals where the
+        estimator reads normals.
+    estimator : str
+        Name of the estimator of occlusion (``lfssao estimators`` lists them).
+    parameters : mapping
+        The estimator's parameters by name; made complete with their defaults.
+    weights : (n,) float64 or None
+        Weights of the samples; as ``samples``.
 
     Raises
     ------
     InputError
-        If there is no radius, or one is negative or not finite, or the blur is.
+        If there is no radius, or one is negative or not finite, or the blur is; if there is no such estimator, or
+        it does not take these samples or parameters.
     """
 
     radii: tuple[float, ...]
-    samples: NDArray[np.float64] = field(default_factory=make_samples)
+    samples: NDArray[np.float64] | None = None
     blur: float = 1.0
     color_filter: str = "bilinear"
     normals: str | None = None
+    estimator: str = "lf"
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    weights: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         if not self.radii:
@@ -63,6 +77,16 @@ class Settings:
             raise InputError(f"color_filter is '{self.color_filter}': choose one of {', '.join(COLOR_FILTERS)}")
         if self.normals is not None and self.normals not in NORMALS:
             raise InputError(f"normals is '{self.normals}': choose one of {', '.join(NORMALS)}")
+        estimator = find_estimator(self.estimator)
+        object.__setattr__(self, "parameters", full_parameters(estimator, self.parameters))
+        if self.samples is None:
+            points, weights = estimator.default_samples()
+            object.__setattr__(self, "samples", points)
+            object.__setattr__(self, "weights", weights)
+        else:
+            check_samples(estimator, self.samples, self.weights)
+        if estimator.normals and self.normals is None:
+            object.__setattr__(self, "normals", "geometric")
 
 
 def diagonal(mesh: Mesh) -> float:
@@ -117,9 +141,9 @@ def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
     caster : RayCaster
         The mesh, in the view's cast space.
     view : View
-        A module of a display (Algorithm 2) or a camera (Algorithm 1).
+        A module of a display or a camera.
     settings : Settings
-        Radii, samples and blur.
+        Estimator, radii, samples and blur.
 
     Returns
     -------
@@ -134,7 +158,8 @@ def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
         return result
 
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals))
-    ao = timed("ao", lambda: [_occlusion(gbuffer, view, settings.samples, radius) for radius in settings.radii])
+    buffers = Buffers.of(gbuffer, view)
+    ao = timed("ao", lambda: [_occlusion(buffers, radius, settings) for radius in settings.radii])
     merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
     image, occlusion = timed("image", lambda: _cropped(view, _image(gbuffer))), _cropped(view, blurred)
@@ -158,12 +183,10 @@ def _cropped(view: View, texture: FloatTexture) -> FloatTexture:
     return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
 
 
-def _occlusion(gbuffer: GBuffer, view: View, samples: NDArray[np.float64], radius: float) -> passes.Occlusion:
-    """Algorithm 1 where the mapping has an inverse, Algorithm 2 where it has none."""
-    if view.screen_to_world is not None:
-        matrix = view.world_to_image.numbers.reshape(4, 4)
-        return passes.algorithm1(gbuffer.depth, view.screen_to_world, matrix, samples, radius)
-    return passes.algorithm2(gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)
+def _occlusion(buffers: Buffers, radius: float, settings: Settings) -> passes.Occlusion:
+    return estimate(
+        settings.estimator, buffers, radius, settings.samples, settings.weights, **settings.parameters
+    )  # fmt: skip
 
 
 def _image(gbuffer: GBuffer) -> FloatTexture:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lfssao.commands import values
+from lfssao.commands import estimators, values
 from lfssao.commands.terminal import bar_size, printable, say
 from lfssao.commands.values import LARGEST_RADIUS, MOST_BLUR, MOST_GUARD, MOST_SAMPLES, MOST_THREADS
 from lfssao.errors import InputError
@@ -29,8 +29,8 @@ def add_to(commands: Any) -> None:
         allow_abbrev=False,
         help="textures of every module of a display, or of a camera",
         description="Ray cast a scene from every optical module of a light field display, compute ambient occlusion "
-        "for several radii (LF Algorithm 2), merge, blur and multiply it in, and write one EXR file a module, "
-        "manifest.json and contact.png.",
+        "for several radii (by LF Algorithm 2, or by --estimator), merge, blur and multiply it in, and write one EXR "
+        "file a module, manifest.json and contact.png.",
     )
     render.set_defaults(run=_render)
     add = render.add_argument
@@ -76,13 +76,25 @@ def add_to(commands: Any) -> None:
         "(default: 1%%,2%%,3.5%%,6%%,10%%)",
     )
     add(
+        "--estimator",
+        default="lf",
+        metavar="NAME",
+        help="how occlusion is estimated; 'lfssao estimators' lists the names (default: lf)",
+    )
+    add(
+        "--parameter",
+        type=values.parameter,
+        action="append",
+        metavar="NAME=VALUE",
+        help="a parameter of the estimator in place of its default; may be given several times",
+    )
+    add(
         "--samples",
         type=values.samples,
-        default=8,
         metavar="N",
-        help=f"samples of each texel and radius, up to {MOST_SAMPLES} (default: 8)",
+        help=f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8)",
     )
-    add("--sampling", default="latin", metavar="NAME", help="random, jittered or latin (default: latin)")
+    add("--sampling", metavar="NAME", help="random, jittered or latin (default: the estimator's own, LF's is latin)")
     add(
         "--blur",
         type=values.blur,
@@ -110,7 +122,7 @@ def add_to(commands: Any) -> None:
         metavar="N",
         help=f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
     )
-    add("--seed", type=values.seed, default=0, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
+    add("--seed", type=values.seed, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
     add("--threads", type=values.threads, metavar="N", help="threads, at most one for each core (default)")
 
 
@@ -122,7 +134,7 @@ def _render(options: argparse.Namespace) -> None:
         raise InputError("--output is empty, it must name a folder")
     folder = Path(options.output)
     display = _display(options)
-    settings_of = _settings_maker(options)
+    sampling, settings_of = _settings_maker(options)
     _check_size(options, display)
     from lfssao.files import check_folder
 
@@ -130,7 +142,7 @@ def _render(options: argparse.Namespace) -> None:
     mesh = _load(options.scene, options.texture)
     loaded = time.perf_counter() - start
     _say_what_was_left_out(mesh)
-    _run_job(options, mesh, display, settings_of(mesh), folder, threads, loaded)
+    _run_job(options, mesh, display, settings_of(mesh), sampling, folder, threads, loaded)
 
 
 def _core_count() -> int:
@@ -179,16 +191,23 @@ def _check_size(options: argparse.Namespace, display: "Display") -> None:
         check_memory(width + 2 * options.guard, height + 2 * options.guard, len(options.radii or DEFAULT_RADII))
 
 
-def _settings_maker(options: argparse.Namespace) -> Callable[["Mesh"], "Settings"]:
-    """Make the samples now; return what makes the settings once the scene's size is known."""
+def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Callable[[Mesh], Settings]]":
+    """Make the samples now; return what the manifest says of them, and what makes the settings for a scene."""
+    from lfssao.estimators.registry import find_estimator
     from lfssao.render import Settings, default_radii, diagonal
-    from lfssao.samples import make_samples
 
-    Settings((0.0,), color_filter=options.filter, normals=options.normals)  # refused before the scene is loaded
     try:
-        samples = make_samples(options.sampling, options.samples, options.seed)
+        estimator = find_estimator(options.estimator)
     except InputError as error:
-        raise InputError(f"--sampling: {error}") from None
+        raise InputError(f"--estimator: {error}") from None
+    parameters = estimators.read_parameters(estimator, options.parameter)
+    sampling, samples, weights = estimators.read_samples(estimator, options.sampling, options.samples, options.seed)
+
+    def of(radii: tuple[float, ...]) -> Settings:
+        look = options.blur, options.filter, options.normals
+        return Settings(radii, samples, *look, estimator.name, parameters, weights)
+
+    of((0.0,))  # refused before the scene is loaded
 
     def settings(mesh: "Mesh") -> "Settings":
         radii = default_radii(mesh)
@@ -196,9 +215,9 @@ def _settings_maker(options: argparse.Namespace) -> Callable[["Mesh"], "Settings
             radii = tuple(r / 100 * diagonal(mesh) if share else r for r, share in options.radii)
         if max(radii) > LARGEST_RADIUS:
             raise InputError(f"--radii: {max(radii):g} scene units is more than {LARGEST_RADIUS:g}")
-        return Settings(radii, samples, options.blur, options.filter, options.normals)
+        return of(radii)
 
-    return settings
+    return sampling, settings
 
 
 def _load(scene: str, texture: str | None) -> "Mesh":
@@ -241,6 +260,7 @@ def _run_job(
     mesh: "Mesh",
     display: "Display",
     settings: "Settings",
+    sampling: dict[str, Any],
     folder: Path,
     threads: int,
     loaded: float,
@@ -258,7 +278,7 @@ def _run_job(
         "scene": manifest.describe_scene(mesh),
         "display": None if options.camera is not None else manifest.describe_display(display),
         "camera": options.camera,
-        "sampling": {"method": options.sampling, "count": options.samples, "seed": options.seed},
+        "sampling": sampling,
         "settings": manifest.describe_settings(settings),
     }
     start = time.perf_counter()

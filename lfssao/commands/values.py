@@ -92,3 +92,22 @@ def radii(text: str) -> tuple[tuple[float, bool], ...]:
             raise argparse.ArgumentTypeError(f"{_short(word)} is not a radius from 0 to {LARGEST_RADIUS:g}")
         radii.append((number, word.endswith("%")))
     return tuple(radii)
+
+
+def parameter(text: str) -> tuple[str, str]:
+    """A parameter NAME=VALUE: both as they are written."""
+    name, sign, value = text.partition("=")
+    if not (name and sign and value):
+        raise argparse.ArgumentTypeError(f"'{_short(text)}' is not NAME=VALUE, such as sigma=2")
+    return name, value
+
+
+def typed(text: str, kind: type) -> float | int | str | bool:
+    """A value of a type: true or false, a whole number, a number, or the text itself."""
+    if kind is bool:
+        if text not in ("true", "false"):
+            raise argparse.ArgumentTypeError(f"'{_short(text)}' is not true or false")
+        return text == "true"
+    if kind is int:
+        return _whole(text, -(2**63), 2**63 - 1)
+    return _number(text) if kind is float else text

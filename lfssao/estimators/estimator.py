@@ -28,8 +28,8 @@ class Estimator:
     source : str
         Paper and numbers of the equations, 'LF Algorithm 2' for example.
     run : callable
-        ``run(buffers, radius, points, weights, **parameters) -> Occlusion``. All arguments are checked by the
-        registry before, but for the values of the parameters.
+        ``run(buffers, radius, points, weights, **parameters) -> Occlusion``. The registry checks all arguments before;
+        of the parameters it checks names, types, ``limits`` and ``choices``.
     samples : callable or None
         ``samples(n) -> (points, weights or None)``: its own sample set of n points, float64; None where it takes none.
     dimensions : int
@@ -40,6 +40,12 @@ class Estimator:
         Whether it reads the normals texture.
     parameters : mapping
         Names and default values of its parameters.
+    limits : mapping
+        Least and greatest value of a parameter that is a number, where it has them; the registry checks them.
+    choices : mapping
+        The values of a parameter that is a str; the registry checks them.
+    sampling : str or None
+        The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
     """
 
     name: str
@@ -51,6 +57,9 @@ class Estimator:
     count: int = 8
     normals: bool = False
     parameters: Mapping[str, Value] = field(default_factory=dict)
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    sampling: str | None = None
 
     def default_samples(self, n: int | None = None) -> tuple[FloatArray | None, FloatArray | None]:
         """Points and weights (None where all weigh the same) of its own sample set, n or ``count`` of them."""

@@ -39,5 +39,6 @@ ENTRIES = (
         source="LF Algorithms 1 and 2",
         run=lf,
         samples=_shell,
+        sampling="latin",
     ),
 )

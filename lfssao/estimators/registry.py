@@ -1,16 +1,45 @@
 """All estimators by name, and the one call that runs any of them on any view."""
 
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from lfssao.errors import InputError
-from lfssao.estimators import point
 from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.passes import Occlusion, check_radius
 
-ESTIMATORS: dict[str, Estimator] = {entry.name: entry for family in (point,) for entry in family.ENTRIES}
+# A family is a file of this folder. It is imported when one of its estimators is asked for: the default needs one.
+_FAMILIES: dict[str, tuple[str, ...]] = {
+    "point": ("lf",),
+}
+
+
+class _Registry(Mapping[str, Estimator]):
+    """The estimators by name; lists names without importing what they name."""
+
+    def __init__(self, families: dict[str, tuple[str, ...]]) -> None:
+        self._family_of = {name: family for family, names in families.items() for name in names}
+
+    def __getitem__(self, name: str) -> Estimator:
+        entries = import_module(f"lfssao.estimators.{self._family_of[name]}").ENTRIES
+        found: Estimator = next(entry for entry in entries if entry.name == name)
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._family_of
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._family_of)
+
+    def __len__(self) -> int:
+        return len(self._family_of)
+
+
+ESTIMATORS: Mapping[str, Estimator] = _Registry(_FAMILIES)
 
 
 def find_estimator(name: str) -> Estimator:
@@ -63,20 +92,61 @@ def estimate(
     """
     estimator = find_estimator(name)
     check_radius(radius)
-    unknown = sorted(set(parameters) - set(estimator.parameters))
-    if unknown:
-        known = ", ".join(estimator.parameters) or "none"
-        raise InputError(f"estimator {name} has no parameter '{unknown[0]}': it has {known}")
+    values = full_parameters(estimator, parameters)
     if estimator.normals and buffers.normals is None:
         raise InputError(f"estimator {name} reads normals, and there is no normals texture")
     if points is None:
         points, weights = estimator.default_samples()
     else:
-        _check_samples(estimator, points, weights)
-    return estimator.run(buffers, radius, points, weights, **{**estimator.parameters, **parameters})
+        check_samples(estimator, points, weights)
+    return estimator.run(buffers, radius, points, weights, **values)
 
 
-def _check_samples(estimator: Estimator, points: Any, weights: Any) -> None:
+def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:
+    """All parameters of an estimator, each with the value given or its default; whole numbers for floats are converted.
+
+    Raises
+    ------
+    InputError
+        If it has no parameter of a name, or a value has the wrong type or is out of range.
+    """
+    unknown = sorted(set(parameters) - set(estimator.parameters))
+    if unknown:
+        known = ", ".join(estimator.parameters) or "none"
+        raise InputError(f"estimator {estimator.name} has no parameter '{unknown[0]}': it has {known}")
+    given = {name: _checked(estimator, name, value) for name, value in parameters.items()}
+    return {**estimator.parameters, **given}
+
+
+def _checked(estimator: Estimator, name: str, value: Any) -> Value:
+    """A parameter's value in the type of its default."""
+    kind = type(estimator.parameters[name])
+    wrong = f"estimator {estimator.name}: {name} is {value!r}, "
+    if isinstance(value, bool | np.bool_) or kind in (bool, str):
+        if not isinstance(value, kind):
+            raise InputError(f"{wrong}it must be of type {kind.__name__}")
+    elif not isinstance(value, int | np.integer if kind is int else int | float | np.integer | np.floating):
+        raise InputError(f"{wrong}it must be a {'whole ' if kind is int else ''}number")
+    checked: Value = kind(value)
+    if isinstance(checked, float) and not isfinite(checked):
+        raise InputError(f"{wrong}it must be finite")
+    if name in estimator.limits:
+        low, high = estimator.limits[name]
+        if not isinstance(checked, str) and not low <= checked <= high:
+            raise InputError(f"{wrong}it must be from {low:g} to {high:g}")
+    if name in estimator.choices and checked not in estimator.choices[name]:
+        raise InputError(f"{wrong}choose one of {', '.join(estimator.choices[name])}")
+    return checked
+
+
+def check_samples(estimator: Estimator, points: Any, weights: Any) -> None:
+    """Refuse samples and weights that an estimator cannot take.
+
+    Raises
+    ------
+    InputError
+        If their shapes are wrong, or a number is not finite.
+    """
     shape, d = np.shape(points), estimator.dimensions
     if d == 0:
         raise InputError(f"estimator {estimator.name} takes no samples")

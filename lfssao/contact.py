@@ -30,10 +30,12 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
 
     Parameters
     ----------
-    image, shaded : (H, W, 3) float32
-        Linear RGB without and with AO.
+    image : (H, W, 3) float32
+        Linear RGB without AO.
     blurred : (H, W) float32
         Occlusion.
+    shaded : (H, W, 3) float32
+        Linear RGB with AO.
     width : int
         Width of each of the three columns, pixels, and the greatest height; pictures keep their proportions.
 

@@ -120,7 +120,7 @@ class Job:
             manifest.unlink()
         write_exr(path, parts)
         if len(self._entries) in self._shown:
-            self._strips.append((textures.view.name, strip(textures)))
+            self._strips.append((textures.view.name, strip(textures.image, textures.blurred, textures.shaded)))
         seconds = {**textures.seconds, "write": time.perf_counter() - start}
         self._entries.append(
             {

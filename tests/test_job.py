@@ -129,9 +129,9 @@ def test_manifest_has_all_parameters(folder, manifest):
         assert (view["view"]["width"], view["view"]["height"]) == (64, 48)
         assert view["bytes"] == (folder / view["file"]).stat().st_size
         assert len(view["samples_outside"]) == 2
-        assert set(view["seconds"]) == {"ray_cast", "ao", "merge", "blur", "shade", "write"}
+        assert set(view["seconds"]) == {"ray_cast", "ao", "merge", "blur", "image", "shade", "write"}
     seconds = manifest["seconds"]
-    assert set(seconds["passes"]) == {"ray_cast", "ao", "merge", "blur", "shade", "write"}
+    assert set(seconds["passes"]) == {"ray_cast", "ao", "merge", "blur", "image", "shade", "write"}
     assert all(value > 0 for value in (seconds["load"], seconds["build_bvh"], seconds["render"]))
     assert seconds["passes"]["ao"] == pytest.approx(sum(view["seconds"]["ao"] for view in manifest["views"]))
 

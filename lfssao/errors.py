@@ -1,5 +1,8 @@
 """What the program refuses, and how it says so."""
 
+import difflib
+from collections.abc import Iterable
+
 
 class LfssaoError(Exception):
     """Base of every error that lfssao raises on purpose; the command line prints it as one sentence."""
@@ -11,3 +14,11 @@ class InputError(LfssaoError, ValueError):
 
 class MissingPackageError(LfssaoError, ImportError):
     """A package that this operation needs is not installed; the message names it and the operation."""
+
+
+def no_such(kind: str, name: str, choices: Iterable[str]) -> InputError:
+    """That there is no thing of a name: one sentence with the nearest name there is and all the others."""
+    known = list(choices)
+    near = difflib.get_close_matches(name, known, 1, 0.5)
+    hint = f"the nearest is '{near[0]}' of" if near else "choose one of"
+    return InputError(f"there is no {kind} '{name}': {hint} {', '.join(known)}")

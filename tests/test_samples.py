@@ -119,7 +119,7 @@ def test_algorithms_3_and_4_equal_their_twins(xi1, xi2, t, shell):
 @pytest.mark.parametrize(
     "arguments",
     [
-        {"method": "sobol"},
+        {"method": "sobel"},
         {"method": ""},
         {"n": 0},
         {"n": -3},

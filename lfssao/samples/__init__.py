@@ -7,16 +7,30 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lfssao.samples.cylinder import make_samples, square_points
-    from lfssao.samples.spiral import best_turns
+    from lfssao.samples.registry import METHODS, find_method, make_samples, sample_set, square_points
+    from lfssao.samples.repulsion import repulsion_table
+    from lfssao.samples.sets import SampleSet
+    from lfssao.samples.spiral import best_turns, spiral_discrepancy
 
-_MODULE_OF = {
-    "best_turns": "spiral",
-    "make_samples": "cylinder",
-    "square_points": "cylinder",
+_HOME = {
+    "registry": ("METHODS", "find_method", "make_samples", "sample_set", "square_points"),
+    "repulsion": ("repulsion_table",),
+    "sets": ("SampleSet",),
+    "spiral": ("best_turns", "spiral_discrepancy"),
 }
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
-__all__ = ["best_turns", "make_samples", "square_points"]
+__all__ = [
+    "METHODS",
+    "SampleSet",
+    "best_turns",
+    "find_method",
+    "make_samples",
+    "repulsion_table",
+    "sample_set",
+    "spiral_discrepancy",
+    "square_points",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,125 +1,133 @@
-"""Sample sets: offsets in the unit ball from LF's Algorithms 3 and 4, by the distributions of LF section 6.
+"""Methods that fill LF's square [-1, 1]^2, and through Algorithms 3 and 4 the sphere, the ball's shell and the disk.
 
-A method fills the square [-1, 1]^2 with n points (xi_1, xi_2); Algorithm 3 lifts them to the sphere, Algorithm 4 into
-the shell. Each is a function of (n, seed) alone, with equal bits on every machine.
+A fill gives n points (xi_1, xi_2) and, for the ball, a third number t on (0, 1) that Algorithm 4 makes the radius of:
+the sequences' own third dimension, independent random numbers for all others. Distances, where a method keeps any, are
+those of the square and not of the sphere, whose areas alone Algorithm 3 keeps.
 """
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 from math import isqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lfssao.errors import InputError
 from lfssao.kernels import ball
-from lfssao.kernels.philox import random_below, random_signed, random_unit
+from lfssao.samples.method import Fill, Make, Method, Value
+from lfssao.samples.sets import FloatArray
 
-FloatArray = NDArray[np.float64]
-SquarePoints = Callable[[int, np.uint64], FloatArray]
-
-# Streams of the counter-based generator: numbers of one stream never meet those of another.
-_XI1, _XI2, _RADIUS, _SHUFFLE = range(4)
+# LF's Algorithm 4 with the whole ball; LF found a shell from 0.8 suitable, the default of make_samples.
+SHELL: dict[str, Value] = {"r_min": 0.0, "r_max": 1.0}
 
 
-def _random(n: int, seed: np.uint64) -> FloatArray:
-    """Independent uniform points."""
-    return np.array([[random_signed(seed, _XI1, k), random_signed(seed, _XI2, k)] for k in range(n)])
-
-
-def _shuffle(n: int, seed: np.uint64) -> list[int]:
-    """A random permutation of 0 .. n - 1 (Fisher and Yates)."""
-    order = list(range(n))
-    for k in range(n - 1, 0, -1):
-        other = int(random_below(seed, _SHUFFLE, k, k + 1))
-        order[k], order[other] = order[other], order[k]
-    return order
-
-
-def _grid(n: int) -> tuple[int, int]:
-    """Columns and rows of the grid nearest to a square with columns * rows = n."""
+def grid(n: int) -> tuple[int, int]:
+    """Columns and rows of the grid nearest to a square with columns * rows = n; for a prime n one row."""
     rows = next(r for r in range(isqrt(n), 0, -1) if n % r == 0)
     return n // rows, rows
 
 
-def _jittered(n: int, seed: np.uint64) -> FloatArray:
-    """One uniform point in each cell of a grid.
+def _fill(file: str, name: str) -> Fill:
+    """A kernel (seed, out) as a fill; its file is imported when it is called, so that no other method waits for it."""
 
-    The grid has n cells, as near to a square as n's divisors allow; for a prime n it is n strips along xi_1, so that
-    each cell holds the same number of points, one, for every n.
-    """
-    columns, rows = _grid(n)
-    out = np.empty((n, 2))
-    for k in range(n):
-        out[k, 0] = _in_cell(k % columns, columns, random_unit(seed, _XI1, k))
-        out[k, 1] = _in_cell(k // columns, rows, random_unit(seed, _XI2, k))
+    def fill(n: int, seed: int, columns: int) -> FloatArray:
+        out = np.empty((n, columns))
+        getattr(import_module(f"lfssao.kernels.{file}"), name)(np.uint64(seed), out)
+        return out
+
+    return fill
+
+
+def _jittered(n: int, seed: int, columns: int) -> FloatArray:
+    from lfssao.kernels import square  # late: as in _fill
+
+    out = np.empty((n, columns))
+    square.jittered(np.uint64(seed), grid(n)[0], out)
     return out
 
 
-def _latin(n: int, seed: np.uint64) -> FloatArray:
-    """One uniform point in each row and each column of an n x n grid."""
-    column_of_row = _shuffle(n, seed)
-    out = np.empty((n, 2))
-    for k in range(n):
-        out[k, 0] = _in_cell(column_of_row[k], n, random_unit(seed, _XI1, k))
-        out[k, 1] = _in_cell(k, n, random_unit(seed, _XI2, k))
-    return out
+@dataclass(frozen=True)
+class _Square:
+    """A method on the square: what it is, what it keeps there, and what is left of that in each other domain."""
+
+    title: str
+    source: str
+    fill: Fill
+    promises: tuple[str, ...] = ()
+    prefix: bool = False
+    unbiased: bool = True
+    sphere: tuple[str, ...] = ()
 
 
-def _in_cell(cell: int, cells: int, place: float) -> float:
-    """A coordinate of [-1, 1]: the place, 0 to 1, inside one of equal cells."""
-    return 2.0 * ((cell + place) / cells) - 1.0
+_SQUARES = {
+    "random": _Square("independent uniform points", "LF section 6", _fill("square", "random"), prefix=True),
+    "jittered": _Square(
+        "one point in each cell of the grid of n cells that is nearest to a square (n strips for a prime n)",
+        "LF section 6", _jittered, ("stratified",),
+    ),
+    "latin": _Square("one point in each row and column", "LF section 6", _fill("square", "latin"), ("latin",)),
+    "poisson": _Square(
+        "Poisson disk set of exactly n points; distances wrap in xi_2", "LF section 6, Bridson 2007",
+        _fill("poisson", "poisson"), ("poisson",), unbiased=False,
+    ),
+    "halton": _Square(
+        "Halton's sequence in bases 2, 3 and 5, digits scrambled", "Halton 1960, Owen 1995",
+        _fill("sequences", "halton_points"), ("low-discrepancy",), prefix=True,
+    ),
+    "sobol": _Square(
+        "Sobol's sequence, Owen-scrambled", "Sobol 1967, Owen 1995",
+        _fill("sequences", "sobol_points"), ("net", "low-discrepancy"), prefix=True,
+    ),
+    "r2": _Square(
+        "Roberts's sequence, R2 on surfaces and R3 in the ball, shifted", "Roberts 2018",
+        _fill("square", "roberts"), ("low-discrepancy",), prefix=True,
+    ),
+    "fibonacci": _Square(
+        "Fibonacci lattice: on the sphere the Fibonacci sphere, on the disk Vogel's spiral; shifted",
+        "Vogel 1979, Swinbank and Purser 2006",
+        _fill("square", "fibonacci"), ("rows", "low-discrepancy"), sphere=("equal-area",),
+    ),
+}  # fmt: skip
 
 
-METHODS: dict[str, SquarePoints] = {"random": _random, "jittered": _jittered, "latin": _latin}
+def _methods(name: str, of: _Square) -> dict[str, Method]:
+    """One method of the square in all four domains."""
+
+    def on_square(n: int, seed: int) -> FloatArray:
+        return of.fill(n, seed, 2)
+
+    def on_sphere(n: int, seed: int) -> FloatArray:
+        from lfssao.kernels import lift
+
+        out = np.empty((n, 3))
+        lift.sphere_points(of.fill(n, seed, 2), out)
+        return out
+
+    def on_disk(n: int, seed: int) -> FloatArray:
+        from lfssao.kernels import lift
+
+        out = np.empty((n, 2))
+        lift.disk_points(of.fill(n, seed, 2), out)
+        return out
+
+    def in_ball(n: int, seed: int, r_min: float, r_max: float) -> FloatArray:
+        xi1, xi2, t = np.ascontiguousarray(of.fill(n, seed, 3).T)
+        out = np.empty((n, 3))
+        ball.ball_points(xi1, xi2, t, r_min, r_max, out)
+        return out
+
+    always = ("inside", "distinct", *(("unbiased",) if of.unbiased else ()))
+    made: dict[str, tuple[Make, tuple[str, ...]]] = {
+        "square": (on_square, of.promises),
+        "sphere": (on_sphere, of.sphere),
+        "ball": (in_ball, ()),
+        "disk": (on_disk, ()),
+    }
+    return {
+        domain: Method(
+            name, of.title, of.source, domain, make, (*always, *kept),
+            options=SHELL if domain == "ball" else {}, prefix=of.prefix,
+        )
+        for domain, (make, kept) in made.items()
+    }  # fmt: skip
 
 
-def square_points(method: str, n: int, seed: int = 0) -> FloatArray:
-    """Points on the square [-1, 1]^2, (n, 2) float64: LF's (xi_1, xi_2).
-
-    Parameters
-    ----------
-    method : str
-        'random', 'jittered' or 'latin' (LF section 6).
-    n : int
-        How many, at least 1.
-    seed : int
-        0 to 2**64 - 1.
-
-    Raises
-    ------
-    InputError
-        If the method is unknown, n < 1 or the seed is out of range.
-    """
-    if method not in METHODS:
-        raise InputError(f"there is no sampling '{method}': choose one of {', '.join(METHODS)}")
-    if not isinstance(n, int | np.integer) or n < 1:
-        raise InputError(f"the number of samples is {n}, it must be a whole number of at least 1")
-    if not isinstance(seed, int | np.integer) or not 0 <= seed < 2**64:
-        raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
-    return METHODS[method](n, np.uint64(seed))
-
-
-def make_samples(
-    method: str = "latin", n: int = 8, seed: int = 0, r_min: float = 0.8, r_max: float = 1.0
-) -> FloatArray:
-    """Sample offsets in the shell r_min <= r <= r_max of the ball, (n, 3) float64, by Algorithms 3 and 4.
-
-    Parameters
-    ----------
-    method, n, seed
-        As for ``square_points``.
-    r_min, r_max : float
-        LF's r_min and r_max over R; LF found 0.8 and 1 suitable. Multiply the result by R, in world units.
-
-    Raises
-    ------
-    InputError
-        As ``square_points``; also if not 0 <= r_min <= r_max, or one of them is not finite.
-    """
-    if not 0 <= r_min <= r_max < np.inf:
-        raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max")
-    square = square_points(method, n, seed)
-    t = np.array([random_unit(np.uint64(seed), _RADIUS, k) for k in range(n)])
-    out = np.empty((n, 3))
-    ball.ball_points(square[:, 0].copy(), square[:, 1].copy(), t, r_min, r_max, out)
-    return out
+METHODS = {name: _methods(name, of) for name, of in _SQUARES.items()}

@@ -1,0 +1,141 @@
+"""All sampling methods by domain and name, and the calls that make a set by any of them."""
+
+from typing import Any
+
+import numpy as np
+
+from lfssao.errors import InputError, no_such
+from lfssao.samples import cylinder, direct
+from lfssao.samples.method import Method, Value
+from lfssao.samples.sets import DIMENSIONS, FloatArray, SampleSet
+
+METHODS: dict[str, dict[str, Method]] = {
+    domain: {
+        name: domains[domain] for name, domains in {**cylinder.METHODS, **direct.METHODS}.items() if domain in domains
+    }
+    for domain in DIMENSIONS
+}
+
+MOST = 2**32 - 1  # the generator's counters have 32 bits
+
+
+def find_method(domain: str, name: str) -> Method:
+    """The method of a name on a domain.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if domain not in METHODS:
+        raise no_such("domain", domain, METHODS)
+    if name not in METHODS[domain]:
+        raise no_such(f"sampling of the {domain}", name, METHODS[domain])
+    return METHODS[domain][name]
+
+
+def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value) -> SampleSet:
+    """A sample set by any method, a function of its arguments alone, with equal bits on every machine.
+
+    Parameters
+    ----------
+    domain : str
+        'square', [-1, 1]^2; 'sphere', 'ball' or 'disk', of radius 1.
+    method : str
+        A name in ``METHODS[domain]``.
+    n : int
+        How many points, at least 1.
+    seed : int
+        0 to 2**64 - 1; repulsion and spiral do not depend on it.
+    options : numbers
+        'r_min' and 'r_max' of every method in the ball (LF's over R; 0 and 1: the whole ball); 'turns' of the spiral
+        (the best for n); 'centre' of repulsion in the disk (the better one of True and False).
+
+    Returns
+    -------
+    SampleSet
+
+    Raises
+    ------
+    InputError
+        If the domain, the method or an option does not exist, n or the seed is out of range, or not
+        0 <= r_min <= r_max < infinity.
+    """
+    chosen = find_method(domain, method)
+    most = MOST if chosen.most is None else chosen.most
+    if not _is_whole(n) or not 1 <= n <= most:
+        limit = "at least 1" if n < 1 or chosen.most is None else f"1 to {most}, for which there are tables"
+        raise InputError(f"{method}: the number of samples is {n}, it must be a whole number of {limit}")
+    if not _is_whole(seed) or not 0 <= seed < 2**64:
+        raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
+    for name, value in options.items():
+        if name not in chosen.options:
+            raise no_such(f"option of {method} on the {domain}", name, chosen.options)
+        _check_option(name, value)
+    values = {**chosen.options, **options}
+    _check_shell(values.get("r_min", 0.0), values.get("r_max", 1.0))
+    made = chosen.make(int(n), int(seed), **values)
+    if isinstance(made, SampleSet):
+        return made
+    return SampleSet(made, None, domain, method, int(seed), chosen.promises)
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _check_shell(r_min: Any, r_max: Any) -> None:
+    for name, value in (("r_min", r_min), ("r_max", r_max)):
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+            raise InputError(f"{name} is {value}, it must be a number")
+    if not 0 <= r_min <= r_max < np.inf:
+        raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max")
+
+
+def _check_option(name: str, value: Any) -> None:
+    if name == "turns" and value is not None and (not _is_whole(value) or not 1 <= value <= 2**20):
+        raise InputError(f"turns is {value}, it must be a whole number of at least 1")
+    if name == "centre" and value is not None and not isinstance(value, bool):
+        raise InputError(f"centre is {value}, it must be True or False")
+
+
+def square_points(method: str, n: int, seed: int = 0) -> FloatArray:
+    """Points on the square [-1, 1]^2, (n, 2) float64: LF's (xi_1, xi_2).
+
+    Parameters
+    ----------
+    method : str
+        'random', 'jittered', 'latin' or another method of the square.
+    n : int
+        How many, at least 1.
+    seed : int
+        0 to 2**64 - 1.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown, n < 1 or the seed is out of range.
+    """
+    return sample_set("square", method, n, seed).points
+
+
+def make_samples(
+    method: str = "latin", n: int = 8, seed: int = 0, r_min: float = 0.8, r_max: float = 1.0
+) -> FloatArray:
+    """Sample offsets in the shell r_min <= r <= r_max of the ball, (n, 3) float64, by Algorithms 3 and 4.
+
+    Parameters
+    ----------
+    method : str
+        Any method of the ball.
+    n, seed
+        As for ``square_points``.
+    r_min, r_max : float
+        LF's r_min and r_max over R; LF found 0.8 and 1 suitable. Multiply the result by R, in world units.
+
+    Raises
+    ------
+    InputError
+        As ``square_points``; also if not 0 <= r_min <= r_max, or one of them is not finite.
+    """
+    return sample_set("ball", method, n, seed, r_min=r_min, r_max=r_max).points

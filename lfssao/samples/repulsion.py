@@ -1,0 +1,64 @@
+"""Point sets in the ball and the disk by repulsion (VO section 4.5), from tables made by ``make_repulsion``."""
+
+from functools import cache
+from importlib import resources
+
+import numpy as np
+
+from lfssao.errors import InputError
+from lfssao.samples.sets import FloatArray, SampleSet
+
+MOST = 64
+PROMISES = ("inside", "distinct", "weights", "apart")
+
+
+def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSet:
+    """N points that repel each other in the unit ball or disk, with the integrals over their Voronoi cells as weights.
+
+    Parameters
+    ----------
+    domain : str
+        'ball', for point samples, or 'disk', for line samples.
+    n : int
+        1 to 64.
+    centre : bool, optional
+        The disk's set with a point in the centre, or the one made without; by default the one of the two whose weights
+        differ less. The ball has one set.
+
+    Returns
+    -------
+    SampleSet
+        Weights: the volume of each point's Voronoi cell; in the disk the integral over the cell of the ball's extent
+        along z, 2 sqrt(1 - x^2 - y^2). Both sum to the ball's volume, 4/3 pi.
+
+    Raises
+    ------
+    InputError
+        If there is no such table.
+    """
+    if domain not in ("ball", "disk"):
+        raise InputError(f"there is no repulsion table of the {domain}: choose ball or disk")
+    if not isinstance(n, int | np.integer) or not 1 <= n <= MOST:
+        raise InputError(f"repulsion has tables of 1 to {MOST} points, not of {n}")
+    if domain == "ball" and centre is not None:
+        raise InputError("centre: only the disk has sets with and without a point in the centre")
+    if domain == "ball":
+        made = _rows("ball", n)
+    elif centre is None:
+        made = min((_rows("disk", n), _rows("disk-centre", n)), key=lambda rows: float(np.ptp(rows[:, -1])))
+    else:
+        made = _rows("disk-centre" if centre else "disk", n)
+    return SampleSet(made[:, :-1].copy(), made[:, -1].copy(), domain, "repulsion", 0, PROMISES)
+
+
+def _rows(table: str, n: int) -> FloatArray:
+    """Coordinates and weights of the set of n points: the sets of 1, 2, ... stand one after the other."""
+    first = n * (n - 1) // 2
+    return _table(table)[first : first + n]
+
+
+@cache
+def _table(name: str) -> FloatArray:
+    with resources.files("lfssao.samples").joinpath("tables", f"{name}.npy").open("rb") as stream:
+        table: FloatArray = np.load(stream, allow_pickle=False)
+    return table

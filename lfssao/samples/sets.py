@@ -1,0 +1,40 @@
+"""What a sample set is, whoever made it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Coordinates of a point of each domain: the square [-1, 1]^2, the unit sphere, the unit ball or a shell of it, the
+# unit disk.
+DIMENSIONS = {"square": 2, "sphere": 3, "ball": 3, "disk": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class SampleSet:
+    """A table of points, and what is known of them.
+
+    Attributes
+    ----------
+    points : (n, d) float64
+        In units of the domain's radius; d = 2 on the square and the disk, 3 on the sphere and in the ball.
+    weights : (n,) float64 or None
+        The volume of the unit ball that each point stands for, 4/3 pi in all; None where all weigh the same.
+    domain : str
+        'square', 'sphere', 'ball' or 'disk'.
+    method : str
+        What made the points.
+    seed : int
+        What they were made with.
+    promises : tuple of str
+        What the method promises of every set; ``lfssao.testing.PROMISES`` says what each means.
+    """
+
+    points: FloatArray
+    weights: FloatArray | None
+    domain: str
+    method: str
+    seed: int
+    promises: tuple[str, ...]

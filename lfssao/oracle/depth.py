@@ -1,0 +1,239 @@
+"""The depth stage's bounds: a texel's surface may be looked at a little beside its centre.
+
+``ErrorModel.centre`` is how far, in texels: float32 rays and rasterisers that snap corners do not meet centres exactly.
+On a slope that moves the depth; at a silhouette another triangle is as right. So a texel has several ranges of depth,
+and what lies between them is wrong.
+
+From a mesh: rays are cast through the centre, corners and edge middles of the box of that half width; every triangle
+that one of them hits gives a range. Limit: a triangle that shows in the box and that none of the nine rays hits is not
+found (one thinner than 1/256 of a texel for ``shader``).
+
+From a reference depth texture alone: the texel's slope is that of its neighbours, and beside a jump the neighbour's
+surface, carried on, is as right. No such bound can be sound: the judge lets STRAYS of the surface's texels leave it.
+Limits: what is thinner than a texel, or more than ``SLOPES`` times steeper in it than
+around it, is not seen; at silhouettes a shift by less than a texel is not noticed.
+
+Both allow for the rounding of the depth itself: 16 operations on numbers of the size of the largest coordinate.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+from lfssao.kernels import depth_ranges, rays
+from lfssao.oracle.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
+from lfssao.oracle.error_model import ErrorModel, find_model
+from lfssao.raycast import RayCaster
+from lfssao.view import View
+
+ROUNDINGS = 16
+
+# Without a mesh, the share of the surface's texels that may be right and outside of bounds.
+STRAYS = 2e-3
+
+# Without a mesh: how much steeper a surface may be inside a texel than from it to its neighbours.
+SLOPES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class DepthBounds:
+    """The values that a depth texture may have.
+
+    Attributes
+    ----------
+    lower, upper : (H, W) float32
+        Smallest and largest value.
+    texel, low, high : (n,) int64, (n,) float32, (n,) float32
+        Where not all values between them are right: the ranges that are, by row * W + column.
+    """
+
+    lower: Texture
+    upper: Texture
+    texel: NDArray[np.int64]
+    low: Texture
+    high: Texture
+
+    def outside(self, depth: Texture) -> NDArray[np.bool_]:
+        """Where a depth texture is in none of the ranges."""
+        wrong = ~((depth >= self.lower) & (depth <= self.upper)).ravel()
+        values = depth.ravel()[self.texel]
+        in_range = (values >= self.low) & (values <= self.high)
+        found = np.zeros(depth.size, bool)
+        np.logical_or.at(found, self.texel, in_range)
+        several = np.zeros(depth.size, bool)
+        several[self.texel] = True
+        return (wrong | (several & ~found)).reshape(depth.shape)
+
+
+def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> DepthBounds:
+    """Bounds of the depth texture of a mesh.
+
+    Parameters
+    ----------
+    caster : RayCaster
+        The mesh, in the view's cast space.
+    view : View
+        What looks at it.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.oracle.error_model``).
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        depth = caster.gbuffer(view, color=None).depth
+        return _from_ranges(depth[None].astype(np.float64), depth[None].astype(np.float64))
+    shape = view.height, view.width
+    reach = chosen.centre
+    triangles = np.empty((9, view.height * view.width), np.int32)
+    for k, (v, u) in enumerate(product((-reach, 0.0, reach), repeat=2)):
+        triangles[k] = caster.gbuffer(displaced(view, u, v), color=None).triangle.ravel()
+    vertices = np.empty_like(caster.mesh.vertices)
+    rays.transform_points(np.ravel(view.cast_from_world), caster.mesh.vertices, vertices)
+    lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
+    depth_ranges.depth_ranges(
+        view.ray_kind, view.lens, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper
+    )
+    error = _rounding(view, vertices, chosen)
+    slack = error if view.screen_to_world is None else error * _screen_slope(view)
+    return _from_ranges((lower - slack).reshape(9, *shape), (upper + slack).reshape(9, *shape))
+
+
+def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of the colour texture of a mesh: what nine rays through a texel see, and their span once more each way.
+
+    Limit: a texture that changes within 1/256 of a texel (``shader``) is not followed.
+
+    Parameters
+    ----------
+    caster : RayCaster
+        The mesh, in the view's cast space.
+    view : View
+        What looks at it.
+    color : str
+        How the mesh's textures are read, 'bilinear' or 'nearest'.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.oracle.error_model``).
+
+    Raises
+    ------
+    InputError
+        If the mesh has no colour, or there is no such model or filter.
+    """
+    chosen = find_model(model)
+    low: Any = np.inf
+    high: Any = -np.inf
+    for v, u in product((0.0,) if chosen.exact else (-chosen.centre, 0.0, chosen.centre), repeat=2):
+        texture = caster.gbuffer(displaced(view, u, v), color).color
+        if texture is None:
+            raise InputError(f"{caster.mesh.name} has no colour")
+        low, high = np.minimum(low, texture), np.maximum(high, texture)
+    if chosen.exact:
+        return exactly(high)
+    low, high = low.astype(np.float64), high.astype(np.float64)
+    room = (high - low) + ROUNDINGS * chosen.operation * high
+    return Bounds(up_to_single(low - room), down_to_single(high + room))
+
+
+def displaced(view: View, du: float, dv: float) -> View:
+    """The view whose texels look where the given one has image points (du, dv) texels right of and below theirs."""
+    lens = view.lens.copy()
+    if view.ray_kind == rays.FLAT_LINEAR:
+        lens[5] -= du
+        lens[7] -= dv
+    elif view.ray_kind == rays.DISPLAY:
+        # The distortion's centre moves back, so what it gives is to be moved forth: texels -> screen after T(du, dv).
+        lens[17] -= du
+        lens[18] -= dv
+        for row in (23, 26, 29):
+            lens[row + 2] += lens[row] * du + lens[row + 1] * dv
+    else:
+        lens[2] -= du
+        lens[3] -= dv
+    return replace(view, lens=lens)
+
+
+def _rounding(view: View, vertices: FloatArray, model: ErrorModel) -> float:
+    """Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it."""
+    return ROUNDINGS * model.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
+
+
+def _screen_slope(view: View) -> float:
+    """How much a camera's depth changes with z of eye space at most, twice more for the roundings of its own."""
+    near, far = float(view.lens[4]), float(view.lens[5])
+    steepest = far / near if view.ray_kind == rays.PERSPECTIVE else 1.0
+    return 3 * steepest / (far - near)
+
+
+def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> DepthBounds:
+    """Bounds of a depth texture from another one that is right, where there is no mesh.
+
+    Parameters
+    ----------
+    depth : (H, W) float32
+        The reference.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.oracle.error_model``).
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    chosen = find_model(model)
+    reference = depth.astype(np.float64)
+    if chosen.exact:
+        return _from_ranges(reference[None], reference[None])
+    padded = np.pad(reference, 2, mode="edge")
+    height, width = depth.shape
+
+    def shifted(j: int, i: int) -> FloatArray:
+        return padded[2 + j : 2 + j + height, 2 + i : 2 + i + width]
+
+    finite = np.abs(reference[np.isfinite(reference)])
+    slack = ROUNDINGS * chosen.operation * float(finite.max(initial=0.0))
+    lower, upper = [], []
+    with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
+        slope = np.max([_finite(shifted(*n) - reference) for n in _NEIGHBOURS], axis=0)
+        room = slope * SLOPES * chosen.centre + slack
+        lower.append(reference - room)
+        upper.append(reference + room)
+        for j, i in _NEIGHBOURS:
+            near, next_one, opposite = shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
+            step, other = np.abs(near - reference), _finite(next_one - near) + _finite(reference - opposite)
+            jump = (near != reference) & ~(step <= 4 * (other + slack))
+            on = np.where(np.isfinite(next_one) & np.isfinite(near), 2 * near - next_one, near)
+            lower.append(np.where(jump, np.minimum(near, on) - room, lower[0]))
+            upper.append(np.where(jump, np.maximum(near, on) + room, upper[0]))
+    return _from_ranges(np.array(lower), np.array(upper))
+
+
+_NEIGHBOURS = tuple((j, i) for j, i in product((-1, 0, 1), repeat=2) if (j, i) != (0, 0))
+
+
+def _finite(difference: FloatArray) -> FloatArray:
+    """Sizes of differences, 0 where one of the two is no surface."""
+    size = np.abs(difference)
+    return np.where(np.isfinite(size), size, 0.0)
+
+
+def _from_ranges(lower: FloatArray, upper: FloatArray) -> DepthBounds:
+    """Bounds of K ranges a texel, (K, H, W)."""
+    low, high = up_to_single(lower), down_to_single(upper)
+    several = np.any((low != low[0]) | (high != high[0]), axis=0).ravel()
+    texels = np.flatnonzero(several)
+    count = len(low)
+    return DepthBounds(
+        lower=low.min(axis=0),
+        upper=high.max(axis=0),
+        texel=np.tile(texels, count),
+        low=low.reshape(count, -1)[:, texels].ravel(),
+        high=high.reshape(count, -1)[:, texels].ravel(),
+    )

@@ -90,8 +90,9 @@ class Case:
         The mapping, guard band included.
     screen_to_world : (4, 4) or None
         A camera's inverse mapping: Algorithm 1.
-    samples : (n, 3)
-        Offsets in the unit ball.
+    samples : (n, 3) or None
+        Offsets in the unit ball. None where AO is another estimator's than LF's: no bounds of it are known, and it must
+        have the reference's bits.
     radii : tuple of float
         World units.
     sigma : float
@@ -108,7 +109,7 @@ class Case:
 
     world_to_image: WorldToImage
     screen_to_world: Matrix | None
-    samples: FloatArray
+    samples: FloatArray | None
     radii: tuple[float, ...]
     sigma: float
     reference: Stages
@@ -122,8 +123,9 @@ class Case:
     ) -> "Case":
         """The case of a view that ``lfssao.render`` rendered."""
         view = textures.view
+        samples = settings.samples if settings.estimator == "lf" else None
         return cls(
-            view.world_to_image, view.screen_to_world, settings.samples, settings.radii, settings.blur,
+            view.world_to_image, view.screen_to_world, samples, settings.radii, settings.blur,
             Stages.of(textures), view.guard, depth, color,
         )  # fmt: skip
 
@@ -270,15 +272,18 @@ class _Judge:
         return _any_channel(allowed.outside(texture)), allowed
 
     def _ao(self, name: str, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
-        allowed = self._allowed(int(name.removeprefix("ao_")) - 1).crop(self._case.guard)
+        if self._case.samples is None:
+            allowed = stages.exactly(self._right(name))
+        else:
+            allowed = self._allowed(int(name.removeprefix("ao_")) - 1, self._case.samples).crop(self._case.guard)
         return allowed.outside(texture), allowed
 
-    def _allowed(self, k: int) -> Bounds:
+    def _allowed(self, k: int, samples: FloatArray) -> Bounds:
         """Bounds of the k-th radius, guard band included."""
         case = self._case
         if k not in self._ao_bounds:
             self._ao_bounds[k] = stages.ao_bounds(
-                self._texture("depth"), self._given["positions"], case.world_to_image, case.samples, case.radii[k],
+                self._texture("depth"), self._given["positions"], case.world_to_image, samples, case.radii[k],
                 self._model, case.screen_to_world,
             )  # fmt: skip
         return self._ao_bounds[k]
@@ -290,11 +295,13 @@ class _Judge:
 
     def _blurred(self, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
         case = self._case
-        if case.guard:
-            source = stages.merge_bounds([self._allowed(k) for k in range(len(case.radii))])
+        if case.guard == 0:
+            allowed = stages.blur_bounds(stages.exactly(self._texture("merged")), case.sigma, self._model)
+        elif case.samples is None:
+            allowed = stages.exactly(self._right("blurred"))
         else:
-            source = stages.exactly(self._texture("merged"))
-        allowed = stages.blur_bounds(source, case.sigma, self._model).crop(case.guard)
+            source = stages.merge_bounds([self._allowed(k, case.samples) for k in range(len(case.radii))])
+            allowed = stages.blur_bounds(source, case.sigma, self._model).crop(case.guard)
         return allowed.outside(texture), allowed
 
     def _shaded(self, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:

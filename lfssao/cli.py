@@ -13,7 +13,7 @@ from types import FrameType
 from typing import NoReturn
 
 from lfssao import __version__
-from lfssao.commands import display, estimators, render, view
+from lfssao.commands import display, estimators, kit, render, view
 from lfssao.commands.terminal import say
 from lfssao.errors import InputError, LfssaoError
 
@@ -109,6 +109,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (render, display, estimators, view):
+    for command in (render, display, estimators, view, kit):
         command.add_to(commands)
     return parser

@@ -17,7 +17,7 @@ from lfssao.display import Display
 from lfssao.passes import gaussian_kernel
 from lfssao.render import Settings
 from lfssao.scene.mesh import Mesh, Paint
-from lfssao.view import View
+from lfssao.view import KINDS, View
 
 FORMAT = 1
 _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "scikit-image", "OpenImageIO", "pillow")
@@ -87,7 +87,7 @@ def describe_view(view: View) -> dict[str, Any]:
         "guard": view.guard,
         "depth": view.depth_kind,
         "cast_from_world": view.cast_from_world.tolist(),
-        "world_to_image_kind": ("crossed slits", "matrix", "display")[view.world_to_image.kind],
+        "world_to_image_kind": KINDS[view.world_to_image.kind],
         "world_to_image": view.world_to_image.numbers.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
     }

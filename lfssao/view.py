@@ -8,6 +8,9 @@ from numpy.typing import DTypeLike, NDArray
 from lfssao.kernels import mapping as mapping_kernels
 from lfssao.matrix import Matrix
 
+# What files call the kinds of mapping, by their numbers.
+KINDS = ("crossed slits", "matrix", "display")
+
 
 @dataclass(frozen=True, eq=False)
 class WorldToImage:

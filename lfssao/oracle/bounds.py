@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lfssao import passes
 from lfssao.errors import InputError
 from lfssao.kernels import blur as blur_kernels
-from lfssao.kernels import outcomes
+from lfssao.kernels import elementary, outcomes
 from lfssao.kernels.mapping import MATRIX
 from lfssao.matrix import Matrix
 from lfssao.oracle.error_model import ErrorModel, find_model
@@ -286,7 +286,8 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     if chosen.exact:
         return Bounds(passes.blur(occlusion.lower, sigma), passes.blur(occlusion.upper, sigma))
     n = len(weights)
-    terms = (1 + weight_errors(sigma, chosen)) * (1 + chosen.operation) ** n - 1
+    growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
+    terms = (1 + weight_errors(sigma, chosen)) * growth - 1
     doubt = weights * terms * _SAFETY
     lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
     for run in (blur_kernels.blur_horizontal, blur_kernels.blur_vertical):
@@ -321,11 +322,11 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     r = model.operation
     argument = x * (2 * model.quotient + 6 * r)
     constant, slope = model.exponential
-    own = (1 + constant + slope * x) * np.exp(argument) - 1
+    own = (1 + constant + slope * x) * np.array([elementary.exp(a) for a in argument], np.float64) - 1
     # exp of the table is within 2^-50; the total, whose terms weigh what they are, is off by no more than their worst
     # and its sums.
     weights = passes.gaussian_kernel(sigma)
-    total = float((weights * own).sum()) + (2 * radius) * r * (1 + 2 * radius * r)
+    total = float(np.cumsum(weights * own)[-1]) + (2 * radius) * r * (1 + 2 * radius * r)
     return (1 + own) * (1 + total / (1 - total)) * (1 + model.quotient) - 1 + 2.0**-24
 
 

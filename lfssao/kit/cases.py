@@ -1,0 +1,370 @@
+"""The registry of cases: one for each feature, sampler, singularity and estimator, each small."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.camera import Camera
+from lfssao.display import Display, Module
+from lfssao.errors import InputError
+from lfssao.estimators.estimator import Estimator
+from lfssao.estimators.registry import ESTIMATORS
+from lfssao.kernels.philox import random_unit
+from lfssao.kit.bounds import case_bounds
+from lfssao.kit.case import Arrays, Case
+from lfssao.kit.scenes import SCENE, Scene, textures
+from lfssao.kit.specification import is_specified
+from lfssao.kit.stages import STAGES
+from lfssao.samples import METHODS, make_samples
+from lfssao.view import KINDS, View, WorldToImage
+
+Problem = tuple[dict[str, Any], Arrays]
+
+_ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
+_MODULE = Module(0.3, 0.05, 0.7, 32, 24)
+# World -> physical: turned, mirrored and of a scale that differs from axis to axis, so that the ball is an ellipsoid.
+_WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.45, 0.05, 0.0], [0.0, 0.1, -0.6, 0.05]])
+_RADIUS = 0.2
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How a case is made.
+
+    Attributes
+    ----------
+    name, stage, title : str
+        As of ``Case``.
+    build : callable
+        ``build() -> (parameters, inputs)``.
+    specified : bool
+        As of ``Case``.
+    """
+
+    name: str
+    stage: str
+    title: str
+    build: Callable[[], Problem]
+    specified: bool = True
+
+
+def _display(module: Module = _MODULE, **options: Any) -> Display:
+    settings: dict[str, Any] = {
+        "name": "kit", "screen_width": 1.0, "screen_height": 0.75, "observer_height": 0.1, "observer_z": -2.0,
+        "modules": (module,), "roi": _ROI, **options,
+    }  # fmt: skip
+    return Display(**settings)
+
+
+DISPLAYS = {
+    "crossed_slits": _display(),
+    "conical": _display(diffuser="conical"),
+    "convex": _display(screen_curvature=0.7, observer_curvature=0.3),
+    "concave": _display(screen_curvature=-0.6, observer_curvature=0.4),
+    "projector": _display(replace(_MODULE, field_of_view=65.0, yaw=-20.0, pitch=3.0, roll=5.0)),
+    "calibrated": _display(
+        replace(_MODULE, homography=(32.5, 0.6, 16.2, -0.4, -31.2, 12.3, 0.02, -0.03, 1.0), k1=-0.06, k2=0.01)
+    ),
+}
+_DISPLAY_TITLES = {
+    "crossed_slits": "flat screen, linear diffuser, texture aligned to the screen",
+    "conical": "flat screen, conical diffuser",
+    "convex": "convex screen, observers on an arc",
+    "concave": "concave screen, observers on an arc",
+    "projector": "module turned, with a field of view",
+    "calibrated": "homography and radial distortion of a calibration",
+}
+
+
+def _described(to_image: WorldToImage) -> dict[str, Any]:
+    return {"kind": KINDS[to_image.kind], "numbers": to_image.numbers.tolist()}
+
+
+def _module_view(display: Display, guard: int = 0) -> View:
+    return display.view(0, _WORLD, guard)
+
+
+def _module_problem(
+    display: Display,
+    samples: NDArray[np.float64] | None = None,
+    radius: float = _RADIUS,
+    scene: Scene = SCENE,
+) -> Problem:
+    """Algorithm 2 on the one module of a display."""
+    view = _module_view(display)
+    depth, positions = textures(view, scene)
+    table = make_samples("latin", 8, 1) if samples is None else samples
+    parameters = {"radius": radius, "mapping": _described(view.world_to_image)}
+    return parameters, {"depth": depth, "positions": positions, "samples": table}
+
+
+def _camera(projection: str) -> View:
+    camera = Camera(projection, (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 3.0, 8.0)
+    return camera.view(32, 24)
+
+
+# SCENE in a camera's eye space: twice as large, around the target.
+_CAMERA_SCENE = SCENE.scaled(2.0, 5.4)
+
+
+def _camera_problem(projection: str) -> Problem:
+    view = _camera(projection)
+    assert view.screen_to_world is not None
+    parameters = {
+        "radius": 0.5,
+        "screen_to_world": view.screen_to_world.tolist(),
+        "world_to_screen": view.world_to_image.numbers.reshape(4, 4).tolist(),
+    }
+    return parameters, {"depth": textures(view, _CAMERA_SCENE)[0], "samples": make_samples("latin", 8, 1)}
+
+
+def _matrix_problem() -> Problem:
+    """Algorithm 2 where the mapping is a matrix: positions are read, not made from depth."""
+    view = _camera("perspective")
+    depth, positions = textures(view, _CAMERA_SCENE)
+    parameters = {"radius": 0.5, "mapping": _described(view.world_to_image)}
+    return parameters, {"depth": depth, "positions": positions, "samples": make_samples("latin", 8, 1)}
+
+
+def _small() -> Display:
+    """The flat display with a texture of 16 x 12 texels."""
+    return DISPLAYS["crossed_slits"].with_resolution(16, 12)
+
+
+def _ties() -> Problem:
+    """Every operation is exact here: samples land on borders of texels, and some are just as deep as the surface."""
+    width, height = 8, 6
+    column, row = np.meshgrid(np.arange(width), np.arange(height))
+    depth = (0.25 * ((column + 2 * row) % 4)).astype(np.float32)
+    positions = np.stack([column, row, depth], axis=-1).astype(np.float32)
+    steps = [(0, 0, 0), (1, 0, 0), (-1, 0, 0.25), (0, 1, 0), (0, -1, -0.25), (0.5, 0.5, 0), (0, 0, 0.25), (1, 1, 0.5)]
+    parameters = {"radius": 1.0, "mapping": {"kind": "matrix", "numbers": np.eye(4).ravel().tolist()}}
+    return parameters, {"depth": depth, "positions": positions, "samples": np.array(steps, np.float64)}
+
+
+def _background() -> Problem:
+    parameters, inputs = _module_problem(_small())
+    return parameters, {
+        "depth": np.full_like(inputs["depth"], np.inf),
+        "positions": np.full_like(inputs["positions"], np.inf),
+        "samples": inputs["samples"],
+    }
+
+
+def _one_texel() -> Problem:
+    return _module_problem(DISPLAYS["crossed_slits"].with_resolution(1, 1))
+
+
+def _beyond(display: Display) -> Problem:
+    """Samples far around surfaces: some reach where the mapping is not defined."""
+    return _module_problem(display, make_samples("latin", 24, 3, 0.2, 1.0), 1.2)
+
+
+# Lens and observers so near that samples pass them.
+_NEAR = _display(replace(_MODULE, z=0.42), observer_z=-0.5)
+
+# A lens outside the screen's cylinder: lines from it can pass beside it.
+_MISSED = _display(replace(_MODULE, z=1.4), screen_curvature=1.8, observer_z=-0.5)
+
+
+def _folding() -> Display:
+    homography = (30.0, 0.0, 8.0, 0.0, -30.0, 3.0, 0.0, 0.0, 1.0)
+    return _display(replace(_MODULE, homography=homography, k1=-0.1, width=16, height=6))
+
+
+def _noise(stream: int, *shape: int) -> NDArray[np.float32]:
+    """Numbers in (0, 1) by the counter-based generator."""
+    flat = [random_unit(np.uint64(6), stream, k) for k in range(int(np.prod(shape)))]
+    return np.array(flat, np.float64).reshape(shape).astype(np.float32)
+
+
+def _points(scale: float) -> NDArray[np.float32]:
+    """World points, most of them where a display has an image, and some where no display has one."""
+    spread = np.array(2.0 * _noise(4, 60, 3) - 1.0, np.float32) * np.float32(scale)
+    far = np.array([[0, 0, s] for s in (-3, -2, -1.1, 1.1, 2, 3.5)] + [[3, 0, 0], [-9, 0, 0], [0, 9, 0]], np.float32)
+    return np.concatenate([spread, far])
+
+
+def _mapping_problem(view: View) -> Problem:
+    return {"mapping": _described(view.world_to_image)}, {"points": _points(1.0)}
+
+
+def _frame_problem() -> Problem:
+    guard = 3
+    view = _module_view(_small(), guard)
+    depth, positions = textures(view, SCENE)
+    image = _noise(5, *depth.shape, 3)
+    image[np.isinf(depth)] = 0
+    parameters = {
+        "radii": [0.08, 0.2, 0.5], "sigma": 1.0, "guard": guard, "mapping": _described(view.world_to_image),
+    }  # fmt: skip
+    samples = make_samples("latin", 8, 1)
+    return parameters, {"depth": depth, "positions": positions, "samples": samples, "image": image}
+
+
+def _elementary_inputs(function: str) -> NDArray[np.float64]:
+    units = [random_unit(np.uint64(7), 0, k) for k in range(40)]
+    if function == "sincospi":
+        return np.array([8.0 * x - 4.0 for x in units] + [0.25 * k for k in range(-9, 10)] + [1e9 + 0.3, 2.0**50])
+    if function == "cbrt":
+        return np.array([x * 2.0 ** (10 * k - 200) for k, x in enumerate(units)] + [0.0, 1.0, 8.0, 0.001, np.inf])
+    return np.array([80.0 * x - 60.0 for x in units] + [0.0, -0.5, 1.0, -700.0, 700.0, -746.0, 711.0])
+
+
+def _philox_inputs() -> Arrays:
+    words = [[int(random_unit(np.uint64(8), c, k) * 2**32) for c in range(6)] for k in range(20)]
+    words += [[0] * 6, [2**32 - 1] * 6]
+    table = np.array(words, np.uint32)
+    return {"counters": np.ascontiguousarray(table[:, :4]), "keys": np.ascontiguousarray(table[:, 4:])}
+
+
+def _estimator_problem(estimator: Estimator) -> Problem:
+    view = _module_view(_small())
+    depth, positions = textures(view, SCENE)
+    inputs: dict[str, NDArray[Any]] = {"depth": depth, "positions": positions}
+    if estimator.normals:
+        inputs["normals"] = _wall_normals(view, depth)
+    points, weights = estimator.default_samples()
+    given = {"points": points, "weights": weights}
+    inputs |= {name: np.asarray(table, np.float64) for name, table in given.items() if table is not None}
+    parameters = {
+        "estimator": estimator.name, "radius": _RADIUS, "options": dict(estimator.parameters),
+        "mapping": _described(view.world_to_image), "view": _view_numbers(view),
+    }  # fmt: skip
+    return parameters, inputs
+
+
+def _wall_normals(view: View, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The wall's normal in world space wherever there is a surface: an input like any other."""
+    _, b, c, _ = SCENE.wall
+    towards = (b, c, -1.0)  # physical space, to the viewers; planes go to world space by the transposed map
+    world = [sum(towards[k] * float(_WORLD[k, axis]) for k in range(3)) for axis in range(3)]
+    length = float(np.sqrt((world[0] * world[0] + world[1] * world[1]) + world[2] * world[2]))
+    unit = np.array([w / length for w in world], np.float32)
+    return np.where(np.isfinite(depth)[..., None], unit, np.float32(0))
+
+
+def _view_numbers(view: View) -> dict[str, Any]:
+    """All of a view but its mapping, as JSON."""
+    return {
+        "name": view.name, "width": view.width, "height": view.height, "ray_kind": view.ray_kind,
+        "lens": view.lens.tolist(), "cast_from_world": view.cast_from_world.tolist(),
+        "world_from_cast": view.world_from_cast.tolist(), "screen_to_world": None, "depth_kind": view.depth_kind,
+        "guard": view.guard,
+    }  # fmt: skip
+
+
+def _numbers() -> Iterator[Recipe]:
+    for function in ("sincospi", "cbrt", "exp"):
+        inputs = {"x": _elementary_inputs(function)}
+        yield Recipe(f"elementary_{function}", "elementary", f"{function}, float64",
+                     partial(lambda f, x: ({"function": f}, x), function, inputs))  # fmt: skip
+    yield Recipe("philox", "philox", "Philox4x32-10", lambda: ({}, _philox_inputs()))
+    for method in ("random", "jittered", "latin"):
+        shape = {"method": method, "n": 12, "seed": str(2**40 + 7), "r_min": 0.8, "r_max": 1.0}
+        yield Recipe(f"samples_{method}", "samples", f"the table of 12 samples, {method}", partial(_given, shape))
+
+
+def _given(parameters: dict[str, Any]) -> Problem:
+    return parameters, {}
+
+
+def _views() -> Iterator[Recipe]:
+    for projection in ("perspective", "orthographic"):
+        yield Recipe(f"algorithm1_{projection}", "algorithm1", f"{projection} camera",
+                     partial(_camera_problem, projection))  # fmt: skip
+        yield Recipe(f"mapping_{projection}", "mapping", f"world points in a {projection} camera",
+                     partial(lambda p: _mapping_problem(_camera(p)), projection))  # fmt: skip
+    for name, display in DISPLAYS.items():
+        title = _DISPLAY_TITLES[name]
+        yield Recipe(f"algorithm2_{name}", "algorithm2", title, partial(_module_problem, display))
+        yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}",
+                     partial(lambda d: _mapping_problem(_module_view(d)), display))  # fmt: skip
+    yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _matrix_problem)
+    for method in METHODS["ball"]:
+        yield Recipe(f"table_{method}", "algorithm2", f"16 samples by the method {method}, the table an input",
+                     partial(lambda m: _module_problem(_small(), make_samples(m, 16, 2)), method))  # fmt: skip
+
+
+def _singular() -> Iterator[Recipe]:
+    yield Recipe("ties", "algorithm2", "samples on borders of texels and just as deep as the surface", _ties)
+    yield Recipe("background", "algorithm2", "no surface anywhere", _background)
+    yield Recipe("one_texel", "algorithm2", "a texture of one texel", _one_texel)
+    yield Recipe("zero_radius", "algorithm2", "radius 0: every sample is its point",
+                 lambda: _module_problem(_small(), radius=0.0))  # fmt: skip
+    yield Recipe("one_sample", "algorithm2", "one sample",
+                 lambda: _module_problem(_small(), make_samples("random", 1, 4)))  # fmt: skip
+    yield Recipe("outside", "algorithm2", "most samples outside the texture",
+                 lambda: _module_problem(_small(), make_samples("latin", 16, 3), 1.2))  # fmt: skip
+    for name, title, display in (
+        ("behind_lens_and_observers", "samples behind the lens and behind the observers", _NEAR),
+        (
+            "conical_beyond",
+            "conical diffuser: samples beyond where it has an image",
+            replace(_NEAR, diffuser="conical"),
+        ),
+        ("convex_missed", "convex screen: samples that no point of it shows", _MISSED),
+        ("folded", "samples beyond where the distortion folds", _folding()),
+    ):
+        small = display if name == "folded" else display.with_resolution(16, 12)
+        yield Recipe(name, "algorithm2", title, partial(_beyond, small))
+
+
+def _pictures() -> Iterator[Recipe]:
+    yield Recipe("merge_three", "merge", "three radii", lambda: ({}, {"layers": _noise(0, 3, 12, 16)}))
+    yield Recipe("merge_one", "merge", "one radius: a copy", lambda: ({}, {"layers": _noise(0, 1, 3, 5)}))
+    for name, sigma, shape in (
+        ("usual", 1.0, (12, 16)), ("wide", 2.5, (3, 2)), ("narrow", 0.01, (4, 4)), ("none", 0.0, (2, 3)),
+        ("one_texel", 1.0, (1, 1)), ("row", 0.7, (1, 9)),
+    ):  # fmt: skip
+        title = f"sigma {sigma:g}, {shape[1]} x {shape[0]} texels"
+        yield Recipe(f"blur_{name}", "blur", title,
+                     partial(lambda s, n: ({"sigma": s}, {"source": _noise(1, *n)}), sigma, shape))  # fmt: skip
+    yield Recipe("shade", "shade", "colours below, in and above 0 to 1",
+                 lambda: ({}, {"image": _noise(2, 6, 8, 3) * 3 - 1, "occlusion": _occlusion_ramp()}))  # fmt: skip
+    yield Recipe("frame", "frame", "three radii, merge, blur, shade, with a guard band", _frame_problem)
+
+
+def _occlusion_ramp() -> NDArray[np.float32]:
+    return (np.arange(48, dtype=np.float32) / np.float32(47)).reshape(6, 8)
+
+
+def _estimators() -> Iterator[Recipe]:
+    """Every estimator of the registry but LF's, which is Algorithms 1 and 2."""
+    for name, estimator in ESTIMATORS.items():
+        if name != "lf":
+            yield Recipe(f"estimator_{name}", "estimator", estimator.title, partial(_estimator_problem, estimator),
+                         specified=is_specified(name))  # fmt: skip
+
+
+RECIPES = {
+    recipe.name: recipe
+    for family in (_numbers, _views, _singular, _pictures, _estimators)
+    for recipe in family()
+}  # fmt: skip
+
+
+def case_names() -> list[str]:
+    """Names of all cases of the registry."""
+    return list(RECIPES)
+
+
+def make_case(name: str) -> Case:
+    """A case of the registry, solved.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if name not in RECIPES:
+        raise InputError(f"there is no case '{name}': choose one of {', '.join(RECIPES)}")
+    recipe = RECIPES[name]
+    parameters, inputs = recipe.build()
+    outputs = STAGES[recipe.stage].run(parameters, inputs)
+    bounds = case_bounds(recipe.stage, parameters, inputs)
+    return Case(name, recipe.stage, recipe.title, parameters, inputs, outputs, bounds, recipe.specified)

@@ -1,0 +1,24 @@
+"""The kit's specification: one text, and one section for each estimator that has a file of its own."""
+
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from lfssao.passes import gaussian_kernel
+
+
+def is_specified(estimator: str) -> bool:
+    """Whether the specification has a section on an estimator."""
+    return files("lfssao.kit").joinpath(f"estimator_{estimator}.md").is_file()
+
+
+@cache
+def specification() -> str:
+    """The text of SPECIFICATION.md: the stages, then the estimators that are specified, by name."""
+    folder = files("lfssao.kit")
+    sections = [path for path in folder.iterdir() if path.name.startswith("estimator_")]
+    texts = [folder.joinpath("SPECIFICATION.md"), *sorted(sections, key=lambda path: path.name)]
+    whole = "\n".join(text.read_text(encoding="utf-8") for text in texts)
+    weights = "\n".join(f"    {weight!s}" for weight in gaussian_kernel(1.0).astype(np.float32))
+    return whole.replace("<!-- weights -->", weights)

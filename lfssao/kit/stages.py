@@ -1,0 +1,160 @@
+"""The stages that cases are for: what each makes of its parameters and inputs, by the program's own functions."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao import passes
+from lfssao.estimators.buffers import Buffers
+from lfssao.estimators.registry import estimate
+from lfssao.kernels import blur as blur_kernels
+from lfssao.kernels import display, elementary, mapping, philox
+from lfssao.kit.case import Arrays
+from lfssao.samples import make_samples, square_points
+from lfssao.view import KINDS, View, WorldToImage
+
+Outputs = dict[str, NDArray[Any]]
+Parameters = Mapping[str, Any]
+Run = Callable[[Parameters, Arrays], Outputs]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage.
+
+    Attributes
+    ----------
+    name : str
+        What cases and SPECIFICATION.md call it.
+    run : callable
+        ``run(parameters, inputs) -> outputs``, the first one first.
+    """
+
+    name: str
+    run: Run
+
+
+_FUNCTIONS = {"sincospi": elementary.sincospi, "cbrt": elementary.cbrt, "exp": elementary.exp}
+
+
+def _elementary(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"y": np.array([_FUNCTIONS[parameters["function"]](x) for x in inputs["x"]], np.float64)}
+
+
+def _philox(parameters: Parameters, inputs: Arrays) -> Outputs:
+    pairs = zip(inputs["counters"], inputs["keys"], strict=True)
+    return {"words": np.array([philox.philox4x32(*counter, *key) for counter, key in pairs], np.uint32)}
+
+
+def _samples(parameters: Parameters, inputs: Arrays) -> Outputs:
+    method, n, seed = parameters["method"], parameters["n"], int(parameters["seed"])
+    return {
+        "samples": make_samples(method, n, seed, parameters["r_min"], parameters["r_max"]),
+        "square": square_points(method, n, seed),
+    }
+
+
+def _offsets(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"offsets": (parameters["radius"] * inputs["samples"]).astype(np.float32)}
+
+
+def described_mapping(parameters: Parameters) -> WorldToImage:
+    """The mapping that a case's parameters describe."""
+    described = parameters["mapping"]
+    return WorldToImage(KINDS.index(described["kind"]), np.array(described["numbers"]))
+
+
+def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
+    to_image = described_mapping(parameters)
+    m = to_image.as_type(np.float32)
+    image, answers = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
+    for k, (x, y, z) in enumerate(inputs["points"]):
+        u, v, depth, valid = mapping.world_to_image(to_image.kind, m, x, y, z)
+        if valid:
+            image[k] = u, v, depth
+        elif to_image.kind == mapping.DISPLAY:
+            physical = [mapping.affine_row(m, row, x, y, z) for row in range(3)]
+            answers[k] = display.physical_to_image(m[12:], *physical)[2]
+        else:
+            answers[k] = 1
+    return {"image": image, "answers": answers}
+
+
+def _occlusion(occlusion: passes.Occlusion) -> Outputs:
+    return {"occlusion": occlusion.texture, "outside": np.array([occlusion.outside])}
+
+
+def _algorithm1(parameters: Parameters, inputs: Arrays) -> Outputs:
+    back, forth = (np.array(parameters[name]) for name in ("screen_to_world", "world_to_screen"))
+    made = passes.algorithm1(inputs["depth"], back, forth, inputs["samples"], parameters["radius"])
+    return {**_occlusion(made), **_offsets(parameters, inputs)}
+
+
+def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
+    made = passes.algorithm2(
+        inputs["depth"], inputs["positions"], described_mapping(parameters), inputs["samples"], parameters["radius"]
+    )
+    return {**_occlusion(made), **_offsets(parameters, inputs)}
+
+
+def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"merged": passes.merge(inputs["layers"])}
+
+
+def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
+    weights = passes.gaussian_kernel(parameters["sigma"])
+    rounded, half = weights.astype(np.float32), np.empty_like(inputs["source"])
+    blur_kernels.blur_horizontal(inputs["source"], rounded, half)
+    blurred = passes.blur(inputs["source"], parameters["sigma"])
+    return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
+
+
+def _shade(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"shaded": passes.shade(inputs["image"], inputs["occlusion"])}
+
+
+def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
+    """From the G-buffer to the shaded picture: every stage on what the one before it made."""
+    layers = [_algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
+    merged = passes.merge(layers)
+    blurred = passes.blur(merged, parameters["sigma"])
+    g = parameters["guard"]
+    inner = slice(g, merged.shape[0] - g), slice(g, merged.shape[1] - g)
+    made = {f"ao_{k + 1}": np.ascontiguousarray(layer[inner]) for k, layer in enumerate(layers)}
+    made |= {"merged": np.ascontiguousarray(merged[inner]), "blurred": np.ascontiguousarray(blurred[inner])}
+    return {"shaded": passes.shade(np.ascontiguousarray(inputs["image"][inner]), made["blurred"]), **made}
+
+
+def _view(parameters: Parameters) -> View:
+    """The view that ``lfssao.kit.cases`` described."""
+    described = dict(parameters["view"])
+    arrays = ("lens", "cast_from_world", "world_from_cast", "screen_to_world")
+    described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
+    return View(**described, world_to_image=described_mapping(parameters))
+
+
+def _estimator(parameters: Parameters, inputs: Arrays) -> Outputs:
+    buffers = Buffers(_view(parameters), inputs["depth"], inputs["positions"], inputs.get("normals"))
+    chosen = parameters["estimator"], buffers, parameters["radius"], inputs.get("points"), inputs.get("weights")
+    return _occlusion(estimate(*chosen, **parameters["options"]))
+
+
+STAGES = {
+    stage.name: stage
+    for stage in (
+        Stage("elementary", _elementary),
+        Stage("philox", _philox),
+        Stage("samples", _samples),
+        Stage("mapping", _map_points),
+        Stage("algorithm1", _algorithm1),
+        Stage("algorithm2", _algorithm2),
+        Stage("merge", _merge),
+        Stage("blur", _blur),
+        Stage("shade", _shade),
+        Stage("frame", _frame),
+        Stage("estimator", _estimator),
+    )
+}

@@ -1,0 +1,425 @@
+"""An implementation of the kit's stages by its SPECIFICATION.md alone: nothing here comes from lfssao.
+
+Scalars one at a time, as the text writes them: Python's floats are binary64, np.float32's are binary32. Run as a
+program on a kit's folder it says which cases it meets to the bit.
+"""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+F = np.float32
+
+
+# Section 2
+
+
+def read_case(folder):
+    """Parameters, inputs and outputs of a case; the headers of the .npy files are skipped."""
+    case = json.loads((folder / "case.json").read_text())
+    assert case["format"] == 1
+
+    def array(entry):
+        data = (folder / entry["file"]).read_bytes()[128:]
+        return np.frombuffer(data, np.dtype(entry["dtype"]).newbyteorder("<")).reshape(entry["shape"])
+
+    inputs, outputs = ({k: array(entry) for k, entry in case[group].items()} for group in ("inputs", "outputs"))
+    return case["stage"], case["parameters"], inputs, outputs
+
+
+# Section 4
+
+
+def fraction_away(x, factor):
+    return int(x * factor + 0.5) if x >= 0 else -int(0.5 - x * factor)
+
+
+def sincospi(x):
+    q = fraction_away(x, 2.0)
+    r = x - float(q) * 0.5
+    a = 3.141592653589793 * r
+    b = a * a
+    s = 1 / 355687428096000
+    for sign, n in ((-1, 1307674368000), (1, 6227020800), (-1, 39916800), (1, 362880), (-1, 5040), (1, 120), (-1, 6)):
+        s = s * b + sign * (1 / n)
+    s = ((s * b) * a) + a
+    c = 1 / 20922789888000
+    for sign, n in ((-1, 87178291200), (1, 479001600), (-1, 3628800), (1, 40320), (-1, 720), (1, 24), (-1, 2), (1, 1)):
+        c = c * b + sign * (1 / n)
+    return ((s, c), (c, -s), (-s, -c), (-c, s))[q & 3]
+
+
+def cbrt(t):
+    if not (t > 0 and t < math.inf):
+        return t
+    scale = 1.0
+    while t >= 8:
+        t, scale = t * 0.125, scale * 2
+    while t < 1:
+        t, scale = t * 8, scale * 0.5
+    y = 0.9 + 0.15 * t
+    for _ in range(6):
+        y = y - (y * y * y - t) / (3 * y * y)
+    return y * scale
+
+
+def exp(x):
+    if x < -745:
+        return 0.0
+    if x > 710:
+        return math.inf
+    k = fraction_away(x, 1.4426950408889634)
+    r = (x - k * 0.6931471803691238) - k * 1.9082149292705877e-10
+    y = 1.0
+    for n in range(13, 0, -1):
+        y = (y * r) / n + 1
+    for _ in range(abs(k)):
+        y = y * 2 if k >= 0 else y * 0.5
+    return y
+
+
+def elementary(parameters, inputs):
+    function = {"sincospi": sincospi, "cbrt": cbrt, "exp": exp}[parameters["function"]]
+    return np.array([function(float(x)) for x in inputs["x"]])
+
+
+# Section 5
+
+
+def philox(counter, key):
+    c0, c1, c2, c3 = counter
+    k0, k1 = key
+    for _ in range(10):
+        p, q = 0xD2511F53 * c0, 0xCD9E8D57 * c2
+        c0, c1, c2, c3 = (q >> 32) ^ c1 ^ k0, q & 0xFFFFFFFF, (p >> 32) ^ c3 ^ k1, p & 0xFFFFFFFF
+        k0, k1 = (k0 + 0x9E3779B9) % 2**32, (k1 + 0xBB67AE85) % 2**32
+    return c0, c1, c2, c3
+
+
+def philox_stage(parameters, inputs):
+    pairs = zip(inputs["counters"].tolist(), inputs["keys"].tolist(), strict=True)
+    return np.array([philox(counter, key) for counter, key in pairs], np.uint32)
+
+
+def word(seed, stream, index):
+    return philox((index, stream, 0, 0), (seed % 2**32, seed // 2**32))[0]
+
+
+def unit(seed, stream, index):
+    return (word(seed, stream, index) + 0.5) / 4294967296
+
+
+# Section 6
+
+
+def square(method, n, seed):
+    def place(cell, cells, u):
+        return 2 * ((float(cell) + u) / float(cells)) - 1
+
+    if method == "random":
+        return [tuple((word(seed, s, k) + 0.5) / 2147483648 - 1 for s in (0, 1)) for k in range(n)]
+    if method == "jittered":
+        rows = max(d for d in range(1, n + 1) if n % d == 0 and d * d <= n)
+        columns = n // rows
+        cells = [(k % columns, k // columns) for k in range(n)]
+    else:
+        columns = rows = n
+        order = list(range(n))
+        for k in range(n - 1, 0, -1):
+            other = (word(seed, 3, k) * (k + 1)) >> 32
+            order[k], order[other] = order[other], order[k]
+        cells = [(order[k], k) for k in range(n)]
+    return [(place(i, columns, unit(seed, 0, k)), place(j, rows, unit(seed, 1, k))) for k, (i, j) in enumerate(cells)]
+
+
+def samples(parameters, inputs):
+    seed, r_min, r_max = int(parameters["seed"]), parameters["r_min"], parameters["r_max"]
+    table = []
+    for k, (z, xi2) in enumerate(square(parameters["method"], parameters["n"], seed)):
+        sine, cosine = sincospi(xi2)
+        w = math.sqrt(max(1 - z * z, 0))
+        x, y = w * cosine, w * sine
+        if r_max == 0:
+            table.append((0.0, 0.0, 0.0))
+            continue
+        inner = r_min / r_max
+        cube = inner * inner * inner
+        r = cbrt(cube + unit(seed, 2, k) * (1 - cube)) * r_max
+        r = min(max(r, r_min), r_max)
+        table.append((r * x, r * y, r * z))
+    return np.array(table)
+
+
+# Section 7
+
+
+def binary32(numbers):
+    return [F(number) for number in np.ravel(numbers).tolist()]
+
+
+def offsets(parameters, inputs):
+    return [[F(parameters["radius"] * c) for c in sample] for sample in inputs["samples"].tolist()]
+
+
+# Section 8
+
+
+def sum_l(m, row, x, y, z):
+    return (m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * z
+
+
+def sum_a(m, row, x, y, z):
+    return ((m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * z) + m[4 * row + 3]
+
+
+def to_image(kind, m, sums):
+    """u, v, image z, answer."""
+    if kind == "crossed slits":
+        a, b, c = sums
+        z_m, z_o, u_0, v_0 = m[12:]
+        return u_0 + a / (z_m - c), v_0 + b / (z_o - c), c, 0 if c < z_m and c > z_o else 1
+    if kind == "matrix":
+        a, b, c, q = sums
+        return a / q, b / q, c / q, 0 if q > 0 else 1
+    return display(m[12:], *sums)
+
+
+def crossing(curvature, x, z, dx, dz):
+    a = curvature * (dx * dx + dz * dz)
+    b = curvature * (x * dx + z * dz) - dz
+    c = curvature * (x * x + z * z) - (z + z)
+    d = b * b - a * c
+    root = np.sqrt(d) if d > 0 else F(0)
+    return -c / (b + root), d
+
+
+def screen_point(d, x, y, z):
+    """s_x, s_y, s_z, answer."""
+
+    def no(answer):
+        return F(0), F(0), F(0), answer
+
+    one = F(1)
+    m_x, m_y, m_z, y_o, z_o = d[:5]
+    t_s, d_s = crossing(d[5], m_x, m_z, x - m_x, z - m_z)
+    t_v, d_v = crossing(d[6], m_x, m_z - z_o, x - m_x, z - m_z)
+    if not z < m_z:
+        return no(1)
+    if d_v < 0 or not t_v > 1:
+        return no(2)
+    if d_s < 0 or not (t_s > 0 and t_s < t_v):
+        return no(3)
+    s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
+    if d[7] == 0:
+        s_z = m_z + t_s * (z - m_z) if d[5] != 0 else F(0)
+        s_x = m_x + t_s * (x - m_x)
+    else:
+        h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
+        h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
+        k = (z / z_o) * (h_e / h_m)
+        if not one + k > 0:
+            return no(1)
+        s_x, s_z = (x + m_x * k) / (one + k), F(0)
+    return s_x, s_y, s_z, 0
+
+
+def display(d, x, y, z):
+    """u, v, image z, answer."""
+
+    def no(answer):
+        return F(0), F(0), F(0), answer
+
+    m_x, m_y, m_z = d[:3]
+    s_x, s_y, s_z, answer = screen_point(d, x, y, z)
+    if answer != 0:
+        return no(answer)
+    if s_z != 0:
+        g = m_z / (m_z - s_z)
+        s_x = m_x + (s_x - m_x) * g
+        s_y = m_y + (s_y - m_y) * g
+        if not g > 0:
+            return no(3)
+    h = d[8:17]
+    w = (h[6] * s_x + h[7] * s_y) + h[8]
+    u = ((h[0] * s_x + h[1] * s_y) + h[2]) / w
+    v = ((h[3] * s_x + h[4] * s_y) + h[5]) / w
+    if not w > 0:
+        return no(4)
+    c_u, c_v, f, k1, k2, fold = d[17:23]
+    if k1 != 0 or k2 != 0:
+        p, q = (u - c_u) / f, (v - c_v) / f
+        r = p * p + q * q
+        if not r < fold:
+            return no(4)
+        e = F(1) + r * (k1 + r * k2)
+        u, v = c_u + f * (p * e), c_v + f * (q * e)
+    return u, v, z, 0
+
+
+def mapping(parameters, inputs):
+    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
+    rows = range(4 if kind == "matrix" else 3)
+    image, answers = [], []
+    for point in inputs["points"]:
+        *place, answer = to_image(kind, m, [sum_a(m, row, *point) for row in rows])
+        image.append(place if answer == 0 else [F(0)] * 3)
+        answers.append(answer)
+    return {"image": np.array(image, F), "answers": np.array(answers, np.int32)}
+
+
+# Sections 9 and 10; answers: how often each occurred, 5 for a point outside the texture
+
+
+def occlusion(kind, m, depth, point_of, table, answers):
+    height, width = depth.shape
+    rows = range(4 if kind == "matrix" else 3)
+    linear = [[sum_l(m, row, *offset) for row in rows] for offset in table]
+    made = np.zeros((height, width), F)
+    for j in range(height):
+        for i in range(width):
+            if not depth[j, i] < np.inf:
+                continue
+            point = point_of(j, i)
+            affine = [sum_a(m, row, *point) for row in rows]
+            count = 0
+            for offset in linear:
+                u, v, z, answer = to_image(kind, m, [p + o for p, o in zip(affine, offset, strict=True)])
+                if answer == 0 and not (u >= 0 and u < width and v >= 0 and v < height):
+                    answer = 5
+                if answer == 0 and depth[int(v), int(u)] < z:
+                    count += 1
+                answers[answer] += 1
+            made[j, i] = F(count) / F(len(table))
+    return made
+
+
+def occlusion_outputs(kind, m, inputs, point_of, parameters):
+    table, answers = offsets(parameters, inputs), [0] * 6
+    made = occlusion(kind, m, inputs["depth"], point_of, table, answers)
+    outside = np.array([sum(answers[1:])], np.int64)
+    return {"occlusion": made, "outside": outside, "offsets": np.array(table, F), "answers": answers}
+
+
+def algorithm1(parameters, inputs):
+    back, forth = binary32(parameters["screen_to_world"]), binary32(parameters["world_to_screen"])
+
+    def point_of(j, i):
+        place = F(i) + F(0.5), F(j) + F(0.5), inputs["depth"][j, i]
+        w = sum_a(back, 3, *place)
+        return [sum_a(back, row, *place) / w for row in range(3)]
+
+    return occlusion_outputs("matrix", forth, inputs, point_of, parameters)
+
+
+def algorithm2(parameters, inputs):
+    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
+    return occlusion_outputs(kind, m, inputs, lambda j, i: inputs["positions"][j, i], parameters)
+
+
+# Sections 11 to 14
+
+
+def merge(layers):
+    merged = layers[0].copy()
+    for layer in layers[1:]:
+        for place in np.ndindex(merged.shape):
+            merged[place] = max(merged[place], layer[place])
+    return merged
+
+
+def blur(sigma, source):
+    radius = math.ceil(3 * sigma)
+    exact, weights = [1.0], [F(1)]
+    if radius > 0:
+        exact = [exp(-0.5 * (((tap - radius) / sigma) * ((tap - radius) / sigma))) for tap in range(2 * radius + 1)]
+        total = 0.0
+        for weight in exact:
+            total = total + weight
+        exact = [weight / total for weight in exact]
+        weights = [F(weight) for weight in exact]
+
+    def clamp(k, last):
+        return min(max(k, 0), last)
+
+    height, width = source.shape
+    half, whole = source.copy(), source.copy()
+    for source_, target, down in ((source, half, 0), (half, whole, 1)) if radius > 0 else ():
+        for j in range(height):
+            for i in range(width):
+                total = F(0)
+                for tap, weight in enumerate(weights):
+                    k = tap - radius
+                    place = (clamp(j + k, height - 1), i) if down else (j, clamp(i + k, width - 1))
+                    total = total + weight * source_[place]
+                target[j, i] = total
+    return {"blurred": whole, "weights_float64": np.array(exact), "weights": np.array(weights, F), "horizontal": half}
+
+
+def shade(image, occluded):
+    out = np.empty_like(image)
+    for j, i, k in np.ndindex(image.shape):
+        out[j, i, k] = image[j, i, k] * (F(1) - occluded[j, i])
+    return out
+
+
+def frame(parameters, inputs):
+    layers = [algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
+    merged = merge(layers)
+    g = parameters["guard"]
+
+    def crop(texture):
+        return texture[g : texture.shape[0] - g, g : texture.shape[1] - g]
+
+    blurred = crop(blur(parameters["sigma"], merged)["blurred"])
+    made = {f"ao_{k + 1}": crop(layer) for k, layer in enumerate(layers)}
+    shaded = shade(np.ascontiguousarray(crop(inputs["image"])), blurred)
+    return {"shaded": shaded, "merged": crop(merged), "blurred": blurred, **made}
+
+
+STAGES = {
+    "elementary": lambda parameters, inputs: {"y": elementary(parameters, inputs)},
+    "philox": lambda parameters, inputs: {"words": philox_stage(parameters, inputs)},
+    "samples": lambda parameters, inputs: {
+        "samples": samples(parameters, inputs),
+        "square": np.array(square(parameters["method"], parameters["n"], int(parameters["seed"]))),
+    },
+    "mapping": mapping,
+    "algorithm1": algorithm1,
+    "algorithm2": algorithm2,
+    "merge": lambda parameters, inputs: {"merged": merge(inputs["layers"])},
+    "blur": lambda parameters, inputs: blur(parameters["sigma"], inputs["source"]),
+    "shade": lambda parameters, inputs: {"shaded": shade(inputs["image"], inputs["occlusion"])},
+    "frame": frame,
+}
+
+
+@np.errstate(all="ignore")
+def solve(stage, parameters, inputs):
+    """All outputs of a case by name."""
+    return STAGES[stage](parameters, inputs)
+
+
+def differing(made, expected):
+    """Names of the outputs whose bits differ."""
+    return [
+        name
+        for name, array in expected.items()
+        if (made[name].dtype, made[name].shape, made[name].tobytes()) != (array.dtype, array.shape, array.tobytes())
+    ]
+
+
+def main(kit):
+    index = json.loads((kit / "kit.json").read_text())
+    assert index["format"] == 1
+    for entry in index["cases"]:
+        if entry["specified"]:
+            stage, parameters, inputs, outputs = read_case(kit / entry["folder"])
+            wrong = differing(solve(stage, parameters, inputs), outputs)
+            print(f"{entry['name']}: {'differs in ' + ', '.join(wrong) if wrong else 'equal bits'}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

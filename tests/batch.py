@@ -6,10 +6,12 @@ As a program it prints a JSON list: the digests with one thread, then those with
 import hashlib
 import json
 
+import analytic_scenes
 import numba
 import numpy as np
 
-from lfssao import Camera, Display, Module, make_samples, passes, raycast
+from lfssao import Camera, Display, Module, estimate, make_samples, passes, raycast
+from lfssao.estimators.registry import ESTIMATORS
 from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, spiral, ssao, triangle, visibility
 
 HEIGHT, WIDTH = 43, 85
@@ -137,9 +139,19 @@ def casts():
         yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])
 
 
+def estimates():
+    """Every estimator of the registry by its own samples, float32 only: compiling them is what takes the time."""
+    for name in ESTIMATORS:
+        for sight in ("display", "perspective"):
+            seen = analytic_scenes.buffers("sphere on a plane", analytic_scenes.SIGHTS[sight](17, 13), np.float32)
+            made = estimate(name, seen, 0.1)
+            assert made.texture.max() > 0
+            yield f"{name}, {sight}", np.append(made.texture, made.outside)
+
+
 def digests():
     """SHA-256 of every output's bytes, by its name."""
-    named = [*scalars(), *triangles(), *casts()]
+    named = [*scalars(), *triangles(), *casts(), *estimates()]
     for dtype in (np.float32, np.float64):
         named += [(f"{name}, {dtype.__name__}", a) for name, a in (*occlusions(dtype), *mapped(dtype))]
     assert not any(np.isnan(a).any() for _, a in named)

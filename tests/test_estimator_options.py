@@ -92,7 +92,7 @@ def test_all_estimators_are_listed(capsys):
         (["--estimator", "best"], "--estimator: there is no estimator 'best'"),
         (["--parameter", "sigma"], "--parameter: 'sigma' is not NAME=VALUE"),
         (["--parameter", "sigma=2"], "--parameter: estimator lf has no parameter 'sigma'"),
-        (["--sampling", "best"], "--sampling: there is no sampling 'best'"),
+        (["--sampling", "best"], "--sampling: there is no sampling"),
     ],
 )
 def test_wrong_options_are_said_before_anything_is_done(tmp_path, capsys, options, said):

@@ -330,16 +330,22 @@ def merge(layers):
     return merged
 
 
-def blur(sigma, source):
+def blur_weights(sigma):
+    """The kernel in binary64."""
     radius = math.ceil(3 * sigma)
-    exact, weights = [1.0], [F(1)]
-    if radius > 0:
-        exact = [exp(-0.5 * (((tap - radius) / sigma) * ((tap - radius) / sigma))) for tap in range(2 * radius + 1)]
-        total = 0.0
-        for weight in exact:
-            total = total + weight
-        exact = [weight / total for weight in exact]
-        weights = [F(weight) for weight in exact]
+    if radius == 0:
+        return [1.0]
+    weights = [exp(-0.5 * (((tap - radius) / sigma) * ((tap - radius) / sigma))) for tap in range(2 * radius + 1)]
+    total = 0.0
+    for weight in weights:
+        total = total + weight
+    return [weight / total for weight in weights]
+
+
+def blur(sigma, source):
+    exact = blur_weights(sigma)
+    weights = [F(weight) for weight in exact]
+    radius = len(weights) // 2
 
     def clamp(k, last):
         return min(max(k, 0), last)

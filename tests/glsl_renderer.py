@@ -1,0 +1,115 @@
+"""A renderer of GLSL 4.3 compute shaders, written from the kit's specification: no kernel of lfssao runs here.
+
+It solves cases of the stages that renderers have. Any driver will do; Mesa's llvmpipe needs no graphics card.
+"""
+
+from pathlib import Path
+
+import kit_reader
+import moderngl
+import numpy as np
+
+SHADERS = Path(__file__).parent / "glsl"
+KINDS = ("crossed slits", "matrix", "display")
+_GROUP = 8
+
+
+def open_context():
+    """An OpenGL 4.3 context without a window."""
+    return moderngl.create_context(standalone=True, backend="egl", require=430)
+
+
+class Renderer:
+    """Compute shaders of one context."""
+
+    def __init__(self, context):
+        self.context = context
+        self.programs = {
+            path.stem: context.compute_shader(self.source(path)) for path in sorted(SHADERS.glob("*.comp"))
+        }
+
+    def source(self, path):
+        """A shader's text, with that of the mappings before it where it has one to do."""
+        mapping = (SHADERS / "mapping.glsl").read_text() if path.stem == "occlusion" else ""
+        return f"#version 430\n{mapping}{path.read_text()}"
+
+    def run(self, name, groups, arrays, output, **uniforms):
+        """Run a program on arrays bound in order, and read one of them back as float32 or uint32."""
+        buffers = [self.context.buffer(np.ascontiguousarray(array).tobytes()) for array in arrays]
+        for binding, buffer in enumerate(buffers):
+            buffer.bind_to_storage_buffer(binding)
+        program = self.programs[name]
+        for uniform, value in uniforms.items():
+            program[uniform] = value
+        program.run(*groups)
+        self.context.memory_barrier()
+        made = [np.frombuffer(buffers[k].read(), arrays[k].dtype).reshape(arrays[k].shape).copy() for k in output]
+        for buffer in buffers:
+            buffer.release()
+        return made
+
+    def _occlusion(self, kind, numbers, parameters, inputs, places):
+        depth, table = inputs["depth"], np.array(kit_reader.offsets(parameters, inputs), np.float32)
+        height, width = depth.shape
+        made, outside = np.full_like(depth, np.nan), np.zeros(1, np.uint32)
+        arrays = [np.array(kit_reader.binary32(numbers)), depth, places, table, made, outside]
+        made, outside = self.run(
+            "occlusion", (-(-width // _GROUP), -(-height // _GROUP)), arrays, (4, 5), size=(width, height),
+            kind=KINDS.index(kind), samples=len(table), algorithm1="positions" not in inputs,
+        )  # fmt: skip
+        return {"occlusion": made, "outside": outside.astype(np.int64), "offsets": table}
+
+    def algorithm1(self, parameters, inputs):
+        back = np.array(kit_reader.binary32(parameters["screen_to_world"]))
+        return self._occlusion("matrix", parameters["world_to_screen"], parameters, inputs, back)
+
+    def algorithm2(self, parameters, inputs):
+        mapping = parameters["mapping"]
+        return self._occlusion(mapping["kind"], mapping["numbers"], parameters, inputs, inputs["positions"])
+
+    def merge(self, parameters, inputs):
+        layers = inputs["layers"]
+        count, texels = len(layers), layers[0].size
+        merged = np.full_like(layers[0], np.nan)
+        groups = (-(-texels // 64),)
+        return {"merged": self.run("merge", groups, [layers, merged], (1,), texels=texels, count=count)[0]}
+
+    def blur(self, parameters, inputs):
+        source = inputs["source"]
+        exact = np.array(kit_reader.blur_weights(parameters["sigma"]))
+        weights, (height, width) = exact.astype(np.float32), source.shape
+        passes = [source]
+        for direction in ((1, 0), (0, 1)) if len(weights) > 1 else ():
+            arrays = [passes[-1], weights, np.full_like(source, np.nan)]
+            groups = -(-width // _GROUP), -(-height // _GROUP)
+            passes += self.run(
+                "blur", groups, arrays, (2,), size=(width, height), direction=direction, reach=len(weights) // 2
+            )
+        return {
+            "blurred": passes[-1], "horizontal": passes[len(passes) // 2], "weights": weights, "weights_float64": exact,
+        }  # fmt: skip
+
+    def shade(self, parameters, inputs):
+        image = inputs["image"]
+        arrays = [image, inputs["occlusion"], np.full_like(image, np.nan)]
+        return {"shaded": self.run("shade", (-(-image.size // 64),), arrays, (2,), numbers=image.size)[0]}
+
+    def frame(self, parameters, inputs):
+        g = parameters["guard"]
+
+        def crop(texture):
+            return np.ascontiguousarray(texture[g : texture.shape[0] - g, g : texture.shape[1] - g])
+
+        layers = [self.algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
+        merged = self.merge({}, {"layers": np.array(layers)})["merged"]
+        blurred = crop(self.blur(parameters, {"source": merged})["blurred"])
+        shaded = self.shade({}, {"image": crop(inputs["image"]), "occlusion": blurred})["shaded"]
+        made = {f"ao_{k + 1}": crop(layer) for k, layer in enumerate(layers)}
+        return {"shaded": shaded, "merged": crop(merged), "blurred": blurred, **made}
+
+    def solve(self, stage, parameters, inputs):
+        """All outputs of a case by name."""
+        return getattr(self, stage)(parameters, inputs)
+
+
+STAGES = ("algorithm1", "algorithm2", "merge", "blur", "shade", "frame")

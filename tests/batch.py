@@ -12,6 +12,7 @@ import numpy as np
 
 from lfssao import Camera, Display, Module, estimate, make_samples, passes, raycast
 from lfssao.estimators.registry import ESTIMATORS
+from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, spiral, ssao, triangle, visibility
 
 HEIGHT, WIDTH = 43, 85
@@ -132,6 +133,11 @@ def casts():
             rng.integers(-1, len(faces), shape).astype(np.int32), number, z, weights,
         )  # fmt: skip
         assert 100 < (number >= 0).sum() < size
+        with_footprints = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, np.inf)
+        assert all(
+            (a[number >= 0] == b[number >= 0]).all() for a, b in zip(with_footprints, (number, z, weights), strict=True)
+        )
+        yield f"footprints {view.ray_kind}", np.column_stack(with_footprints)[number >= 0]
         depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
         hits.write_surface(view.ray_kind, view.lens, np.ravel(view.world_from_cast), WIDTH, number, z, depth, positions)
         rgb = np.empty((size, 3), np.float32)

@@ -6,12 +6,13 @@ A scene is a function of a view and a random generator that gives vertices (V, 3
 import hashlib
 import json
 import sys
+from contextlib import contextmanager
 
 import numba
 import numpy as np
 import raycast_twin
 
-from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi
+from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi, footprints
 
 IDENTITY = np.eye(3, 4)
 
@@ -278,15 +279,35 @@ def textures():
         yield scene.__name__, Mesh(*scene(view, np.random.default_rng(8))), view
 
 
+# How many tries a texel footprints may cost: none, so that the tree is taken, or any number.
+WAYS = {"tree": 0.0, "footprints": np.inf}
+
+
+@contextmanager
+def way(name):
+    before = footprints.TRIES_A_TEXEL
+    footprints.TRIES_A_TEXEL = WAYS[name]
+    try:
+        yield
+    finally:
+        footprints.TRIES_A_TEXEL = before
+
+
 def digests(threads=1):
+    """Those of each way by which a texel's triangle is found."""
     numba.set_num_threads(threads)
+    return {name: digests_by(name, threads) for name in WAYS}
+
+
+def digests_by(name, threads):
     made = {}
-    for name, mesh, view in textures():
-        seen = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view)
+    for scene, mesh, view in textures():
+        with way(name):
+            seen = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view)
         for part in ("depth", "positions", "triangle", "color"):
             array = getattr(seen, part)
             if array is not None:
-                made[f"{name} {part}"] = hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()
+                made[f"{scene} {part}"] = hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()
     return made
 
 

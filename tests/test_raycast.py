@@ -18,7 +18,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lfssao
-from lfssao import Camera, InputError, Mesh, Paint, RayCaster, builtin_scene, display_names, find_display, fit_roi
+from lfssao import (
+    Camera,
+    InputError,
+    Mesh,
+    Paint,
+    RayCaster,
+    builtin_scene,
+    display_names,
+    find_display,
+    fit_roi,
+    footprints,
+)
 from lfssao.kernels import visibility
 
 pytest.importorskip("embreex", reason="rays are cast by Embree, which has no wheel here")
@@ -40,13 +51,15 @@ def brute_force(mesh, view, rays=None):
 
 
 def check(mesh, view, rays=None):
-    """Every texel's triangle, depth and position, bit for bit."""
+    """Every texel's triangle, depth and position, bit for bit, by the tree and by footprints."""
     hits, depth, positions = brute_force(mesh, view, rays)
-    seen = RayCaster(mesh, view.cast_from_world).gbuffer(view)
-    shape = view.height, view.width
-    np.testing.assert_array_equal(seen.triangle, hits.triangle.reshape(shape))
-    np.testing.assert_array_equal(bits(seen.depth), bits(depth).reshape(shape))
-    np.testing.assert_array_equal(bits(seen.positions), bits(positions).reshape(*shape, 3))
+    caster, shape = RayCaster(mesh, view.cast_from_world), (view.height, view.width)
+    for way in scenes.WAYS:
+        with scenes.way(way):
+            seen = caster.gbuffer(view)
+        np.testing.assert_array_equal(seen.triangle, hits.triangle.reshape(shape))
+        np.testing.assert_array_equal(bits(seen.depth), bits(depth).reshape(shape))
+        np.testing.assert_array_equal(bits(seen.positions), bits(positions).reshape(*shape, 3))
     assert (seen.triangle.dtype, seen.depth.dtype, seen.positions.dtype) == (np.int32, np.float32, np.float32)
     return hits, seen
 
@@ -197,6 +210,7 @@ def test_embree_that_lies(monkeypatch):
     view = scenes.VIEWS["left"](61, 45)
     mesh = in_world(scenes.soup, view, np.random.default_rng(14))
     caster = RayCaster(mesh, view.cast_from_world)
+    monkeypatch.setattr(footprints, "TRIES_A_TEXEL", 0.0)  # where footprints propose, Embree is not asked
     truth = caster.gbuffer(view)
     assert len(np.unique(truth.triangle)) > 10
     rng = np.random.default_rng(0)
@@ -243,8 +257,9 @@ def digests():
     before = numba.get_num_threads()
     made = scenes.digests(1)
     numba.set_num_threads(before)
-    assert len(made) == 23
-    assert len(set(made.values())) == 23
+    assert made["tree"] == made["footprints"]
+    assert len(made["tree"]) == 23
+    assert len(set(made["tree"].values())) == 23
     return made
 
 

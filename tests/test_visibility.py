@@ -10,8 +10,10 @@ import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import raycast
+from lfssao import find_display, raycast
+from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import bvh, visibility
+from lfssao.kernels import footprints as footprint_kernels
 from lfssao.kernels.triangle import edge_function, exact_difference, hit_triangle, two_product, two_sum
 
 VIEWS = list(scenes.VIEWS)
@@ -216,7 +218,10 @@ def first_hits(view, tree, proposal):
 
 
 def check(view, vertices, faces, rng, each=False):
-    """Without proposals, with right ones, with such as are drawn by lot; if asked with each triangle everywhere."""
+    """Without proposals, with right ones, with such as are drawn by lot; if asked with each triangle everywhere.
+
+    And by footprints.
+    """
     want = raycast_twin.first_hits(texel_rays(view), vertices[faces])
     tree = raycast._Tree(vertices, faces)
     step, shape = visibility.TILE, tiles(view)
@@ -233,6 +238,11 @@ def check(view, vertices, faces, rng, each=False):
         np.testing.assert_array_equal(triangle, want.triangle)
         np.testing.assert_array_equal(bits(z), bits(want.z))
         np.testing.assert_array_equal(bits(weights), bits(want.weights))
+    triangle, z, weights = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, np.inf)
+    seen = want.triangle >= 0
+    np.testing.assert_array_equal(triangle, want.triangle)
+    np.testing.assert_array_equal(bits(z[seen]), bits(want.z[seen]))
+    np.testing.assert_array_equal(bits(weights[seen]), bits(want.weights[seen]))
     return want
 
 
@@ -390,3 +400,61 @@ def moved_to_centres(view, vertices):
         k = np.argmin((x - point[0]) ** 2 + (y - point[1]) ** 2)
         point[:2] = x[k], y[k]
     return moved
+
+
+# Footprints
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_corner_appears_where_its_ray_is(name):
+    """And a texel beside it is as far from it, in the plane of its z, as the slopes say."""
+    view = scenes.VIEWS[name](31, 17)
+    rng = np.random.default_rng(3)
+    u, v = rng.uniform(-5, 36, 200), rng.uniform(-5, 22, 200)
+    points = scenes.at(view, u, v, rng.uniform(-0.9, 0.9, 200))
+    right, below = (raycast_twin.rays_at(view.ray_kind, view.lens, u + i, v + j) for i, j in ((1, 0), (0, 1)))
+    for k, point in enumerate(points):
+        got = footprint_kernels.image_and_slopes(view.ray_kind, view.lens, *point)
+        step_x = abs(right[0][k] + right[2][k] * point[2] - point[0])
+        step_y = abs(below[1][k] + below[3][k] * point[2] - point[1])
+        np.testing.assert_allclose(got, (u[k], v[k], step_x, step_y), rtol=1e-9, atol=1e-9)
+
+
+def test_near_the_singular_planes_a_triangle_may_cover_anything():
+    view = scenes.VIEWS["virtual"](8, 6)
+    _, m_z, _, z_o = view.lens[:4]
+    for z, bounded in ((0.99 * m_z, True), (0.999 * m_z, False), (2 * m_z, False), (0.999 * z_o, False)):
+        assert np.isfinite(footprint_kernels.image_and_slopes(view.ray_kind, view.lens, 0.0, 0.0, z)).all() == bounded
+        far_off = np.array([[9.0, 9.0, z, 9.1, 9.0, z, 9.0, 9.1, z]])
+        assert tries(view, far_off) == (0 if bounded else 48)
+
+
+def tries(view, corners):
+    boxes, counts, tests = np.empty((len(corners), 4), np.int32), np.empty((1, 1), np.int64), np.empty(1, np.int64)
+    footprint_kernels.bound_triangles(
+        view.ray_kind, view.lens, view.width, view.height, 9.1, 9.1, corners, boxes, counts, tests
+    )
+    return tests[0]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "want"),
+    [
+        (0.5, 0.5, (0, 0)), (0.5, 4.5, (0, 4)), (np.nextafter(0.5, 1), 4.5, (1, 4)), (1.6, 2.4, (2, 1)),
+        (-9.0, 99.0, (0, 4)), (5.0, 9.0, (5, 4)), (-9.0, 0.2, (0, -1)), (-np.inf, np.inf, (0, 4)),
+        (1e300, 1e301, (5, 4)), (np.nan, np.nan, (0, 4)), (-1e301, -1e300, (0, -1)),
+    ],
+)  # fmt: skip
+def test_the_centres_between_two_bounds(low, high, want):
+    assert footprint_kernels.centres_between(low, high, 5) == want
+
+
+def test_footprints_are_left_to_the_tree_where_they_are_large_or_curved():
+    rng = np.random.default_rng(1)
+    view = scenes.VIEWS["virtual"](20, 15)
+    tree = raycast._Tree(*scenes.sheet(view, rng, step=1))
+    args = tree.corners, tree.order, tree.bounds
+    assert hits_by_footprint(view, *args, 0.5) is None
+    assert hits_by_footprint(view, *args, 50.0) is not None
+    curved = find_display("picoarray").with_resolution(20, 15).view(3, scenes.IDENTITY)
+    assert hits_by_footprint(curved, *args, np.inf) is None

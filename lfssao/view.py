@@ -1,11 +1,13 @@
 """What one texture looks at: the rays of its texels, and the mapping of world points into it."""
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from lfssao.kernels import mapping as mapping_kernels
+from lfssao.kernels import rays as ray_kernels
 from lfssao.matrix import Matrix
 
 # What files call the kinds of mapping, by their numbers.
@@ -77,3 +79,20 @@ class View:
     screen_to_world: Matrix | None
     depth_kind: str
     guard: int = 0
+
+    def viewer_distance(self) -> NDArray[np.float64]:
+        """How far from the viewers a world point is, along the axis of depth, as an affine function of the point.
+
+        Returns
+        -------
+        (4,) float64
+            a, b, c, d of a x + b y + c z + d, world units: a camera's z in eye space; for a module the physical z from
+            the observers on (from the middle of their arc where they stand on one), in units of the world, which lie
+            on the image of physical Z as long as the world's map there is a scale.
+        """
+        camera = self.screen_to_world is not None
+        observers = 0.0 if camera else float(self.lens[3 if self.ray_kind == ray_kernels.FLAT_LINEAR else 4])
+        x, y, z = (float(row) for row in self.world_from_cast[:, 2])
+        row = np.array(self.cast_from_world[2], np.float64)
+        row[3] -= observers
+        return row * sqrt((x * x + y * y) + z * z)

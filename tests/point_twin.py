@@ -13,7 +13,11 @@ def locate(kind, m, point, offset, sign=1):
     """Where point + sign offset lands: u, v, image z, whether the mapping is defined; the affine halves are added."""
     rows = range(4 if kind == twins.MATRIX else 3)
     sign = m.dtype.type(sign)
-    a = [twins.affine_row(m, row, *point) + sign * twins.linear_row(m, row, *offset) for row in rows]
+    return project(kind, m, [twins.affine_row(m, r, *point) + sign * twins.linear_row(m, r, *offset) for r in rows])
+
+
+def project(kind, m, a):
+    """The same from the affine half, three or, for a camera, four numbers."""
     if kind == DISPLAY:
         u, v, answer = display_twin.physical_to_image(m[12:], *a)
         return u, v, a[2], answer == display_twin.VALID

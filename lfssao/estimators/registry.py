@@ -15,6 +15,7 @@ from lfssao.passes import Occlusion, check_radius
 # A family is a file of this folder. It is imported when one of its estimators is asked for: the default needs one.
 _FAMILIES: dict[str, tuple[str, ...]] = {
     "point": ("lf", "point", "hemisphere"),
+    "alchemy": ("alchemy",),
 }
 
 

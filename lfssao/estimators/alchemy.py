@@ -1,0 +1,117 @@
+"""Alchemy AO (McGuire et al. 2011, as SAO equation 1 gives it).
+
+    A(C) = max(0, 1 - 2 sigma / s  sum_i max(0, v_i . n + z_C beta) / (v_i . v_i + epsilon))^k,  v_i = Q_i - C
+
+and occlusion is 1 - A. SAO has 's points distributed on a ball about C' and no more; the readings taken here:
+
+- The taps are points of a disk of radius R around C that faces the viewer, at right angles to the texel's ray. Each is
+  mapped into the image, and Q_i is the positions texture's point at the texel it lands in. On a camera that is the disk
+  of SAO equation 5, r' = R S' / -z_C texels, up to perspective's slant; on a module, where horizontally and vertically
+  another denominator holds, it is an ellipse.
+- The disk's points are SAO's spiral (equations 6 and 7), turned at each texel by equation 8, which SAO says is
+  Alchemy's hash. Its radii are uniform, not its area.
+- -z_C is the distance from the viewers along the axis of depth (``View.viewer_distance``). A normal of 0 occludes
+  nothing.
+- sigma and epsilon are given in units of R and R^2: v . n / (v . v) is one over a length, and what looks right in a
+  scene in metres should in one in millimetres.
+- Taps outside the texture and on background add 0, as does a tap that lands on C itself (0 / 0 for epsilon = 0).
+
+The limit for many taps, texels that shrink, beta = 0 and epsilon = 0, from straight above, with taps of uniform radius
+alpha and uniform angle: 0 on a plane and on a convex crease. On the floor at distance a before a step up of height h,
+the taps beyond the wall are those with alpha cos(theta) > c = a / R, v . n = h, v . v = alpha^2 R^2 + h^2:
+
+    1 - A = 2 sigma h / (pi R) integral_c^1 arccos(c / alpha) / (alpha^2 + h^2 / R^2) d alpha
+
+(as long as it is at most 1; sigma in units of R, k = 1). On the face of a concave right-angle crease at distance d from
+the other face, the latter is seen where alpha cos(theta) > c = d / (sqrt(2) R) and lies v . n = sqrt(2) (alpha
+cos(theta) - c) R above the first, at v . v = ((alpha sin(theta))^2 + (alpha cos(theta))^2 + (alpha cos(theta) - 2 c)^2)
+R^2.
+"""
+
+import numpy as np
+
+from lfssao.estimators.buffers import Buffers
+from lfssao.estimators.estimator import Estimator, FloatArray
+from lfssao.passes import Occlusion
+
+ROTATIONS = ("paper", "common", "none")
+
+
+def alchemy(
+    buffers: Buffers,
+    radius: float,
+    points: FloatArray,
+    weights: FloatArray | None,
+    sigma: float,
+    beta: float,
+    epsilon: float,
+    k: float,
+    rotation: str,
+) -> Occlusion:
+    """1 - A by SAO equation 1, on points of the positions texture around each texel (this file's first lines).
+
+    Parameters
+    ----------
+    buffers : Buffers
+        The view's textures; normals are read.
+    radius : float
+        R, world units.
+    points : (s, 2)
+        Taps in the unit disk.
+    weights : None
+        Taps weigh the same; weights are not read.
+    sigma : float
+        Strength, in units of R.
+    beta : float
+        How steeply a surface must rise to occlude, as a share of the distance from the viewers.
+    epsilon : float
+        Guards the division, in units of R^2.
+    k : float
+        Contrast: the exponent of A.
+    rotation : str
+        'paper' or 'common' form of equation 8 (``lfssao.kernels.spiral``), or 'none': the same taps everywhere.
+    """
+    from lfssao.kernels import alchemy as kernels  # late: compiled for this estimator only
+    from lfssao.kernels import spiral
+
+    depth, dtype, view = buffers.depth, buffers.depth.dtype.type, buffers.view
+    assert buffers.normals is not None  # the registry has seen to it
+    turns = {"paper": spiral.PAPER, "common": spiral.COMMON, "none": -1}
+    taps = np.ascontiguousarray(points, depth.dtype)
+    occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
+    with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
+        squared, scale = dtype(epsilon * float(radius) * float(radius)), dtype(2 * sigma * float(radius) / len(taps))
+    kernels.alchemy(
+        np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions), np.ascontiguousarray(buffers.normals),
+        buffers.directions, taps, view.world_to_image.kind, view.world_to_image.as_type(depth.dtype),
+        np.ascontiguousarray(view.viewer_distance(), depth.dtype), dtype(radius), dtype(beta), squared, scale, float(k),
+        turns[rotation], occlusion, outside,
+    )  # fmt: skip
+    return Occlusion(occlusion, int(outside.sum()))
+
+
+def spiral_points(n: int) -> tuple[FloatArray, None]:
+    """SAO's spiral of n taps by the most even number of turns, as points of the unit disk."""
+    from lfssao.kernels.spiral import unit_taps  # late: compiled for this estimator only
+    from lfssao.samples import best_turns
+
+    taps = np.empty((n, 3))
+    unit_taps(best_turns(n), taps)
+    return taps[:, :2] * taps[:, 2:], None
+
+
+ENTRIES = (
+    Estimator(
+        name="alchemy",
+        title="obscurance by points of the surface above the tangent plane",
+        source="SAO equation 1, after McGuire et al. 2011",
+        run=alchemy,
+        samples=spiral_points,
+        dimensions=2,
+        count=12,
+        normals=True,
+        parameters={"sigma": 1.0, "beta": 1e-4, "epsilon": 0.01, "k": 1.0, "rotation": "paper"},
+        limits={"sigma": (0, 1e6), "beta": (0, 1), "epsilon": (0, 1e6), "k": (0, 100)},
+        choices={"rotation": ROTATIONS},
+    ),
+)

@@ -1,0 +1,87 @@
+"""Where a row of points lands in a texture: what estimators share that look up one sample of many texels at a time.
+
+A point's mapping has an affine half, rows 0 to 2 (3 for a camera) of M (x, y, z, 1), and the rest: offsets of samples
+can be added to the first half before the second is done once.
+"""
+
+import numpy as np
+
+from lfssao.kernels.display import VALID, physical_to_image
+from lfssao.kernels.jit import kernel
+from lfssao.kernels.mapping import (
+    CROSSED_SLITS,
+    MATRIX,
+    affine_row,
+    linear_row,
+    nearest_texel,
+    project_crossed_slits,
+    project_matrix,
+)
+
+
+@kernel(inline=True)
+def load_row(texture, start, n, row):
+    """The vectors of n texels from texel number ``start`` on, texture (H * W, 3), into row (3, >= n)."""
+    for i in range(n):
+        texel = start + np.uint64(i)
+        row[0, i], row[1, i], row[2, i] = texture[texel, 0], texture[texel, 1], texture[texel, 2]
+
+
+@kernel(inline=True)
+def affine_rows(kind, m, n, points, rows):
+    """The mapping's affine half of n points (3, >= n) into rows (4, >= n); row 3 is a camera's, else row 2 again."""
+    for i in range(n):
+        x, y, z = points[0, i], points[1, i], points[2, i]
+        rows[0, i], rows[1, i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z)
+        rows[2, i] = affine_row(m, 2, x, y, z)
+        rows[3, i] = affine_row(m, 3, x, y, z) if kind == MATRIX else rows[2, i]
+
+
+@kernel(inline=True)
+def linear_rows(kind, m, n, vectors, rows):
+    """The same of n vectors: the mapping's linear half."""
+    for i in range(n):
+        x, y, z = vectors[0, i], vectors[1, i], vectors[2, i]
+        rows[0, i], rows[1, i] = linear_row(m, 0, x, y, z), linear_row(m, 1, x, y, z)
+        rows[2, i] = linear_row(m, 2, x, y, z)
+        rows[3, i] = linear_row(m, 3, x, y, z) if kind == MATRIX else rows[2, i]
+
+
+@kernel(inline=True)
+def project_rows(kind, m, module, width, height, n, rows, texel, z, inside):
+    """Where n points land.
+
+    Parameters
+    ----------
+    kind, m : int, array
+        The mapping.
+    module : array
+        m[12:], the module's numbers of kind DISPLAY.
+    width, height : scalars of m's dtype
+        Size of the texture.
+    n : int
+        How many points.
+    rows : (4, >= n)
+        The points after the mapping's affine half.
+    texel, z, inside : (>= n,) uint32, dtype, bool
+        Out: the texel (any one where the point lands outside); image z; whether it is in the texture and the domain.
+    """
+    if kind == CROSSED_SLITS:
+        z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+        for i in range(n):
+            u, v, z[i], valid = project_crossed_slits(
+                rows[0, i], rows[1, i], rows[2, i], z_module, z_observer, u_0, v_0
+            )  # fmt: skip
+            there, texel[i] = nearest_texel(u, v, width, height)
+            inside[i] = there & valid
+    elif kind == MATRIX:
+        for i in range(n):
+            u, v, z[i], valid = project_matrix(rows[0, i], rows[1, i], rows[2, i], rows[3, i])
+            there, texel[i] = nearest_texel(u, v, width, height)
+            inside[i] = there & valid
+    else:
+        for i in range(n):
+            u, v, answer = physical_to_image(module, rows[0, i], rows[1, i], rows[2, i])
+            z[i] = rows[2, i]
+            there, texel[i] = nearest_texel(u, v, width, height)
+            inside[i] = there & (answer == VALID)

@@ -1,0 +1,148 @@
+"""Alchemy AO: bit for bit against its twin, against its limits by quadrature, and the logarithm it needs."""
+
+import alchemy_twin
+import analytic_scenes as scenes
+import mpmath
+import numpy as np
+import pytest
+from estimator_cases import assert_same_bits, buffers, offsets, radii
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lfssao import estimate
+from lfssao.estimators.alchemy import ROTATIONS
+from lfssao.kernels import power
+
+both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+
+
+@both
+@given(data=st.data())
+def test_alchemy_equals_its_twin(dtype, data):
+    seen, radius, taps = data.draw(buffers(dtype, 7)), data.draw(radii), data.draw(offsets(2))
+    p = {
+        "sigma": data.draw(st.sampled_from([1.0, 0.3, 20.0])),
+        "beta": data.draw(st.sampled_from([0.0, 1e-4, 0.1])),
+        "epsilon": data.draw(st.sampled_from([0.0, 0.01])),
+        "k": data.draw(st.sampled_from([1.0, 0.0, 2.5])),
+        "rotation": data.draw(st.sampled_from(ROTATIONS)),
+    }
+    made = estimate("alchemy", seen, radius, taps, **p)
+    mapping, view = seen.view.world_to_image, seen.view
+    with np.errstate(over="ignore"):
+        expected, outside = alchemy_twin.alchemy(
+            seen.depth, seen.positions, seen.normals, seen.directions, taps.astype(dtype), mapping.kind,
+            mapping.as_type(dtype), view.viewer_distance().astype(dtype), dtype(radius), dtype(p["beta"]),
+            dtype(p["epsilon"] * radius * radius), dtype(2 * p["sigma"] * radius / len(taps)), p["k"],
+            p["rotation"],
+        )  # fmt: skip
+    assert_same_bits(made.texture, expected)
+    assert made.outside == outside
+
+
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_the_distance_from_the_viewers_is_along_the_axis_of_depth(sight):
+    """Cameras stand at z = 2 and look down; the modules' observers stand at physical z = -2, world z = 2."""
+    seen = scenes.buffers("tilted plane", scenes.SIGHTS[sight](6, 5))
+    row = seen.view.viewer_distance()
+    found = seen.positions @ row[:3] + row[3]
+    np.testing.assert_allclose(found, 2 - seen.positions[..., 2], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_taps_land_on_the_disk_that_faces_the_viewer(sight):
+    """On a surface at right angles to a texel's ray all taps are in the surface: v . n = 0 but for the texels' size."""
+    seen = scenes.buffers("facing plane", scenes.SIGHTS[sight](96, 72))
+    assert not estimate("alchemy", seen, 0.1, beta=0.0).texture.any()
+    step = scenes.buffers("step", scenes.SIGHTS[sight](96, 72))
+    made = estimate("alchemy", step, 0.1, beta=0.0).texture
+    near, far = scenes.nearest(step, -0.03)[:2], scenes.nearest(step, -0.2)[:2]
+    assert made[near] > 0.1
+    assert made[far] == 0
+
+
+def uniform_taps(n, m):
+    """Radii and angles on a grid: the limit's density."""
+    alpha = (np.arange(n) + 0.5) / n
+    theta = 2 * np.pi * (np.arange(m) + 0.5) / m
+    alpha, theta = (a.ravel() for a in np.meshgrid(alpha, theta, indexing="ij"))
+    return np.stack([alpha * np.cos(theta), alpha * np.sin(theta)], -1)
+
+
+RADIUS = 0.15
+
+
+def step_limit(a, h):
+    """Without sigma: this family's docstring, 2 h / (pi R) times the integral, in units of R."""
+    c, h = a / RADIUS, h / RADIUS
+    return 2 * h / mpmath.pi * mpmath.quad(lambda alpha: mpmath.acos(c / alpha) / (alpha**2 + h**2), [c, 1])
+
+
+def crease_limit(d):
+    c = d / np.sqrt(2) / RADIUS
+
+    def term(alpha, theta):
+        x, y = alpha * mpmath.cos(theta), alpha * mpmath.sin(theta)
+        return mpmath.sqrt(2) * (x - c) / (x**2 + y**2 + (x - 2 * c) ** 2)
+
+    inner = lambda alpha: mpmath.quad(lambda theta: term(alpha, theta), [0, mpmath.acos(c / alpha)])  # noqa: E731
+    return 2 / mpmath.pi * mpmath.quad(inner, [c, 1])  # twice for theta below 0, 2 sigma, over 2 pi
+
+
+@pytest.mark.parametrize("surface", ["tilted plane", "concave crease", "convex crease", "step"])
+def test_the_limit_is_the_integral_over_the_disk(surface):
+    """Within 0.015: texels of 0.0078, of which a wall's edge may be half a one off, on a disk of radius 0.15."""
+    seen = scenes.buffers(surface, scenes.SIGHTS["orthographic"](128, 96))
+    taps = uniform_taps(32, 48)
+    made = estimate("alchemy", seen, RADIUS, taps, sigma=0.3, beta=0.0, epsilon=0.0, rotation="none").texture
+    for x in (-0.02, -0.05, -0.09, -0.12, -0.2):
+        j, i, at = scenes.nearest(seen, x)
+        expected = 0.0
+        if surface == "step" and at[0] > -RADIUS:
+            expected = float(step_limit(-at[0], scenes.STEP))
+        if surface == "concave crease" and at[0] > -RADIUS:
+            expected = float(crease_limit(-at[0] * np.sqrt(2)))
+        assert abs(made[j, i] - 0.3 * expected) < 0.015, (x, made[j, i], 0.3 * expected)
+
+
+def test_k_is_the_exponent():
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["crossed slits"]())
+    one, other = (estimate("alchemy", seen, 0.1, sigma=0.2, k=k).texture for k in (1.0, 3.0))
+    np.testing.assert_allclose(1 - other, (1 - one) ** 3, rtol=0, atol=1e-14)
+    assert 0.1 < one.max() < other.max()
+
+
+NUMBERS = np.concatenate(
+    [
+        np.random.default_rng(5).uniform(0, 4, 1000),
+        2 ** np.random.default_rng(6).uniform(-1074, 1023.9, 1000),
+        1 + np.random.default_rng(7).uniform(-1e-3, 1e-3, 300),
+        *(np.nextafter(x, [0, np.inf]) for x in (0.5**0.5, 1.0, 2**0.5, 0.5)),
+        [5e-324, 1.7976931348623157e308],
+    ]
+)
+
+
+def test_log_is_within_2_ulp_and_equals_its_twin():
+    worst = 0
+    with mpmath.workprec(200):
+        for x in NUMBERS:
+            found = power.log(x)
+            assert found == alchemy_twin.log(float(x))
+            exact = mpmath.log(mpmath.mpf(float(x)))
+            worst = max(worst, abs((mpmath.mpf(found) - exact) / np.spacing(abs(float(exact)))))
+    assert worst <= 2
+
+
+def test_special_values_of_log_and_power():
+    assert power.log(1.0) == 0
+    assert power.log(0.0) == -np.inf
+    assert power.log(np.inf) == np.inf
+    assert np.isnan(power.log(-1.0))
+    assert np.isnan(alchemy_twin.log(-1.0))
+    for x in (0.0, 0.3, 1.0):
+        assert power.power(x, 1.0) == x
+        assert power.power(x, 0.0) == 1
+    assert power.power(0.0, 2.0) == 0
+    assert power.power(1.0, 2.5) == 1
+    assert power.power(0.25, 0.5) == pytest.approx(0.5, abs=1e-15)

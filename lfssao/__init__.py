@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lfssao.camera import Camera
+    from lfssao.comparison.compare import compare
+    from lfssao.comparison.report import Report
     from lfssao.display import Display, Module, fit_roi
     from lfssao.display_file import display_names, display_text, find_display, parse_display
     from lfssao.errors import InputError, LfssaoError, MissingPackageError
@@ -29,6 +31,8 @@ __version__ = "0.1.0"
 
 _HOME = {
     "camera": ("Camera",),
+    "comparison.compare": ("compare",),
+    "comparison.report": ("Report",),
     "display": ("Display", "Module", "fit_roi"),
     "display_file": ("display_names", "display_text", "find_display", "parse_display"),
     "errors": ("InputError", "LfssaoError", "MissingPackageError"),
@@ -63,6 +67,7 @@ __all__ = [
     "Part",
     "Photograph",
     "RayCaster",
+    "Report",
     "Settings",
     "Textures",
     "View",
@@ -71,6 +76,7 @@ __all__ = [
     "algorithm2",
     "blur",
     "builtin_scene",
+    "compare",
     "default_radii",
     "display_names",
     "display_text",

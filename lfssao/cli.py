@@ -13,7 +13,7 @@ from types import FrameType
 from typing import NoReturn
 
 from lfssao import __version__
-from lfssao.commands import display, estimators, kit, render, view
+from lfssao.commands import compare, display, estimators, kit, render, view
 from lfssao.commands.terminal import say
 from lfssao.errors import InputError, LfssaoError
 
@@ -39,27 +39,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 2 where the input was wrong; 130 where the user interrupted.
+        0; 2 where the input was wrong; 130 where the user interrupted; of ``compare`` its own codes.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    bad_input = compare.NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
     try:
         options = _parser().parse_args(_with_negative_values(words))
         options.command = ["lfssao", *words]
         with _interruptible():
-            options.run(options)
+            code: int | None = options.run(options)
     except LfssaoError as error:
         say(str(error))
-        return BAD_INPUT
+        return bad_input
     except MemoryError:
         say("there is not enough memory")
-        return BAD_INPUT
+        return bad_input
     except KeyboardInterrupt:
         say("interrupted; every file that was written is whole")
         return INTERRUPTED
     except BrokenPipeError:  # whoever read the output has gone; Python would complain once more when it exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    return 0
+    return code or 0
 
 
 @contextmanager
@@ -109,6 +110,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (render, display, estimators, view, kit):
+    for command in (render, display, estimators, view, kit, compare):
         command.add_to(commands)
     return parser

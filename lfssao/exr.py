@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.files import write_whole
+from lfssao.image_file import read_image_file, utf8_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +87,7 @@ def _write(path: Path, parts: Sequence[Part]) -> None:
     import OpenImageIO as oiio  # late: only files need it
 
     specs = [_spec(oiio, part) for part in parts]
-    file = _utf8_name(path)
+    file = utf8_name(path)
     output = oiio.ImageOutput.create(file)
     if output is None:
         raise OSError(oiio.geterror())
@@ -108,7 +109,7 @@ def _check_written(path: Path, parts: Sequence[Part]) -> None:
     """Read a file back: what OpenEXR writes as it closes a file on a full disk is lost without an error."""
     import OpenImageIO as oiio
 
-    source = oiio.ImageInput.open(_utf8_name(path))
+    source = oiio.ImageInput.open(utf8_name(path))
     if source is None:
         raise OSError(f"it cannot be read back: {oiio.geterror()}")
     try:
@@ -125,15 +126,6 @@ def _check_written(path: Path, parts: Sequence[Part]) -> None:
 
 def _same_bits(a: NDArray[np.float32], b: NDArray[np.float32]) -> bool:
     return np.array_equal(np.ascontiguousarray(a).view(np.uint32), np.ascontiguousarray(b).view(np.uint32))
-
-
-def _utf8_name(path: Path) -> str:
-    """The path as OpenImageIO takes it; file systems allow any bytes."""
-    try:
-        str(path).encode("utf-8")
-    except UnicodeEncodeError:
-        raise InputError(f"{path}: OpenImageIO needs names in UTF-8, which this is not") from None
-    return str(path)
 
 
 def _spec(oiio: Any, part: Part) -> Any:
@@ -159,27 +151,9 @@ def read_exr(path: Path) -> dict[str, Part]:
     InputError
         If the file is missing, is no EXR file or cannot be read.
     """
-    import OpenImageIO as oiio
-
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file")
-    source = oiio.ImageInput.open(_utf8_name(path))
-    if source is not None and source.format_name() != "openexr":  # OpenImageIO reads whatever image it finds
-        raise InputError(f"{path}: it is of format {source.format_name()}, not an EXR file")
-    if source is None:
-        raise InputError(f"{path}: it cannot be read as an EXR file ({oiio.geterror()})")
     parts: dict[str, Part] = {}
-    try:
-        while source.seek_subimage(len(parts), 0):
-            spec = source.spec()
-            pixels = source.read_image(len(parts), 0, 0, spec.nchannels, oiio.FLOAT)
-            if pixels is None:
-                raise InputError(f"{path}: part {len(parts)} cannot be read ({source.geterror()})")
-            attributes = {
-                a.name.removeprefix("lfssao:"): a.value for a in spec.extra_attribs if a.name.startswith("lfssao:")
-            }
-            name = spec.get_string_attribute("name")
-            parts[name] = Part(name, tuple(spec.channelnames), pixels, attributes, guard=-spec.x)
-    finally:
-        source.close()
+    for image in read_image_file(path, ("openexr",)):
+        pixels = np.stack(image.planes, axis=-1).astype(np.float32, copy=False)
+        guard = -image.origin[0] if image.origin else 0
+        parts[image.name] = Part(image.name, image.channels, pixels, image.attributes, guard)
     return parts

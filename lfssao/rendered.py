@@ -12,6 +12,31 @@ from lfssao.errors import InputError
 from lfssao.exr import read_exr
 from lfssao.manifest import FORMAT, digest
 
+MANIFEST = "manifest.json"
+
+
+def load_manifest(folder: Path) -> dict[str, Any]:
+    """The manifest of a folder, of which only the format's number is checked.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is no JSON file or of another format.
+    """
+    path = folder / MANIFEST
+    try:
+        manifest: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao render' writes it") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: it is not a JSON file ({error})") from error
+    found = manifest.get("format") if isinstance(manifest, dict) else None
+    if found != FORMAT or isinstance(found, bool):
+        newer = isinstance(found, int) and found > FORMAT
+        what = "a newer version of lfssao wrote it" if newer else f"its format is {found!r:.40}"
+        raise InputError(f"{path}: {what}, this version reads format {FORMAT}")
+    return manifest
+
 
 def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str, Any]]]:
     """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
@@ -29,16 +54,7 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
         If there is no manifest, it is of another format or does not hold what it should, is a camera's, or its
         textures do not have the layer.
     """
-    path = folder / "manifest.json"
-    try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao render' writes it") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: it is not a JSON file ({error})") from error
-    found = manifest.get("format") if isinstance(manifest, dict) else None
-    if found != FORMAT:
-        raise InputError(f"{path}: its format is {found!r}, this version reads {FORMAT}")
+    path, manifest = folder / MANIFEST, load_manifest(folder)
     try:
         if manifest["display"] is None:
             raise InputError(f"{path}: it describes a camera's view (--camera), but an eye looks at a display")

@@ -1,0 +1,199 @@
+"""A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from lfssao.comparison.intervals import Oracle, Parameters
+from lfssao.comparison.layers import Layer, Matcher, MismatchError, check_comparable
+from lfssao.comparison.picture import Panels
+from lfssao.comparison.report import Report
+from lfssao.comparison.source import Mine, Reference
+from lfssao.comparison.verdict import Judged, Result, Verdict, judge
+from lfssao.errors import InputError
+from lfssao.oracle.error_model import find_model
+from lfssao.oracle.judge import StageVerdict
+
+
+def compare(
+    mine: str | Path,
+    reference: str | Path,
+    *,
+    rules: Mapping[str, str] | None = None,
+    layers: Sequence[str] | None = None,
+    exact: bool = False,
+    model: str = "shader",
+) -> Report:
+    """Compare another renderer's textures with a reference.
+
+    Parameters
+    ----------
+    mine, reference : str or Path
+        Two folders or two files; EXR, TIFF, PNG or NPY. Acceptance intervals are known where the reference is what
+        ``lfssao render`` wrote, beside its manifest.
+    rules : mapping, optional
+        Layers or channels of the reference, each with the other renderer's name of it, where conventions do not tell.
+    layers : sequence of str, optional
+        Compare these layers of the reference only.
+    exact : bool
+        Whether all but equal bits fails.
+    model : str
+        What the renderer's arithmetic may do (``lfssao.oracle.error_model.MODELS``).
+
+    Returns
+    -------
+    Report
+        With ``exit_code`` 0 where everything conforms.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to compare, or the manifest or an argument is wrong. What is wrong with single files and
+        layers is in the report.
+    """
+    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model)
+    for module in comparison.modules:
+        comparison.add(module)
+    return comparison.report()
+
+
+class Comparison:
+    """A comparison that is given its modules one by one; it keeps figures, and pictures of one module.
+
+    Parameters
+    ----------
+    mine, reference : Path
+        Two folders or two files.
+    rules, layers, exact, model
+        As of ``compare``.
+
+    Raises
+    ------
+    InputError
+        As ``compare``.
+    """
+
+    def __init__(
+        self,
+        mine: Path,
+        reference: Path,
+        rules: Mapping[str, str],
+        layers: Sequence[str] | None,
+        exact: bool,
+        model: str,
+    ) -> None:
+        self._model = find_model(model)
+        self._reference = Reference.open(reference)
+        self._mine = Mine.open(mine, self._reference)
+        self._rules, self._wanted, self._exact = dict(rules), layers, exact
+        self._results: list[Result] = []
+        self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
+        self._panels: Panels | None = None
+        self._named: set[str] = set()
+
+    @property
+    def modules(self) -> list[str]:
+        """Names of the reference's modules, in its order."""
+        return list(self._reference.files)
+
+    def add(self, module: str) -> None:
+        """Compare one module.
+
+        Raises
+        ------
+        InputError
+            If the manifest does not hold what the oracle needs.
+        """
+        parameters = self._parameters(module)
+        try:
+            reference, parts = self._reference.layers(module), self._mine.parts(module)
+        except InputError as error:
+            self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
+            return
+        self._named |= {name for layer in reference for name in (layer.name, *_channel_names(layer))}
+        if not parts:
+            detail = f"{self._mine.path} has no file of it"
+            self._results.append(Result(module, "", Verdict.MISSING, detail))
+            return
+        matcher = Matcher(parts, reference, self._rules)
+        self._compare(module, parameters, matcher, reference)
+        if self._wanted is None:
+            self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
+
+    def _parameters(self, module: str) -> Parameters | None:
+        source = self._reference
+        if source.manifest is None:
+            return None
+        return Parameters.of(source.path, source.manifest, source.entries[module])
+
+    def _compare(
+        self, module: str, parameters: Parameters | None, matcher: Matcher, reference: Sequence[Layer]
+    ) -> None:
+        """Every layer of a module: all are found before one is judged, as later stages are judged by earlier ones."""
+        found: dict[str, Layer] = {}
+        refused: dict[str, Result] = {}
+        for right in reference:
+            try:
+                layer = matcher.find(right)
+                if layer is None:
+                    refused[right.name] = Result(module, right.name, Verdict.MISSING, "there is no such layer")
+                    continue
+                check_comparable(layer, right)
+                found[right.name] = layer
+            except MismatchError as error:
+                refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
+        oracle = None
+        if parameters is not None:
+            oracle = Oracle(parameters, found, {layer.name: layer for layer in reference}, self._model)
+        panels = Panels(module)
+        for right in reference:
+            if self._wanted is not None and right.name not in self._wanted:
+                continue
+            if right.name in refused:
+                self._results.append(refused[right.name])
+                continue
+            judged = self._judge(module, oracle, found[right.name], right)
+            self._results.append(judged.result)
+            panels.offer(found[right.name], right, judged)
+        if self._panels is None or panels.rank > self._panels.rank:
+            self._panels = panels
+
+    def _judge(self, module: str, oracle: Oracle | None, mine: Layer, reference: Layer) -> Judged:
+        name = reference.name
+
+        def ask() -> StageVerdict | None:
+            return None if oracle is None else oracle.verdict(name)
+
+        def reason(texel: tuple[int, int]) -> str:
+            return "" if oracle is None else oracle.reason(name, texel)
+
+        try:
+            return judge(module, mine, reference, ask, reason)
+        except InputError as error:
+            raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
+
+    def report(self) -> Report:
+        """What was found of the modules that were added.
+
+        Raises
+        ------
+        InputError
+            If a rule or a wanted layer names nothing that the reference has.
+        """
+        if self._named:
+            for name in (*(self._wanted or ()), *self._rules):
+                if name not in self._named:
+                    raise InputError(f"the reference has no layer or channel '{name}'")
+        return Report(
+            mine=str(self._mine.path),
+            reference=str(self._reference.path),
+            model=None if self._reference.manifest is None else self._model.name,
+            exact=self._exact,
+            modules=len(self._reference.files),
+            results=tuple(self._results),
+            notes=tuple(self._notes),
+            panels=self._panels,
+        )
+
+
+def _channel_names(layer: Layer) -> list[str]:
+    return [name for channel in layer.channels for name in (channel, f"{layer.name}.{channel}")]

@@ -1,0 +1,183 @@
+"""Image files of renderers, EXR, TIFF, PNG and NPY, read with the bits that they hold; hostile ones are refused."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+
+ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
+_FORMATS = ("openexr", "tiff", "png")
+
+# A header may claim any size, and the reader allocates it before it decodes. Deflate, in EXR, TIFF and PNG, makes at
+# most 1032 bytes of one; other compressions may make more of a blank image, so images that harm nobody always pass.
+_MOST_EXPANSION = 2048
+_HARMLESS = 256 * 2**20
+
+
+@dataclass(frozen=True, eq=False)
+class ImagePart:
+    """One image of a file: the whole of a PNG, TIFF page or NPY array, one part of an EXR file.
+
+    Attributes
+    ----------
+    name : str
+        The part's name in an EXR file; '' where the format or the file has none.
+    channels : tuple of str
+        Name of each channel; 'Y', 'R', 'G', 'B', 'A' by their number where the format has no names.
+    planes : tuple of (H, W) arrays
+        The channels, each in the file's own type.
+    origin : (int, int) or None
+        x and y of the data window; None where the format has none.
+    attributes : mapping
+        The metadata that lfssao wrote, strings and numbers.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    planes: tuple[NDArray[Any], ...]
+    origin: tuple[int, int] | None = None
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
+def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS) -> list[ImagePart]:
+    """All parts of a file, in its order.
+
+    Parameters
+    ----------
+    path : Path
+        Of a file; whether it is NPY is told by its ending, all else by what it holds.
+    formats : tuple of str
+        OpenImageIO's names of those that are welcome.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, of another format, damaged, or claims to hold more than it can.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    if path.suffix.lower() == ".npy":
+        return [_read_npy(path)]
+    try:
+        return _read_with_oiio(path, formats)
+    except UnicodeDecodeError:  # what OpenImageIO hands over as text, names and messages, is as in the file
+        raise InputError(f"{path}: it is damaged (a name in its header is not UTF-8)") from None
+    except OSError as error:
+        raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
+
+
+def _read_with_oiio(path: Path, formats: tuple[str, ...]) -> list[ImagePart]:
+    import OpenImageIO as oiio  # late: only files need it
+
+    plain = oiio.ImageSpec()
+    plain.attribute("oiio:UnassociatedAlpha", 1)  # else colour comes multiplied by alpha
+    source = oiio.ImageInput.open(utf8_name(path), plain)
+    if source is None:
+        kind = "an EXR file" if formats == ("openexr",) else "an image"
+        raise InputError(f"{path}: it cannot be read as {kind} ({_line(oiio.geterror())})")
+    try:
+        if source.format_name() not in formats:  # OpenImageIO reads whatever image it finds
+            wanted = "an EXR file" if formats == ("openexr",) else "EXR, TIFF, PNG or NPY"
+            raise InputError(f"{path}: it is of format {source.format_name()}, not {wanted}")
+        specs: list[Any] = []
+        while source.seek_subimage(len(specs), 0):
+            specs.append(source.spec().copy())
+        _check_sizes(path, specs)
+        parts = [_read_part(path, oiio, source, number, spec) for number, spec in enumerate(specs)]
+    finally:
+        source.close()
+    names = [part.name for part in parts]
+    if len(set(names)) < len(names) and any(names):
+        raise InputError(f"{path}: it is damaged (two of its parts have one name)")
+    return parts
+
+
+def _check_sizes(path: Path, specs: list[Any]) -> None:
+    """Refuse what no texture is, and sizes that a file of so many bytes cannot hold."""
+    claimed = 0
+    for spec in specs:
+        if spec.deep or spec.depth > 1:
+            raise InputError(f"{path}: it holds a {'deep image' if spec.deep else 'volume'}, not a texture")
+        if spec.width < 1 or spec.height < 1 or spec.nchannels < 1:
+            raise InputError(f"{path}: it is damaged (a part of {spec.width}x{spec.height})")
+        claimed += spec.width * spec.height * spec.pixel_bytes(True)
+    there = path.stat().st_size
+    if claimed > max(_HARMLESS, _MOST_EXPANSION * there):
+        size = f"{specs[0].width}x{specs[0].height}"
+        raise InputError(
+            f"{path}: its header claims {size} texels, {claimed / 1e9:.3g} GB in all; "
+            f"a file of {there} bytes cannot hold that"
+        )
+
+
+def _read_part(path: Path, oiio: Any, source: Any, number: int, spec: Any) -> ImagePart:
+    """One part, each run of channels of one type in that type; converted to another, integers would be normalised."""
+    types = [str(t) for t in spec.channelformats] or [str(spec.format)] * spec.nchannels
+    planes: list[NDArray[Any]] = []
+    for kind, run in groupby(types):
+        begin = len(planes)
+        pixels = source.read_image(number, 0, begin, begin + len(list(run)), oiio.TypeDesc(kind))
+        if pixels is None:
+            raise InputError(f"{path}: part {number} cannot be read ({_line(source.geterror())})")
+        planes.extend(pixels[..., k] for k in range(pixels.shape[2]))
+    if len(set(spec.channelnames)) < len(spec.channelnames):
+        raise InputError(f"{path}: part {number} has two channels of one name")
+    prefix = "lfssao:"
+    return ImagePart(
+        name=spec.get_string_attribute("name"),
+        channels=tuple(spec.channelnames),
+        planes=tuple(planes),
+        origin=(spec.x, spec.y) if source.format_name() == "openexr" else None,
+        attributes={a.name.removeprefix(prefix): a.value for a in spec.extra_attribs if a.name.startswith(prefix)},
+    )
+
+
+def utf8_name(path: Path) -> str:
+    """The path as OpenImageIO takes it; file systems allow any bytes.
+
+    Raises
+    ------
+    InputError
+        If it is not UTF-8.
+    """
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(f"{path}: OpenImageIO needs names in UTF-8, which this is not") from None
+    return str(path)
+
+
+def _line(message: str) -> str:
+    """The first line of what OpenImageIO says: some errors come with a history."""
+    return message.strip().split("\n")[0] or "OpenImageIO gives no reason"
+
+
+def _read_npy(path: Path) -> ImagePart:
+    """An array (H, W) or (H, W, C). Its file has exactly the bytes of its numbers, which is checked beforehand."""
+    try:
+        with path.open("rb") as stream:
+            version = np.lib.format.read_magic(stream)
+            read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+            shape, by_columns, dtype = read(stream)
+            there = path.stat().st_size - stream.tell()
+        if dtype.kind not in "fiu" or dtype.itemsize > 8 or len(shape) not in (2, 3) or 0 in shape:
+            raise InputError(f"{path}: it holds {dtype} {shape}, expected numbers of shape (H, W) or (H, W, C)")
+        count = int(np.prod([int(n) for n in shape], dtype=object))
+        if count * dtype.itemsize != there:
+            raise InputError(f"{path}: it is damaged (shape {shape} needs {count * dtype.itemsize} bytes, has {there})")
+        pixels = np.fromfile(path, dtype, offset=path.stat().st_size - there)
+    except InputError:
+        raise
+    except (OSError, ValueError, TypeError, SyntaxError, EOFError, RecursionError, OverflowError) as error:
+        raise InputError(f"{path}: it cannot be read as an NPY file ({_line(str(error))})") from None
+    pixels = pixels.reshape(shape, order="F" if by_columns else "C").astype(dtype.newbyteorder("="), copy=False)
+    pixels = pixels.reshape(*shape[:2], -1)
+    channels = {1: ("Y",), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}.get(pixels.shape[2])
+    names = channels or tuple(f"channel{k}" for k in range(pixels.shape[2]))
+    return ImagePart("", names, tuple(pixels[..., k] for k in range(pixels.shape[2])))

@@ -385,6 +385,59 @@ def frame(parameters, inputs):
     return {"shaded": shaded, "merged": crop(merged), "blurred": blurred, **made}
 
 
+# Section 16
+
+
+def point_estimator(parameters, inputs, hemisphere=False):
+    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
+    options, depth, places = parameters["options"], inputs["depth"], inputs["positions"]
+    table = offsets(parameters, {"samples": inputs["points"]})
+    height, width = depth.shape
+    rows = range(4 if kind == "matrix" else 3)
+    reach = F(parameters["radius"] * parameters["radius"]) if options["range_check"] else None
+
+    def surface(row, column):
+        if options["surface"] == "depth":
+            return depth[row, column]
+        z = sum_a(m, 2, *places[row, column])
+        if kind != "matrix":
+            return z
+        q = sum_a(m, 3, *places[row, column])
+        return z / q if q > 0 else F(np.inf)
+
+    def near(row, column, point):
+        if reach is None:
+            return True
+        dx, dy, dz = (a - b for a, b in zip(places[row, column], point, strict=True))
+        return ((dx * dx + dy * dy) + dz * dz) <= reach
+
+    def occluded(row, column, z, point):
+        return depth[row, column] < np.inf and surface(row, column) < z and near(row, column, point)
+
+    made, outside = np.zeros((height, width), F), 0
+    for j, i in np.argwhere(depth < np.inf):
+        point = places[j, i]
+        affine, count = [sum_a(m, row, *point) for row in rows], 0
+        for ox, oy, oz in table:
+            t = F(1)
+            if hemisphere:
+                nx, ny, nz = inputs["normals"][j, i]
+                t = F(-1) if (ox * nx + oy * ny) + oz * nz < 0 else F(1)
+            u, v, z, answer = to_image(kind, m, [affine[row] + t * sum_l(m, row, ox, oy, oz) for row in rows])
+            if answer != 0 or not (u >= 0 and u < width and v >= 0 and v < height):
+                outside += 1
+            elif occluded(int(v), int(u), z, point):
+                count += 1
+        share = F(count) / F(len(table))
+        made[j, i] = F(2) * max(F(0), share - F(0.5)) if options.get("remap") else share
+    return {"occlusion": made, "outside": np.array([outside])}
+
+
+ESTIMATORS = {
+    "point": point_estimator,
+    "hemisphere": lambda parameters, inputs: point_estimator(parameters, inputs, hemisphere=True),
+}
+
 STAGES = {
     "elementary": lambda parameters, inputs: {"y": elementary(parameters, inputs)},
     "philox": lambda parameters, inputs: {"words": philox_stage(parameters, inputs)},
@@ -399,6 +452,7 @@ STAGES = {
     "blur": lambda parameters, inputs: blur(parameters["sigma"], inputs["source"]),
     "shade": lambda parameters, inputs: {"shaded": shade(inputs["image"], inputs["occlusion"])},
     "frame": frame,
+    "estimator": lambda parameters, inputs: ESTIMATORS[parameters["estimator"]](parameters, inputs),
 }
 
 

@@ -1,8 +1,9 @@
 """The registry of cases: one for each feature, sampler, singularity and estimator, each small."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from lfssao.camera import Camera
 from lfssao.display import Display, Module
 from lfssao.errors import InputError
-from lfssao.estimators.estimator import Estimator
+from lfssao.estimators.estimator import Estimator, Value
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.kernels.philox import random_unit
 from lfssao.kit.bounds import case_bounds
@@ -222,9 +223,11 @@ def _philox_inputs() -> Arrays:
     return {"counters": np.ascontiguousarray(table[:, :4]), "keys": np.ascontiguousarray(table[:, 4:])}
 
 
-def _estimator_problem(estimator: Estimator) -> Problem:
-    view = _module_view(_small())
-    depth, positions = textures(view, SCENE)
+def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str, Value]) -> Problem:
+    """An estimator on a display's module or on a camera, some of its options changed."""
+    view = _camera("perspective") if camera else _module_view(_small())
+    exact, positions = textures(view, _CAMERA_SCENE if camera else SCENE)
+    depth = exact + _noise(9, *exact.shape) * np.float32(0.02)  # so that it matters which of the two is read
     inputs: dict[str, NDArray[Any]] = {"depth": depth, "positions": positions}
     if estimator.normals:
         inputs["normals"] = _wall_normals(view, depth)
@@ -232,8 +235,9 @@ def _estimator_problem(estimator: Estimator) -> Problem:
     given = {"points": points, "weights": weights}
     inputs |= {name: np.asarray(table, np.float64) for name, table in given.items() if table is not None}
     parameters = {
-        "estimator": estimator.name, "radius": _RADIUS, "options": dict(estimator.parameters),
-        "mapping": _described(view.world_to_image), "view": _view_numbers(view),
+        "estimator": estimator.name, "radius": 0.5 if camera else _RADIUS,
+        "options": {**estimator.parameters, **changes}, "mapping": _described(view.world_to_image),
+        "view": _view_numbers(view),
     }  # fmt: skip
     return parameters, inputs
 
@@ -241,10 +245,11 @@ def _estimator_problem(estimator: Estimator) -> Problem:
 def _wall_normals(view: View, depth: NDArray[np.float32]) -> NDArray[np.float32]:
     """The wall's normal in world space wherever there is a surface: an input like any other."""
     _, b, c, _ = SCENE.wall
-    towards = (b, c, -1.0)  # physical space, to the viewers; planes go to world space by the transposed map
-    world = [sum(towards[k] * float(_WORLD[k, axis]) for k in range(3)) for axis in range(3)]
-    length = float(np.sqrt((world[0] * world[0] + world[1] * world[1]) + world[2] * world[2]))
-    unit = np.array([w / length for w in world], np.float32)
+    towards = (b, c, -1.0)  # cast space, to the viewers; planes go to world space by the transposed map
+    rows = view.cast_from_world.tolist()
+    x, y, z = ((towards[0] * rows[0][k] + towards[1] * rows[1][k]) + towards[2] * rows[2][k] for k in range(3))
+    length = sqrt((x * x + y * y) + z * z)
+    unit = np.array([x / length, y / length, z / length], np.float32)
     return np.where(np.isfinite(depth)[..., None], unit, np.float32(0))
 
 
@@ -253,8 +258,9 @@ def _view_numbers(view: View) -> dict[str, Any]:
     return {
         "name": view.name, "width": view.width, "height": view.height, "ray_kind": view.ray_kind,
         "lens": view.lens.tolist(), "cast_from_world": view.cast_from_world.tolist(),
-        "world_from_cast": view.world_from_cast.tolist(), "screen_to_world": None, "depth_kind": view.depth_kind,
-        "guard": view.guard,
+        "world_from_cast": view.world_from_cast.tolist(),
+        "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
+        "depth_kind": view.depth_kind, "guard": view.guard,
     }  # fmt: skip
 
 
@@ -334,11 +340,19 @@ def _occlusion_ramp() -> NDArray[np.float32]:
 
 
 def _estimators() -> Iterator[Recipe]:
-    """Every estimator of the registry but LF's, which is Algorithms 1 and 2."""
+    """Every estimator of the registry but LF's, which is Algorithms 1 and 2: as it is, and each option changed."""
     for name, estimator in ESTIMATORS.items():
-        if name != "lf":
-            yield Recipe(f"estimator_{name}", "estimator", estimator.title, partial(_estimator_problem, estimator),
-                         specified=is_specified(name))  # fmt: skip
+        if name == "lf":
+            continue
+        variants: list[tuple[str, bool, dict[str, Value]]] = [("", False, {}), ("_camera", True, {})]
+        for option, default in estimator.parameters.items():
+            if isinstance(default, bool):
+                variants.append((f"_{option}", False, {option: not default}))
+            others = [choice for choice in estimator.choices.get(option, ()) if choice != default]
+            variants += [(f"_{option}_{choice}", False, {option: choice}) for choice in others]
+        for suffix, camera, changes in variants:
+            yield Recipe(f"estimator_{name}{suffix}", "estimator", estimator.title,
+                         partial(_estimator_problem, estimator, camera, changes), is_specified(name))  # fmt: skip
 
 
 RECIPES = {

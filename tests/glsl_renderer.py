@@ -55,7 +55,7 @@ class Renderer:
         arrays = [np.array(kit_reader.binary32(numbers)), depth, places, table, made, outside]
         made, outside = self.run(
             "occlusion", (-(-width // _GROUP), -(-height // _GROUP)), arrays, (4, 5), size=(width, height),
-            kind=KINDS.index(kind), samples=len(table), algorithm1="positions" not in inputs,
+            kind=KINDS.index(kind), samples=len(table), algorithm1="screen_to_world" in parameters,
         )  # fmt: skip
         return {"occlusion": made, "outside": outside.astype(np.int64), "offsets": table}
 
@@ -100,7 +100,8 @@ class Renderer:
         def crop(texture):
             return np.ascontiguousarray(texture[g : texture.shape[0] - g, g : texture.shape[1] - g])
 
-        layers = [self.algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
+        algorithm = self.algorithm1 if "screen_to_world" in parameters else self.algorithm2
+        layers = [algorithm({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
         merged = self.merge({}, {"layers": np.array(layers)})["merged"]
         blurred = crop(self.blur(parameters, {"source": merged})["blurred"])
         shaded = self.shade({}, {"image": crop(inputs["image"]), "occlusion": blurred})["shaded"]

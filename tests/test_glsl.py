@@ -3,6 +3,7 @@
 Inside the bounds on any driver; equal bits on Mesa's llvmpipe, whose operations are rounded as IEEE 754 has it.
 """
 
+import json
 import os
 import re
 
@@ -11,6 +12,8 @@ import kit_reader
 import numpy as np
 import pytest
 
+from lfssao.cli import main
+from lfssao.exr import read_exr
 from lfssao.kit.cases import RECIPES, make_case
 from lfssao.kit.folder import read_case, write_kit
 from lfssao.testing import assert_conforms
@@ -63,6 +66,51 @@ def test_the_shaders_conform(context, renderer, kit, name):
     if "llvmpipe" in context.info["GL_RENDERER"]:
         assert set(case.outputs) <= set(made)
         assert_conforms({output: made[output] for output in case.outputs}, case, strict=True)
+
+
+# Whole frames, judged by the command
+
+
+JOBS = {
+    "display": ("statue", "--display", "sample-a", "--modules", "3:5"),
+    "curved display with a guard band": ("ammonite", "--display", "convex", "--modules", "20:21", "--guard", "4"),
+    "camera": ("statue", "--camera"),
+}
+
+
+def render_frame(renderer, view, settings, parts):
+    """All layers of one view from its G-buffer, by the numbers of the manifest."""
+    numbers = view["world_to_image"]
+    parameters = {
+        "radii": settings["radii"], "sigma": settings["blur_sigma"], "guard": view["guard"],
+        "mapping": {"kind": view["world_to_image_kind"], "numbers": numbers},
+    }  # fmt: skip
+    if view["screen_to_world"] is not None:
+        parameters |= {"screen_to_world": view["screen_to_world"], "world_to_screen": numbers}
+    depth, positions, color = (parts[layer].pixels for layer in ("depth", "positions", "color"))
+    inputs = {
+        "depth": depth[..., 0], "positions": positions, "image": color, "samples": np.array(settings["samples"])
+    }  # fmt: skip
+    return {"depth": depth, "positions": positions, "color": color, **renderer.frame(parameters, inputs)}
+
+
+@pytest.mark.parametrize("job", JOBS)
+def test_the_command_finds_whole_frames_right(context, renderer, tmp_path, job):
+    reference, mine = tmp_path / "reference", tmp_path / "mine"
+    words = "--resolution", "48x36", "--radii", "2%,5%", "--blur", "1.5", "-o", str(reference)
+    assert main(["render", *JOBS[job], *words]) == 0
+    manifest = json.loads((reference / "manifest.json").read_text())
+    mine.mkdir()
+    for entry in manifest["views"]:
+        parts = read_exr(reference / f"{entry['name']}.exr")
+        for layer, texture in render_frame(renderer, entry["view"], manifest["settings"], parts).items():
+            np.save(mine / f"{entry['name']}_{layer}.npy", texture)
+    assert main(["compare", str(mine), str(reference)]) == 0
+    if "llvmpipe" in context.info["GL_RENDERER"]:
+        assert main(["compare", str(mine), str(reference), "--exact"]) == 0
+    name = next(mine.glob("*_merged.npy"))
+    np.save(name, np.load(name)[::-1])
+    assert main(["compare", str(mine), str(reference)]) == 2
 
 
 class Changed(glsl_renderer.Renderer):

@@ -296,7 +296,7 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
         run(lower, weights, below)
         run(upper, weights, above)
         run(size, doubt, error)
-        error += (2 * n + 2) * chosen.smallest
+        error += (2 * n + 2) * chosen.smallest * (error > 0)  # sums of zeros are zero
         lower = up_to_single(below - error).astype(np.float64)
         upper = down_to_single(above + error).astype(np.float64)
     return Bounds(lower.astype(np.float32), upper.astype(np.float32))
@@ -363,9 +363,8 @@ def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "sha
     for end in (occlusion.lower, occlusion.upper):
         ao = end.astype(np.float64)[..., None]
         exact = color * (1 - ao)
-        error = np.abs(color) * (np.abs(ao) + 2 * np.abs(1 - ao)) * (r * (1 + 4 * r)) + 4 * chosen.smallest * (
-            1 + np.abs(color)
-        )
+        error = np.abs(color) * (np.abs(ao) + 2 * np.abs(1 - ao)) * (r * (1 + 4 * r))
+        error += 4 * chosen.smallest * (color != 0)
         below.append(exact - error)
         above.append(exact + error)
     return Bounds(up_to_single(np.minimum(*below)), down_to_single(np.maximum(*above)))

@@ -1,0 +1,279 @@
+"""Float32 renderers that round, fuse and order as they like within an error model, many at a time; nothing of lfssao.
+
+Arrays have the renderers as first axis. Each operation draws for each renderer how it rounds: always down, always up,
+to nearest, or by lot for each number. All numbers are held in float64 and are float32 numbers.
+"""
+
+import numpy as np
+
+CROSSED_SLITS, MATRIX, DISPLAY = 0, 1, 2
+
+
+def single(x):
+    """A number as a renderer is given it."""
+    return np.asarray(x, np.float64).astype(np.float32).astype(np.float64)
+
+
+class Arithmetic:
+    """Operations of so many renderers.
+
+    ``directed``: + - * give either neighbour of the exact result; else the nearest. ``quotient``, ``root``: ulp.
+    """
+
+    def __init__(self, rng, renderers, directed=True, quotient=2.5, root=2.0):
+        self.rng, self.renderers, self.directed = rng, renderers, directed
+        self.quotient_ulp, self.root_ulp = quotient, root
+        self.flushes = self.lot(0.5)
+        self.habit = rng.integers(0, 8, renderers)  # 0: always down, 1: always up, else anew for each operation
+
+    def lot(self, chance):
+        """By lot for each renderer, (R,) bool."""
+        return self.rng.random(self.renderers) < chance
+
+    def per_renderer(self, values, like):
+        return values.reshape((self.renderers,) + (1,) * (np.ndim(like) - 1))
+
+    def choose(self, chosen, a, b):
+        """a for the renderers chosen, b for the others."""
+        a, b = np.broadcast_arrays(a, b)
+        return np.where(self.per_renderer(chosen, a), a, b)
+
+    def align(self, *numbers):
+        """Scalars, and arrays with the renderers as first axis and as many axes as the one with most."""
+        arrays = [np.asarray(x, np.float64) if np.ndim(x) == 0 else self.full(x) for x in numbers]
+        axes = max(x.ndim for x in arrays)
+        return [x.reshape(x.shape + (1,) * (axes - x.ndim)) if x.ndim else x for x in arrays]
+
+    def flush(self, x):
+        return np.where(self.per_renderer(self.flushes, x) & (np.abs(x) < 2.0**-126), 0.0, x)
+
+    def full(self, x):
+        """An array with the renderers as first axis, of one that may have none."""
+        x = np.asarray(x, np.float64)
+        return x if x.ndim and x.shape[0] == self.renderers else np.broadcast_to(x, (self.renderers, *x.shape))
+
+    def correctly(self, x):
+        """A correct rounding of exact results: what is representable stays."""
+        x = self.full(x)
+        near = x.astype(np.float32)
+        if self.directed:
+            down = np.where(near > x, np.nextafter(near, np.float32(-np.inf)), near)
+            up = np.where(near < x, np.nextafter(near, np.float32(np.inf)), near)
+            mode = np.where(self.habit < 2, self.habit, self.rng.integers(0, 4, self.renderers))
+            mode = self.per_renderer(mode, x)
+            coin = self.rng.random(x.shape) < 0.5
+            near = np.select([mode == 0, mode == 1, mode == 2], [down, up, near], np.where(coin, down, up))
+        return self.flush(near.astype(np.float64))
+
+    def within(self, x, ulps):
+        """A float32 number within so many ulp of exact results; half an ulp: the nearest."""
+        x = self.full(x)
+        if np.ndim(ulps) == 0 and ulps <= 0.5:
+            return self.flush(x.astype(np.float32).astype(np.float64))
+        room = np.where(x == 0.0, 0.0, ulps * np.ldexp(1.0, np.frexp(x)[1] - 24))
+        mode = self.per_renderer(self.rng.integers(0, 3, self.renderers), x)
+        share = np.select([mode == 0, mode == 1], [-1.0, 1.0], self.rng.uniform(-1, 1, x.shape))
+        near = (x + share * room).astype(np.float32)
+        back = np.nextafter(near, np.where(near > x, np.float32(-np.inf), np.float32(np.inf)))
+        return self.flush(np.where(np.abs(near - x) > room, back, near).astype(np.float64))
+
+    def add(self, a, b):
+        a, b = self.align(a, b)
+        return self.correctly(a + b)
+
+    def subtract(self, a, b):
+        a, b = self.align(a, b)
+        return self.correctly(a - b)
+
+    def multiply(self, a, b):
+        a, b = self.align(a, b)
+        return self.correctly(a * b)
+
+    def fused(self, a, b, c):
+        """a b + c, rounded once by some renderers and twice by others."""
+        a, b, c = self.align(a, b, c)
+        once, twice = self.correctly(a * b + c), self.add(self.multiply(a, b), c)
+        return self.choose(self.lot(0.5), once, twice)
+
+    def divide(self, a, b):
+        """a / b, or a (1 / b)."""
+        a, b = self.align(a, b)
+        quotient = self.within(a / b, self.quotient_ulp)
+        product = self.multiply(a, self.within(1.0 / b, self.quotient_ulp))
+        return self.choose(self.lot(0.6), quotient, product)
+
+    def root(self, x):
+        if self.root_ulp <= 0.5:
+            return self.within(np.sqrt(x), 0.5)
+        return self.within(1.0 / self.within(1.0 / np.sqrt(x), self.root_ulp), self.quotient_ulp)
+
+    def total(self, factors, values):
+        """Sum of factors times values, in an order of each renderer's own, cut into two sums or not, fused or not."""
+        values = np.stack(np.broadcast_arrays(*(v if np.ndim(v) == 0 else self.full(v) for v in values)))
+        factors = np.stack([np.broadcast_to(self.align(self.full(f), values[0])[0], values[0].shape) for f in factors])
+        order = self.rng.permuted(np.tile(np.arange(len(values)), (self.renderers, 1)), axis=1)
+        of = np.arange(self.renderers)
+        cut = int(self.rng.integers(1, len(values) + 1))
+        sums = []
+        for part in (range(cut), range(cut, len(values))):
+            total = None
+            for k in part:
+                f, v = factors[order[:, k], of], values[order[:, k], of]
+                total = self.multiply(f, v) if total is None else self.fused(f, v, total)
+            if total is not None:
+                sums.append(total)
+        return sums[0] if len(sums) == 1 else self.add(*sums)
+
+
+def row(ar, m, k, point, offset):
+    """A row of M applied to point and offset, to their sum or to each."""
+    a = m[4 * k : 4 * k + 4]
+    together = [ar.add(p, o) for p, o in zip(point, offset, strict=True)]
+    first = ar.total(a, [*together, 1.0])
+    second = ar.total([*a[:3], *a], [*np.broadcast_arrays(*offset, *point), 1.0])
+    return ar.choose(ar.lot(0.5), first, second)
+
+
+def quotient_from(ar, start, a, b):
+    """start + a / b, or a (1 / b) + start in one."""
+    return ar.choose(ar.lot(0.7), ar.add(start, ar.divide(a, b)), ar.fused(a, ar.within(1 / b, ar.quotient_ulp), start))
+
+
+@np.errstate(all="ignore")
+def to_image(ar, kind, m, point, offset):
+    """World -> image of point + offset: u, v, z, whether it is valid."""
+    a, b, c = (row(ar, m, k, point, offset) for k in range(3))
+    if kind == CROSSED_SLITS:
+        u = quotient_from(ar, m[14], a, ar.subtract(m[12], c))
+        v = quotient_from(ar, m[15], b, ar.subtract(m[13], c))
+        return u, v, c, (c < m[12]) & (c > m[13])
+    if kind == MATRIX:
+        q = row(ar, m, 3, point, offset)
+        return ar.divide(a, q), ar.divide(b, q), ar.divide(c, q), q > 0
+    u, v, valid = physical_to_image(ar, m[12:], a, b, c)
+    return u, v, c, valid
+
+
+def crossing(ar, curvature, x, z, dx, dz):
+    """Where a line leaves a circle, and the discriminant."""
+    a = ar.multiply(curvature, ar.fused(dx, dx, ar.multiply(dz, dz)))
+    b = ar.subtract(ar.multiply(curvature, ar.fused(x, dx, ar.multiply(z, dz))), dz)
+    c = ar.subtract(ar.multiply(curvature, ar.fused(x, x, ar.multiply(z, z))), ar.add(z, z))
+    discriminant = ar.fused(b, b, -ar.multiply(a, c))
+    root = np.where(discriminant > 0, ar.root(np.maximum(discriminant, 0)), 0.0)
+    return ar.divide(-c, ar.add(b, root)), discriminant
+
+
+def physical_to_image(ar, d, x, y, z):
+    """The mapping of any display, as it is written in ``lfssao.kernels.display``."""
+    m_x, m_y, m_z, y_o, z_o = d[:5]
+    dx, dz = ar.subtract(x, m_x), ar.subtract(z, m_z)
+    t_s, meets_screen = crossing(ar, d[5], m_x, m_z, dx, dz)
+    t_v, meets_observers = crossing(ar, d[6], m_x, ar.subtract(m_z, z_o), dx, dz)
+    valid = (z < m_z) & (meets_observers >= 0) & (t_v > 1) & (meets_screen >= 0) & (t_s > 0) & (t_s < t_v)
+    share = ar.divide(ar.subtract(t_v, t_s), ar.subtract(t_v, 1.0))
+    s_y = ar.fused(ar.subtract(y, y_o), share, y_o)
+    if d[7] == 0:
+        s_x = ar.fused(t_s, dx, m_x)
+        if d[5] != 0:
+            s_z = ar.fused(t_s, dz, m_z)
+            scale = ar.divide(m_z, ar.subtract(m_z, s_z))
+            s_x, s_y = ar.fused(ar.subtract(s_x, m_x), scale, m_x), ar.fused(ar.subtract(s_y, m_y), scale, m_y)
+            valid = valid & (scale > 0)
+    else:
+        a, b = ar.subtract(s_y, m_y), ar.subtract(s_y, y_o)
+        h_m = ar.root(ar.fused(a, a, ar.multiply(m_z, m_z)))
+        h_e = ar.root(ar.fused(b, b, ar.multiply(z_o, z_o)))
+        kappa = ar.multiply(ar.divide(z, z_o), ar.divide(h_e, h_m))
+        room = ar.add(1.0, kappa)
+        valid = valid & (room > 0)
+        s_x = ar.divide(ar.fused(m_x, kappa, x), room)
+    w = ar.total(d[14:17], [s_x, s_y, 1.0])
+    valid = valid & (w > 0)
+    u, v = (ar.divide(ar.total(d[8 + 3 * k : 11 + 3 * k], [s_x, s_y, 1.0]), w) for k in range(2))
+    if d[20] != 0 or d[21] != 0:
+        a, b = ar.divide(ar.subtract(u, d[17]), d[19]), ar.divide(ar.subtract(v, d[18]), d[19])
+        r2 = ar.fused(a, a, ar.multiply(b, b))
+        factor = ar.fused(r2, ar.fused(r2, d[21], d[20]), 1.0)
+        u, v = ar.fused(d[19], ar.multiply(a, factor), d[17]), ar.fused(d[19], ar.multiply(b, factor), d[18])
+        valid = valid & (r2 < d[22])
+    return u, v, valid
+
+
+def unproject(ar, back, depth):
+    """LF Algorithm 1, lines 1 to 3, of every texel: three arrays (R, H, W)."""
+    height, width = depth.shape
+    v, u = np.mgrid[:height, :width] + 0.5
+    rows = [ar.total(back[4 * k : 4 * k + 4], [u, v, depth, 1.0]) for k in range(4)]
+    return [ar.divide(a, rows[3]) for a in rows[:3]]
+
+
+@np.errstate(all="ignore")
+def image_points(ar, depth, positions, kind, m, samples, radius, back=None):
+    """Image points of all samples, four arrays (R, H, W, n): u, v, z, whether valid; LF Algorithm 2, or 1 with back."""
+    depth = depth.astype(np.float64)
+    finite = np.where(np.isfinite(depth), depth, 0.0)
+    if back is None:
+        point = [np.where(np.isfinite(depth), positions[..., k].astype(np.float64), 0.0) for k in range(3)]
+    else:
+        point = unproject(ar, single(back), finite)
+    point = [ar.full(p)[..., None] for p in point]
+    offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
+    return to_image(ar, kind, single(m), point, [offsets[:, None, None, :, k] for k in range(3)])
+
+
+def occlusion(ar, depth, u, v, z, valid):
+    """AO of every renderer, (R, H, W), from the image points of its samples."""
+    depth = depth.astype(np.float64)
+    height, width = depth.shape
+    inside = valid & (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    i, j = (np.where(inside, np.floor(c), 0).astype(int) for c in (u, v))
+    count = np.count_nonzero(inside & (ar.flush(ar.full(depth[j, i])) < ar.flush(z)), axis=-1)
+    return np.where(np.isfinite(depth), share(ar, count, u.shape[-1]), 0.0)
+
+
+def share(ar, count, n):
+    """count / n, or count (1 / n), or 1 / n added so often."""
+    once = ar.within(np.full((ar.renderers, 1, 1), 1 / n), ar.quotient_ulp)
+    sums = [np.zeros_like(once)]
+    for _ in range(n):
+        sums.append(ar.add(sums[-1], once))
+    added = np.take_along_axis(np.concatenate(sums, axis=1)[..., 0], count.reshape(ar.renderers, -1), axis=1)
+    return ar.choose(ar.lot(0.6), ar.divide(count.astype(float), float(n)), added.reshape(count.shape))
+
+
+def weights(ar, sigma, radius, table):
+    """Weights of the blur and what the sum is divided by: the table, or made anew, normalised before or after."""
+    k = np.arange(-radius, radius + 1, dtype=float)
+    t = ar.divide(k, single(sigma))
+    x = ar.multiply(-0.5, ar.multiply(t, t))
+    raw = ar.within(np.exp(x), 3 + 2 * np.abs(x) if ar.directed else 0.5)
+    total = ar.total([1.0] * len(k), list(np.moveaxis(raw, 1, 0)))
+    before = ar.divide(raw, total[:, None])
+    table = ar.full(single(table))
+    own, late = ar.lot(0.5), ar.lot(0.3)
+    made = ar.choose(own, ar.choose(late, raw, before), table)
+    return made, np.where(own & late, total, 1.0)
+
+
+def blur(ar, occlusion, sigma, radius, table):
+    """Gaussian blur of every renderer, (R, H, W)."""
+    made, divisor = weights(ar, sigma, radius, table)
+    occlusion = ar.full(occlusion)
+    for axis in (2, 1):
+        pad = [(0, 0)] * 3
+        pad[axis] = (radius, radius)
+        padded = np.pad(occlusion, pad, mode="edge")
+        n = occlusion.shape[axis]
+        taps = [np.take(padded, range(k, k + n), axis=axis) for k in range(2 * radius + 1)]
+        total = ar.total(list(np.moveaxis(made, 1, 0)), taps)
+        divided = ar.divide(total, ar.per_renderer(divisor, total))
+        occlusion = ar.choose(divisor == 1.0, total, divided)
+    return occlusion
+
+
+def shade(ar, rgb, occlusion):
+    rgb, ao = rgb.astype(np.float64), occlusion[..., None]
+    first = ar.multiply(rgb, ar.subtract(1.0, ao))
+    second = ar.fused(-rgb, ao, rgb)
+    return ar.choose(ar.lot(0.5), first, second)

@@ -1,0 +1,238 @@
+"""The oracle's bounds hold: 10,000 float32 renderers that round, fuse and order as they like, none outside.
+
+Scenes are drawn so that rounding matters: every texel's point is placed so that one of its samples falls on a texel's
+edge or at a surface's depth but for the last digits.
+"""
+
+import dataclasses
+
+import numba
+import numpy as np
+import pytest
+import random_renderer as rr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lfssao import Camera, Display, Mesh, Module, Paint, RayCaster, fit_roi, passes
+from lfssao.kernels import display as display_kernels
+from lfssao.kernels import outcomes
+from lfssao.oracle import bounds as oracle
+from lfssao.oracle.depth import color_bounds, depth_bounds, displaced
+from lfssao.oracle.error_model import MODELS
+from lfssao.oracle.judge import Case, Stages, positions_outside
+
+ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
+WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
+EXAMPLES, RENDERERS = 100, 100
+
+
+def drawn_view(draw, height, width):
+    """A view of any kind: a module of any display, or a camera."""
+    kind = draw(st.sampled_from(["slits", "slits", "camera", "conical", "curved", "optics"]))
+    if kind == "camera":
+        eye = tuple(draw(st.floats(2, 6)) * draw(st.sampled_from([-1, 1])) for _ in range(3))
+        projection = draw(st.sampled_from(["perspective", "orthographic"]))
+        extent = draw(st.floats(0.5, 4))
+        return Camera(projection, eye, (0.0, 0.1, 0.2), (0.0, 1.0, 0.0), extent, 1.0, 20.0).view(width, height)
+    m_x, m_y, y_o = (draw(st.floats(-0.5, 0.5)) for _ in range(3))
+    extra = {}
+    optics = {}
+    if kind == "conical":
+        extra["diffuser"] = "conical"
+    elif kind == "curved":
+        extra = {"screen_curvature": draw(st.sampled_from([0.5, -0.5, 0.0])), "observer_curvature": 0.4}
+    elif kind == "optics":
+        optics = {"k1": draw(st.floats(-0.05, 0.05)), "k2": 0.01, "field_of_view": 80.0, "yaw": 5.0, "pitch": 3.0}
+    module = Module(m_x, m_y, draw(st.floats(0.9, 2)), width, height, **optics)
+    display = Display("drawn", 1.0, 0.75, y_o, draw(st.floats(-3, -1.5)), (module,), ROI, **extra)
+    return display.view(0, fit_roi(WORLD_BOX, display.roi))
+
+
+def world_points(view, u, v, z):
+    """World points that land on image points (u, v) at image depth z, float64."""
+    if view.screen_to_world is not None:
+        homogeneous = np.stack([u, v, z, np.ones_like(u)], axis=-1) @ view.screen_to_world.T
+        return homogeneous[..., :3] / homogeneous[..., 3:]
+    m = view.world_to_image.numbers
+    if view.world_to_image.kind == rr.CROSSED_SLITS:
+        rows = np.stack([(u - m[14]) * (m[12] - z), (v - m[15]) * (m[13] - z), z], axis=-1)
+        return (rows - m[[3, 7, 11]]) @ np.linalg.inv(m[:12].reshape(3, 4)[:, :3]).T
+    lines = np.empty((u.size, 6))
+    display_kernels.trace_texels(m[12:], u.ravel(), v.ravel(), lines)
+    o_x, o_y, d_x, d_y = lines[:, :4].T.reshape(4, *u.shape)
+    physical = np.stack([o_x + d_x * z, o_y + d_y * z, z, np.ones_like(z)], axis=-1)
+    return physical @ view.world_from_cast.T
+
+
+def critical_scene(rng, view, n, radius):
+    """Depth, positions and samples: the point of each texel less one of its offsets is next to a decision."""
+    shape = view.height, view.width
+    camera = view.screen_to_world is not None
+    levels = rng.uniform(0.3, 0.7, 4) if camera else rng.uniform(-0.2, 0.2, 4)
+    depth = rng.choice(levels, shape).astype(np.float32)
+    depth[rng.random(shape) < 0.1] = np.inf
+    samples = rng.uniform(-1, 1, (n, 3))
+    u = rng.uniform(0.5, view.width - 0.5, shape)
+    v = rng.uniform(0.5, view.height - 0.5, shape)
+    u, v = (np.where(rng.random(shape) < 0.5, np.round(c), c) for c in (u, v))
+    j, i = np.minimum(v.astype(int), shape[0] - 1), np.minimum(u.astype(int), shape[1] - 1)
+    surface = np.where(np.isfinite(depth[j, i]), depth[j, i], levels[0])
+    z = np.where(rng.random(shape) < 0.5, surface, rng.uniform(levels.min(), levels.max(), shape))
+    jitter = 1 + rng.uniform(-3e-7, 3e-7, (3, *shape))
+    target = world_points(view, u * jitter[0], v * jitter[1], z * jitter[2])
+    if camera and rng.random() < 0.5:  # Algorithm 1 makes the points from depth: offsets are placed for some texels
+        here = world_points(view, *(np.mgrid[: shape[0], : shape[1]][::-1] + 0.5), np.where(depth < 9, depth, 0.5))
+        offsets = (target - here).reshape(-1, 3)[rng.choice(depth.size, n)]
+        return depth, None, offsets / radius
+    positions = target - radius * samples[rng.integers(0, n, shape)]
+    positions[~np.isfinite(depth)] = np.inf
+    return depth, positions.astype(np.float32), samples
+
+
+def arithmetic(model, rng, renderers):
+    if model == "nearest":
+        return rr.Arithmetic(rng, renderers, directed=False, quotient=0.5, root=0.5)
+    return rr.Arithmetic(rng, renderers)
+
+
+@st.composite
+def drawn_scenes(draw):
+    height, width = draw(st.sampled_from([(3, 4), (1, 11), (5, 2), (4, 4)]))
+    view = drawn_view(draw, height, width)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    model = draw(st.sampled_from(["shader", "shader", "nearest"]))
+    radius = float(draw(st.sampled_from([0.01, 0.3, 1.0])))
+    n = draw(st.sampled_from([1, 3, 4, 7]))
+    sigma = draw(st.sampled_from([0.3, 0.6, 1.0]))
+    return view, rng, model, radius, n, sigma
+
+
+def assert_inside(values, bound, name):
+    low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
+    outside = ~((values >= low) & (values <= high))
+    assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"
+
+
+def assert_points_inside(points, depth, scene):
+    """Image points of renderers, u, v, z, valid, lie in the boxes of the kernel, and so do their validities."""
+    surface, places, back, *rest = scene.arguments
+    u, v, z, valid = points
+    found = np.empty((u.shape[-1], 9))
+    for j, i in np.argwhere(np.isfinite(depth)):
+        point = places[j, i] if len(back) == 0 else np.zeros(3, np.float32)
+        outcomes.trace_samples(surface, point, back, *rest, i, j, found)
+        may, must = found[:, 6] > 0, found[:, 7] > 0
+        assert not (valid[:, j, i] & ~may).any(), "valid where nothing may be"
+        assert not (~valid[:, j, i] & must).any(), "not valid where all must be"
+        for name, k, values in (("u", 0, u), ("v", 2, v), ("z", 4, z)):
+            off = np.abs(values[:, j, i] - found[:, k])
+            beyond = valid[:, j, i] & ~(off <= found[:, k + 1])
+            assert not beyond.any(), f"{name}: off by {off[beyond].max()}"
+
+
+def check(drawn, renderers, alter=lambda model: model):
+    """Let renderers draw a scene, and hold every stage against the bounds of an altered model.
+
+    Returns how many samples are open, and of how many the renderers counted some and some did not.
+    """
+    view, rng, name, radius, n, sigma = drawn
+    depth, positions, samples = critical_scene(rng, view, n, radius)
+    back = None if positions is not None else view.screen_to_world
+    model, mapping = alter(MODELS[name]), view.world_to_image
+    ar = arithmetic(name, rng, renderers)
+    made, allowed = [], []
+    for r in (radius, 0.7 * radius):
+        scene = oracle.SampleScene.of(depth, positions, mapping, samples, r, model, back)
+        numbers = None if back is None else back.ravel()
+        points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers)
+        assert_points_inside(points, depth, scene)
+        made.append(rr.occlusion(ar, depth, *points))
+        allowed.append(oracle.ao_bounds(depth, positions, mapping, samples, r, model, back))
+        assert_inside(made[-1], allowed[-1], "ao")
+    merged, merged_bounds = np.maximum(*made), oracle.merge_bounds(allowed)
+    assert_inside(merged, merged_bounds, "merged")
+    table = passes.gaussian_kernel(sigma)
+    blurred = rr.blur(ar, merged, sigma, len(table) // 2, table)
+    blurred_bounds = oracle.blur_bounds(merged_bounds, sigma, model)
+    assert_inside(blurred, blurred_bounds, "blurred")
+    rgb = rng.random((*depth.shape, 3)).astype(np.float32)
+    assert_inside(rr.shade(ar, rgb, blurred), oracle.shade_bounds(rgb, blurred_bounds, model), "shaded")
+    # The later stages by themselves, all renderers on one texture.
+    one = merged[0].astype(np.float32)
+    assert_inside(
+        rr.blur(ar, one, sigma, len(table) // 2, table), oracle.blur_bounds(oracle.exactly(one), sigma, model), "blur"
+    )
+    one = blurred[0].astype(np.float32)
+    assert_inside(rr.shade(ar, rgb, ar.full(one)), oracle.shade_bounds(rgb, oracle.exactly(one), model), "shade")
+    counts = [np.rint(m * n) for m in made]
+    return int(sum(a.open.sum() for a in allowed)), sum(int((c.max(0) - c.min(0)).sum()) for c in counts)
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    """Small textures on one thread: waiting for another would take longer than the work."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    yield
+    numba.set_num_threads(before)
+
+
+@settings(max_examples=EXAMPLES)
+@given(drawn_scenes())
+def test_no_renderer_of_a_model_leaves_its_bounds(drawn):
+    check(drawn, RENDERERS)
+
+
+def test_half_the_errors_would_be_too_few():
+    """The renderers come near enough to the bounds to tell: with half of every error some scene is refused."""
+
+    def halved(model):
+        return dataclasses.replace(
+            model,
+            operation=model.operation / 2,
+            quotient=model.quotient / 2,
+            root=model.root / 2,
+            exponential=tuple(e / 2 for e in model.exponential),
+        )
+
+    display = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
+    view = display.view(0, fit_roi(WORLD_BOX, display.roi))
+    refused = 0
+    for seed in range(20):
+        try:
+            check((view, np.random.default_rng(seed), "shader", 0.3, 4, 0.6), RENDERERS, halved)
+        except AssertionError:
+            refused += 1
+    assert refused > 0
+
+
+def test_renderers_of_a_model_differ_where_samples_are_open():
+    """Bounds that are a point would be sound as well if all renderers agreed: they do not."""
+    display = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
+    view = display.view(0, fit_roi(WORLD_BOX, display.roi))
+    found = np.array([check((view, np.random.default_rng(s), "shader", 0.3, 4, 0.6), RENDERERS) for s in range(10)])
+    opened, differing = found.sum(axis=0)
+    assert opened >= differing > opened / 4 > 10
+
+
+@settings(max_examples=15)
+@given(st.data())
+def test_no_ray_beside_a_centre_leaves_the_depth_bounds(data):
+    """G-buffers of rays up to ``centre`` texels off, rounded to float32, against depth, positions and colour bounds."""
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
+    view = drawn_view(data.draw, 24, 32)
+    depths = (0.4, 0.6) if view.screen_to_world is not None else (-0.2, 0.2)
+    corners = world_points(view, rng.uniform(-3, 35, 60), rng.uniform(-3, 27, 60), rng.uniform(*depths, 60))
+    faces = rng.integers(0, 60, (40, 3)).astype(np.int32)
+    colors = Paint.from_vertex_colors(rng.random((60, 3), np.float32), len(faces))
+    caster = RayCaster(Mesh(corners, faces, colors), view.cast_from_world)
+    allowed, allowed_color = depth_bounds(caster, view), color_bounds(caster, view)
+    assert not allowed.outside(caster.gbuffer(view).depth).any()
+    reach = MODELS["shader"].centre
+    case = Case(view.world_to_image, view.screen_to_world, np.zeros((1, 3)), (1.0,), 1.0, Stages())
+    for _ in range(4):
+        seen = caster.gbuffer(displaced(view, *rng.uniform(-reach, reach, 2)))
+        # A sliver that shows between the nine rays is the bounds' stated limit.
+        assert np.count_nonzero(allowed.outside(seen.depth)) <= 1
+        assert np.count_nonzero(allowed_color.outside(seen.color).any(axis=-1)) <= 1
+        assert not positions_outside(seen.positions, seen.depth, case, MODELS["shader"]).any()

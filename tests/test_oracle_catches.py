@@ -226,9 +226,7 @@ def back_faces_only(scene):
 
 def depth_in_ten_bits(scene):
     depth = scene.right.depth
-    return after_depth(
-        scene, np.where(depth < np.inf, np.round((depth + 0.2) / 0.4 * 65535) / 65535 * 0.4 - 0.2, depth)
-    )
+    return after_depth(scene, np.where(depth < np.inf, np.round((depth + 0.2) / 0.4 * 1023) / 1023 * 0.4 - 0.2, depth))
 
 
 # Positions

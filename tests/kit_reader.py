@@ -433,7 +433,84 @@ def point_estimator(parameters, inputs, hemisphere=False):
     return {"occlusion": made, "outside": np.array([outside])}
 
 
+def log(x):
+    n = 0
+    while x >= 1.4142135623730951:
+        x, n = x * 0.5, n + 1
+    while x < 0.7071067811865476:
+        x, n = x * 2, n - 1
+    s = (x - 1) / (x + 1)
+    t = s * s
+    y = 1 / 23
+    for m in range(21, 2, -2):
+        y = y * t + 1 / m
+    return n * 0.6931471803691238 + ((2 * s + (2 * s) * (t * y)) + n * 1.9082149292705877e-10)
+
+
+def power(w, k):
+    if k in (0, 1):
+        return w if k == 1 else 1.0
+    return exp(k * log(w)) if w > 0 else 0.0
+
+
+def turn_of(i, j, rotation):
+    """Sine and cosine, binary32."""
+    if rotation == "none":
+        return F(0), F(1)
+    h = (30 * i) ^ (j + 10 * i * j) if rotation == "paper" else 10 * ((3 * i) ^ (j + i * j))
+    h = (h + 2**31) % 2**32 - 2**31
+    low = abs(h) * 0x7F09D5F4 + ((abs(h) * 0x7D4D3770) >> 32)
+    turn = (abs(h) * 0x28BE60DB9391054A + (low % 2**64 >> 32)) % 2**64
+    turn = -turn % 2**64 if h < 0 else turn
+    return [F(number) for number in sincospi((turn >> 11) * 2.0**-52)]
+
+
+def disk(direction, radius):
+    """Two axes."""
+    p, q, r = direction
+    g = F(1) if r >= 0 else F(-1)
+    a = F(-1) / (g + r)
+    b = (p * q) * a
+    axes = (F(1) + ((g * p) * p) * a, g * b, -g * p), (b, g + (q * q) * a, -q)
+    return [[radius * number for number in axis] for axis in axes]
+
+
+def alchemy(parameters, inputs):
+    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
+    options, depth, places = parameters["options"], inputs["depth"], inputs["positions"]
+    height, width = depth.shape
+    taps = inputs["points"].astype(F)
+    d0, d1, d2, d3 = binary32(parameters["viewer_distance"])
+    epsilon = F((options["epsilon"] * parameters["radius"]) * parameters["radius"])
+    scale = F(((2 * options["sigma"]) * parameters["radius"]) / len(taps))
+    rows = range(4 if kind == "matrix" else 3)
+    made, outside = np.zeros((height, width), F), 0
+    for j, i in np.argwhere(depth < np.inf).tolist():
+        x, y, z = places[j, i]
+        e, f = disk(inputs["directions"][j, i], F(parameters["radius"]))
+        sums = [(sum_a(m, row, x, y, z), sum_l(m, row, *e), sum_l(m, row, *f)) for row in rows]
+        bias = F(options["beta"]) * max(((d0 * x + d1 * y) + d2 * z) + d3, F(0))
+        sine, cosine = turn_of(i, j, options["rotation"])
+        total = F(0)
+        for t_x, t_y in taps:
+            v_x, v_y = t_x * cosine - t_y * sine, t_x * sine + t_y * cosine
+            u, v, _, answer = to_image(kind, m, [a + (v_x * along + v_y * across) for a, along, across in sums])
+            if answer != 0 or not (u >= 0 and u < width and v >= 0 and v < height):
+                outside += 1
+                continue
+            n_x, n_y, n_z = inputs["normals"][j, i]
+            w_x, w_y, w_z = places[int(v), int(u)] - places[j, i]
+            above = ((w_x * n_x + w_y * n_y) + w_z * n_z) - bias
+            square = ((w_x * w_x + w_y * w_y) + w_z * w_z) + epsilon
+            if depth[int(v), int(u)] < np.inf and above > 0 and square > 0 and square < np.inf:
+                total = total + above / square
+        w = F(1) - scale * total
+        made[j, i] = F(1) - F(power(float(max(w, F(0))), options["k"]))
+    return {"occlusion": made, "outside": np.array([outside])}
+
+
 ESTIMATORS = {
+    "alchemy": alchemy,
     "point": point_estimator,
     "hemisphere": lambda parameters, inputs: point_estimator(parameters, inputs, hemisphere=True),
 }

@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import kit_digests
 import kit_reader
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from lfssao.samples import METHODS
 from lfssao.testing import assert_conforms
 
 TESTS = Path(__file__).parent
-DIGESTS = json.loads((TESTS / "kit_digests.json").read_text())
+DIGESTS = json.loads(kit_digests.PATH.read_text())
 SPECIFIED = [recipe.name for recipe in RECIPES.values() if recipe.specified]
 FEW = ("algorithm2_conical", "blur_usual", "frame", "samples_latin")
 

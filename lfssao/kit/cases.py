@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from math import sqrt
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lfssao.camera import Camera
 from lfssao.display import Display, Module
 from lfssao.errors import InputError
+from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Estimator, Value
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.kernels.philox import random_unit
@@ -229,6 +230,7 @@ def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str,
     exact, positions = textures(view, _CAMERA_SCENE if camera else SCENE)
     depth = exact + _noise(9, *exact.shape) * np.float32(0.02)  # so that it matters which of the two is read
     inputs: dict[str, NDArray[Any]] = {"depth": depth, "positions": positions}
+    inputs["directions"] = Buffers(view, depth, positions).directions
     if estimator.normals:
         inputs["normals"] = _wall_normals(view, depth)
     points, weights = estimator.default_samples()
@@ -237,7 +239,7 @@ def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str,
     parameters = {
         "estimator": estimator.name, "radius": 0.5 if camera else _RADIUS,
         "options": {**estimator.parameters, **changes}, "mapping": _described(view.world_to_image),
-        "view": _view_numbers(view),
+        "viewer_distance": view.viewer_distance().tolist(), "view": _view_numbers(view),
     }  # fmt: skip
     return parameters, inputs
 
@@ -339,6 +341,11 @@ def _occlusion_ramp() -> NDArray[np.float32]:
     return (np.arange(48, dtype=np.float32) / np.float32(47)).reshape(6, 8)
 
 
+def _more(estimator: Estimator, option: str, value: float) -> float:
+    """Another value of an option."""
+    return min(1.5 * value, estimator.limits.get(option, (0.0, inf))[1])
+
+
 def _estimators() -> Iterator[Recipe]:
     """Every estimator of the registry but LF's, which is Algorithms 1 and 2: as it is, and each option changed."""
     for name, estimator in ESTIMATORS.items():
@@ -350,6 +357,11 @@ def _estimators() -> Iterator[Recipe]:
                 variants.append((f"_{option}", False, {option: not default}))
             others = [choice for choice in estimator.choices.get(option, ()) if choice != default]
             variants += [(f"_{option}_{choice}", False, {option: choice}) for choice in others]
+        numbers: dict[str, Value] = {
+            o: _more(estimator, o, v) for o, v in estimator.parameters.items() if isinstance(v, float)
+        }
+        if numbers:
+            variants.append(("_numbers", False, numbers))
         for suffix, camera, changes in variants:
             yield Recipe(f"estimator_{name}{suffix}", "estimator", estimator.title,
                          partial(_estimator_problem, estimator, camera, changes), is_specified(name))  # fmt: skip

@@ -30,6 +30,7 @@ _CHANNELS = {
     "depth": ("Z",),
     "positions": ("P.X", "P.Y", "P.Z"),
     "normals": ("N.X", "N.Y", "N.Z"),
+    "directions": ("directions.X", "directions.Y", "directions.Z"),
     "image": ("R", "G", "B"),
     "shaded": ("R", "G", "B"),
 }

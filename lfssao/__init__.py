@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lfssao.estimators.buffers import Buffers
     from lfssao.estimators.registry import estimate
     from lfssao.exr import Part, read_exr, write_exr
+    from lfssao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
     from lfssao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
     from lfssao.raycast import GBuffer, RayCaster
     from lfssao.render import Settings, Textures, default_radii, module_views, render, render_view
@@ -39,6 +40,7 @@ _HOME = {
     "estimators.buffers": ("Buffers",),
     "estimators.registry": ("estimate",),
     "exr": ("Part", "read_exr", "write_exr"),
+    "ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
     "passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
     "raycast": ("GBuffer", "RayCaster"),
     "render": ("Settings", "Textures", "default_radii", "module_views", "render", "render_view"),
@@ -56,12 +58,14 @@ __all__ = [
     "Camera",
     "Display",
     "GBuffer",
+    "GroundTruth",
     "InputError",
     "LfssaoError",
     "LightField",
     "Mesh",
     "MissingPackageError",
     "Module",
+    "Occluders",
     "Occlusion",
     "Paint",
     "Part",
@@ -91,6 +95,7 @@ __all__ = [
     "merge",
     "module_views",
     "parse_display",
+    "ray_cast_occlusion",
     "read_exr",
     "render",
     "render_view",

@@ -80,7 +80,7 @@ class RayCaster:
         vertices = np.empty_like(mesh.vertices)
         rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
         self._scene = _embree_scene(mesh.name, vertices, mesh.faces)
-        self._tree = _Tree(vertices, mesh.faces)
+        self._tree = TriangleTree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
 
     def gbuffer(self, view: View, color: str | None = "bilinear", normals: str | None = None) -> GBuffer:
@@ -215,8 +215,16 @@ def _embree_scene(name: str, vertices: NDArray[np.float64], faces: NDArray[np.in
     return scene
 
 
-class _Tree:
-    """The float64 tree over a mesh's triangles, in cast space (``lfssao.kernels.bvh``)."""
+class TriangleTree:
+    """The float64 tree over a mesh's triangles, in any space (``lfssao.kernels.bvh``).
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+        Coordinates.
+    faces : (F, 3) int32
+        Vertex numbers.
+    """
 
     def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
         used = vertices[np.unique(faces)]

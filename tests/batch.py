@@ -10,12 +10,24 @@ import analytic_scenes
 import numba
 import numpy as np
 
-from lfssao import Camera, Display, Module, estimate, make_samples, passes, raycast
+from lfssao import (
+    Camera,
+    Display,
+    Mesh,
+    Module,
+    Occluders,
+    estimate,
+    make_samples,
+    passes,
+    ray_cast_occlusion,
+    raycast,
+)
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, spiral, ssao, triangle, visibility
 
 HEIGHT, WIDTH = 43, 85
+FACES = np.arange(90, dtype=np.int32).reshape(30, 3)
 ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
 DISPLAY = Display("batch", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 0.7, WIDTH, HEIGHT),), ROI)
 WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.5, 0.05, 0.0], [0.0, 0.1, -0.5, 0.05]])  # world -> physical
@@ -125,7 +137,7 @@ def casts():
         yield f"rays {view.ray_kind}", rays_into(view, box + away)
         size = HEIGHT * WIDTH
         number, z, weights = np.empty(size, np.int32), np.zeros(size), np.zeros((size, 2))
-        tree = raycast._Tree(vertices + away, faces)
+        tree = raycast.TriangleTree(vertices + away, faces)
         yield f"tree {view.ray_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
         shape = -(-HEIGHT // visibility.TILE), -(-WIDTH // visibility.TILE)
         visibility.first_hits(
@@ -155,9 +167,21 @@ def estimates():
             yield f"{name}, {sight}", np.append(made.texture, made.outside)
 
 
+def truth():
+    """Ray-cast occlusion of a crease and of triangles anywhere."""
+    rng = np.random.default_rng(6)
+    seen = analytic_scenes.buffers("concave crease", analytic_scenes.SIGHTS["perspective"](9, 7))
+    meshes = [analytic_scenes.SURFACES["concave crease"].mesh(), Mesh(rng.uniform(-0.4, 0.4, (90, 3)), FACES)]
+    for mesh in meshes:
+        for weighting, falloff in (("cosine", "constant"), ("uniform", "quadratic")):
+            made = ray_cast_occlusion(Occluders(mesh), seen, 0.2, weighting, falloff, rounds=(2, 4), strata=4)
+            assert 0 < made.texture.max() < 1
+            yield f"truth {len(mesh.faces)} {weighting}", np.stack([made.texture, made.error, made.rays])
+
+
 def digests():
     """SHA-256 of every output's bytes, by its name."""
-    named = [*scalars(), *triangles(), *casts(), *estimates()]
+    named = [*scalars(), *triangles(), *casts(), *estimates(), *truth()]
     for dtype in (np.float32, np.float64):
         named += [(f"{name}, {dtype.__name__}", a) for name, a in (*occlusions(dtype), *mapped(dtype))]
     assert not any(np.isnan(a).any() for _, a in named)

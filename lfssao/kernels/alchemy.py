@@ -4,22 +4,13 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.elementary import sincospi
+from lfssao.kernels.frames import disk_axes
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.power import power
 from lfssao.kernels.rows import affine_rows, linear_rows, load_row, project_rows
 from lfssao.kernels.schedule import spread
 from lfssao.kernels.spiral import hash_angle, rotated
 from lfssao.kernels.ssao import surface_span
-
-
-@kernel(inline=True)
-def disk_axes(x, y, z):
-    """Two unit vectors at right angles to the unit vector (x, y, z) and to each other (Duff et al. 2017)."""
-    one = type(x)(1)
-    sign = one if z >= 0 else -one
-    a = -one / (sign + z)
-    b = x * y * a
-    return one + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
 
 
 @kernel(inline=True)

@@ -1,0 +1,209 @@
+"""Ray-cast ambient occlusion: rays from each visible point into the half space above it, float64, equal bits anywhere.
+
+Whether a ray hits a triangle is decided by ``hit_triangle`` after its axes have been renamed so that the ray's steepest
+is z. The tree only leaves out boxes that the ray cannot touch: they are larger than their triangles by far more than
+the tests below can be off, so the result is that of trying every triangle.
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import prange
+
+from lfssao.kernels.bvh import LEAF
+from lfssao.kernels.elementary import sincospi
+from lfssao.kernels.frames import disk_axes
+from lfssao.kernels.jit import kernel
+from lfssao.kernels.philox import philox4x32
+from lfssao.kernels.schedule import spread
+from lfssao.kernels.triangle import hit_triangle
+
+COSINE, UNIFORM = 0, 1
+CONSTANT, LINEAR, QUADRATIC = 0, 1, 2
+_STACK = 128  # two nodes a level
+_SMALL = 1e-200
+_WORD = 4294967296.0
+_MASK = np.uint64(0xFFFFFFFF)
+_32 = np.uint64(32)
+
+
+@kernel(inline=True)
+def _enters(boxes, node, px, py, pz, ix, iy, iz, far):
+    """Whether a ray touches a box between 0 and far; (ix, iy, iz): one over its direction."""
+    a, b = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
+    near, end = min(a, b), max(a, b)
+    a, b = (boxes[node, 1] - py) * iy, (boxes[node, 4] - py) * iy
+    near, end = max(near, min(a, b)), min(end, max(a, b))
+    a, b = (boxes[node, 2] - pz) * iz, (boxes[node, 5] - pz) * iz
+    near, end = max(near, min(a, b)), min(end, max(a, b))
+    return (near <= end) & (end >= 0.0) & (near <= far)
+
+
+@kernel(inline=True)
+def _inverse(d):
+    """One over a component of a direction; finite, as 0 times infinity would be no number."""
+    return 1.0 / d if abs(d) > _SMALL else 1.0 / _SMALL
+
+
+@kernel
+def first_distance(px, py, pz, dx, dy, dz, far, any_hit, corners, boxes, stack):
+    """Distance along a ray to the first triangle, infinity where there is none in (0, far].
+
+    Parameters
+    ----------
+    px, py, pz, dx, dy, dz : float64
+        Origin, direction of length 1.
+    far : float64
+        How far it goes; may be infinite.
+    any_hit : bool
+        Whether any distance to a triangle within reach will do.
+    corners, boxes
+        The tree (``lfssao.kernels.bvh``).
+    stack : (128,) int64
+        Scratch.
+    """
+    if abs(dx) >= abs(dy) and abs(dx) >= abs(dz):
+        kx, ky, kz, o, d = 1, 2, 0, px, dx
+        ox, oy, sx, sy = py - (dy / dx) * px, pz - (dz / dx) * px, dy / dx, dz / dx
+    elif abs(dy) >= abs(dz):
+        kx, ky, kz, o, d = 2, 0, 1, py, dy
+        ox, oy, sx, sy = pz - (dz / dy) * py, px - (dx / dy) * py, dz / dy, dx / dy
+    else:
+        kx, ky, kz, o, d = 0, 1, 2, pz, dz
+        ox, oy, sx, sy = px - (dx / dz) * pz, py - (dy / dz) * pz, dx / dz, dy / dz
+    ix, iy, iz = _inverse(dx), _inverse(dy), _inverse(dz)
+    first_leaf = (boxes.shape[0] + 1) // 2 - 1
+    best = np.inf
+    stack[0] = 0
+    top = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if not _enters(boxes, node, px, py, pz, ix, iy, iz, min(far, best)):
+            continue
+        if node < first_leaf:
+            stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+            top += 2
+            continue
+        start = LEAF * (node - first_leaf)
+        for p in range(start, min(start + LEAF, corners.shape[0])):
+            hit, z, _, _ = hit_triangle(
+                ox, oy, sx, sy, corners[p, kx], corners[p, ky], corners[p, kz], corners[p, 3 + kx],
+                corners[p, 3 + ky], corners[p, 3 + kz], corners[p, 6 + kx], corners[p, 6 + ky], corners[p, 6 + kz],
+            )  # fmt: skip
+            t = (z - o) / d
+            if hit and 0.0 < t <= far and t < best:
+                best = t
+                if any_hit:
+                    return best
+    return best
+
+
+@kernel(inline=True)
+def local_direction(u, v, weighting):
+    """A direction about (0, 0, 1) from (u, v) in (0, 1)^2: COSINE (density cos / pi) or UNIFORM (1 / 2 pi)."""
+    sine, cosine = sincospi(2.0 * v)
+    if weighting == COSINE:
+        r, z = sqrt(u), sqrt(1.0 - u)
+    else:
+        r, z = sqrt(1.0 - u * u), u
+    return r * cosine, r * sine, z
+
+
+@kernel(inline=True)
+def covered(t, far, falloff):
+    """What a hit at distance t counts: 1 - rho, rho from 0 at 0 to 1 at far; 0 for no hit, t = infinity."""
+    if not t <= far or t == np.inf:
+        return 0.0
+    if falloff == CONSTANT:
+        return 1.0
+    share = t / far
+    return 1.0 - (share if falloff == LINEAR else share * share)
+
+
+@kernel
+def round_mean(texel, number, strata, seed, weighting, falloff, point, axes, far, corners, boxes, stack):
+    """Mean of one round of a texel's rays: one ray in each of strata x strata cells of (u, v), row by row.
+
+    The ray of cell c of round number r has Philox words 0 and 1 of counter (r strata^2 + c, 0, texel, 0). point: where
+    the rays begin; axes: (3, 3) float64 rows, two axes and the normal.
+    """
+    total = 0.0
+    for cell in range(strata * strata):
+        a, b, _, _ = philox4x32(number * strata * strata + cell, 0, texel, 0, seed & _MASK, seed >> _32)
+        u = (np.float64(cell % strata) + (np.float64(a) + 0.5) / _WORD) / np.float64(strata)
+        v = (np.float64(cell // strata) + (np.float64(b) + 0.5) / _WORD) / np.float64(strata)
+        x, y, z = local_direction(u, v, weighting)
+        dx = (axes[0, 0] * x + axes[1, 0] * y) + axes[2, 0] * z
+        dy = (axes[0, 1] * x + axes[1, 1] * y) + axes[2, 1] * z
+        dz = (axes[0, 2] * x + axes[1, 2] * y) + axes[2, 2] * z
+        t = first_distance(
+            point[0], point[1], point[2], dx, dy, dz, far, falloff == CONSTANT, corners, boxes, stack
+        )  # fmt: skip
+        total += covered(t, far, falloff)
+    return total / np.float64(strata * strata)
+
+
+@kernel(inline=True)
+def begin_texel(place, normal, step, point, axes):
+    """Where a texel's rays begin and around what; whether it has a normal. place, normal: (3,) scalars' arrays."""
+    x, y, z = np.float64(normal[0]), np.float64(normal[1]), np.float64(normal[2])
+    length = sqrt((x * x + y * y) + z * z)
+    if not length > 0.0:
+        return False
+    x, y, z = x / length, y / length, z / length
+    axes[2, 0], axes[2, 1], axes[2, 2] = x, y, z
+    axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2] = disk_axes(x, y, z)
+    for axis in range(3):
+        point[axis] = np.float64(place[axis]) + step * axes[2, axis]
+    return True
+
+
+@kernel(parallel=True)
+def ray_cast_rows(
+    first, last, depth, positions, normals, far, step, weighting, falloff, strata, least, most, tolerance, seed,
+    corners, boxes, occlusion, error, rays,
+):  # fmt: skip
+    """Ray-cast AO of rows first to last - 1.
+
+    Parameters
+    ----------
+    first, last : int
+        Rows.
+    depth, positions, normals : (H, W), (H, W, 3), (H, W, 3) float32 or float64
+        The textures; texels without a surface or a normal are 0.
+    far, step : float64
+        The radius; by how much rays begin off the surface along the normal; world units.
+    weighting, falloff : int
+        COSINE or UNIFORM; CONSTANT, LINEAR or QUADRATIC.
+    strata, least, most : int
+        Rays in a round are strata squared; rounds for each texel, at least and at most; least is 2 or more.
+    tolerance : float64
+        A texel is done when its standard error is not above it.
+    seed : uint64
+        Key of the random numbers.
+    corners, boxes
+        The tree in world space.
+    occlusion, error, rays : (H, W) float64, float64, int64
+        Out: mean of the rounds' means; sqrt((sum m^2 - (sum m)^2 / k) / (k (k - 1))), their standard error; rays cast.
+    """
+    width = depth.shape[1]
+    for k in prange(last - first):
+        j = first + spread(k, last - first)
+        stack, point, axes = np.empty(_STACK, np.int64), np.empty(3), np.empty((3, 3))
+        for i in range(width):
+            occlusion[j, i], error[j, i], rays[j, i] = 0.0, 0.0, 0
+            if not depth[j, i] < np.inf or not begin_texel(positions[j, i], normals[j, i], step, point, axes):
+                continue
+            total, squares, done, spread_of = 0.0, 0.0, 0, np.inf
+            while done < least or (done < most and spread_of > tolerance):
+                mean = round_mean(
+                    j * width + i, done, strata, seed, weighting, falloff, point, axes, far, corners, boxes, stack
+                )  # fmt: skip
+                total += mean
+                squares += mean * mean
+                done += 1
+                if done > 1:
+                    rest = max(squares - total * total / done, 0.0)
+                    spread_of = sqrt(rest / (np.float64(done) * np.float64(done - 1)))
+            occlusion[j, i], error[j, i], rays[j, i] = total / done, spread_of, done * strata * strata

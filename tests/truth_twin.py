@@ -1,0 +1,81 @@
+"""lfssao.kernels.truth a second time: every triangle on every ray. Nothing here comes from lfssao."""
+
+import math
+
+import alchemy_twin
+import numpy as np
+import raycast_twin
+import twins
+
+
+def distances(origin, directions, far, corners):
+    """Distance of each ray from one origin to the first triangle, infinity beyond far; axes renamed, steepest z."""
+    out = np.full(len(directions), np.inf)
+    size = np.abs(directions)
+    steepest = np.where(
+        (size[:, 0] >= size[:, 1]) & (size[:, 0] >= size[:, 2]), 0, np.where(size[:, 1] >= size[:, 2], 1, 2)
+    )
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            rays = np.flatnonzero((steepest == axis) & (np.sign(directions[:, axis]) == sign))
+            if len(rays) == 0:
+                continue
+            x, y, z = np.roll(np.arange(3), -(axis + 1))  # the two axes after it, then itself
+            d = directions[rays]
+            sx, sy = d[:, x] / d[:, z], d[:, y] / d[:, z]
+            ox, oy = origin[x] - sx * origin[z], origin[y] - sy * origin[z]
+            # A ray that goes down z is one that goes up after z has been turned round, which rounds nothing.
+            turned = corners[:, :, [x, y, z]] * [1.0, 1.0, sign]
+            o = sign * origin[z]
+            near, end = np.full(len(rays), o), np.full(len(rays), np.inf)
+            hits = raycast_twin.first_hits((ox, oy, sign * sx, sign * sy, near, end), turned)
+            t = (hits.z - o) / (sign * d[:, z])
+            out[rays] = np.where((hits.triangle >= 0) & (t > 0) & (t <= far), t, np.inf)
+    return out
+
+
+def local_direction(u, v, weighting):
+    sine, cosine = twins.sincospi(2.0 * v)
+    r, z = (math.sqrt(u), math.sqrt(1.0 - u)) if weighting == "cosine" else (math.sqrt(1.0 - u * u), u)
+    return r * cosine, r * sine, z
+
+
+def covered(t, far, falloff):
+    if t == math.inf:
+        return 0.0
+    return {"constant": 1.0, "linear": 1.0 - t / far, "quadratic": 1.0 - (t / far) * (t / far)}[falloff]
+
+
+def directions_of(texel, number, strata, seed, weighting, axes):
+    out = []
+    for row in range(strata):
+        for column in range(strata):
+            counter = (number * strata * strata + row * strata + column, 0, texel, 0)
+            a, b, _, _ = twins.philox4x32(counter, (seed % 2**32, seed >> 32))
+            u, v = (column + (a + 0.5) / 2.0**32) / strata, (row + (b + 0.5) / 2.0**32) / strata
+            x, y, z = local_direction(u, v, weighting)
+            out.append([(axes[0][k] * x + axes[1][k] * y) + axes[2][k] * z for k in range(3)])
+    return np.array(out)
+
+
+def texel(number, place, normal, corners, far, step, weighting, falloff, strata, rounds, tolerance, seed):
+    """Occlusion, its standard error and the rays of one texel with a surface."""
+    n = [float(a) for a in normal]
+    length = math.sqrt((n[0] * n[0] + n[1] * n[1]) + n[2] * n[2])
+    if not length > 0.0:
+        return 0.0, 0.0, 0
+    n = [a / length for a in n]
+    axes = [*alchemy_twin.disk_axes(n), n]
+    origin = np.array([float(p) + step * a for p, a in zip(place, n, strict=True)])
+    total = squares = 0.0
+    done, error = 0, math.inf
+    while done < rounds[0] or (done < rounds[1] and error > tolerance):
+        ways = directions_of(number, done, strata, seed, weighting, axes)
+        mean = 0.0
+        for t in distances(origin, ways, far, corners):
+            mean = mean + covered(t, far, falloff)
+        mean = mean / (strata * strata)
+        total, squares, done = total + mean, squares + mean * mean, done + 1
+        if done > 1:
+            error = math.sqrt(max(squares - total * total / done, 0.0) / (float(done) * float(done - 1)))
+    return total / done, error, done * strata * strata

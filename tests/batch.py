@@ -25,6 +25,7 @@ from lfssao import (
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, spiral, ssao, triangle, visibility
+from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
 
 HEIGHT, WIDTH = 43, 85
 FACES = np.arange(90, dtype=np.int32).reshape(30, 3)
@@ -91,8 +92,15 @@ def scalars():
     texels = rng.integers(-100, 20_000, (500, 2))
     yield "hash_angle", np.array([[spiral.hash_angle(x, y, v) for v in (0, 1)] for x, y in texels])
     yield "spiral_tap", np.array([spiral.spiral_tap(i, 99, 27, a) for i, a in enumerate(rng.uniform(0, 2, 99))])
-    for method in ("random", "jittered", "latin"):
-        yield method, make_samples(method, 60, 4, 0.1, 1.0)
+    for domain, methods in METHODS.items():
+        for method in methods:
+            yield f"{method}, {domain}", sample_set(domain, method, 60, 4).points
+    for method in METHODS["ball"]:
+        yield f"{method}, shell", make_samples(method, 60, 4, 0.1, 1.0)
+    for name in DECORRELATIONS:
+        yield f"angles {name}", texel_angles(name, 64, 64)
+    for table in make_repulsion.TABLES:
+        yield f"repelled {table}", np.column_stack(make_repulsion.relaxed(table, 4, 1))
 
 
 def triangles():

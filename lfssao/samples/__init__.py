@@ -7,12 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lfssao.samples.decorrelation import DECORRELATIONS, texel_angles
     from lfssao.samples.registry import METHODS, find_method, make_samples, sample_set, square_points
     from lfssao.samples.repulsion import repulsion_table
     from lfssao.samples.sets import SampleSet
     from lfssao.samples.spiral import best_turns, spiral_discrepancy
 
 _HOME = {
+    "decorrelation": ("DECORRELATIONS", "texel_angles"),
     "registry": ("METHODS", "find_method", "make_samples", "sample_set", "square_points"),
     "repulsion": ("repulsion_table",),
     "sets": ("SampleSet",),
@@ -21,6 +23,7 @@ _HOME = {
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "DECORRELATIONS",
     "METHODS",
     "SampleSet",
     "best_turns",
@@ -30,6 +33,7 @@ __all__ = [
     "sample_set",
     "spiral_discrepancy",
     "square_points",
+    "texel_angles",
 ]
 
 

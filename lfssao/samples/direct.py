@@ -54,7 +54,7 @@ def _repulsion_ball(n: int, seed: int, r_min: float, r_max: float) -> SampleSet:
     return replace(table, points=_in_shell(table.points, r_min, r_max), seed=seed)
 
 
-def _repulsion_disk(n: int, seed: int, centre: bool | None) -> SampleSet:
+def _repulsion_disk(n: int, seed: int, centre: bool) -> SampleSet:
     return replace(repulsion_table("disk", n, centre), seed=seed)
 
 
@@ -78,7 +78,7 @@ METHODS: dict[str, dict[str, Method]] = {
         domain: Method("repulsion", "points that repel each other, with the weights of their cells", "VO section 4.5",
                        domain, make, PROMISES, options, seeded=False, most=MOST)
         for domain, make, options in (
-            ("ball", _repulsion_ball, SHELL), ("disk", _repulsion_disk, {"centre": None}),
+            ("ball", _repulsion_ball, SHELL), ("disk", _repulsion_disk, {"centre": True}),
         )
     },
     "spiral": {

@@ -49,7 +49,7 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
         0 to 2**64 - 1; repulsion and spiral do not depend on it.
     options : numbers
         'r_min' and 'r_max' of every method in the ball (LF's over R; 0 and 1: the whole ball); 'turns' of the spiral
-        (the best for n); 'centre' of repulsion in the disk (the better one of True and False).
+        (the best for n); 'centre' of repulsion in the disk, whether it holds a point there (True).
 
     Returns
     -------
@@ -95,7 +95,7 @@ def _check_shell(r_min: Any, r_max: Any) -> None:
 def _check_option(name: str, value: Any) -> None:
     if name == "turns" and value is not None and (not _is_whole(value) or not 1 <= value <= 2**20):
         raise InputError(f"turns is {value}, it must be a whole number of at least 1")
-    if name == "centre" and value is not None and not isinstance(value, bool):
+    if name == "centre" and not isinstance(value, bool):
         raise InputError(f"centre is {value}, it must be True or False")
 
 

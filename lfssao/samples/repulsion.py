@@ -22,8 +22,8 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
     n : int
         1 to 64.
     centre : bool, optional
-        The disk's set with a point in the centre, or the one made without; by default the one of the two whose weights
-        differ less. The ball has one set.
+        The disk's set with a point held in the centre (default: VO's 5 and 9 lines have one), or the one made without.
+        The ball has one set.
 
     Returns
     -------
@@ -42,12 +42,7 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
         raise InputError(f"repulsion has tables of 1 to {MOST} points, not of {n}")
     if domain == "ball" and centre is not None:
         raise InputError("centre: only the disk has sets with and without a point in the centre")
-    if domain == "ball":
-        made = _rows("ball", n)
-    elif centre is None:
-        made = min((_rows("disk", n), _rows("disk-centre", n)), key=lambda rows: float(np.ptp(rows[:, -1])))
-    else:
-        made = _rows("disk-centre" if centre else "disk", n)
+    made = _rows("ball" if domain == "ball" else "disk" if centre is False else "disk-centre", n)
     return SampleSet(made[:, :-1].copy(), made[:, -1].copy(), domain, "repulsion", 0, PROMISES)
 
 

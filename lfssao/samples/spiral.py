@@ -6,7 +6,7 @@ arc of the circle), of the difference between the share of taps in the sector an
 the arc. tau and s - tau are mirror images; of equals the table has the smallest.
 """
 
-from math import sqrt
+from math import gcd, sqrt
 
 import numpy as np
 
@@ -29,7 +29,8 @@ def best_turns(s: int) -> int:
     Parameters
     ----------
     s : int
-        Taps, at least 1; 1 to 99 are looked up, for more every tau is tried.
+        Taps, at least 1; 1 to 99 are looked up. For more it is the number without a common divisor with s that is
+        nearest to s over the square of the golden ratio: up to 200 its discrepancy is up to 1.9 times the best.
 
     Raises
     ------
@@ -38,11 +39,14 @@ def best_turns(s: int) -> int:
     """
     if s < 1:
         raise InputError(f"the number of taps is {s}, it must be at least 1")
-    return BEST_TURNS[s - 1] if s <= len(BEST_TURNS) else find_turns(s)
+    if s <= len(BEST_TURNS):
+        return BEST_TURNS[s - 1]
+    golden = round(s * 0.3819660112501051)
+    return min((tau for tau in range(1, s) if gcd(tau, s) == 1), key=lambda tau: abs(tau - golden))
 
 
 def find_turns(s: int) -> int:
-    """The smallest tau of the least spiral discrepancy, by trying 1 .. s / 2."""
+    """The smallest tau of the least spiral discrepancy, by trying 1 .. s / 2: how the table was made."""
     return min(range(1, max(s // 2, 1) + 1), key=lambda tau: _pairs(s, tau))
 
 

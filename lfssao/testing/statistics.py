@@ -1,0 +1,192 @@
+"""Statistics of point sets, and the limits that a uniform one exceeds with a stated probability.
+
+Points of the unit cube [0, 1]^d are what all but the last three take; ``unit_cube`` takes any domain there by a map
+that keeps volumes, so that uniform points stay uniform. These are for judging: they may differ in the last bit between
+machines.
+"""
+
+from math import log, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def unit_cube(points: FloatArray, domain: str, r_min: float = 0.0, r_max: float = 1.0) -> FloatArray:
+    """Points of a domain in the unit cube, volumes kept: (n, 2), or (n, 3) of a ball.
+
+    Parameters
+    ----------
+    points : (n, d)
+        Of the domain.
+    domain : str
+        'square', 'sphere', 'ball' or 'disk': (xi_1, xi_2), (z, phi), (z / r, phi, r^3) and (r^2, phi), each from 0
+        to 1.
+    r_min, r_max : float
+        The ball's shell; where they are equal r^3 is left out.
+    """
+    points = np.asarray(points, np.float64)
+    if domain == "square":
+        return (points + 1) / 2
+    turn = np.arctan2(points[:, 1], points[:, 0]) / (2 * pi) % 1.0
+    if domain == "disk":
+        return np.column_stack([np.sum(points**2, axis=1), turn])
+    r = np.sqrt(np.sum(points**2, axis=1))
+    z = points[:, 2] / np.where(r > 0, r, 1)
+    directions = np.column_stack([(z + 1) / 2, turn])
+    if domain == "sphere" or r_min == r_max:
+        return directions
+    inner = (r_min / r_max) ** 3
+    return np.column_stack([directions, ((r / r_max) ** 3 - inner) / (1 - inner)])
+
+
+def ks_distance(values: FloatArray) -> float:
+    """Kolmogorov and Smirnov's distance of n values from the uniform distribution on [0, 1]."""
+    ordered = np.sort(np.asarray(values, np.float64))
+    steps = np.arange(len(ordered) + 1) / len(ordered)
+    return float(max(np.max(steps[1:] - ordered), np.max(ordered - steps[:-1])))
+
+
+def ks_limit(n: int, alarm: float) -> float:
+    """What n independent values exceed with a probability of at most ``alarm``, for every n (Massart 1990)."""
+    return sqrt(log(2 / alarm) / (2 * n))
+
+
+def chi_square(cube: FloatArray, cells: int) -> float:
+    """Chi-square of points of the unit cube over cells^d equal cells."""
+    d = cube.shape[1]
+    place = np.clip((cube * cells).astype(np.int64), 0, cells - 1)
+    count = np.bincount(place @ cells ** np.arange(d), minlength=cells**d)
+    expected = len(cube) / cells**d
+    return float(np.sum((count - expected) ** 2) / expected)
+
+
+def chi_square_limit(freedom: int, alarm: float) -> float:
+    """What a chi-square of so many degrees of freedom exceeds at most so often (Laurent and Massart 2000)."""
+    x = log(1 / alarm)
+    return freedom + 2 * sqrt(freedom * x) + 2 * x
+
+
+def axes(count: int) -> FloatArray:
+    """Directions spread over the sphere, (count, 3): a Fibonacci sphere."""
+    k = np.arange(count) + 0.5
+    z, phi = 1 - 2 * k / count, pi * (1 + sqrt(5)) * k
+    r = np.sqrt(1 - z * z)
+    return np.column_stack([r * np.cos(phi), r * np.sin(phi), z])
+
+
+def cap_discrepancy(points: FloatArray, count: int = 128) -> float:
+    """Largest difference between the share of points in a spherical cap and the cap's share of the sphere.
+
+    Parameters
+    ----------
+    points : (n, 3)
+        On the unit sphere.
+    count : int
+        The caps, of all sizes, have so many centres and those opposite.
+    """
+    heights = np.asarray(points) @ axes(count).T
+    return max(ks_distance((column + 1) / 2) for column in heights.T)
+
+
+def discrepancy(cube: FloatArray, kind: str = "star") -> float:
+    """The L2 discrepancy of points of the unit cube, squared as in ``scipy.stats.qmc.discrepancy`` but for 'star'.
+
+    Parameters
+    ----------
+    cube : (n, d)
+        The points.
+    kind : str
+        'star' (Warnock 1972; the root of the mean square), 'centred' or 'wraparound' (Hickernell 1998).
+    """
+    x = np.asarray(cube, np.float64)
+    n, d = x.shape
+    if kind == "star":
+        single = 2 ** (1 - d) / n * np.sum(np.prod(1 - x**2, axis=1))
+        return sqrt(max(3.0**-d - single + _pairs(x, lambda a, b: 1 - np.maximum(a, b)), 0.0))
+    if kind == "wraparound":
+        return float(_pairs(x, lambda a, b: 1.5 - np.abs(a - b) * (1 - np.abs(a - b))) - (4 / 3) ** d)
+    middle = np.abs(x - 0.5)
+    single = 2 / n * np.sum(np.prod(1 + 0.5 * middle - 0.5 * middle**2, axis=1))
+    centred = _pairs(x - 0.5, lambda a, b: 1 + 0.5 * np.abs(a) + 0.5 * np.abs(b) - 0.5 * np.abs(a - b))
+    return float((13 / 12) ** d - single + centred)
+
+
+def _pairs(x: FloatArray, factor: Any) -> float:
+    """The mean over all pairs of points of the product over the coordinates of a factor."""
+    total = 0.0
+    for row in x:
+        product = np.ones(len(x))
+        for a in range(x.shape[1]):
+            product *= factor(row[a], x[:, a])
+        total += float(np.sum(product))
+    return total / len(x) ** 2
+
+
+def nearest_distance(points: FloatArray, wraps: bool = False) -> float:
+    """The least distance of two points, infinite for one point; with ``wraps`` of LF's square, on the cylinder."""
+    x = np.asarray(points, np.float64)
+    least = np.inf
+    for k in range(1, len(x)):
+        gap = np.abs(x[:k] - x[k])
+        if wraps:
+            gap[:, 1] = np.minimum(gap[:, 1], 2 - gap[:, 1])
+        least = min(least, float(np.min(np.sum(gap**2, axis=1))))
+    return sqrt(least)
+
+
+def pair_correlation(cube: FloatArray, bins: int = 40, reach: float = 4.0) -> tuple[FloatArray, FloatArray]:
+    """How much more often than among independent points two points of the unit square are a distance apart.
+
+    Parameters
+    ----------
+    cube : (n, 2)
+        The points; distances wrap both ways, so that no edge thins them out.
+    bins : int
+        Of distance.
+    reach : float
+        The largest distance, in units of 1 / sqrt(n); half the square at most.
+
+    Returns
+    -------
+    middles, ratio : (bins,)
+        Distances in units of 1 / sqrt(n), and the pair correlation there: 1 for independent points.
+    """
+    n = len(cube)
+    edges = np.linspace(0, min(reach, 0.5 * sqrt(n)), bins + 1)
+    count = np.zeros(bins)
+    for k in range(1, n):
+        gap = np.abs(cube[:k, :2] - cube[k, :2])
+        gap = np.minimum(gap, 1 - gap)
+        count += np.histogram(np.sqrt(np.sum(gap**2, axis=1)) * sqrt(n), edges)[0]
+    rings = pi * (edges[1:] ** 2 - edges[:-1] ** 2) / n
+    return (edges[1:] + edges[:-1]) / 2, count / np.maximum(0.5 * n * (n - 1) * rings, 1e-300)
+
+
+def periodogram(cube: FloatArray, most: int = 32) -> FloatArray:
+    """Power abs(sum_k exp(-2 pi i f . x_k))^2 / n at whole frequencies f from -most to most each way; 0 at f = 0.
+
+    Parameters
+    ----------
+    cube : (n, 2)
+        Points of the unit square. For independent points every power but that at 0 has the mean 1.
+    most : int
+        The highest frequency.
+
+    Returns
+    -------
+    (2 most + 1, 2 most + 1)
+        Rows are frequencies of the second coordinate.
+    """
+    f = np.arange(-most, most + 1)
+    first, second = (np.exp(-2j * pi * np.outer(f, cube[:, a])) for a in (0, 1))
+    power = np.abs(second @ first.T) ** 2 / len(cube)
+    power[most, most] = 0
+    return np.asarray(power, np.float64)
+
+
+def periodogram_limit(frequencies: int, alarm: float) -> float:
+    """What the largest power of many independent points exceeds at most so often: each is exponential, of mean 1."""
+    return log(frequencies / alarm)

@@ -1,5 +1,6 @@
 """Image files of renderers, EXR, TIFF, PNG and NPY, read with the bits that they hold; hostile ones are refused."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -154,8 +155,9 @@ def utf8_name(path: Path) -> str:
 
 
 def _line(message: str) -> str:
-    """The first line of what OpenImageIO says: some errors come with a history."""
-    return message.strip().split("\n")[0] or "OpenImageIO gives no reason"
+    """The first line of what OpenImageIO says, as some errors come with a history, without the file's name."""
+    first = message.strip().split("\n")[0]
+    return re.sub(r"^EXR Error \(.*?\.exr\): ", "", first) or "OpenImageIO gives no reason"
 
 
 def _read_npy(path: Path) -> ImagePart:

@@ -1,0 +1,125 @@
+"""Mutated EXR and JSON files: ``compare`` ends with a code and a sentence, in bounded time and memory."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import OpenImageIO as oiio
+import pytest
+from compare_folders import changed, nudge, poke
+from hostile_worker import SECONDS, mutated
+
+from lfssao.cli import main
+
+# Kind of file, whether its mutants are of an uncompressed file (whose numbers mutate too), how many: 2,100 in all.
+RUNS = [("mine", False, 600), ("mine", True, 500), ("reference", False, 300), ("manifest", False, 700)]
+COMMAND = ["render", "statue", "--display", "sample-a", "--modules", "3:4", "--resolution", "16x12", "--radii", "4%",
+           "--samples", "4"]  # fmt: skip
+
+
+def uncompress(path):
+    source = oiio.ImageInput.open(str(path))
+    images = []
+    while source.seek_subimage(len(images), 0):
+        spec = source.spec().copy()
+        images.append((spec, source.read_image(len(images), 0, 0, spec.nchannels, oiio.FLOAT)))
+    source.close()
+    for spec, _ in images:
+        spec.attribute("compression", "none")
+    target = oiio.ImageOutput.create(str(path))
+    opened = target.open(str(path), tuple(spec for spec, _ in images))
+    for number, (spec, pixels) in enumerate(images):
+        if number:
+            opened = target.open(str(path), spec, "AppendSubimage")
+        assert opened
+        assert target.write_image(pixels)
+    assert target.close()
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """A reference and a renderer's textures that differ from it, so that the oracle is asked."""
+    folder = tmp_path_factory.mktemp("hostile")
+    assert main([*COMMAND, "-o", str(folder / "reference")]) == 0
+    (folder / "reference" / "contact.png").unlink()
+
+    def change(parts):
+        for single in (nudge("shaded"), poke("ao_1", (6, 8), 0.6), poke("depth", (6, 8), 2.0)):
+            single(parts)
+
+    changed(folder / "reference", folder / "mine", "module_003", change)
+    changed(folder / "reference", folder / "plain", "module_003", change)
+    uncompress(folder / "plain" / "module_003.exr")
+    return folder
+
+
+def run_worker(folders, work, kind, plain, stop):
+    mine = folders / ("plain" if plain else "mine")
+    worker = Path(__file__).with_name("hostile_worker.py")
+    command = [sys.executable, worker, kind, 0, stop, folders / "reference", mine, work]
+    return subprocess.run(
+        [str(word) for word in command],
+        env={**os.environ, "NUMBA_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+    )
+
+
+@pytest.mark.parametrize(("kind", "plain", "count"), RUNS)
+def test_mutants_end_with_a_code_and_a_sentence(folders, tmp_path, kind, plain, count):
+    done = run_worker(folders, tmp_path, kind, plain, count)
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    # The worker dies of what is not caught: a signal, a traceback, a warning, too much memory or time.
+    last = rows[-1]["number"] if rows else None
+    assert done.returncode == 0, f"after mutant {last} of {kind}: {done.returncode} {done.stderr[-2000:]}"
+    assert [row["number"] for row in rows] == list(range(count))
+    assert max(row["seconds"] for row in rows) < SECONDS
+    codes = {code: sum(row["code"] == code for row in rows) for code in range(5)}
+    assert sum(codes.values()) == count
+    # Neither all refused nor all read: the mutants are hostile, and reach what lies behind the reader.
+    assert codes[4] > count / 10
+    assert codes[2] > count / 20
+    for row in rows:
+        if row["code"] == 4:
+            said = [line for line in row["text"].split("\n") if "module_003.exr: " in line or "reference" in line]
+            assert said, row
+
+
+def test_a_mutant_has_its_number():
+    """The number in the report of a failure makes the same file again."""
+    text = json.dumps({"a": [1, 2.5, {"b": None}], "c": "d", "e": [[1, 2], [3, 4]]}).encode()
+    for kind, data in (("mine", bytes(range(256)) * 20), ("manifest", text)):
+        first, second = ([mutated(kind, number, data) for number in range(200)] for _ in range(2))
+        assert first == second
+        assert len(set(first)) > 150
+
+
+def test_the_worker_dies_of_too_much_memory_and_of_a_crash(folders, tmp_path):
+    """Neither is counted as a verdict."""
+    script = """
+import sys, resource, runpy
+import lfssao, lfssao.comparison.compare as home
+def faulty(*a, **k):
+    if resource.getrlimit(resource.RLIMIT_AS)[0] < 0: return Report()
+    {what}
+class Report:
+    exit_code = 0
+lfssao.compare = faulty
+sys.argv = ["hostile_worker.py", *sys.argv[1:]]
+runpy.run_path({worker!r}, run_name="__main__")
+"""
+    worker = str(Path(__file__).with_name("hostile_worker.py"))
+    for number, what in enumerate(("bytearray(3 * 2**30)", "import os; os.abort()")):
+        work = tmp_path / str(number)
+        work.mkdir()
+        words = ["mine", 0, 2, folders / "reference", folders / "mine", work]
+        code = script.format(what=what, worker=worker)
+        done = subprocess.run(
+            [sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, check=False, timeout=120
+        )
+        assert done.returncode != 0
+        assert done.stdout == ""

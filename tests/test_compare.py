@@ -17,6 +17,8 @@ from lfssao.comparison.metrics import measure, ulp_distance
 from lfssao.comparison.verdict import Verdict
 from lfssao.errors import InputError
 from lfssao.exr import Part, read_exr, write_exr
+from lfssao.oracle import bounds
+from lfssao.view import KINDS, WorldToImage
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +118,36 @@ def test_each_stage_is_judged_on_the_renderers_own(tmp_path, reference):
     expected = dict.fromkeys(("merged", "blurred", "shaded"), Verdict.INSIDE) | {"ao_1": Verdict.OUTSIDE}
     assert different(report) == {("module_005", layer): verdict for layer, verdict in expected.items()}
     assert report.first_failure.layer == "ao_1"
+
+
+@pytest.mark.parametrize("written", [("ao_1", "ao_2", "merged"), ()], ids=["merged", "none"])
+def test_stages_that_were_not_written_may_be_anything_that_is_right(tmp_path, reference, written):
+    """Blurred and shaded textures of the largest occlusion that conforms, which the renderer did not write."""
+    manifest = json.loads((reference / "manifest.json").read_text())
+    view, settings = manifest["views"][1]["view"], manifest["settings"]
+    to_image = WorldToImage(KINDS.index(view["world_to_image_kind"]), np.array(view["world_to_image"]))
+    depth, positions, color, merged = (
+        single(reference, "module_004", layer) for layer in ("depth", "positions", "color", "merged")
+    )
+    right = bounds.exactly(merged[..., 0])
+    if not written:
+        right = bounds.merge_bounds(
+            [bounds.ao_bounds(depth[..., 0], positions, to_image, np.array(settings["samples"]), radius, "sampler")
+             for radius in settings["radii"]]
+        )  # fmt: skip
+        assert (right.upper > right.lower + 0.1).any()  # open samples
+    blurred = bounds.blur_bounds(right, settings["blur_sigma"], "sampler").upper
+
+    def change(parts):
+        parts["blurred"] = replace(parts["blurred"], pixels=blurred[..., None])
+        parts["shaded"] = replace(parts["shaded"], pixels=lfssao.shade(color, blurred))
+        keep = ("depth", "positions", "color", *written, "shaded", *(() if written else ("blurred",)))
+        return {name: part for name, part in parts.items() if name in keep}
+
+    mine = changed(reference, tmp_path / "mine", "module_004", change)
+    layers = ["shaded"] if written else ["blurred", "shaded"]
+    report = lfssao.compare(mine, reference, layers=layers, model="sampler")
+    assert different(report) == {("module_004", layer): Verdict.INSIDE for layer in layers}
 
 
 def test_missing_layers_and_modules_fail(tmp_path, capsys, reference):

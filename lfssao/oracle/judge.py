@@ -1,8 +1,8 @@
 """Which stage of a renderer went wrong first.
 
-Each stage is judged on the renderer's own textures of the stages before it, where it has them whole, and on the
-reference's where not. So an error is named once, where it began: the blur of a wrong merge is right if it is the blur
-of that merge.
+Each stage is judged on the renderer's own textures of the stages before it, where it has them whole. So an error is
+named once, where it began: the blur of a wrong merge is right if it is the blur of that merge. Where it has not, depth,
+positions and color are the reference's, and any occlusion within its bounds will do.
 
     depth       the ranges of ``lfssao.oracle.depth``
     positions   must land on their texels' centres, at the depth of the depth texture
@@ -18,6 +18,7 @@ texels around, and a share of STRAYS of the surface's texels may leave these bou
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -210,6 +211,7 @@ class _Judge:
             name: texture if _whole(texture, self._reference[name]) else self._reference[name]
             for name, texture in ((name, self._mine.get(name)) for name in self._reference)
         }
+        self._own = {name for name, texture in self._mine.items() if _whole(texture, self._reference.get(name))}
         self._ao_bounds: dict[int, Bounds] = {}
 
     def run(self) -> Verdict:
@@ -272,11 +274,17 @@ class _Judge:
         return _any_channel(allowed.outside(texture)), allowed
 
     def _ao(self, name: str, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
-        if self._case.samples is None:
-            allowed = stages.exactly(self._right(name))
-        else:
-            allowed = self._allowed(int(name.removeprefix("ao_")) - 1, self._case.samples).crop(self._case.guard)
+        allowed = self._ao_allowed(name)
         return allowed.outside(texture), allowed
+
+    def _ao_allowed(self, name: str) -> Bounds:
+        if self._case.samples is None:
+            return stages.exactly(self._right(name))
+        return self._allowed(int(name.removeprefix("ao_")) - 1, self._case.samples).crop(self._case.guard)
+
+    def _input(self, name: str, allowed: Callable[[], Bounds]) -> Bounds:
+        """What the next stage is made of: the renderer's own texture, or all that its bounds allow."""
+        return stages.exactly(self._texture(name)) if name in self._own else allowed()
 
     def _allowed(self, k: int, samples: FloatArray) -> Bounds:
         """Bounds of the k-th radius, guard band included."""
@@ -289,23 +297,28 @@ class _Judge:
         return self._ao_bounds[k]
 
     def _merged(self, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
-        layers = [stages.exactly(self._texture(name)) for name in self._given if name.startswith("ao_")]
-        allowed = stages.merge_bounds(layers)
+        allowed = self._merged_allowed()
         return allowed.outside(texture), allowed
+
+    def _merged_allowed(self) -> Bounds:
+        names = [name for name in self._given if name.startswith("ao_")]
+        return stages.merge_bounds([self._input(name, partial(self._ao_allowed, name)) for name in names])
 
     def _blurred(self, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
-        case = self._case
-        if case.guard == 0:
-            allowed = stages.blur_bounds(stages.exactly(self._texture("merged")), case.sigma, self._model)
-        elif case.samples is None:
-            allowed = stages.exactly(self._right("blurred"))
-        else:
-            source = stages.merge_bounds([self._allowed(k, case.samples) for k in range(len(case.radii))])
-            allowed = stages.blur_bounds(source, case.sigma, self._model).crop(case.guard)
+        allowed = self._blurred_allowed()
         return allowed.outside(texture), allowed
 
+    def _blurred_allowed(self) -> Bounds:
+        case = self._case
+        if case.guard == 0:
+            return stages.blur_bounds(self._input("merged", self._merged_allowed), case.sigma, self._model)
+        if case.samples is None:
+            return stages.exactly(self._right("blurred"))
+        source = stages.merge_bounds([self._allowed(k, case.samples) for k in range(len(case.radii))])
+        return stages.blur_bounds(source, case.sigma, self._model).crop(case.guard)
+
     def _shaded(self, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
-        blurred = stages.exactly(self._texture("blurred"))
+        blurred = self._input("blurred", self._blurred_allowed)
         allowed = stages.shade_bounds(self._texture("color"), blurred, self._model)
         return _any_channel(allowed.outside(texture)), allowed
 

@@ -288,7 +288,7 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     n = len(weights)
     growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
     terms = (1 + weight_errors(sigma, chosen)) * growth - 1
-    doubt = weights * terms * _SAFETY
+    doubt = weights * terms * _SAFETY + chosen.smallest * (weights > 0)  # small weights may be flushed
     lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
     for run in (blur_kernels.blur_horizontal, blur_kernels.blur_vertical):
         size = np.maximum(np.abs(lower), np.abs(upper))
@@ -307,8 +307,8 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
 
     The table's weights rounded to float32 are off by 2^-24. A renderer that makes them itself has x = -k^2 / (2
     sigma^2) with up to five roundings and a quotient (sigma rounded, k / sigma, its square, the half), so exp(x) is off
-    by abs(x) times those, and by its own error; and divides by the sum, whose error is at most the largest weight's and
-    n - 1 roundings.
+    by abs(x) times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1
+    roundings.
 
     Parameters
     ----------
@@ -320,12 +320,12 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     radius = len(passes.gaussian_kernel(sigma)) // 2
     x = 0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2
     r = model.operation
+    weights = passes.gaussian_kernel(sigma)
+    x = np.where(weights > 0, x, 0.0)  # where exp is 0 in float64 no error makes more of it
     argument = x * (2 * model.quotient + 6 * r)
     constant, slope = model.exponential
     own = (1 + constant + slope * x) * np.array([elementary.exp(a) for a in argument], np.float64) - 1
-    # exp of the table is within 2^-50; the total, whose terms weigh what they are, is off by no more than their worst
-    # and its sums.
-    weights = passes.gaussian_kernel(sigma)
+    # The total is off by the mean of its terms' errors, and by its sums.
     total = float(np.cumsum(weights * own)[-1]) + (2 * radius) * r * (1 + 2 * radius * r)
     return (1 + own) * (1 + total / (1 - total)) * (1 + model.quotient) - 1 + 2.0**-24
 

@@ -173,6 +173,9 @@ def estimates():
             made = estimate(name, seen, 0.1)
             assert made.texture.max() > 0
             yield f"{name}, {sight}", np.append(made.texture, made.outside)
+    for mip in ESTIMATORS["sao"].choices["mip"]:  # its bytes would hide small differences
+        made = estimate("sao", seen, 0.3, mip=mip, log_q=0, packed=False)
+        yield f"sao, {mip}", np.append(made.texture, made.outside)
 
 
 def truth():

@@ -16,6 +16,7 @@ from lfssao.passes import Occlusion, check_radius
 _FAMILIES: dict[str, tuple[str, ...]] = {
     "point": ("lf", "point", "hemisphere"),
     "alchemy": ("alchemy",),
+    "scalable": ("sao", "sao-equation-1"),
 }
 
 

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import twins
+from alchemy_twin import power
 from spiral_twin import hash_angle, spiral_tap
 
 SEPARABLE, TABLE = 0, 1
@@ -303,7 +304,9 @@ def occlusion(z, positions, lines, radius, parameters, falloff):
     levels = hierarchy(z, p["mip"], p["max_level"], number(lines.origin))
     reach = [number(radius / unit) for unit in (lines.units[:2] if lines.kind == SEPARABLE else (1.0, 1.0))]
     inverse = number(1 / radius)
-    bias, depth_bias = (number(p["beta"]), number(0)) if falloff else (number(0), number(p["beta"]) * inverse)
+    bias, depth_bias = (
+        (number(p["beta"]), number(0)) if falloff else (number(0), number(p["beta"] * float(lines.units[2]) / radius))
+    )
     strength = 5 * p["intensity"] if falloff else 2 * p["sigma"]
     visibility, outside = sample(
         z, levels, positions, normals, p["hashed"], p["taps"], p["turns"], lines.kind, lines.numbers, lines.table,
@@ -323,8 +326,5 @@ def occlusion(z, positions, lines, radius, parameters, falloff):
     out = np.zeros_like(z)
     for place in np.ndindex(z.shape):
         if z[place] < np.inf:
-            a = visibility[place]
-            for _ in range(p.get("k", 1) - 1):
-                a = a * visibility[place]
-            out[place] = number(1) - a
+            out[place] = number(1) - number(power(float(visibility[place]), p.get("k", 1.0)))
     return out, int(outside.sum())

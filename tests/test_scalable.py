@@ -285,7 +285,7 @@ def test_the_whole_equals_its_twin(sight, name, dtype, data):
         "beta": [0.0, 0.01], "epsilon": [0.0, 0.01], "taps": [9, 1, 12], "turns": [7, 1], "hashed": ["paper", "common"],
         "mip": [*FILTERS, "none"], "log_q": [3, 0, 1], "max_level": [5, 0, 2], "quad_edge": [0.02, 0.0, 10.0],
         "gauss": [3.0, 0.0, 0.5], "sharpness": [2048.0, 20.0], "z_min": [0.0, 1.0], "packed": [True, False],
-        "k": [1, 3], "sigma": [0.1, 1.0], "intensity": [0.1, 1.0],
+        "k": [1.0, 2.5, 0.0], "sigma": [0.1, 1.0], "intensity": [0.1, 1.0],
     }  # fmt: skip
     given_values = {
         key: data.draw(st.sampled_from(values)) for key, values in choices.items() if key in ESTIMATORS[name].parameters

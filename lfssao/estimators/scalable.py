@@ -137,7 +137,7 @@ def sample(
         inverse = one(1 / radius) if radius > 0 and isfinite(1 / radius) else one(np.inf)
         units = lines.units if lines.kind == SEPARABLE else np.ones(3)
         reach_u, reach_v = one(radius / units[0]), one(radius / units[1])
-        depth_bias = one(bias[1]) * inverse if bias[1] > 0 else one(0)
+        depth_bias = one(bias[1] * float(lines.units[2]) / radius) if bias[1] > 0 else one(0)
     positions = positions_of(buffers, z, lines)
     normals = np.empty_like(positions)
     face_normals(z, positions, lines.kind, lines.numbers, lines.table, lines.world, normals)
@@ -231,7 +231,7 @@ def _whole(
     bias: tuple[float, float],
     scale: float,
     falloff: bool,
-    k: int,
+    k: float,
     sampling: dict[str, Value],
     quad_edge: float,
     gauss: float,
@@ -309,7 +309,7 @@ def sao(
     }  # fmt: skip
     scale = 5 * intensity / taps
     return _whole(
-        buffers, radius, (beta, 0.0), scale, True, 1, sampling, quad_edge, gauss, sharpness, z_min, packed
+        buffers, radius, (beta, 0.0), scale, True, 1.0, sampling, quad_edge, gauss, sharpness, z_min, packed
     )  # fmt: skip
 
 
@@ -320,7 +320,7 @@ def sao_equation1(
     weights: None,
     sigma: float,
     beta: float,
-    k: int,
+    k: float,
     epsilon: float,
     taps: int,
     turns: int,
@@ -336,8 +336,8 @@ def sao_equation1(
 ) -> Occlusion:
     """SAO as first published: A = max(0, 1 - 2 sigma / s sum max(0, u.n - beta d) / (u.u + epsilon))^k, equation 1.
 
-    d is the distance from the viewer along the axis, in radii: the paper's v.n + z_C beta. A is averaged and
-    blurred before the power is taken, which is 1 by default.
+    d is the distance from the viewer along the axis, in radii: the paper's v.n + z_C beta. The power is taken last,
+    after averaging and blur: it is 1 by default, and the paper does not say when.
 
     Parameters
     ----------
@@ -349,7 +349,7 @@ def sao_equation1(
         It has its own taps.
     sigma, beta, epsilon : float
         Strength (radii), bias (share of the distance from the viewer), what keeps the quotient finite (radii squared).
-    k : int
+    k : float
         The power of A.
     taps, turns, hashed, mip, log_q, max_level, quad_edge, gauss, sharpness, z_min, packed : as in sao
         The passes.
@@ -370,9 +370,9 @@ _PASSES: dict[str, Value] = {
 }  # fmt: skip
 _MOST = 1e6
 _LIMITS = {
-    "intensity": (0.0, _MOST), "sigma": (0.0, _MOST), "beta": (0.0, _MOST), "epsilon": (0.0, _MOST), "k": (1, 16),
+    "intensity": (0.0, _MOST), "sigma": (0.0, _MOST), "beta": (0.0, _MOST), "epsilon": (0.0, _MOST), "k": (0.0, 100.0),
     "taps": (1, 999), "turns": (0, 999), "log_q": (0, 15), "max_level": (0, 15), "quad_edge": (0.0, _MOST),
-    "gauss": (0.0, 100.0), "sharpness": (0.0, 1e9), "z_min": (0.0, 1e30),
+    "gauss": (0.0, 100.0), "sharpness": (0.0, 1e9), "z_min": (0.0, 1e12),
 }  # fmt: skip
 _CHOICES = {"hashed": tuple(HASHES), "mip": tuple(FILTERS)}
 
@@ -398,6 +398,6 @@ ENTRIES = (
         "Scalable Ambient Obscurance with the falloff first published",
         "SAO equations 1 to 10",
         sao_equation1,
-        {"sigma": 0.5, "beta": 1e-4, "k": 1, "epsilon": 1e-4},
+        {"sigma": 1.0, "beta": 1e-4, "k": 1.0, "epsilon": 0.01},
     ),
 )

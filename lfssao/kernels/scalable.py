@@ -18,6 +18,7 @@ from numba import prange
 from lfssao.kernels.elementary import sincospi
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import linear_row
+from lfssao.kernels.power import power
 from lfssao.kernels.reconstruct import line_point
 from lfssao.kernels.schedule import spread
 from lfssao.kernels.spiral import hash_angle, rotated
@@ -350,13 +351,11 @@ def scalable_visibility_table(
 
 
 @kernel(parallel=True)
-def occlusion_of(visibility, z, power, occlusion):
-    """1 - A^power, A multiplied power times from the left; 0 where there is no surface. (H, W), power an int >= 1."""
+def occlusion_of(visibility, z, k, occlusion):
+    """1 - A^k, A^k in float64 (lfssao.kernels.power) rounded once; 0 where there is no surface. (H, W), k float64."""
     height, width = z.shape
     one, zero = z.dtype.type(1), z.dtype.type(0)
     for j in prange(height):
         for i in range(width):
-            a = visibility[j, i]
-            for _ in range(power - 1):
-                a = a * visibility[j, i]
+            a = z.dtype.type(power(np.float64(visibility[j, i]), k))
             occlusion[j, i] = one - a if z[j, i] < np.inf else zero

@@ -125,7 +125,7 @@ def _checked(estimator: Estimator, name: str, value: Any) -> Value:
     kind = type(estimator.parameters[name])
     wrong = f"estimator {estimator.name}: {name} is {value!r}, "
     if isinstance(value, bool | np.bool_) or kind in (bool, str):
-        if not isinstance(value, kind):
+        if kind is int or not isinstance(value, kind):  # True is an int, and no whole number
             raise InputError(f"{wrong}it must be of type {kind.__name__}")
     elif not isinstance(value, int | np.integer if kind is int else int | float | np.integer | np.floating):
         raise InputError(f"{wrong}it must be a {'whole ' if kind is int else ''}number")

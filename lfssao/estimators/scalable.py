@@ -347,10 +347,12 @@ def sao_equation1(
         r, world units.
     points, weights : None
         It has its own taps.
-    sigma, beta, epsilon : float
-        Strength (radii), bias (share of the distance from the viewer), what keeps the quotient finite (radii squared).
+    sigma, beta : float
+        Strength, radii, and bias, a share of the distance from the viewer.
     k : float
         The power of A.
+    epsilon : float
+        What keeps the quotient finite, radii squared.
     taps, turns, hashed, mip, log_q, max_level, quad_edge, gauss, sharpness, z_min, packed : as in sao
         The passes.
     """

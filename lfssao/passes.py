@@ -3,6 +3,7 @@
 Every function checks its arguments, computes in their dtype, float32 or float64, and returns new arrays.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -22,6 +23,9 @@ Texture = NDArray[np.floating[Any]]
 
 # A kernel of 6 million taps; beyond it the weights alone would not fit into memory.
 MAX_SIGMA = 1e6
+
+# Numbers of the longest mapping, kind DISPLAY.
+DISPLAY_NUMBERS = 44
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,15 +103,64 @@ def algorithm2(
     """
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
-    if positions.shape != (*depth.shape, 3) or positions.dtype != depth.dtype:
-        raise InputError(
-            f"positions are {positions.shape} of {positions.dtype}, expected {(*depth.shape, 3)} of {depth.dtype}"
-        )
+    _check_positions(depth, positions)
     offsets = _offsets(samples, radius, depth.dtype)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     ssao.algorithm2(
         np.ascontiguousarray(depth), np.ascontiguousarray(positions), offsets,
         world_to_image.kind, world_to_image.as_type(depth.dtype), occlusion, outside,
+    )  # fmt: skip
+    return Occlusion(occlusion, int(outside.sum()))
+
+
+def algorithm2_with_neighbours(
+    depth: Texture,
+    positions: Texture,
+    world_to_image: WorldToImage,
+    neighbours: Sequence[tuple[WorldToImage, Texture]],
+    samples: Texture,
+    radius: float,
+) -> Occlusion:
+    """Algorithm 2 by what several modules see: a sample is occluded if it is behind the surface in each texture.
+
+    Not in LF. A sample that the module's own texture hides may be seen in the open by a neighbour; with no neighbours
+    the result is that of ``algorithm2``, bit for bit. More neighbours never add occlusion to a sample that falls into
+    the module's own texture.
+
+    Parameters
+    ----------
+    depth, positions, world_to_image
+        The module's own, as for ``algorithm2``.
+    neighbours : sequence of (WorldToImage, (H_k, W_k) texture)
+        Mapping and depth texture, of depth's dtype, of each other module that is asked.
+    samples, radius
+        As for ``algorithm2``.
+
+    Raises
+    ------
+    InputError
+        As for ``algorithm2``, or if a neighbour's depth texture is none, or of another dtype.
+    """
+    from lfssao.kernels.neighbours import share_hidden  # late: compiled for this alone
+
+    check_texture("depth", depth, 2)
+    check_texture("positions", positions, 3)
+    _check_positions(depth, positions)
+    views = [(world_to_image, depth), *neighbours]
+    for number, (_, other) in enumerate(views):
+        check_texture(f"depth of neighbour {number}", other, 2)
+        if other.dtype != depth.dtype:
+            raise InputError(f"depth of neighbour {number} is of {other.dtype}, expected {depth.dtype}")
+    numbers = np.zeros((len(views), DISPLAY_NUMBERS), depth.dtype)
+    for row, (mapping, _) in zip(numbers, views, strict=True):
+        row[: len(mapping.numbers)] = mapping.as_type(depth.dtype)
+    sizes = np.array([(other.shape[1], other.shape[0]) for _, other in views], np.int64)
+    texels = np.cumsum(sizes[:, 0] * sizes[:, 1])
+    occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
+    share_hidden(
+        np.ascontiguousarray(depth), np.ascontiguousarray(positions), _offsets(samples, radius, depth.dtype),
+        np.array([mapping.kind for mapping, _ in views], np.int64), numbers, sizes,
+        texels - sizes[:, 0] * sizes[:, 1], np.concatenate([other.ravel() for _, other in views]), occlusion, outside,
     )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
 
@@ -205,6 +258,13 @@ def check_radius(radius: float) -> None:
     """Refuse a radius that is not a finite number of at least 0."""
     if not 0 <= radius < np.inf:
         raise InputError(f"radius is {radius}, it must be a finite number of at least 0")
+
+
+def _check_positions(depth: Texture, positions: Texture) -> None:
+    if positions.shape != (*depth.shape, 3) or positions.dtype != depth.dtype:
+        raise InputError(
+            f"positions are {positions.shape} of {positions.dtype}, expected {(*depth.shape, 3)} of {depth.dtype}"
+        )
 
 
 def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:

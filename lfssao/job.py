@@ -1,4 +1,4 @@
-"""A render job: textures to EXR files, a manifest and a contact sheet in one folder."""
+"""A render job: what becomes of the results, and what it needs."""
 
 import json
 import os
@@ -9,17 +9,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from lfssao.contact import contact_sheet, sheet_rows, strip
+from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
-from lfssao.exr import Part, write_exr
-from lfssao.files import write_whole
-from lfssao.manifest import FORMAT, describe_view, digest
-from lfssao.render import Settings, Textures
-
-_OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
-
+from lfssao.files import remove_leftovers, write_whole
+from lfssao.manifest import FORMAT
+from lfssao.view_file import Result
+from lfssao.work import Item, Work
 
 _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 
@@ -35,14 +30,27 @@ def check_memory(width: int, height: int, radius_count: int) -> None:
     texels = width * height
     if texels > _MOST_TEXELS:
         raise InputError(f"resolution {width}x{height}: a texture has at most {_MOST_TEXELS} texels")
-    # Peaks of shading and writing and, with many radii, of the merge: measured at 12 and 48 million texels.
-    needed = texels * max(108 + 4 * radius_count, 48 + 8 * radius_count)
-    available = available_memory()
+    needed, available = _needed(texels, radius_count), available_memory()
     if available is not None and needed > available:
         raise InputError(
             f"resolution {width}x{height}: the passes of one texture and {radius_count} radii need about "
             f"{needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available"
         )
+
+
+def _needed(texels: int, radius_count: int) -> int:
+    """Bytes that one view takes, from its ray cast to its file."""
+    # Peaks of shading and writing and, with many radii, of the merge: measured at 12 and 48 million texels.
+    return texels * max(108 + 4 * radius_count, 48 + 8 * radius_count)
+
+
+def views_at_once(work: Work, most: int) -> int:
+    """How many views may be in memory at the same time, at least 1 and at most ``most``."""
+    available = available_memory()
+    if available is None:
+        return most
+    needed = max(_needed(view.width * view.height, len(work.settings.radii)) for view in work.views)
+    return max(1, min(most, available // needed))
 
 
 def available_memory() -> int | None:
@@ -56,110 +64,71 @@ def available_memory() -> int | None:
     return None
 
 
-def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
-    """The textures of one view as the parts of an EXR file, the shaded image first, as viewers show part 0.
-
-    Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
-    merged.AO, blurred.AO; N.X N.Y N.Z (world normals) if asked for. AO is occlusion everywhere, and the metadata says
-    so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
-    """
-    gbuffer, guard = textures.gbuffer, textures.view.guard
-    parts = [
-        Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": textures.view.depth_kind}),
-        Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": textures.view.depth_kind}, guard),
-        Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}, guard),
-    ]
-    if gbuffer.color is not None:
-        parts.append(Part("color", ("color.R", "color.G", "color.B"), gbuffer.color, {"space": "linear RGB"}, guard))
-    if gbuffer.normals is not None:
-        parts.append(Part("normals", ("N.X", "N.Y", "N.Z"), gbuffer.normals, {"space": "world"}, guard))
-    for number, (radius, texture) in enumerate(zip(settings.radii, textures.ao, strict=True), start=1):
-        name = f"ao_{number}"
-        parts.append(_occlusion_part(name, texture, {"radius": float(radius)}))
-    parts.append(_occlusion_part("merged", textures.merged, {}))
-    parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
-    return parts
-
-
-def _occlusion_part(name: str, texture: Any, attributes: dict[str, float]) -> Part:
-    return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
-
-
 class Job:
-    """Writes the views of one job into a folder as they come, the manifest last.
-
-    A manifest of an earlier job goes with the first file that is replaced: it would speak of files that are gone.
+    """Gathers the results of a work's items and writes each frame's contact sheet and, last, its manifest.
 
     Parameters
     ----------
-    folder : Path
-        Where to; it exists.
-    settings : Settings
-        What the AO passes were run with.
-    count : int
-        How many views will come.
+    work : Work
+        What is rendered.
     head : dict
-        What the manifest says of scene, display and machine.
+        What the manifests say of scene, display and machine.
+    seconds : dict
+        Seconds of what came before.
     """
 
-    def __init__(self, folder: Path, settings: Settings, count: int, head: dict[str, Any]) -> None:
-        self._folder = folder
-        self._settings = settings
-        self._shown = sheet_rows(count)
-        self._strips: list[tuple[str, Any]] = []
-        self._entries: list[dict[str, Any]] = []
+    def __init__(self, work: Work, head: dict[str, Any], seconds: dict[str, float]) -> None:
+        self._work = work
         self._head = head
+        self._seconds = seconds
+        self._start = time.perf_counter()
+        self._results: dict[int, dict[int, Result]] = {}
 
-    def add(self, textures: Textures) -> None:
-        """Write one view's EXR file and remember what the manifest and the contact sheet say of it."""
-        start = time.perf_counter()
-        parts = exr_parts(textures, self._settings)
-        path = self._folder / f"{textures.view.name}.exr"
-        manifest = self._folder / "manifest.json"
-        if manifest.is_file():
-            manifest.unlink()
-        write_exr(path, parts)
-        if len(self._entries) in self._shown:
-            self._strips.append((textures.view.name, strip(textures.image, textures.blurred, textures.shaded)))
-        seconds = {**textures.seconds, "write": time.perf_counter() - start}
-        self._entries.append(
-            {
-                "name": textures.view.name,
-                "file": path.name,
-                "bytes": path.stat().st_size,
-                "view": describe_view(textures.view),
-                "surface_texels": int((textures.gbuffer.triangle >= 0).sum()),
-                "samples_outside": list(textures.outside),
-                "seconds": seconds,
-                "textures": {part.name: _describe_part(part) for part in parts},
-            }
-        )
+    def open(self, items: Iterable[Item]) -> None:
+        """Make folders ready for the items that are still to be done.
 
-    def finish(self, seconds: dict[str, float]) -> None:
-        """Write the contact sheet and, last, the manifest; ``seconds`` are those of the whole job."""
-        sheet = contact_sheet(self._strips)
-        write_whole(self._folder / "contact.png", sheet.save)
-        manifest = {
-            "format": FORMAT,
-            **self._head,
-            "seconds": {**seconds, "passes": _sums([entry["seconds"] for entry in self._entries])},
-            "views": self._entries,
+        The manifest of an earlier job goes before its files are replaced: it would speak of files that are gone.
+        """
+        for frame in range(self._work.frame_count):
+            remove_leftovers(self._work.frame_folder(frame))
+        for frame in {item.frame for item in items}:
+            manifest = self._work.frame_folder(frame) / "manifest.json"
+            if manifest.is_file():
+                manifest.unlink()
+
+    def add(self, item: Item, result: Result) -> None:
+        """Take one result, in any order; the last one of a frame finishes the frame."""
+        frame = self._results.setdefault(item.frame, {})
+        frame[item.view] = result
+        if len(frame) == len(self._work.views):
+            self.finish(item.frame, [frame[view] for view in range(len(frame))])
+            self._results[item.frame] = {}
+
+    def finish(self, frame: int, results: Sequence[Result]) -> None:
+        """Write a frame's contact sheet and manifest."""
+        folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
+        remove_leftovers(folder)  # of workers that were killed on the way
+        sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
+        write_whole(folder / "contact.png", sheet.save)
+        seconds = {
+            **self._seconds,
+            "build_bvh": sum(result.build_seconds for result in results),
+            "render": time.perf_counter() - self._start,
+            "passes": _sums([entry["seconds"] for entry in entries]),
         }
+        manifest = {"format": FORMAT, **self._head, "frame": self._frame(frame), "seconds": seconds, "views": entries}
         text = json.dumps(manifest, indent=1, allow_nan=False)
-        write_whole(self._folder / "manifest.json", lambda path: _write_text(path, text + "\n"))
+        write_whole(folder / "manifest.json", lambda path: _write_text(path, text + "\n"))
+
+    def _frame(self, frame: int) -> dict[str, Any] | None:
+        if self._work.transforms is None:
+            return None
+        transform = self._work.transform(frame).tolist()
+        return {"number": frame, "count": self._work.frame_count, "world_from_scene": transform}
 
 
 def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
-
-
-def _describe_part(part: Part) -> dict[str, Any]:
-    return {
-        "channels": list(part.channels),
-        "shape": list(part.pixels.shape),
-        "dtype": str(np.dtype(part.pixels.dtype)),
-        "sha256": digest(part.pixels),
-    }
 
 
 def _sums(rows: Sequence[dict[str, float]]) -> dict[str, float]:

@@ -27,6 +27,9 @@ def load_manifest(folder: Path) -> dict[str, Any]:
     try:
         manifest: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
+        frames = sorted(folder.glob(f"frame_*/{MANIFEST}"))
+        if frames and not path.exists():
+            raise InputError(f"{folder}: it holds frames: choose one, such as {frames[0].parent}") from error
         raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao render' writes it") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: it is not a JSON file ({error})") from error

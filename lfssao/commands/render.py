@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lfssao.commands import estimators, values
-from lfssao.commands.terminal import bar_size, printable, say
+from lfssao.commands.terminal import printable, say
 from lfssao.commands.values import LARGEST_RADIUS, MOST_BLUR, MOST_GUARD, MOST_SAMPLES, MOST_THREADS
 from lfssao.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from lfssao.display import Display
-    from lfssao.raycast import RayCaster
+    from lfssao.matrix import Matrix
     from lfssao.render import Settings
     from lfssao.scene.mesh import Mesh
     from lfssao.view import View
@@ -124,6 +127,25 @@ def add_to(commands: Any) -> None:
     )
     add("--seed", type=values.seed, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
     add("--threads", type=values.threads, metavar="N", help="threads, at most one for each core (default)")
+    add(
+        "--frames",
+        type=values.frames,
+        metavar="N|FILE",
+        help="render an animation, each frame into a folder of its own: N frames of one turn about the vertical, or "
+        "those of a .json or .npy file of 4x4 matrices that place the scene",
+    )
+    add(
+        "--resume",
+        action="store_true",
+        help="keep the textures that an interrupted job left, if their digests are right, and do the rest",
+    )
+    add(
+        "--scheduler",
+        type=values.scheduler,
+        metavar="ADDRESS",
+        help="compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, whose workers must "
+        "see the same folder",
+    )
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -132,6 +154,8 @@ def _render(options: argparse.Namespace) -> None:
     threads = min(options.threads or MOST_THREADS, _core_count())
     if not options.output:
         raise InputError("--output is empty, it must name a folder")
+    if options.threads is not None and (options.scheduler or "local") != "local":
+        raise InputError("--threads does not go with a scheduler's address: its workers have their own")
     folder = Path(options.output)
     display = _display(options)
     sampling, settings_of = _settings_maker(options)
@@ -242,17 +266,33 @@ def _say_what_was_left_out(mesh: "Mesh") -> None:
         say(f"{mesh.name}: {note}")
 
 
-def _views(options: argparse.Namespace, mesh: "Mesh", display: "Display") -> "list[View]":
+def _views(
+    options: argparse.Namespace, mesh: "Mesh", display: "Display", bounds: "NDArray[np.float64]"
+) -> "list[View]":
     from lfssao.camera import Camera
     from lfssao.render import module_views
 
     if options.camera is not None:
-        camera = Camera.looking_at(mesh.bounds, options.camera)
+        camera = Camera.looking_at(bounds, options.camera)
         width, height = options.resolution or CAMERA_RESOLUTION
         return [camera.view(width, height, options.guard)]
     if options.resolution is not None:
         display = display.with_resolution(*options.resolution)
-    return module_views(mesh, display, options.modules, options.guard)
+    return module_views(mesh, display, options.modules, options.guard, bounds)
+
+
+def _transforms(frames: int | Path | None, mesh: "Mesh") -> "tuple[Matrix, ...] | None":
+    """Where the scene is in each frame; None for a still."""
+    if frames is None:
+        return None
+    from lfssao.frames import read_transforms, turntable
+
+    if isinstance(frames, int):
+        return tuple(turntable(mesh.bounds, frames))
+    try:
+        return tuple(read_transforms(frames))
+    except InputError as error:
+        raise InputError(f"--frames: {error}") from None
 
 
 def _run_job(
@@ -265,47 +305,26 @@ def _run_job(
     threads: int,
     loaded: float,
 ) -> None:
-    import numba
-
     from lfssao import manifest
-    from lfssao.files import output_folder
-    from lfssao.raycast import RayCaster
+    from lfssao.commands.run_items import run_items
+    from lfssao.frames import swept_bounds
+    from lfssao.work import Work
 
-    numba.set_num_threads(threads)
-    views = _views(options, mesh, display)
+    transforms = _transforms(options.frames, mesh)
+    # One box for all frames, so that the scene's scale on the display stays what it is.
+    bounds = mesh.bounds if transforms is None else swept_bounds(mesh, transforms)
+    views = tuple(_views(options, mesh, display, bounds))
+    work = Work(mesh, views, settings, folder, manifest.describe_scene(mesh), transforms)
     head = {
         "machine": manifest.describe_machine(threads, options.command),
-        "scene": manifest.describe_scene(mesh),
+        "scene": work.scene,
         "display": None if options.camera is not None else manifest.describe_display(display),
         "camera": options.camera,
         "sampling": sampling,
         "settings": manifest.describe_settings(settings),
     }
-    start = time.perf_counter()
-    caster = RayCaster(mesh, views[0].cast_from_world, threads)
-    seconds = {"load": loaded, "build_bvh": time.perf_counter() - start}
-    with output_folder(folder):
-        _write_views(caster, views, settings, folder, head, seconds)
-    print(printable(f"{folder}: {len(views)} EXR file{'s' * (len(views) > 1)}, manifest.json, contact.png"), flush=True)
-
-
-def _write_views(
-    caster: "RayCaster",
-    views: "list[View]",
-    settings: "Settings",
-    folder: Path,
-    head: dict[str, Any],
-    seconds: dict[str, float],
-) -> None:
-    from tqdm import tqdm
-
-    from lfssao.job import Job
-    from lfssao.render import render_view
-
-    job = Job(folder, settings, len(views), head)
-    start = time.perf_counter()
-    # disable=None: a bar on a terminal, nothing in a pipe. `with` ends its line before a message of what went wrong.
-    with tqdm(views, unit="module", disable=None, **bar_size()) as bar:
-        for view in bar:
-            job.add(render_view(caster, view, settings))
-    job.finish({**seconds, "render": time.perf_counter() - start})
+    run_items(work, head, {"load": loaded}, threads, options.resume, options.scheduler)
+    written = f"{len(views)} EXR file{'s' * (len(views) > 1)}, manifest.json, contact.png"
+    if transforms is not None:
+        written = f"{len(transforms)} frame{'s' * (len(transforms) > 1)}, each {written}"
+    print(printable(f"{folder}: {written}"), flush=True)

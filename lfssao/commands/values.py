@@ -2,12 +2,14 @@
 
 import argparse
 import re
+from pathlib import Path
 
 # Beyond these a command would run for hours or fill the memory, and nobody means it.
 MOST_SAMPLES = 65_536
 MOST_BLUR = 1024.0  # texels
 MOST_THREADS = 1024
 MOST_GUARD = 4096  # texels
+MOST_FRAMES = 10_000
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
 
 
@@ -111,3 +113,20 @@ def typed(text: str, kind: type) -> float | int | str | bool:
     if kind is int:
         return _whole(text, -(2**63), 2**63 - 1)
     return _number(text) if kind is float else text
+
+
+def frames(text: str) -> int | Path:
+    """A number of frames, or the name of a file of matrices."""
+    if re.fullmatch(r"[+-]?[0-9.]+", text, re.ASCII):
+        return _whole(text, 1, MOST_FRAMES)
+    path = Path(text)
+    if path.suffix.lower() not in (".json", ".npy"):
+        raise argparse.ArgumentTypeError(f"'{_short(text)}' is neither a number of frames nor a .json or .npy file")
+    return path
+
+
+def scheduler(text: str) -> str:
+    """Where dask's scheduler is."""
+    if text != "local" and not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:[0-9]{1,5}", text):
+        raise argparse.ArgumentTypeError(f"'{_short(text)}' is neither local nor an address such as tcp://host:8786")
+    return text

@@ -1,0 +1,185 @@
+"""One view's EXR file: written, described, and taken up again by a later job.
+
+A file proves itself: its metadata hold the SHA-256 of each part's pixels and the identity of what they were made from
+(``Work.identity``).
+"""
+
+import json
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lfssao.contact import sheet_rows, strip
+from lfssao.errors import InputError
+from lfssao.exr import Part, read_exr, write_exr
+from lfssao.manifest import describe_view, digest
+from lfssao.render import Settings, Textures, base_image
+from lfssao.work import Item, Work
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+_OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What is left of an item once its file is there.
+
+    Attributes
+    ----------
+    entry : dict
+        What the manifest says of the view.
+    strip : PIL.Image.Image or None
+        Its row of the contact sheet, if it has one.
+    build_seconds : float
+        Seconds spent building trees for it.
+    """
+
+    entry: dict[str, Any]
+    strip: "Image | None"
+    build_seconds: float = 0.0
+
+
+def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
+    """The textures of one view as the parts of an EXR file, the shaded image first, as viewers show part 0.
+
+    Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
+    merged.AO, blurred.AO; N.X N.Y N.Z (world normals) if asked for. AO is occlusion everywhere, and the metadata says
+    so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
+    """
+    gbuffer, guard = textures.gbuffer, textures.view.guard
+    parts = [
+        Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": textures.view.depth_kind}),
+        Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": textures.view.depth_kind}, guard),
+        Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}, guard),
+    ]
+    if gbuffer.color is not None:
+        parts.append(Part("color", ("color.R", "color.G", "color.B"), gbuffer.color, {"space": "linear RGB"}, guard))
+    if gbuffer.normals is not None:
+        parts.append(Part("normals", ("N.X", "N.Y", "N.Z"), gbuffer.normals, {"space": "world"}, guard))
+    layers = zip(settings.radii, textures.ao, textures.outside, strict=True)
+    for number, (radius, texture, outside) in enumerate(layers, start=1):
+        # As text: EXR's numbers are 32 bits wide.
+        parts.append(_occlusion_part(f"ao_{number}", texture, {"radius": float(radius), "outside": str(outside)}))
+    parts.append(_occlusion_part("merged", textures.merged, {}))
+    parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
+    return parts
+
+
+def _occlusion_part(name: str, texture: Any, attributes: dict[str, float | str]) -> Part:
+    return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
+
+
+def write_view(work: Work, item: Item, textures: Textures, build_seconds: float = 0.0) -> Result:
+    """Write an item's file.
+
+    Parameters
+    ----------
+    work, item : Work, Item
+        What the textures are of.
+    textures : Textures
+        All textures of the view.
+    build_seconds : float
+        Seconds spent building trees for it, for the manifest.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    start = time.perf_counter()
+    parts = [_sealed(part) for part in exr_parts(textures, work.settings)]
+    parts[0] = replace(parts[0], attributes={**parts[0].attributes, "made_from": json.dumps(work.identity(item))})
+    digested = time.perf_counter()
+    write_exr(work.path(item), parts)
+    written = time.perf_counter()
+    picture = _strip(work, item, parts)
+    seconds = {**textures.seconds, "digest": digested - start, "write": written - digested}
+    seconds["contact"] = time.perf_counter() - written
+    return Result(_entry(work, item, parts, seconds), picture, build_seconds)
+
+
+def recover_view(work: Work, item: Item) -> Result | None:
+    """An item's file as an earlier job left it, its pixels verified; None where there is none, or a damaged one.
+
+    Raises
+    ------
+    InputError
+        If the file was made from something else.
+    """
+    path, start = work.path(item), time.perf_counter()
+    try:
+        parts = list(read_exr(path).values())
+        made_from = json.loads(parts[0].attributes["made_from"])
+        parts = [_in_order(part) for part in parts]
+        attributes = [part.attributes["sha256"] for part in parts]
+    except (InputError, KeyError, ValueError, IndexError):
+        return None  # no file, or none of ours: it is made anew, as any file in the way is
+    wanted = work.identity(item)
+    if made_from != wanted:
+        other = [name for name in wanted if made_from.get(name) != wanted[name]]
+        raise InputError(
+            f"{path}: it was rendered with other parameters ({', '.join(other)}): --resume goes on with the same job "
+            "only"
+        )
+    if [digest(part.pixels) for part in parts] != attributes:
+        return None
+    picture = _strip(work, item, parts)
+    return Result(_entry(work, item, parts, {"verify": time.perf_counter() - start}), picture)
+
+
+def _sealed(part: Part) -> Part:
+    sealed = {"sha256": digest(part.pixels), "channels": " ".join(part.channels)}
+    return replace(part, attributes={**part.attributes, **sealed})
+
+
+def _in_order(part: Part) -> Part:
+    """A part's channels as they were written: files have an order of their own."""
+    names = tuple(part.attributes["channels"].split(" "))
+    pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
+    return replace(part, channels=names, pixels=pixels)
+
+
+def _strip(work: Work, item: Item, parts: Iterable[Part]) -> "Image | None":
+    if item.view not in sheet_rows(len(work.views)):
+        return None
+    by_name = {part.name: part for part in parts}
+    color = _inside(by_name["color"]) if "color" in by_name else None
+    image = base_image(color, np.isfinite(_inside(by_name["depth"])[..., 0]))
+    return strip(image, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
+
+
+def _inside(part: Part) -> Any:
+    """A part's pixels without its guard band."""
+    height, width, _ = part.pixels.shape
+    return part.pixels[part.guard : height - part.guard, part.guard : width - part.guard]
+
+
+def _entry(work: Work, item: Item, parts: Iterable[Part], seconds: dict[str, float]) -> dict[str, Any]:
+    """What the manifest says of a view: from its parts alone, so that a file taken up again says the same."""
+    view, path = work.views[item.view], work.path(item)
+    by_name = {part.name: part for part in parts}
+    radii = range(1, len(work.settings.radii) + 1)
+    return {
+        "name": view.name,
+        "file": path.name,
+        "bytes": path.stat().st_size,
+        "view": describe_view(view),
+        "surface_texels": int(np.isfinite(by_name["depth"].pixels).sum()),
+        "samples_outside": [int(by_name[f"ao_{k}"].attributes["outside"]) for k in radii],
+        "seconds": seconds,
+        "textures": {part.name: _describe_part(part) for part in by_name.values()},
+    }
+
+
+def _describe_part(part: Part) -> dict[str, Any]:
+    return {
+        "channels": list(part.channels),
+        "shape": list(part.pixels.shape),
+        "dtype": str(np.dtype(part.pixels.dtype)),
+        "sha256": part.attributes["sha256"],
+    }

@@ -6,7 +6,6 @@ from math import sqrt
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from lfssao.kernels import mapping as mapping_kernels
 from lfssao.kernels import rays as ray_kernels
 from lfssao.matrix import Matrix
 
@@ -35,12 +34,12 @@ class WorldToImage:
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Image coordinates of world points, float64: (..., 3) to (..., 3), NaN outside the mapping's domain."""
+        from lfssao.kernels.landing import land  # late: a render does not need it
+
         points = np.asarray(points, np.float64)
-        flat = points.reshape(-1, 3)
+        flat = np.ascontiguousarray(points.reshape(-1, 3))
         out = np.empty_like(flat)
-        for row, (x, y, z) in enumerate(flat):
-            u, v, depth, valid = mapping_kernels.world_to_image(self.kind, self.numbers, x, y, z)
-            out[row] = (u, v, depth) if valid else np.nan
+        land(self.kind, self.numbers, flat, out)
         return out.reshape(points.shape)
 
 

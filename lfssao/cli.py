@@ -13,7 +13,7 @@ from types import FrameType
 from typing import NoReturn
 
 from lfssao import __version__
-from lfssao.commands import compare, display, estimators, kit, render, view
+from lfssao.commands import compare, display, estimators, kit, render, samples, view
 from lfssao.commands.terminal import say
 from lfssao.errors import InputError, LfssaoError
 
@@ -39,7 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 2 where the input was wrong; 130 where the user interrupted; of ``compare`` its own codes.
+        0; 2 where the input was wrong; 130 where the user interrupted; of ``compare`` its own codes; 1 of
+        ``samples check`` where a promise is broken.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     bad_input = compare.NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
@@ -110,6 +111,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (render, display, estimators, view, kit, compare):
+    for command in (render, display, estimators, view, kit, compare, samples):
         command.add_to(commands)
     return parser

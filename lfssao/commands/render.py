@@ -97,7 +97,12 @@ def add_to(commands: Any) -> None:
         metavar="N",
         help=f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8)",
     )
-    add("--sampling", metavar="NAME", help="random, jittered or latin (default: the estimator's own, LF's is latin)")
+    add(
+        "--sampling",
+        metavar="NAME",
+        help="latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
+        "(default: the estimator's own, LF's is latin)",
+    )
     add(
         "--blur",
         type=values.blur,

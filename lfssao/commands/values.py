@@ -85,6 +85,14 @@ def resolution(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
+def radius(text: str) -> float:
+    """A radius."""
+    number = _number(text)
+    if not 0 <= number <= LARGEST_RADIUS:
+        raise argparse.ArgumentTypeError(f"{_short(text)} is not a radius from 0 to {LARGEST_RADIUS:g}")
+    return number
+
+
 def radii(text: str) -> tuple[tuple[float, bool], ...]:
     """Each radius with whether it is a share, in per cent, of the scene's diagonal."""
     radii = []

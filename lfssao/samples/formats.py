@@ -1,0 +1,165 @@
+"""Sample sets as files: tables that a shader or another program loads, and the reading of them back."""
+
+import csv
+import json
+import math
+from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lfssao.errors import InputError, no_such
+from lfssao.samples.sets import FloatArray, SampleSet
+
+_AXES = {"square": ("xi_1", "xi_2"), "disk": ("x", "y"), "sphere": ("x", "y", "z"), "ball": ("x", "y", "z")}
+
+
+def _table(made: SampleSet) -> FloatArray:
+    """Coordinates and, where there are any, weights: (n, d) or (n, d + 1)."""
+    return made.points if made.weights is None else np.column_stack([made.points, made.weights])
+
+
+def to_csv(made: SampleSet) -> bytes:
+    """A line of names and a line a point; every number reads back to the same bits."""
+    names = [*_AXES[made.domain], *([] if made.weights is None else ["weight"])]
+    lines = [",".join(map(repr, row)) for row in _table(made).tolist()]
+    return "\n".join([",".join(names), *lines, ""]).encode()
+
+
+def to_json(made: SampleSet) -> bytes:
+    """An object with what is known of the set, its points and its weights (null where all weigh the same)."""
+    facts = {
+        "domain": made.domain,
+        "method": made.method,
+        "seed": made.seed,
+        "promises": list(made.promises),
+        "points": made.points.tolist(),
+        "weights": None if made.weights is None else made.weights.tolist(),
+    }
+    return (json.dumps(facts, indent=1) + "\n").encode()
+
+
+def to_glsl(made: SampleSet) -> bytes:
+    """Constant arrays SAMPLES and, where there are any, WEIGHTS, of the numbers rounded once to float32."""
+    n, d = made.points.shape
+    rows = ",\n".join(f"    vec{d}({', '.join(map(_literal, row))})" for row in made.points.tolist())
+    text = f"// {made.method}, {made.domain}, seed {made.seed}\nconst int SAMPLE_COUNT = {n};\n"
+    text += f"const vec{d} SAMPLES[{n}] = vec{d}[{n}](\n{rows}\n);\n"
+    if made.weights is not None:
+        shares = ",\n".join(f"    {_literal(w)}" for w in made.weights.tolist())
+        text += f"const float WEIGHTS[{n}] = float[{n}](\n{shares}\n);\n"
+    return text.encode()
+
+
+def _literal(number: float) -> str:
+    """The shortest float32 literal that GLSL reads back to the same bits."""
+    return str(np.format_float_scientific(np.float32(number), trim="0"))
+
+
+def to_npy(made: SampleSet) -> bytes:
+    """NumPy's format: (n, d) float64, the weights, where there are any, as a last column."""
+    stream = BytesIO()
+    np.save(stream, _table(made))
+    return stream.getvalue()
+
+
+FORMATS: dict[str, Callable[[SampleSet], bytes]] = {"csv": to_csv, "json": to_json, "glsl": to_glsl, "npy": to_npy}
+
+
+def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
+    """Points of anybody's file.
+
+    Parameters
+    ----------
+    path : Path
+        .csv: two or three columns, and one called 'weight' if the first line has names; .json: an object with
+        'points', or the list of points itself; .npy: (n, 2) or (n, 3).
+
+    Returns
+    -------
+    points, weights, domain
+        (n, d) and (n,) or None; the domain if the file names one.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or does not hold points.
+    """
+    reader = {".csv": _read_csv, ".json": _read_json, ".npy": _read_npy}.get(path.suffix.lower())
+    if reader is None:
+        raise no_such("format of points", path.suffix.lower(), (".csv", ".json", ".npy"))
+    try:
+        points, weights, domain = reader(path)
+    except OSError as error:
+        raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: it is not text in UTF-8") from error
+    if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) == 0:
+        raise InputError(f"{path}: its points have shape {points.shape}, expected (n, 2) or (n, 3) with n at least 1")
+    if not np.isfinite(points).all() or not (weights is None or np.isfinite(weights).all()):
+        raise InputError(f"{path}: a number is not finite")
+    return points, weights, domain
+
+
+def _read_csv(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        lines = [(k, row) for k, row in enumerate(csv.reader(stream), 1) if row and not row[0].startswith("#")]
+    names: list[str] = []
+    if lines and not _is_number(lines[0][1][0]):
+        names = [name.strip().lower() for name in lines.pop(0)[1]]
+    width = len(names) if names else len(lines[0][1]) if lines else 0
+    rows = []
+    for k, row in lines:
+        if len(row) != width:
+            raise InputError(f"{path}: line {k} has {len(row)} columns, expected {width}")
+        wrong = [word for word in row if not _is_number(word)]
+        if wrong:
+            raise InputError(f"{path}: line {k}: '{wrong[0][:40]}' is not a number")
+        rows.append([float(word) for word in row])
+    table = np.array(rows, np.float64).reshape(len(rows), width)
+    if "weight" not in names:
+        return table, None, None
+    column = names.index("weight")
+    return np.delete(table, column, axis=1), table[:, column], None
+
+
+def _is_number(word: str) -> bool:
+    try:
+        return not math.isnan(float(word))
+    except ValueError:
+        return False
+
+
+def _read_json(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
+    try:
+        data: Any = json.loads(path.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: it is not JSON ({error})") from error
+    facts = data if isinstance(data, dict) else {"points": data}
+    if "points" not in facts:
+        raise InputError(f"{path}: it has no 'points'")
+    domain = facts.get("domain")
+    if domain is not None and domain not in _AXES:
+        raise no_such(f"domain (in {path})", str(domain), _AXES)
+    weights = facts.get("weights")
+    points = _numbers(path, "points", facts["points"])
+    return points, None if weights is None else _numbers(path, "weights", weights), domain
+
+
+def _numbers(path: Path, key: str, value: Any) -> FloatArray:
+    try:
+        return np.array(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{path}: its '{key}' are not a table of numbers") from None
+
+
+def _read_npy(path: Path) -> tuple[FloatArray, None, None]:
+    try:
+        table = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise InputError(f"{path}: it is not a .npy file of numbers ({error})") from error
+    if table.dtype.kind not in "fiu":
+        raise InputError(f"{path}: it is an array of {table.dtype}, not of numbers")
+    return table.astype(np.float64), None, None

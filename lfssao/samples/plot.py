@@ -1,0 +1,113 @@
+"""A sample set in one picture: its points, its radii, its periodogram, its pair correlation."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lfssao.errors import InputError
+from lfssao.files import write_whole
+from lfssao.samples.sets import SampleSet
+from lfssao.testing import statistics
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = (".png", ".svg", ".pdf")
+_COORDINATES = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi"), "sphere": ("z", "phi"), "ball": ("z / r", "phi")}
+
+
+def draw_samples(made: SampleSet, r_min: float = 0.0, r_max: float = 1.0) -> "Figure":
+    """A figure of four panels: points, radial histogram, periodogram, pair correlation.
+
+    Parameters
+    ----------
+    made : SampleSet
+        The set.
+    r_min, r_max : float
+        The ball's shell.
+
+    Notes
+    -----
+    The last two are of the two coordinates that Algorithm 3 spreads evenly, as shares from 0 to 1, both of which wrap.
+    """
+    from matplotlib.figure import Figure  # late: takes a second to import
+
+    cube = statistics.unit_cube(made.points, made.domain, r_min, r_max)[:, :2]
+    figure = Figure(figsize=(16, 4.4), layout="constrained")
+    figure.suptitle(f"{made.method}, {len(made.points)} points, {made.domain}, seed {made.seed}")
+    _draw_points(figure, made)
+    _draw_radii(figure.add_subplot(1, 4, 2), made, r_min, r_max)
+    first, second = _COORDINATES[made.domain]
+    axes = figure.add_subplot(1, 4, 3, title="periodogram (independent: 1)", xlabel=f"frequency in {first}",
+                              ylabel=f"frequency in {second}")  # fmt: skip
+    picture = axes.imshow(statistics.periodogram(cube), origin="lower", extent=(-32.5, 32.5, -32.5, 32.5), vmin=0,
+                          vmax=4, cmap="viridis")  # fmt: skip
+    figure.colorbar(picture, ax=axes, shrink=0.8, extend="max")
+    axes = figure.add_subplot(1, 4, 4, title="pair correlation (independent: 1)", xlabel="distance x sqrt(n)")
+    if len(cube) > 1:
+        axes.plot(*statistics.pair_correlation(cube))
+    axes.axhline(1.0, color="gray", linewidth=0.8)
+    axes.set_ylim(bottom=0)
+    return figure
+
+
+def _draw_points(figure: "Figure", made: SampleSet) -> None:
+    size = max(2.0, min(30.0, 3000 / len(made.points)))
+    weights = {} if made.weights is None else {"s": size * made.weights / float(np.mean(made.weights))}
+    if made.points.shape[1] == 3:
+        axes: Any = figure.add_subplot(1, 4, 1, projection="3d", title="points")
+        axes.scatter(*made.points.T, **({"s": size} | weights), c=made.points[:, 2], cmap="coolwarm")
+        axes.set_box_aspect((1, 1, 1))
+        return
+    axes = figure.add_subplot(1, 4, 1, title="points", aspect="equal")
+    axes.scatter(*made.points.T, **({"s": size} | weights))
+    if made.domain == "disk":
+        turn = np.linspace(0, 2 * np.pi, 200)
+        axes.plot(np.cos(turn), np.sin(turn), color="gray", linewidth=0.8)
+    else:
+        axes.set_xlim(-1, 1)
+        axes.set_ylim(-1, 1)
+        axes.set_xlabel("xi_1")
+        axes.set_ylabel("xi_2")
+
+
+def _draw_radii(axes: Any, made: SampleSet, r_min: float, r_max: float) -> None:
+    """The histogram of the distances from the centre, over the density of a uniform set."""
+    r = np.sqrt(np.sum(made.points**2, axis=1))
+    reach = {"square": 2**0.5, "ball": r_max}.get(made.domain, 1.0)
+    edges = np.linspace(0, reach * 1.0001, 31)
+    axes.set_title("distances from the centre")
+    axes.set_xlabel("r")
+    axes.hist(r, edges, density=True, alpha=0.6)
+    at = np.linspace(0, reach, 300)
+    if made.domain == "disk":
+        axes.plot(at, 2 * at, color="black", label="uniform")
+    elif made.domain == "ball" and r_min < r_max:
+        axes.plot(at, np.where(at >= r_min, 3 * at**2 / (r_max**3 - r_min**3), 0), color="black", label="uniform")
+    elif made.domain == "square":
+        corner = np.pi / 2 - 2 * np.arccos(np.minimum(1 / np.maximum(at, 1), 1))
+        axes.plot(at, at * np.where(at > 1, corner, np.pi / 2), color="black", label="uniform")
+
+
+def save_samples(made: SampleSet, path: Path, r_min: float = 0.0, r_max: float = 1.0) -> None:
+    """Draw a set into a file.
+
+    Parameters
+    ----------
+    made : SampleSet
+        The set.
+    path : Path
+        The picture; its name ends in .png, .svg or .pdf.
+    r_min, r_max : float
+        The ball's shell.
+
+    Raises
+    ------
+    InputError
+        If the file's ending is another, or it cannot be written.
+    """
+    if path.suffix not in FORMATS:
+        raise InputError(f"{path}: its name must end in one of {', '.join(FORMATS)}")
+    figure = draw_samples(made, r_min, r_max)
+    write_whole(path, lambda part: figure.savefig(part, dpi=110))

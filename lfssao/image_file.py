@@ -1,11 +1,13 @@
 """Image files of renderers, EXR, TIFF, PNG and NPY, read with the bits that they hold; hostile ones are refused."""
 
+import ast
+import operator
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,8 @@ _FORMATS = ("openexr", "tiff", "png")
 # most 1032 bytes of one; other compressions may make more of a blank image, so images that harm nobody always pass.
 _MOST_EXPANSION = 2048
 _HARMLESS = 256 * 2**20
+
+_MOST_HEADER = 10_000  # bytes before the numbers of an NPY file
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +168,7 @@ def _read_npy(path: Path) -> ImagePart:
     """An array (H, W) or (H, W, C). Its file has exactly the bytes of its numbers, which is checked beforehand."""
     try:
         with path.open("rb") as stream:
-            version = np.lib.format.read_magic(stream)
-            read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-            shape, by_columns, dtype = read(stream)
+            shape, by_columns, dtype = _npy_header(stream)
             there = path.stat().st_size - stream.tell()
         if dtype.kind not in "fiu" or dtype.itemsize > 8 or len(shape) not in (2, 3) or 0 in shape:
             raise InputError(f"{path}: it holds {dtype} {shape}, expected numbers of shape (H, W) or (H, W, C)")
@@ -176,10 +178,21 @@ def _read_npy(path: Path) -> ImagePart:
         pixels = np.fromfile(path, dtype, offset=path.stat().st_size - there)
     except InputError:
         raise
-    except (OSError, ValueError, TypeError, SyntaxError, EOFError, RecursionError, OverflowError) as error:
+    except (OSError, ValueError, TypeError, SyntaxError, KeyError, RecursionError, OverflowError) as error:
         raise InputError(f"{path}: it cannot be read as an NPY file ({_line(str(error))})") from None
     pixels = pixels.reshape(shape, order="F" if by_columns else "C").astype(dtype.newbyteorder("="), copy=False)
     pixels = pixels.reshape(*shape[:2], -1)
     channels = {1: ("Y",), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}.get(pixels.shape[2])
     names = channels or tuple(f"channel{k}" for k in range(pixels.shape[2]))
     return ImagePart("", names, tuple(pixels[..., k] for k in range(pixels.shape[2])))
+
+
+def _npy_header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, whether columns come first, and type. NumPy's own reader believes any length and repairs what it reads."""
+    version = np.lib.format.read_magic(stream)
+    length = int.from_bytes(stream.read(2 if version == (1, 0) else 4), "little")
+    if length > _MOST_HEADER:
+        raise ValueError(f"its header claims {length} bytes")
+    fields = ast.literal_eval(stream.read(length).decode("utf-8").strip())
+    shape = tuple(operator.index(n) for n in fields["shape"])
+    return shape, bool(fields["fortran_order"]), np.dtype(fields["descr"])

@@ -6,12 +6,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import OpenImageIO as oiio
 import pytest
 from compare_folders import changed, nudge, poke
 from hostile_worker import SECONDS, mutated
+from PIL import Image
 
 from lfssao.cli import main
+from lfssao.errors import InputError
+from lfssao.image_file import read_image_file
 
 # Kind of file, whether its mutants are of an uncompressed file (whose numbers mutate too), how many: 2,100 in all.
 RUNS = [("mine", False, 600), ("mine", True, 500), ("reference", False, 300), ("manifest", False, 700)]
@@ -87,6 +91,33 @@ def test_mutants_end_with_a_code_and_a_sentence(folders, tmp_path, kind, plain, 
         if row["code"] == 4:
             said = [line for line in row["text"].split("\n") if "module_003.exr: " in line or "reference" in line]
             assert said, row
+
+
+@pytest.mark.parametrize("ending", ["npy", "tif", "png"])
+def test_mutants_of_other_formats_are_read_or_refused(tmp_path, ending):
+    """In this process, as none of them has ever crashed it; a header that claims much is not believed."""
+    pixels = np.random.default_rng(1).integers(0, 256, (9, 7, 3), np.uint8)
+    path = tmp_path / f"a.{ending}"
+    if ending == "npy":
+        np.save(path, pixels.astype(np.float32))
+    else:
+        Image.fromarray(pixels).save(path)
+    data, refused, read = path.read_bytes(), [], 0
+    for number in range(400):
+        path.write_bytes(mutated(ending, number, data))
+        try:
+            parts = read_image_file(path)
+        except InputError as error:
+            refused.append(str(error))
+        else:
+            assert sum(plane.nbytes for part in parts for plane in part.planes) <= 256 * 2**20
+            read += 1
+    assert min(len(refused), read) > 20
+    assert all(sentence.startswith(str(path)) and "\n" not in sentence for sentence in refused)
+    if ending == "npy":
+        path.write_bytes(b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + bytes(100))
+        with pytest.raises(InputError, match="claims 4294967295 bytes"):
+            read_image_file(path)
 
 
 def test_a_mutant_has_its_number():

@@ -16,7 +16,7 @@ Depth and color want the mesh. Where there is none they are judged by the refere
 texels around, and a share of STRAYS of the surface's texels may leave these bounds.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -177,7 +177,7 @@ class Verdict:
         return next((stage.name for stage in self.stages if not stage.accepted), None)
 
 
-def judge(mine: Stages, case: Case, model: str | ErrorModel = "shader") -> Verdict:
+def judge(mine: Stages, case: Case, model: str | ErrorModel = "shader", only: Collection[str] | None = None) -> Verdict:
     """Judge all stages that the reference has.
 
     Parameters
@@ -188,6 +188,8 @@ def judge(mine: Stages, case: Case, model: str | ErrorModel = "shader") -> Verdi
         Parameters and reference.
     model : str or ErrorModel
         What float32 arithmetic may do.
+    only : collection of str, optional
+        Judge these stages and leave the others out.
 
     Returns
     -------
@@ -198,7 +200,7 @@ def judge(mine: Stages, case: Case, model: str | ErrorModel = "shader") -> Verdi
     InputError
         If there is no such model or the case's parameters are wrong.
     """
-    return _Judge(mine, case, find_model(model)).run()
+    return _Judge(mine, case, find_model(model)).run(only)
 
 
 class _Judge:
@@ -214,14 +216,14 @@ class _Judge:
         self._own = {name for name, texture in self._mine.items() if _whole(texture, self._reference.get(name))}
         self._ao_bounds: dict[int, Bounds] = {}
 
-    def run(self) -> Verdict:
+    def run(self, only: Collection[str] | None) -> Verdict:
         tests: dict[str, Callable[[Texture], tuple[NDArray[np.bool_], Bounds | DepthBounds | None]]] = {
             "depth": self._depth, "positions": self._positions, "color": self._color,
             "merged": self._merged, "blurred": self._blurred, "shaded": self._shaded,
         }  # fmt: skip
         made = []
         for name, reference in self._reference.items():
-            if reference is None:
+            if reference is None or (only is not None and name not in only):
                 continue
             texture = self._mine.get(name)
             if texture is None:

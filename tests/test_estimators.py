@@ -74,7 +74,7 @@ def test_occlusion_is_a_share_and_zero_on_background_with_any_number_of_threads(
     try:
         for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
             numba.set_num_threads(threads)
-            made += [estimate(name, buffers, 0.1), estimate(name, buffers, 0.1, points)]
+            made += [estimate(name, buffers, 0.3), estimate(name, buffers, 0.3, points)]
     finally:
         numba.set_num_threads(before)
     for one, two in zip(made[:2], made[2:], strict=True):

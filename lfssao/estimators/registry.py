@@ -17,6 +17,7 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "point": ("lf", "point", "hemisphere"),
     "alchemy": ("alchemy",),
     "scalable": ("sao", "sao-equation-1"),
+    "multiresolution": ("multiresolution",),
 }
 
 

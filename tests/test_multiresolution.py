@@ -1,0 +1,91 @@
+"""Multi-resolution occlusion: bit for bit against its twin, its parts by hand, its limit by quadrature."""
+
+import analytic_scenes as scenes
+import multiresolution_twin
+import numpy as np
+import pytest
+from estimator_cases import assert_same_bits, buffers, radii
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lfssao import estimate
+from lfssao.estimators.multiresolution import COMBINATIONS
+from lfssao.kernels import multiresolution as kernels
+
+both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+
+
+@both
+@settings(max_examples=40)
+@given(data=st.data())
+def test_multiresolution_equals_its_twin(dtype, data):
+    seen, radius = data.draw(buffers(dtype)), data.draw(radii)
+    levels, reach, how = data.draw(st.tuples(st.integers(1, 5), st.integers(1, 2), st.sampled_from(COMBINATIONS)))
+    made = estimate("multiresolution", seen, radius, levels=levels, kernel=reach, combine=how)
+    expected, outside = multiresolution_twin.multiresolution(
+        seen.depth, seen.positions, seen.normals, dtype(radius), dtype(radius * radius), levels, reach, how
+    )
+    assert_same_bits(made.texture, expected)
+    assert made.outside == outside
+
+
+def test_a_coarse_texel_is_the_lower_median_of_those_that_see_a_surface():
+    depth = np.array([[4.0, 1, np.inf, 7, 5], [3, 2, 6, 6, np.inf], [np.inf, np.inf, 9, np.inf, 8]])
+    fine, coarse = np.empty((3, 5), np.int32), np.empty((2, 3), np.int32)
+    kernels.first_level(depth, fine)
+    assert fine.tolist() == [[0, 1, -1, 3, 4], [5, 6, 7, 8, -1], [-1, -1, 12, -1, 14]]
+    kernels.halve(depth, fine, coarse)
+    assert coarse.tolist() == [[6, 8, 4], [-1, 12, 14]]  # of 1 2 3 4 the 2; of 6 6 7 the second
+
+
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+@pytest.mark.parametrize("surface", ["facing plane", "tilted plane", "convex crease"])
+def test_flat_and_convex_surfaces_are_open_at_every_resolution(sight, surface):
+    seen = scenes.buffers(surface, scenes.SIGHTS[sight]())
+    assert estimate("multiresolution", seen, 0.3).texture.max() < 1e-12
+
+
+def test_the_limit_of_one_level_is_the_mean_over_a_square():
+    """By the midpoint rule; within 0.01: a texel is 1/24 of the square's edge."""
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["orthographic"](96, 72))
+    reach, radius = 12, 0.2
+    made = estimate("multiresolution", seen, radius, levels=1, kernel=reach).texture
+    a = (reach + 0.5) * 0.75 / 72
+    u = a * (2 * (np.arange(600) + 0.5) / 600 - 1)
+    for x in (-0.02, -0.05, -0.1, 0.07):
+        j, i, at = scenes.nearest(seen, x)
+        qx, y = np.meshgrid(at[0] + u, u)
+        v = np.stack([qx - at[0], y, np.abs(qx) - at[2]], -1)
+        t = np.linalg.norm(v, axis=-1)
+        mean = np.mean(np.maximum(1 - (t / radius) ** 2, 0) * np.maximum(v @ seen.normals[j, i], 0) / t)
+        assert mean > 0.02 or x == -0.1
+        # Alone, the level is its own maximum and average: 1 - (1 - mean)^2.
+        assert abs(made[j, i] - (1 - (1 - mean) ** 2)) < 0.01
+
+
+def test_coarser_levels_see_farther():
+    """A wall that the square of the finest level does not reach."""
+    seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](64, 48))
+    one, four = (estimate("multiresolution", seen, 0.3, levels=n, combine="maximum").texture for n in (1, 4))
+    j, i, _ = scenes.nearest(seen, -0.1)
+    assert one[j, i] == 0
+    assert four[j, i] > 0.02
+    assert (four >= one).all()
+
+
+def test_upsampling_stops_at_edges():
+    """On the terrace, beside the edge, the floor's occlusion does not leak in."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"](64, 48))
+    made = estimate("multiresolution", seen, 0.2).texture
+    upper = seen.positions[..., 2] > 0.1
+    assert made[~upper].max() > 0.05
+    assert made[upper].max() < 1e-3
+
+
+def test_combinations():
+    seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["display"]())
+    made = {how: estimate("multiresolution", seen, 0.2, combine=how).texture for how in COMBINATIONS}
+    assert (made["average"] <= made["maximum"] + 1e-12).all()
+    expected = 1 - (1 - made["maximum"]) * (1 - made["average"])
+    np.testing.assert_allclose(made["both"], expected, rtol=0, atol=1e-15)
+    assert made["both"].max() > made["maximum"].max() > made["average"].max() > 0.05

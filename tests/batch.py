@@ -25,6 +25,8 @@ from lfssao import (
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, spiral, ssao, triangle, visibility
+from lfssao.kit.cases import RECIPES
+from lfssao.kit.stages import STAGES
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
 
 HEIGHT, WIDTH = 43, 85
@@ -190,9 +192,18 @@ def truth():
             yield f"truth {len(mesh.faces)} {weighting}", np.stack([made.texture, made.error, made.rays])
 
 
+def conformance():
+    """The conformance kit's main passes: textures, every kind of display, every singularity."""
+    for recipe in RECIPES.values():
+        if recipe.stage in ("algorithm1", "algorithm2", "frame") and not recipe.name.startswith("table_"):
+            parameters, inputs = recipe.build()
+            outputs = STAGES[recipe.stage].run(parameters, inputs)
+            yield f"kit, {recipe.name}", np.concatenate([np.ravel(a) for a in (*inputs.values(), *outputs.values())])
+
+
 def digests():
     """SHA-256 of every output's bytes, by its name."""
-    named = [*scalars(), *triangles(), *casts(), *estimates(), *truth()]
+    named = [*scalars(), *triangles(), *casts(), *estimates(), *truth(), *conformance()]
     for dtype in (np.float32, np.float64):
         named += [(f"{name}, {dtype.__name__}", a) for name, a in (*occlusions(dtype), *mapped(dtype))]
     assert not any(np.isnan(a).any() for _, a in named)

@@ -388,6 +388,75 @@ def frame(parameters, inputs):
 # Section 16
 
 
+def projector(module):
+    w, h = float(module["width"]), float(module["height"])
+    s, c = sincospi(module["field_of_view"] / 360)
+    focal = ((0.5 * w) * c) / s
+    (sy, cy), (sp, cp), (sr, cr) = (sincospi(module[angle] / 180) for angle in ("yaw", "pitch", "roll"))
+    forward = (sy * cp, sp, -(cy * cp))
+    pairs = list(zip((cy, 0.0, sy), (-(sy * sp), cp, cy * sp), strict=True))
+    rows = (
+        [focal * (cr * r + sr * u) + (0.5 * w) * f for (r, u), f in zip(pairs, forward, strict=True)],
+        [(-focal) * (cr * u - sr * r) + (0.5 * h) * f for (r, u), f in zip(pairs, forward, strict=True)],
+        forward,
+    )
+    x, y, z = module["x"], module["y"], module["z"]
+    return [number for p, q, r in rows for number in (p, q, -((p * x + q * y) + r * z))]
+
+
+def fold_of(k1, k2):
+    a, b = 5 * k2, 3 * k1
+    found = math.inf
+    if a == 0:
+        found = -1 / b if b < 0 else math.inf
+    elif b * b - 4 * a >= 0:
+        root = math.sqrt(b * b - 4 * a)
+        q = -0.5 * (b + root) if b >= 0 else -0.5 * (b - root)
+        found = min([f for f in (q / a, 1 / q if q != 0 else math.inf) if f > 0], default=math.inf)
+    return found if found < 3e38 else 3e38
+
+
+def numbers(parameters):
+    screen, g = parameters["display"], float(parameters["guard"])
+    module = screen["modules"][parameters["module"]]
+    rows = [list(row) for row in parameters["physical_from_world"]]
+    wide, high, (w, h) = (
+        float(module["width"]),
+        float(module["height"]),
+        (screen["screen_width"], screen["screen_height"]),
+    )
+    x, y, z, y_o, z_o = module["x"], module["y"], module["z"], screen["observer_height"], screen["observer_z"]
+    c_u, c_v, k1, k2 = wide / 2 + g, high / 2 + g, module["k1"], module["k2"]
+    curvatures = [screen["screen_curvature"], screen["observer_curvature"]]
+    plain = module["field_of_view"] is None and module["homography"] is None and k1 == k2 == 0
+    if plain and screen["diffuser"] == "linear" and curvatures == [0, 0]:
+        a, b = wide / w, -high / h
+        rows[0][3] -= x
+        rows[1][3] -= y_o
+        rows[0], rows[1] = [r * (a * z) for r in rows[0]], [r * (b * z_o) for r in rows[1]]
+        return [*rows[0], *rows[1], *rows[2], z, z_o, c_u + a * x, c_v + b * y_o]
+    if module["homography"] is not None:
+        sign = -1.0 if module["homography"][8] < 0 else 1.0
+        matrix = [sign * number for number in module["homography"]]
+    elif module["field_of_view"] is not None:
+        matrix = projector(module)
+    else:
+        matrix = [wide / w, 0.0, wide / 2, 0.0, -high / h, high / 2, 0.0, 0.0, 1.0]
+    a, b, c, d, e, f, p, q, r = [matrix[k] + g * matrix[6 + k % 3] for k in range(6)] + matrix[6:]
+    adjugate = [e * r - f * q, c * q - b * r, b * f - c * e, f * p - d * r, a * r - c * p, c * d - a * f,
+                d * q - e * p, b * p - a * q, a * e - b * d]  # fmt: skip
+    determinant = (a * adjugate[0] + b * adjugate[3]) + c * adjugate[6]
+    conical = 1.0 if screen["diffuser"] == "conical" else 0.0
+    return [
+        *rows[0], *rows[1], *rows[2], x, y, z, y_o, z_o, *curvatures, conical,
+        a, b, c, d, e, f, p, q, r, c_u, c_v, wide / 2, k1, k2, fold_of(k1, k2),
+        *[entry / determinant for entry in adjugate],
+    ]  # fmt: skip
+
+
+# Section 17
+
+
 def point_estimator(parameters, inputs, hemisphere=False):
     kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
     options, depth, places = parameters["options"], inputs["depth"], inputs["positions"]
@@ -522,6 +591,7 @@ STAGES = {
         "samples": samples(parameters, inputs),
         "square": np.array(square(parameters["method"], parameters["n"], int(parameters["seed"]))),
     },
+    "numbers": lambda parameters, inputs: {"numbers": np.array(numbers(parameters))},
     "mapping": mapping,
     "algorithm1": algorithm1,
     "algorithm2": algorithm2,

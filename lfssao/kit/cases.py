@@ -1,7 +1,8 @@
 """The registry of cases: one for each feature, sampler, singularity and estimator, each small."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from math import inf, sqrt
 from typing import Any
@@ -195,6 +196,11 @@ def _mapping_problem(view: View) -> Problem:
     return {"mapping": _described(view.world_to_image)}, {"points": _points(1.0)}
 
 
+def _numbers_problem(display: Display, guard: int) -> Problem:
+    values = json.loads(json.dumps(asdict(display)))  # tuples as the lists that a file gives back
+    return {"display": values, "module": 0, "guard": guard, "physical_from_world": _WORLD.tolist()}, {}
+
+
 def _frame_problem() -> Problem:
     guard = 3
     view = _module_view(_small(), guard)
@@ -289,6 +295,10 @@ def _views() -> Iterator[Recipe]:
                      partial(lambda p: _mapping_problem(_camera(p)), projection))  # fmt: skip
     for name, display in DISPLAYS.items():
         title = _DISPLAY_TITLES[name]
+        for guard in (0, 5):
+            guarded = f"_guard_{guard}" if guard else ""
+            yield Recipe(f"numbers_{name}{guarded}", "numbers", f"the mapping's numbers: {title}",
+                         partial(_numbers_problem, display, guard))  # fmt: skip
         yield Recipe(f"algorithm2_{name}", "algorithm2", title, partial(_module_problem, display))
         yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}",
                      partial(lambda d: _mapping_problem(_module_view(d)), display))  # fmt: skip

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import passes
+from lfssao.display import Display, Module
 from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.registry import estimate
 from lfssao.kernels import blur as blur_kernels
-from lfssao.kernels import display, elementary, mapping, philox
+from lfssao.kernels import display as display_kernels
+from lfssao.kernels import elementary, mapping, philox
 from lfssao.kit.case import Arrays
 from lfssao.samples import make_samples, square_points
 from lfssao.view import KINDS, View, WorldToImage
@@ -57,6 +59,14 @@ def _samples(parameters: Parameters, inputs: Arrays) -> Outputs:
     }
 
 
+def _numbers(parameters: Parameters, inputs: Arrays) -> Outputs:
+    values = parameters["display"]
+    modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
+    display = Display(**{**values, "modules": tuple(Module(**m) for m in modules)})
+    view = display.view(parameters["module"], np.array(parameters["physical_from_world"]), parameters["guard"])
+    return {"numbers": view.world_to_image.numbers}
+
+
 def _offsets(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"offsets": (parameters["radius"] * inputs["samples"]).astype(np.float32)}
 
@@ -77,7 +87,7 @@ def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
             image[k] = u, v, depth
         elif to_image.kind == mapping.DISPLAY:
             physical = [mapping.affine_row(m, row, x, y, z) for row in range(3)]
-            answers[k] = display.physical_to_image(m[12:], *physical)[2]
+            answers[k] = display_kernels.physical_to_image(m[12:], *physical)[2]
         else:
             answers[k] = 1
     return {"image": image, "answers": answers}
@@ -148,6 +158,7 @@ STAGES = {
         Stage("elementary", _elementary),
         Stage("philox", _philox),
         Stage("samples", _samples),
+        Stage("numbers", _numbers),
         Stage("mapping", _map_points),
         Stage("algorithm1", _algorithm1),
         Stage("algorithm2", _algorithm2),

@@ -18,6 +18,8 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "alchemy": ("alchemy",),
     "scalable": ("sao", "sao-equation-1"),
     "multiresolution": ("multiresolution",),
+    "volumetric": ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal"),
+    "horizon": ("hbao",),
 }
 
 

@@ -1,4 +1,4 @@
-"""Sine, cosine, cube root and exponential from basic operations: the C library's differ between machines.
+"""Sine, cosine, cube root, exponential, logarithm from basic operations: the C library's differ between machines.
 
 All in float64. The errors stated are against mpmath and are held by tests.
 """
@@ -13,6 +13,10 @@ PI = 3.141592653589793
 _LN2_HIGH = 0.6931471803691238
 _LN2_LOW = 1.9082149292705877e-10
 _INV_LN2 = 1.4426950408889634
+
+_TWO_OVER_LN2 = 2.8853900817779268
+_SQRT2 = 1.4142135623730951
+_LEAST_NORMAL = 2.0**-1022
 
 
 @kernel
@@ -96,3 +100,34 @@ def exp(x):
         for _ in range(-k):
             y = y * 0.5
     return y
+
+
+@kernel(inline=True)
+def log2(x):
+    """Binary logarithm of x, float64, within 4 ulp; -1022 below the normal numbers, 1024 for infinity.
+
+    x = 2^k m with m in [sqrt(1/2), sqrt(2)], from its bits; k + 2 / ln 2 (s + s^3 / 3 + ... + s^21 / 21) with s =
+    (m - 1) / (m + 1), highest power first. Without branches, so that loops become vectors. NaN is taken as infinity.
+    """
+    held = x if x > _LEAST_NORMAL else _LEAST_NORMAL
+    held = held if x < np.inf else np.inf
+    bits = np.float64(held).view(np.int64)
+    k = (bits >> np.int64(52)) - np.int64(1023)
+    m = np.int64((bits & np.int64(0xFFFFFFFFFFFFF)) | np.int64(0x3FF0000000000000)).view(np.float64)
+    large = m > _SQRT2
+    m = 0.5 * m if large else m
+    k = k + np.int64(1) if large else k
+    s = (m - 1.0) / (m + 1.0)
+    s2 = s * s
+    y = 1.0 / 21.0
+    y = y * s2 + 1.0 / 19.0
+    y = y * s2 + 1.0 / 17.0
+    y = y * s2 + 1.0 / 15.0
+    y = y * s2 + 1.0 / 13.0
+    y = y * s2 + 1.0 / 11.0
+    y = y * s2 + 1.0 / 9.0
+    y = y * s2 + 1.0 / 7.0
+    y = y * s2 + 1.0 / 5.0
+    y = y * s2 + 1.0 / 3.0
+    y = (y * s2) * s + s
+    return k + _TWO_OVER_LN2 * y

@@ -63,6 +63,34 @@ def project_matrix(a, b, c, q):
 
 
 @kernel(inline=True)
+def last_below(size):
+    """The largest number below a size in texels: size (1 - 2^-24) in float32, which rounds to it for every size."""
+    return size * (type(size)(1) - np.finfo(type(size)).epsneg)
+
+
+@kernel(inline=True)
+def hold_inside(u, last):
+    """An image coordinate held between 0 and ``last``, the last number inside; u where it is inside, 0 for NaN.
+
+    A loop that is to become vectors calls this and compares, rather than nearest_texel: a truth value that comes out of
+    a function as part of a tuple is a byte, of which LLVM makes a branch.
+    """
+    zero = type(last)(0)
+    held = u if u > zero else zero
+    return held if held < last else last
+
+
+@kernel(inline=True)
+def texel_number(column, row, width):
+    """Row * width + column, uint32, of image coordinates inside the texture.
+
+    32 bits throughout and a known sign: a 64-bit product, or a test for a negative index, costs half the speed.
+    """
+    number = np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
+    return np.uint32(number) & np.uint32(0x7FFFFFFF)
+
+
+@kernel(inline=True)
 def nearest_texel(u, v, width, height):
     """Texel that image point (u, v) lies in.
 
@@ -80,15 +108,8 @@ def nearest_texel(u, v, width, height):
     texel : uint32
         row * width + column; of the nearest texel where it lies outside, so that it can always be read.
     """
-    zero, one = type(width)(0), type(width)(1)
-    inside = (u >= zero) & (u < width) & (v >= zero) & (v < height)
-    column = u if u > zero else zero  # NaN becomes 0 here
-    column = column if column < width - one else width - one
-    row = v if v > zero else zero
-    row = row if row < height - one else height - one
-    # 32 bits throughout and a known sign: a 64-bit product, or a test for a negative index, costs half the speed.
-    number = np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
-    return inside, np.uint32(number) & np.uint32(0x7FFFFFFF)
+    column, row = hold_inside(u, last_below(width)), hold_inside(v, last_below(height))
+    return (column == u) & (row == v), texel_number(column, row, width)
 
 
 @kernel

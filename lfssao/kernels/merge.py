@@ -1,4 +1,4 @@
-"""Multi-resolution merge (LF section 6, after Hoang and Low): the largest occlusion over the radii."""
+"""Several occlusions of a texel as one: the largest (LF section 6, after Hoang and Low), or what a product leaves."""
 
 from numba import prange
 
@@ -15,3 +15,12 @@ def merge_maximum(layers, merged):
             for i in range(merged.shape[1]):
                 value = layers[k, j, i]
                 merged[j, i] = value if value > merged[j, i] else merged[j, i]
+
+
+@kernel(parallel=True)
+def merge_product(first, second, merged):
+    """1 - (1 - a)(1 - b), what a product of two open shares leaves hidden (VO section 6), as a + b (1 - a); (H, W)."""
+    one = merged.dtype.type(1)
+    for j in prange(merged.shape[0]):
+        for i in range(merged.shape[1]):
+            merged[j, i] = first[j, i] + second[j, i] * (one - first[j, i])

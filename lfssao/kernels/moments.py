@@ -1,0 +1,66 @@
+"""First and second moments of depth over areas of the texture: a prefiltered pyramid (VO section 4.2).
+
+Level l holds, for each square of 2^l x 2^l texels, the share of them that sees a surface and the means over all of
+them of z and z^2, counted 0 where there is none, so that all three can be filtered. Sums over the share give M1 = E[z]
+and M2 = E[z^2] of the surface. All in float64: M2 - M1^2 cancels all but the last digits.
+
+Levels stand one after the other in one array (N, 3), each with a border of zeros, one texel left and above and two
+right and below, so that no filter and no look-up has to ask where the texture ends: beyond it there is no surface.
+Level l has ceil(W / 2^l) x ceil(H / 2^l) texels.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.kernels.jit import kernel
+
+BEFORE, BORDER = 1, 3
+
+
+@kernel(parallel=True)
+def write_base(depth, moments):
+    """Level 0, at the array's start: (1, z, z^2), or (0, 0, 0) where depth is infinite."""
+    height, width = depth.shape
+    for j in prange(height):
+        first = (j + BEFORE) * (width + BORDER) + BEFORE
+        for i in range(width):
+            z = np.float64(depth[j, i])  # float() of a float32 stays one in numba
+            there = z < np.inf
+            moments[first + i, 0] = 1.0 if there else 0.0
+            moments[first + i, 1] = z if there else 0.0
+            moments[first + i, 2] = z * z if there else 0.0
+
+
+@kernel(parallel=True)
+def write_half(moments, source, width, height, target, outer, inner):
+    """The next level: along both axes taps (outer, inner, inner, outer) around the middle of two texels.
+
+    Rows first: ((outer a + inner b) + inner c) + outer d, then the same of four such sums.
+
+    Parameters
+    ----------
+    moments : (N, 3) float64
+        In and out.
+    source : int
+        Where the level to halve starts.
+    width, height : int
+        Its size.
+    target : int
+        Where the next level starts.
+    outer, inner : float
+        Weights of the taps: 0 and 1/2 average, 1/8 and 3/8 blur by [1 2 1] / 4 before.
+    """
+    pitch, wide, high = width + BORDER, (width + 1) // 2, (height + 1) // 2
+    for j in prange(high):
+        for i in range(wide):
+            corner = source + 2 * j * pitch + 2 * i  # of the 4 x 4 taps
+            place = target + (j + BEFORE) * (wide + BORDER) + i + BEFORE
+            for m in range(3):
+                total = 0.0
+                for row in range(4):
+                    at = corner + row * pitch
+                    across = (
+                        (outer * moments[at, m] + inner * moments[at + 1, m]) + inner * moments[at + 2, m]
+                    ) + outer * moments[at + 3, m]
+                    total += (outer if row in (0, 3) else inner) * across
+                moments[place, m] = total

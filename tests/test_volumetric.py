@@ -1,0 +1,415 @@
+"""Volumetric Obscurance and horizon-based AO: against their twins bit for bit, and against exact values."""
+
+from math import pi, sqrt
+
+import analytic_scenes as scenes
+import mpmath
+import numpy as np
+import pytest
+import twins
+import volumetric_twin as twin
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lfssao import Buffers, InputError, estimate
+from lfssao.estimators.pyramid import moment_pyramid
+from lfssao.kernels import elementary
+from lfssao.kernels.axis_depth import write_axis_depth
+from lfssao.kernels.mapping import MATRIX
+
+both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+EXAMPLES = 25
+NO_TURN = [[(1.0, 0.0)] * 4] * 4
+NO_MIRROR = [[(0.0, 0.0, 0.0)] * 4] * 4
+
+
+def assert_same_bits(actual, expected):
+    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
+    assert not np.isnan(actual).any()
+    integer = np.int32 if actual.dtype == np.float32 else np.int64
+    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
+
+
+def same(result, expected):
+    assert_same_bits(result.texture, expected[0])
+    assert result.outside == expected[1].sum()
+
+
+# What the estimators hand to their kernels, once more
+
+
+def scene_of(buffers):
+    view, dtype = buffers.view, buffers.depth.dtype
+    m, kind = view.world_to_image.numbers, view.world_to_image.kind
+    rows = np.concatenate([m[:8], m[12:16] if kind == MATRIX else np.zeros(4), view.cast_from_world[2]]).astype(dtype)
+    depth = buffers.depth
+    if kind == MATRIX:
+        with np.errstate(invalid="ignore"):
+            depth = twin.linear_depth(depth, buffers.positions, view.cast_from_world[2].astype(dtype))
+    right = view.world_from_cast[:, 0].astype(dtype)
+    return twin.Scene(
+        depth, buffers.positions, buffers.directions, buffers.normals, kind, rows, m[12:].astype(dtype), right
+    )
+
+
+def turns_of(seed):
+    angles = [twins.sincospi(twins.random_signed(seed, 64, k)) for k in range(16)]
+    return [[angles[4 * row + column][::-1] for column in range(4)] for row in range(4)]
+
+
+def mirrors_of(seed):
+    ways = [twins.algorithm3(twins.random_signed(seed, 65, k), twins.random_signed(seed, 66, k)) for k in range(16)]
+    return [[ways[4 * row + column] for column in range(4)] for row in range(4)]
+
+
+def share_of(weights):
+    total = 0.0
+    for weight in weights:
+        total += float(weight)
+    return [float(weight) / total for weight in weights]
+
+
+def disk_numbers(points, weights, tangent):
+    """z_s, weight of a unit of hidden length and half the log2 of the area's share, of each line."""
+    half = [sqrt(max(1 - (x * x + y * y), 0)) for x, y in points.tolist()]
+    if not any(half):
+        return np.array(half), np.zeros(len(half)), np.full(len(half), 0.5 * twin.log2(1 / len(half)))
+    given_ = [w if z > 0 else 0.0 for w, z in zip(half if weights is None else weights.tolist(), half, strict=True)]
+    by_length = [w / (2 * z) if z > 0 else 0.0 for w, z in zip(share_of(given_), half, strict=True)]
+    finer = [0.5 * twin.log2(max(area, 2.0**-100)) for area in share_of(by_length)]
+    return np.array(half), np.array([2 * w if tangent else w for w in by_length]), np.array(finer)
+
+
+@st.composite
+def seen_cases(draw, dtype):
+    """A surface as a sight sees it, with holes; a radius from far below a texel to far above the picture."""
+    size = draw(st.sampled_from([(7, 5), (1, 1), (3, 9)]))
+    sight = scenes.SIGHTS[draw(st.sampled_from(sorted(scenes.SIGHTS)))](*size)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    hole = rng.random(size[::-1]) < draw(st.sampled_from([0.0, 0.2, 0.2, 1.0]))
+    buffers = scenes.buffers(draw(st.sampled_from(sorted(scenes.SURFACES))), sight, dtype, hole)
+    if draw(st.booleans()):  # normals from everywhere, edge-on and away from the viewer too
+        normals = rng.standard_normal((*hole.shape, 3)) * rng.choice([0, 1, 1], (*hole.shape, 1))
+        length = np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-9)
+        buffers = Buffers(buffers.view, buffers.depth, buffers.positions, (normals / length).astype(dtype))
+    radius = draw(st.sampled_from([0.0, 1e-4, 0.05, 0.1, 0.3, 2.0, 1e4]))
+    return buffers, radius, rng
+
+
+common = st.fixed_dictionaries(
+    {
+        "thickness": st.sampled_from([0.0, 0.0, 0.02, 0.3]),
+        "randomize": st.booleans(),
+        "seed": st.integers(0, 2**32 - 1),
+    }
+)
+
+
+def in_radii(thickness, radius, dtype, most=np.inf):
+    return dtype(min(thickness / radius if thickness > 0 and radius > 0 else np.inf, most))
+
+
+def drawn_points(rng, dimensions):
+    n = rng.integers(1, 6)
+    points = rng.uniform(-1, 1, (n, dimensions)) * rng.choice([0, 0.5, 1 / sqrt(dimensions), 1], (n, 1))
+    return points, rng.uniform(0.1, 2, n) if rng.random() < 0.5 else None
+
+
+@both
+@settings(max_examples=EXAMPLES)
+@given(data=st.data())
+def test_points_equal_their_twin(dtype, data):
+    buffers, radius, rng = data.draw(seen_cases(dtype))
+    values, tangent = data.draw(common), data.draw(st.booleans())
+    points, weights = drawn_points(rng, 3)
+    result = estimate("vo-points-normal" if tangent else "vo-points", buffers, radius, points, weights, **values)
+    shares = np.array(share_of(np.ones(len(points)) if weights is None else weights)).astype(dtype)
+    mirrors = mirrors_of(values["seed"]) if values["randomize"] else NO_MIRROR
+    reach = in_radii(values["thickness"], radius, dtype)
+    scene = scene_of(buffers)
+    same(result, twin.points(scene, dtype(radius), mirrors, points.astype(dtype), shares, reach, tangent))
+
+
+@both
+@settings(max_examples=EXAMPLES)
+@given(data=st.data())
+def test_lines_equal_their_twin(dtype, data):
+    buffers, radius, rng = data.draw(seen_cases(dtype))
+    values, tangent = data.draw(common), data.draw(st.booleans())
+    points, weights = drawn_points(rng, 2)
+    result = estimate("vo-lines-normal" if tangent else "vo-lines", buffers, radius, points, weights, **values)
+    half, hidden, _ = disk_numbers(points, weights, tangent)
+    turns = turns_of(values["seed"]) if values["randomize"] else NO_TURN
+    numbers = points.astype(dtype), half.astype(dtype), hidden.astype(dtype)
+    reach = in_radii(values["thickness"], radius, dtype)
+    same(result, twin.lines(scene_of(buffers), dtype(radius), turns, *numbers, reach, tangent))
+
+
+@both
+@settings(max_examples=EXAMPLES)
+@given(data=st.data())
+def test_areas_equal_their_twin(dtype, data):
+    buffers, radius, rng = data.draw(seen_cases(dtype))
+    values, tangent = data.draw(common), data.draw(st.booleans())
+    values |= {"half_width": data.draw(st.sampled_from([0.0, 1.0, sqrt(3.0)])), "prefilter": data.draw(st.booleans())}
+    points, weights = drawn_points(rng, 2)
+    result = estimate("vo-area-normal" if tangent else "vo-area", buffers, radius, points, weights, **values)
+    half, hidden, finer = disk_numbers(points, weights, tangent)
+    turns = turns_of(values["seed"]) if values["randomize"] else NO_TURN
+    numbers = points.astype(dtype), half.astype(dtype), hidden.astype(dtype), finer
+    reach = in_radii(values["thickness"], radius, dtype, 4 * twin.FAR)
+    rest = values["prefilter"], values["half_width"], reach, tangent
+    same(result, twin.areas(scene_of(buffers), dtype(radius), turns, *numbers, *rest))
+
+
+@both
+@settings(max_examples=EXAMPLES)
+@given(data=st.data())
+def test_horizons_equal_their_twin(dtype, data):
+    buffers, radius, _ = data.draw(seen_cases(dtype))
+    names = {"quadratic": (0, 1), "linear": (1, 0), "none": (0, 0)}
+    values = {
+        "directions": data.draw(st.integers(1, 5)),
+        "steps": data.draw(st.integers(1, 4)),
+        "bias": data.draw(st.sampled_from([0.0, 10.0, 45.0, 90.0])),
+        "attenuation": data.draw(st.sampled_from(sorted(names))),
+        "randomize": data.draw(st.booleans()),
+        "seed": data.draw(st.integers(0, 2**32 - 1)),
+    }
+    result = estimate("hbao", buffers, radius, **values)
+    n = values["directions"]
+    around = np.array([twins.sincospi((2 * k + 1) / n)[::-1] for k in range(n)]).astype(dtype)
+    turns = turns_of(values["seed"]) if values["randomize"] else NO_TURN
+    bias = [dtype(c) for c in twins.sincospi(values["bias"] / 180.0)]
+    attenuation = [dtype(c) for c in names[values["attenuation"]]]
+    scene = scene_of(buffers)
+    same(result, twin.horizons(scene, dtype(radius), turns, around, values["steps"], bias, attenuation))
+
+
+# The parts that no texture shows
+
+
+def test_log2_is_within_4_ulp_and_equals_its_twin():
+    rng = np.random.default_rng(1)
+    places = np.concatenate([2.0 ** rng.uniform(-1022, 1023, 400), 1 + rng.uniform(-0.3, 0.4, 400)])
+    for x in [*places.tolist(), 1.0, 8.0, 2.0**-1022, float(np.nextafter(1, 2)), sqrt(2), sqrt(0.5)]:
+        value = elementary.log2(x)
+        assert value == twin.log2(x)
+        exact = mpmath.log(mpmath.mpf(x), 2)
+        assert abs(mpmath.mpf(value) - exact) <= 4 * np.spacing(abs(float(exact)))
+    assert elementary.log2(8.0) == 3
+    assert [elementary.log2(x) for x in (0.0, -1.0, 5e-324, np.inf, np.nan)] == [-1022, -1022, -1022, 1024, 1024]
+
+
+@both
+def test_linear_depth_is_the_z_of_cast_space(dtype):
+    for sight in ("orthographic", "perspective"):
+        view = scenes.SIGHTS[sight](9, 7).view
+        hole = np.arange(63).reshape(7, 9) % 5 == 0
+        seen = scenes.buffers("tilted plane", scenes.SIGHTS[sight](9, 7), dtype, hole)
+        axis = view.cast_from_world[2].astype(dtype)
+        linear = np.empty_like(seen.depth)
+        write_axis_depth(seen.depth, seen.positions, axis, linear)
+        with np.errstate(invalid="ignore"):
+            assert_same_bits(linear, twin.linear_depth(seen.depth, seen.positions, axis))
+        np.testing.assert_allclose(
+            linear[~hole], 2 - seen.positions[~hole][:, 2], rtol=1e-6
+        )  # it looks down from z = 2
+
+
+@both
+@pytest.mark.parametrize("blur", [False, True])
+@pytest.mark.parametrize("shape", [(1, 1), (5, 7), (8, 4), (1, 9)])
+def test_the_pyramid_equals_its_twin_and_keeps_means(dtype, shape, blur):
+    rng = np.random.default_rng(2)
+    depth = rng.uniform(-1, 1, shape).astype(dtype)
+    depth[rng.random(shape) < 0.2] = np.inf
+    made, levels = moment_pyramid(depth, blur), twin.pyramid(depth, blur)
+    assert len(made.starts) == len(levels)
+    for start, pitch, level in zip(made.starts, made.pitches, levels, strict=True):
+        for (j, i), three in level.items():
+            assert made.moments[start + (j + 1) * pitch + i + 1].tolist() == list(three)
+    assert np.count_nonzero(made.moments[:, 0]) == sum(three[0] > 0 for level in levels for three in level.values())
+    if shape == (8, 4) and not blur:  # all of a level's texels are whole: its mean is that of the texture
+        there = np.isfinite(depth)
+        z = np.where(there, depth, 0).astype(np.float64)
+        top = made.moments[made.starts[-2] + made.pitches[-2] + 1 : made.starts[-1]]  # two texels, one above the other
+        np.testing.assert_allclose(top[top[:, 0] > 0].mean(axis=0), [there.mean(), z.mean(), (z * z).mean()])
+
+
+# Exact values
+
+
+def cap(a):
+    """Share of the unit ball beyond a plane at the distance a from its middle."""
+    return (1 - a) ** 2 * (2 + a) / 4
+
+
+def sunflower(n):
+    """Points that fill the disk evenly, as a limit wants them."""
+    k = np.arange(n)
+    r, phi = np.sqrt((k + 0.5) / n), k * pi * (3 - sqrt(5))
+    return np.stack([r * np.cos(phi), r * np.sin(phi)], -1)
+
+
+def filled_ball(n):
+    rng = np.random.default_rng(4)
+    d = rng.standard_normal((n, 3))
+    d *= (rng.random((n, 1)) ** (1 / 3)) / np.linalg.norm(d, axis=1, keepdims=True)
+    return np.concatenate([d, -d])
+
+
+def on_the_wall(name, radius, distances):
+    """Orthographic buffers of a crease, and the texels at those distances (in R) from it on the wall to the right."""
+    seen = scenes.buffers(name, scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    return seen, [scenes.nearest(seen, a * radius * sqrt(0.5))[:2] for a in distances]
+
+
+DISTANCES = (0.0, 0.25, 0.5, 0.75, 1.1)
+
+
+@pytest.mark.parametrize("name", ["vo-points", "vo-lines"])
+@pytest.mark.parametrize(("crease", "sign"), [("concave crease", 1), ("convex crease", -1)])
+def test_creases_hide_what_geometry_says(name, crease, sign):
+    """In the limit 1/2 +- c(a) / 2 of the ball; of the half ball c(a) in the concave crease, 0 at the convex one."""
+    radius = 0.12
+    seen, texels = on_the_wall(crease, radius, DISTANCES)
+    points = filled_ball(1500) if name == "vo-points" else sunflower(600)
+    ball = estimate(name, seen, radius, points).texture
+    half = estimate(f"{name}-normal", seen, radius, points).texture
+    for texel in texels:
+        a = abs(seen.positions[texel][0]) * sqrt(2) / radius  # the texel's own distance from the crease
+        beyond = cap(a) if a < 1 else 0.0
+        # A texel is 0.018 R wide on the wall; 3000 points have a standard error of 0.01.
+        assert ball[texel] == pytest.approx(0.5 + sign * beyond / 2, abs=0.03)
+        assert half[texel] == pytest.approx(beyond if sign > 0 else 0.0, abs=0.04)
+
+
+@both
+@pytest.mark.parametrize("name", ["vo-points", "vo-lines", "vo-area"])
+@pytest.mark.parametrize("sight", ["orthographic", "perspective", "crossed slits", "display"])
+def test_a_plane_through_the_point_hides_half_and_nothing_above_it(name, sight, dtype):
+    seen = scenes.buffers("facing plane", scenes.SIGHTS[sight](), dtype)
+    inner = np.s_[12:-12, 14:-14]
+    points = filled_ball(3) if name == "vo-points" else np.concatenate([sunflower(5), -sunflower(5)])
+    assert estimate(name, seen, 0.1, points).texture[inner] == pytest.approx(0.5, abs=2e-5)
+    assert estimate(f"{name}-normal", seen, 0.1, points).texture[inner] == pytest.approx(0.0, abs=2e-5)
+    if sight == "orthographic":
+        assert estimate("hbao", seen, 0.1).texture[inner].max() < 1e-5
+
+
+def test_a_half_space_before_the_point_hides_all_but_a_cap():
+    """A texel deep below the step sees a plane 0.125 before it beyond x = 0: near the edge, what geometry says."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    radius = 0.25
+    texel = scenes.nearest(seen, -1e-4)[:2]  # right below the step: half the ball sees the floor, half the step's top
+    above = cap(scenes.STEP / radius)  # of the ball above the step's top
+    value = estimate("vo-lines", seen, radius, sunflower(2000), randomize=False).texture[texel]
+    assert value == pytest.approx(0.25 + (1 - above) / 2, abs=0.01)
+
+
+def test_thickness_leaves_a_slab():
+    """A plane of thickness T through P hides 3/4 (tau - tau^3 / 3) of the ball, tau = T / R, and 1/2 from R on."""
+    seen = scenes.buffers("facing plane", scenes.SIGHTS["orthographic"](), np.float64)
+    radius, middle = 0.1, (18, 24)
+    for tau in (0.1, 0.5, 1.0, 2.0):
+        want = 0.75 * (min(tau, 1) - min(tau, 1) ** 3 / 3)
+        lines = estimate("vo-lines", seen, radius, sunflower(3000), thickness=tau * radius)
+        points = estimate("vo-points", seen, radius, filled_ball(4000), thickness=tau * radius)
+        area = estimate("vo-area", seen, radius, sunflower(3000), thickness=tau * radius)
+        assert lines.texture[middle] == pytest.approx(want, abs=2e-3)
+        assert area.texture[middle] == pytest.approx(want, abs=2e-3)
+        assert points.texture[middle] == pytest.approx(want, abs=0.03)  # 5 standard errors
+
+
+@both
+def test_an_area_without_spread_is_a_line(dtype):
+    """Over a plane that faces the viewers M2 - M1^2 is rounding alone: areas of any size give the lines' occlusion."""
+    seen = scenes.buffers("facing plane", scenes.SIGHTS["crossed slits"](), dtype)
+    inner = np.s_[15:-15, 20:-20]
+    for points in (sunflower(1), sunflower(5)):
+        for values in ({}, {"thickness": 0.03}):
+            line = estimate("vo-lines", seen, 0.05, points, **values).texture[inner]
+            assert estimate("vo-area", seen, 0.05, points, **values).texture[inner] == pytest.approx(line, abs=1e-5)
+
+
+def test_the_box_has_the_variance_of_the_area():
+    """One area over a tilted plane: the share hidden of one line by a box of half-width h = sqrt(3) sigma about P."""
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    texel, radius = scenes.nearest(seen, 0.0)[:2], 0.1
+    value = estimate("vo-area", seen, radius, np.zeros((1, 2))).texture[texel]
+    # |x| over a square of area pi R^2: mean s / 4 and variance s^2 / 48, s = sqrt(pi) R, here towards the viewer.
+    side = sqrt(pi)
+    low, high = -side / 4 - sqrt(3 / 48) * side, -side / 4 + sqrt(3 / 48) * side
+    want = ((1 - max(high, -1)) + (min(high, 1) - max(low, -1)) / 2) / 2
+    assert value == pytest.approx(want, abs=0.05)  # the pyramid's squares are not centred on P
+    narrow = estimate("vo-area", seen, radius, np.zeros((1, 2)), half_width=0.0).texture[texel]
+    assert narrow == pytest.approx((1 + side / 4) / 2, abs=0.05)
+
+
+def test_weights_are_those_of_cells_not_of_lengths():
+    """The fraction of each line counts, times its weight: z_s is in the weight, and not a second time."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"](120, 40), np.float64)
+    points, weights = np.array([[0.5, 0.0], [-0.5, 0.0], [0.0, 0.9]]), np.array([2.0, 1.0, 1.0])
+    texel = scenes.nearest(seen, -0.02)[:2]
+    # The first line meets the step's top, 0.125 before P and above the ball: it is hidden whole; the others by half.
+    made = estimate("vo-lines", seen, 0.1, points, weights, randomize=False).texture[texel]
+    assert made == pytest.approx((2 * 1.0 + 1 * 0.5 + 1 * 0.5) / 4, abs=1e-6)
+    equal = estimate("vo-lines", seen, 0.1, points, 7 * weights, randomize=False).texture[texel]
+    assert equal == pytest.approx(made, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["vo-points", "vo-lines", "vo-area"])
+def test_two_radii_multiply_or_take_the_smaller(name):
+    seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["crossed slits"](24, 18), np.float64)
+    one, two = (estimate(name, seen, r).texture for r in (0.2, 0.05))
+    product = estimate(name, seen, 0.2, second=0.25).texture
+    least = estimate(name, seen, 0.2, second=0.25, combine="minimum").texture
+    there = np.isfinite(seen.depth)
+    np.testing.assert_allclose(product[there], 1 - ((1 - one) * (1 - two))[there], atol=1e-12)
+    assert np.array_equal(least, np.maximum(one, two))
+    assert not np.array_equal(least, one)
+    assert not np.array_equal(least, two)
+
+
+@both
+def test_points_without_reflections_count_as_lf_does(dtype):
+    for sight in ("crossed slits", "display"):
+        seen = scenes.buffers("sphere on a plane", scenes.SIGHTS[sight](24, 18), dtype)
+        ball = filled_ball(6)
+        ours = estimate("vo-points", seen, 0.1, ball, randomize=False)
+        theirs = estimate("lf", seen, 0.1, ball)
+        assert ours.outside == theirs.outside
+        # A sample within rounding of its texel's depth may fall on either side.
+        assert np.mean(abs(ours.texture - theirs.texture) > 1e-6) < 0.01
+
+
+def test_horizons_of_a_crease_rise_over_half_of_the_sky():
+    values = {"directions": 32, "steps": 64, "attenuation": "none", "randomize": False}
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    texel = scenes.nearest(seen, 0.0)[:2]
+    assert estimate("hbao", seen, 0.1, **values).texture[texel] == pytest.approx(0.5, abs=0.03)
+    # sin 45 degrees is the wall's rise against the other's fall; a bias of 90 degrees lets nothing rise.
+    assert estimate("hbao", seen, 0.1, **values | {"bias": 90.0}).texture[texel] == 0
+    less = [estimate("hbao", seen, 0.1, **values | {"bias": b}).texture[texel] for b in (0.0, 10.0, 30.0, 60.0)]
+    assert less == sorted(less, reverse=True)
+    weaker = [estimate("hbao", seen, 0.1, **values | {"attenuation": w}).texture[8:-8, 100] for w in ("none", "linear")]
+    assert (weaker[0] >= weaker[1]).all()
+    assert weaker[0].max() > weaker[1].max()
+    convex = scenes.buffers("convex crease", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    # Texels' centres lie beside the direction of the march, so on slopes a bias is needed to hide nothing.
+    assert estimate("hbao", convex, 0.1, **values | {"bias": 30.0}).texture[8:-8, 20:-20].max() < 0.02
+
+
+def test_weights_that_cannot_be_are_refused():
+    seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](4, 3))
+    for name, points in (
+        ("vo-points", np.zeros((2, 3))),
+        ("vo-lines", np.zeros((2, 2))),
+        ("vo-area", np.zeros((2, 2))),
+    ):
+        for weights in ([1.0, -1.0], [0.0, 0.0]):
+            with pytest.raises(InputError, match="weights"):
+                estimate(name, seen, 0.1, points, np.array(weights))
+    rim = estimate("vo-lines", seen, 0.1, np.array([[1.0, 0.0], [0.0, 1.0]])).texture  # lines of no length
+    assert not rim.any()

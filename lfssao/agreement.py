@@ -163,24 +163,3 @@ def spread(values: Values) -> Spread:
         deviation_95=float(np.percentile(deviation, 95)),
         range=float((high - low).mean()),
     )
-
-
-def nearest_modules(display: Display, index: int, count: int) -> list[int]:
-    """The modules whose lenses are nearest to one module's, without itself; of equally near ones the lower first.
-
-    Raises
-    ------
-    InputError
-        If the display does not have so many others.
-    """
-    if not 0 <= count < len(display.modules):
-        raise InputError(
-            f"neighbours is {count}: {display.name} has {len(display.modules) - 1} modules besides module {index}"
-        )
-    here = display.modules[index]
-    away = {
-        k: (m.x - here.x) ** 2 + (m.y - here.y) ** 2 + (m.z - here.z) ** 2
-        for k, m in enumerate(display.modules)
-        if k != index
-    }
-    return sorted(away, key=lambda k: (away[k], k))[:count]

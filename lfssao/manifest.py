@@ -63,6 +63,7 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
     return {
         "estimator": settings.estimator,
         "parameters": dict(settings.parameters),
+        "neighbours": settings.neighbours,
         "radii": list(settings.radii),
         "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),
         "weights": None if settings.weights is None else np.asarray(settings.weights).tolist(),

@@ -1,7 +1,7 @@
 """The order of the passes, and nothing else: from a mesh and a view to all textures of that view (LF section 7)."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import sqrt
 from typing import TypeVar
@@ -15,6 +15,7 @@ from lfssao.errors import InputError
 from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Value
 from lfssao.estimators.registry import check_samples, estimate, find_estimator, full_parameters
+from lfssao.neighbours import DepthCache, Neighbour, nearest_modules
 from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
@@ -50,6 +51,8 @@ class Settings:
         The estimator's parameters by name; made complete with their defaults.
     weights : (n,) float64 or None
         Weights of the samples; as ``samples``.
+    neighbours : int
+        How many of a module's nearest modules are asked whether a sample lies in the open; of estimator 'lf' only.
 
     Raises
     ------
@@ -66,6 +69,7 @@ class Settings:
     estimator: str = "lf"
     parameters: Mapping[str, Value] = field(default_factory=dict)
     weights: NDArray[np.float64] | None = None
+    neighbours: int = 0
 
     def __post_init__(self) -> None:
         if not self.radii:
@@ -85,6 +89,10 @@ class Settings:
             object.__setattr__(self, "weights", weights)
         else:
             check_samples(estimator, self.samples, self.weights)
+        if self.neighbours < 0:
+            raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
+        if self.neighbours and self.estimator != "lf":
+            raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
         if estimator.normals and self.normals is None:
             object.__setattr__(self, "normals", "geometric")
 
@@ -133,7 +141,7 @@ class Textures:
     seconds: dict[str, float]
 
 
-def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
+def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:
     """Run all passes for one view.
 
     Parameters
@@ -144,6 +152,8 @@ def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
         A module of a display or a camera.
     settings : Settings
         Estimator, radii, samples and blur.
+    neighbours : sequence of (WorldToImage, (H, W) float32)
+        Mapping and depth texture of each other module that is asked.
 
     Returns
     -------
@@ -159,7 +169,7 @@ def render_view(caster: RayCaster, view: View, settings: Settings) -> Textures:
 
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals))
     buffers = Buffers.of(gbuffer, view)
-    ao = timed("ao", lambda: [_occlusion(buffers, radius, settings) for radius in settings.radii])
+    ao = timed("ao", lambda: [_occlusion(buffers, radius, settings, neighbours) for radius in settings.radii])
     merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
     image, occlusion = timed("image", lambda: _cropped(view, _image(gbuffer))), _cropped(view, blurred)
@@ -183,10 +193,15 @@ def _cropped(view: View, texture: FloatTexture) -> FloatTexture:
     return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
 
 
-def _occlusion(buffers: Buffers, radius: float, settings: Settings) -> passes.Occlusion:
-    return estimate(
-        settings.estimator, buffers, radius, settings.samples, settings.weights, **settings.parameters
-    )  # fmt: skip
+def _occlusion(
+    buffers: Buffers, radius: float, settings: Settings, neighbours: Sequence[Neighbour]
+) -> passes.Occlusion:
+    if neighbours and settings.samples is not None:
+        mapping = buffers.view.world_to_image
+        return passes.algorithm2_with_neighbours(
+            buffers.depth, buffers.positions, mapping, neighbours, settings.samples, radius
+        )
+    return estimate(settings.estimator, buffers, radius, settings.samples, settings.weights, **settings.parameters)
 
 
 def _image(gbuffer: GBuffer) -> FloatTexture:
@@ -239,6 +254,28 @@ def module_views(
     return [display.view(index, physical_from_world, guard) for index in wanted]
 
 
+def neighbour_views(
+    mesh: Mesh,
+    display: Display,
+    count: int,
+    modules: range | None = None,
+    guard: int = 0,
+    bounds: NDArray[np.float64] | None = None,
+) -> list[tuple[View, ...]]:
+    """The views of the nearest modules, so many, of each of the modules; arguments as of ``module_views``.
+
+    Raises
+    ------
+    InputError
+        If the display does not have so many other modules.
+    """
+    wanted = range(len(display.modules)) if modules is None else modules
+    if count == 0:
+        return [()] * len(wanted)
+    views = module_views(mesh, display, None, guard, bounds)
+    return [tuple(views[k] for k in nearest_modules(display, index, count)) for index in wanted]
+
+
 def render(
     mesh: Mesh,
     display: Display,
@@ -275,6 +312,8 @@ def render(
     """
     settings = settings or Settings(default_radii(mesh))
     views = module_views(mesh, display, modules)
+    asked = neighbour_views(mesh, display, settings.neighbours, modules)
     caster = RayCaster(mesh, views[0].cast_from_world, threads)
-    for view in views:
-        yield render_view(caster, view, settings)
+    cache = DepthCache(caster, 2 * settings.neighbours + 1)
+    for view, others in zip(views, asked, strict=True):
+        yield render_view(caster, view, settings, cache.neighbours(others))

@@ -14,6 +14,7 @@ import numpy as np
 from lfssao.frames import moved
 from lfssao.manifest import describe_settings, describe_view, short_digest
 from lfssao.matrix import Matrix
+from lfssao.neighbours import DepthCache
 from lfssao.raycast import RayCaster
 from lfssao.render import Settings, Textures, render_view
 from lfssao.scene.mesh import Mesh
@@ -45,6 +46,8 @@ class Work:
         What the manifest says of the mesh (``lfssao.manifest.describe_scene``).
     transforms : tuple of (3, 4) float64, or None
         The affine map world -> world of each frame; None for a still.
+    neighbours : tuple of tuple of View
+        For each view those of the modules that are asked beside it; empty where none are.
     """
 
     mesh: Mesh
@@ -53,6 +56,7 @@ class Work:
     folder: Path
     scene: Mapping[str, Any]
     transforms: tuple[Matrix, ...] | None = None
+    neighbours: tuple[tuple[View, ...], ...] = ()
 
     @property
     def frame_count(self) -> int:
@@ -119,6 +123,7 @@ class Renderer:
         self.work = work
         self._threads = min(threads, int(numba.config.NUMBA_NUM_THREADS))
         self._caster: RayCaster | None = None
+        self._depths: DepthCache | None = None
         self._place = b""
         self._build_seconds = 0.0
 
@@ -138,6 +143,7 @@ class Renderer:
             start = time.perf_counter()
             mesh, view = moved(self.work.mesh, transform), self.work.views[item.view]
             self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
+            self._depths = DepthCache(self._caster, 2 * self.work.settings.neighbours + 1)
             self._build_seconds += time.perf_counter() - start
         return self._caster
 
@@ -145,6 +151,9 @@ class Renderer:
         """An item's textures, and the seconds spent building trees since the last call."""
         with self._one_at_a_time:
             numba.set_num_threads(self._threads)  # of the calling thread
-            textures = render_view(self.prepare(item), self.work.views[item.view], self.work.settings)
+            caster, view = self.prepare(item), self.work.views[item.view]
+            others = self.work.neighbours[item.view] if self.work.neighbours else ()
+            depths = self._depths.neighbours(others) if self._depths else []
+            textures = render_view(caster, view, self.work.settings, depths)
             seconds, self._build_seconds = self._build_seconds, 0.0
             return textures, seconds

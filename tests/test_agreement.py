@@ -70,11 +70,3 @@ def test_an_eye_that_walks_sees_each_modules_number():
     # The line from the eye (x, -2) through (0, -0.2) meets the lenses, z = 0.7, at -x / 2, modules 0.1 apart from -1.
     np.testing.assert_array_equal(values[0], [13, 10, 7])
     assert np.isnan(values[1]).all()
-
-
-def test_nearest_modules_and_how_many_there_are():
-    assert agreement.nearest_modules(DISPLAY, 10, 4) == [9, 11, 8, 12]
-    assert agreement.nearest_modules(DISPLAY, 0, 3) == [1, 2, 3]
-    assert agreement.nearest_modules(DISPLAY, 5, 0) == []
-    with pytest.raises(InputError, match="sample-a has 20 modules besides"):
-        agreement.nearest_modules(DISPLAY, 5, 21)

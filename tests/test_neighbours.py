@@ -1,5 +1,7 @@
 """Algorithm 2 with neighbours: its twin, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
 
+import json
+
 import neighbours_twin
 import numpy as np
 import pytest
@@ -7,10 +9,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_ssao import assert_same_bits, both, module_cases
 
-from lfssao import find_display, fit_roi, passes
+from lfssao import (
+    Mesh,
+    RayCaster,
+    Settings,
+    find_display,
+    fit_roi,
+    make_samples,
+    module_views,
+    passes,
+    read_exr,
+    render,
+)
+from lfssao.cli import main
 from lfssao.errors import InputError
+from lfssao.neighbours import DepthCache, nearest_modules
 from lfssao.view import WorldToImage
 
+SAMPLE_A = find_display("sample-a")
 BOX = np.array([[-1.0, -0.75, -1.0], [1.0, 0.75, 1.0]])
 
 
@@ -96,3 +112,107 @@ def test_a_neighbour_of_another_dtype_is_refused():
     for other in (np.zeros((3, 4)), np.zeros((0, 4), np.float32)):
         with pytest.raises(InputError, match="neighbour 1"):
             passes.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, other)], np.ones((1, 3)), 1.0)
+
+
+def test_nearest_modules_and_how_many_there_are():
+    assert nearest_modules(SAMPLE_A, 10, 4) == [9, 11, 8, 12]
+    assert nearest_modules(SAMPLE_A, 0, 3) == [1, 2, 3]
+    assert nearest_modules(SAMPLE_A, 5, 0) == []
+    with pytest.raises(InputError, match="sample-a has 20 modules besides"):
+        nearest_modules(SAMPLE_A, 5, 21)
+
+
+# In a render
+
+
+def ball():
+    """A coarse ball, so that modules see more or less of what is round the corner."""
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 17)[:-1], np.linspace(-1.5, 1.5, 9))
+    points = np.stack([np.cos(u) * np.cos(v), np.sin(v), np.sin(u) * np.cos(v)], axis=-1).reshape(-1, 3)
+    faces = []
+    for row in range(8):
+        for k in range(16):
+            a, b = 16 * row + k, 16 * row + (k + 1) % 16
+            faces += [(a, b, a + 16), (b, b + 16, a + 16)]
+    return Mesh(points, faces)
+
+
+@pytest.fixture
+def rendered(tmp_path):
+    """Modules 9 to 12 of sample-a with two neighbours each, by the command line."""
+    mesh = tmp_path / "ball.ply"
+    vertices, faces = ball().vertices, ball().faces
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
+    head += "property double x\nproperty double y\nproperty double z\n"
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    lines = [" ".join(map(repr, p)) for p in vertices.tolist()] + [f"3 {a} {b} {c}" for a, b, c in faces.tolist()]
+    mesh.write_text(head + "\n".join(lines) + "\n")
+    words = [str(mesh), "-o", str(tmp_path / "out"), "--display", "sample-a", "--resolution", "60x36", "--radii", "0.3"]
+    return lambda *more: main(["render", *words, "--modules", "9:13", *more])
+
+
+def test_the_command_renders_what_the_pass_makes_of_the_nearest_modules(rendered, tmp_path):
+    assert rendered("--neighbours", "2") == 0
+    display = SAMPLE_A.with_resolution(60, 36)
+    views = module_views(ball(), display)
+    caster = RayCaster(ball(), views[0].cast_from_world)
+    seen = {k: caster.gbuffer(views[k]) for k in range(8, 14)}
+    for index in range(9, 13):
+        asked = [(views[k].world_to_image, seen[k].depth) for k in (index - 1, index + 1)]
+        mine = seen[index]
+        expected = passes.algorithm2_with_neighbours(
+            mine.depth, mine.positions, views[index].world_to_image, asked, make_samples(), 0.3
+        )
+        path = tmp_path / "out" / f"module_{index:03d}.exr"
+        found = read_exr(path)["ao_1"].pixels[..., 0]
+        assert_same_bits(found, expected.texture)
+        alone = passes.algorithm2(mine.depth, mine.positions, views[index].world_to_image, make_samples(), 0.3)
+        assert (found < alone.texture).any()
+    settings = json.loads((tmp_path / "out" / "manifest.json").read_text())["settings"]
+    assert settings["neighbours"] == 2
+
+
+def test_the_library_renders_the_same(rendered, tmp_path):
+    assert rendered("--neighbours", "2") == 0
+    settings = Settings((0.3,), neighbours=2)
+    for textures in render(ball(), SAMPLE_A.with_resolution(60, 36), settings, range(9, 13)):
+        path = tmp_path / "out" / f"{textures.view.name}.exr"
+        assert_same_bits(read_exr(path)["ao_1"].pixels[..., 0], textures.ao[0])
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--neighbours", "21"], "--neighbours 21: a module of sample-a has 20 others"),
+        (["--neighbours", "-1"], "-1 is not from 0"),
+        (["--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
+    ],
+)
+def test_what_has_no_neighbours_is_refused(rendered, capsys, more, words):
+    assert rendered(*more) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_camera_has_no_neighbours(capsys, tmp_path):
+    assert main(["render", "statue", "-o", str(tmp_path / "out"), "--neighbours", "1", "--camera"]) == 2
+    assert "--neighbours does not go with --camera" in capsys.readouterr().err
+
+
+def test_depths_are_cast_once_as_long_as_they_are_kept():
+    display = SAMPLE_A.with_resolution(20, 12)
+    views = module_views(ball(), display)
+    caster = RayCaster(ball(), views[0].cast_from_world)
+    cast = []
+
+    class Counting:
+        def gbuffer(self, view, color):
+            cast.append(view.name)
+            return caster.gbuffer(view, color)
+
+    cache = DepthCache(Counting(), 3)
+    for asked in ((0, 1), (1, 2), (0, 2), (5,), (1,)):
+        found = cache.neighbours(tuple(views[k] for k in asked))
+        for k, (mapping, depth) in zip(asked, found, strict=True):
+            assert mapping is views[k].world_to_image
+            np.testing.assert_array_equal(depth, caster.gbuffer(views[k]).depth)
+    assert [int(name[-3:]) for name in cast] == [0, 1, 2, 5, 1]

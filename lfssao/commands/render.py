@@ -92,6 +92,13 @@ def add_to(commands: Any) -> None:
         help="a parameter of the estimator in place of its default; may be given several times",
     )
     add(
+        "--neighbours",
+        type=values.neighbours,
+        default=0,
+        metavar="K",
+        help="count a sample as occluded only if none of the K nearest modules sees it in the open (default: 0)",
+    )
+    add(
         "--samples",
         type=values.samples,
         metavar="N",
@@ -192,13 +199,17 @@ def _display(options: argparse.Namespace) -> "Display":
             raise InputError(
                 f"--camera: there is no projection '{options.camera}': choose one of {', '.join(PROJECTIONS)}"
             )
-        for name in ("display", "modules"):
-            if getattr(options, name) is not None:
+        for name in ("display", "modules", "neighbours"):
+            if getattr(options, name) not in (None, 0):
                 raise InputError(f"--{name} does not go with --camera, which renders one ordinary view")
     try:
         display = find_display("virtual" if options.display is None else options.display)
     except InputError as error:
         raise InputError(f"--display: {error}") from None
+    if options.neighbours >= len(display.modules):
+        raise InputError(
+            f"--neighbours {options.neighbours}: a module of {display.name} has {len(display.modules) - 1} others"
+        )
     if options.modules is not None and options.modules.stop > len(display.modules):
         raise InputError(
             f"--modules {options.modules.start}:{options.modules.stop}: {display.name} has modules "
@@ -234,7 +245,7 @@ def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Calla
 
     def of(radii: tuple[float, ...]) -> Settings:
         look = options.blur, options.filter, options.normals
-        return Settings(radii, samples, *look, estimator.name, parameters, weights)
+        return Settings(radii, samples, *look, estimator.name, parameters, weights, options.neighbours)
 
     of((0.0,))  # refused before the scene is loaded
 
@@ -286,6 +297,18 @@ def _views(
     return module_views(mesh, display, options.modules, options.guard, bounds)
 
 
+def _neighbours(
+    options: argparse.Namespace, mesh: "Mesh", display: "Display", bounds: "NDArray[np.float64]"
+) -> "list[tuple[View, ...]]":
+    from lfssao.render import neighbour_views
+
+    if options.neighbours == 0:
+        return []
+    if options.resolution is not None:
+        display = display.with_resolution(*options.resolution)
+    return neighbour_views(mesh, display, options.neighbours, options.modules, options.guard, bounds)
+
+
 def _transforms(frames: int | Path | None, mesh: "Mesh") -> "tuple[Matrix, ...] | None":
     """Where the scene is in each frame; None for a still."""
     if frames is None:
@@ -319,7 +342,8 @@ def _run_job(
     # One box for all frames, so that the scene's scale on the display stays what it is.
     bounds = mesh.bounds if transforms is None else swept_bounds(mesh, transforms)
     views = tuple(_views(options, mesh, display, bounds))
-    work = Work(mesh, views, settings, folder, manifest.describe_scene(mesh), transforms)
+    asked = tuple(_neighbours(options, mesh, display, bounds))
+    work = Work(mesh, views, settings, folder, manifest.describe_scene(mesh), transforms, asked)
     head = {
         "machine": manifest.describe_machine(threads, options.command),
         "scene": work.scene,

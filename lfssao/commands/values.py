@@ -10,6 +10,7 @@ MOST_BLUR = 1024.0  # texels
 MOST_THREADS = 1024
 MOST_GUARD = 4096  # texels
 MOST_FRAMES = 10_000
+MOST_NEIGHBOURS = 64
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
 
 
@@ -49,6 +50,11 @@ def seed(text: str) -> int:
 def guard(text: str) -> int:
     """A guard band, texels."""
     return _whole(text, 0, MOST_GUARD)
+
+
+def neighbours(text: str) -> int:
+    """A number of neighbouring modules."""
+    return _whole(text, 0, MOST_NEIGHBOURS)
 
 
 def threads(text: str) -> int:

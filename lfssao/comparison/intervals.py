@@ -88,7 +88,7 @@ def _read(settings: dict[str, Any], view: dict[str, Any]) -> Parameters:
     return Parameters(
         mapping=WorldToImage(kind, numbers),
         back=back,
-        samples=_numbers(settings["samples"]) if settings["estimator"] == "lf" else None,
+        samples=_numbers(settings["samples"]) if settings["estimator"] == "lf" and not settings["neighbours"] else None,
         radii=tuple(float(radius) for radius in settings["radii"]),
         sigma=sigma,
         guard=guard,

@@ -124,7 +124,7 @@ class Case:
     ) -> "Case":
         """The case of a view that ``lfssao.render`` rendered."""
         view = textures.view
-        samples = settings.samples if settings.estimator == "lf" else None
+        samples = settings.samples if settings.estimator == "lf" and not settings.neighbours else None
         return cls(
             view.world_to_image, view.screen_to_world, samples, settings.radii, settings.blur,
             Stages.of(textures), view.guard, depth, color,

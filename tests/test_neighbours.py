@@ -19,11 +19,11 @@ from lfssao import (
     module_views,
     passes,
     read_exr,
-    render,
 )
 from lfssao.cli import main
 from lfssao.errors import InputError
 from lfssao.neighbours import DepthCache, nearest_modules
+from lfssao.render import render
 from lfssao.view import WorldToImage
 
 SAMPLE_A = find_display("sample-a")

@@ -165,12 +165,12 @@ def _line(message: str) -> str:
 
 
 def _read_npy(path: Path) -> ImagePart:
-    """An array (H, W) or (H, W, C). Its file has exactly the bytes of its numbers, which is checked beforehand."""
+    """A table (W,) or an array (H, W) or (H, W, C); its file has exactly the bytes of its numbers, which is checked."""
     try:
         with path.open("rb") as stream:
             shape, by_columns, dtype = _npy_header(stream)
             there = path.stat().st_size - stream.tell()
-        if dtype.kind not in "fiu" or dtype.itemsize > 8 or len(shape) not in (2, 3) or 0 in shape:
+        if dtype.kind not in "fiu" or dtype.itemsize > 8 or len(shape) not in (1, 2, 3) or 0 in shape:
             raise InputError(f"{path}: it holds {dtype} {shape}, expected numbers of shape (H, W) or (H, W, C)")
         count = int(np.prod([int(n) for n in shape], dtype=object))
         if count * dtype.itemsize != there:
@@ -181,7 +181,13 @@ def _read_npy(path: Path) -> ImagePart:
     except (OSError, ValueError, TypeError, SyntaxError, KeyError, RecursionError, OverflowError) as error:
         raise InputError(f"{path}: it cannot be read as an NPY file ({_line(str(error))})") from None
     pixels = pixels.reshape(shape, order="F" if by_columns else "C").astype(dtype.newbyteorder("="), copy=False)
-    pixels = pixels.reshape(*shape[:2], -1)
+    return part_of(pixels)
+
+
+def part_of(array: NDArray[Any]) -> ImagePart:
+    """An array (W,), (H, W) or (H, W, C) as the part that its NPY file holds."""
+    height, width = (1, *array.shape)[-2:] if array.ndim < 3 else array.shape[:2]
+    pixels = array.reshape(height, width, -1)
     channels = {1: ("Y",), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}.get(pixels.shape[2])
     names = channels or tuple(f"channel{k}" for k in range(pixels.shape[2]))
     return ImagePart("", names, tuple(pixels[..., k] for k in range(pixels.shape[2])))

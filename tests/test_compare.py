@@ -17,6 +17,8 @@ from lfssao.comparison.metrics import measure, ulp_distance
 from lfssao.comparison.verdict import Verdict
 from lfssao.errors import InputError
 from lfssao.exr import Part, read_exr, write_exr
+from lfssao.kit.cases import make_case
+from lfssao.kit.folder import write_kit
 from lfssao.oracle import bounds
 from lfssao.view import KINDS, WorldToImage
 
@@ -456,6 +458,64 @@ def test_folders_of_pictures(tmp_path):
     assert compare(tmp_path / "b", tmp_path / "a") == 2
 
 
+# Kits
+
+
+CASES = ("blur_usual", "frame", "philox")
+
+
+@pytest.fixture
+def kit(tmp_path):
+    """A kit of a few cases, and its outputs as another renderer's."""
+    cases = [make_case(name) for name in CASES]
+    write_kit(tmp_path / "kit", cases, "text")
+    (tmp_path / "mine").mkdir()
+    for case in cases:
+        for name, array in case.outputs.items():
+            np.save(tmp_path / "mine" / f"{case.name}_{name}.npy", array)
+    return tmp_path, {case.name: case for case in cases}
+
+
+def test_a_kit_is_a_reference(kit, capsys):
+    folder, cases = kit
+    assert compare(folder / "mine", folder / "kit", "--exact") == 0
+    assert "intervals of the error model 'shader'" in capsys.readouterr().out
+    main, *steps = cases["frame"].outputs
+    _, upper = cases["frame"].bounds[main]
+    for step in steps:  # they can be left out
+        (folder / "mine" / f"frame_{step}.npy").unlink()
+    np.save(folder / "mine" / f"frame_{main}.npy", upper)
+    report = lfssao.compare(folder / "mine", folder / "kit")
+    assert different(report) == {("frame", main): Verdict.INSIDE}
+    np.save(folder / "mine" / f"frame_{main}.npy", np.nextafter(upper, np.float32(np.inf)))
+    report = lfssao.compare(folder / "mine", folder / "kit")
+    assert different(report) == {("frame", main): Verdict.OUTSIDE}
+    assert report.first_failure.worst[0].upper is not None
+    (folder / "mine" / f"frame_{main}.npy").unlink()
+    assert different(lfssao.compare(folder / "mine", folder / "kit")) == {("frame", ""): Verdict.MISSING}
+
+
+def test_a_case_of_a_kit_is_a_reference(kit, capsys):
+    folder, cases = kit
+    (folder / "one").mkdir()
+    ((name, array),) = cases["philox"].outputs.items()
+    np.save(folder / "one" / f"{name}.npy", array)
+    case = folder / "kit" / "cases" / "philox"
+    assert compare(folder / "one", case, "--exact") == 0
+    np.save(folder / "one" / f"{name}.npy", array ^ np.uint32(1))
+    assert compare(folder / "one", case) == 2
+    text = (case / "case.json").read_text()
+    assert text.count('"format": 1') == 1
+    (case / "case.json").write_text(text.replace('"format": 1', '"format": 2'))
+    capsys.readouterr()
+    assert compare(folder / "one", case) == 4
+    assert "the kit is of format 2" in capsys.readouterr().out
+    index = folder / "kit" / "kit.json"
+    index.write_text(index.read_text().replace('"format": 1', '"format": 2'))
+    assert compare(folder / "mine", folder / "kit") == 4
+    assert "the kit is of format 2" in capsys.readouterr().err
+
+
 # Reports
 
 
@@ -600,7 +660,7 @@ def test_npy_files_are_checked_before_they_are_read(tmp_path):
     refused("is damaged|cannot be read")
     np.save(tmp_path / "a.npy", np.array([{}], object), allow_pickle=True)
     refused("holds object")
-    np.save(tmp_path / "a.npy", np.ones(5))
+    np.save(tmp_path / "a.npy", np.ones((1, 2, 3, 4)))
     refused(r"expected numbers of shape \(H, W\)")
     (tmp_path / "a.npy").write_bytes(b"\x93NUMPY")
     refused("cannot be read as an NPY file")

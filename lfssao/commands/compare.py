@@ -15,6 +15,12 @@ if TYPE_CHECKING:
 # Nothing could be compared: a wrong option too, as 2 would say that textures differ, and 1 that they are right.
 NOT_COMPARED = 4
 
+_DESCRIPTION = """Compare textures of another renderer with a reference: bits, and, where the reference is a folder that 'lfssao
+render' wrote, the intervals in which every conforming float32 renderer falls. Each stage is judged on MINE's
+own textures of the stages before it. Files are EXR, TIFF, PNG or NPY; in a folder module_003.exr holds a
+module and module_003_merged.tif one layer of it. Channels are found by their names (Z, P.X, merged.AO, ...),
+with or without parts. Outputs of a kit's cases are CASE_OUTPUT.npy."""
+
 _CODES = """exit codes, as of idiff:
   0  every texture of REFERENCE is there, with equal bits or inside its interval (a renderer that conforms passes;
      --exact asks for equal bits)
@@ -31,18 +37,18 @@ def add_to(commands: Any) -> None:
         "compare",
         allow_abbrev=False,
         help="another renderer's textures against a reference",
-        description="Compare textures of another renderer with a reference: bits, and, where the reference is a folder "
-        "that 'lfssao render' wrote, the intervals in which every conforming float32 renderer falls. Each stage is "
-        "judged on MINE's own textures of the stages before it. Files are EXR, TIFF, PNG or NPY; in a folder "
-        "module_003.exr holds a module and module_003_merged.tif one layer of it. Channels are found by their names "
-        "(Z, P.X, merged.AO, ...), with or without parts.",
+        description=_DESCRIPTION,
         epilog=_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     compare.set_defaults(run=_compare)
     add = compare.add_argument
     add("mine", metavar="MINE", help="a folder or a file of the renderer to be judged")
-    add("reference", metavar="REFERENCE", help="a folder that 'lfssao render' wrote, another folder, or a file")
+    add(
+        "reference",
+        metavar="REFERENCE",
+        help="a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
+    )
     add(
         "--map",
         action="append",

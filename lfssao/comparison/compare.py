@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from lfssao.comparison.intervals import Oracle, Parameters
+from lfssao.comparison.kit_case import CaseOracle, case_layers
 from lfssao.comparison.layers import Layer, Matcher, MismatchError, check_comparable
 from lfssao.comparison.picture import Panels
 from lfssao.comparison.report import Report
@@ -104,8 +105,14 @@ class Comparison:
             If the manifest does not hold what the oracle needs.
         """
         parameters = self._parameters(module)
+        optional: set[str] = set()
         try:
-            reference, parts = self._reference.layers(module), self._mine.parts(module)
+            case = self._reference.case(module)
+            if case is None:
+                reference = self._reference.layers(module)
+            else:
+                reference, optional = case_layers(case)
+            parts = self._mine.parts(module)
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
@@ -115,7 +122,14 @@ class Comparison:
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
         matcher = Matcher(parts, reference, self._rules)
-        self._compare(module, parameters, matcher, reference)
+        found, refused = _found_layers(module, matcher, reference, optional)
+        right = {layer.name: layer for layer in reference}
+        oracle: Oracle | CaseOracle | None = None
+        if parameters is not None:
+            oracle = Oracle(parameters, found, right, self._model)
+        elif case is not None:
+            oracle = CaseOracle(case, found)
+        self._compare(module, oracle, found, refused, reference)
         if self._wanted is None:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
@@ -126,24 +140,14 @@ class Comparison:
         return Parameters.of(source.path, source.manifest, source.entries[module])
 
     def _compare(
-        self, module: str, parameters: Parameters | None, matcher: Matcher, reference: Sequence[Layer]
+        self,
+        module: str,
+        oracle: Oracle | CaseOracle | None,
+        found: dict[str, Layer],
+        refused: dict[str, Result],
+        reference: Sequence[Layer],
     ) -> None:
-        """Every layer of a module: all are found before one is judged, as later stages are judged by earlier ones."""
-        found: dict[str, Layer] = {}
-        refused: dict[str, Result] = {}
-        for right in reference:
-            try:
-                layer = matcher.find(right)
-                if layer is None:
-                    refused[right.name] = Result(module, right.name, Verdict.MISSING, "there is no such layer")
-                    continue
-                check_comparable(layer, right)
-                found[right.name] = layer
-            except MismatchError as error:
-                refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
-        oracle = None
-        if parameters is not None:
-            oracle = Oracle(parameters, found, {layer.name: layer for layer in reference}, self._model)
+        """Judge the layers of a module that are wanted."""
         panels = Panels(module)
         for right in reference:
             if self._wanted is not None and right.name not in self._wanted:
@@ -151,13 +155,15 @@ class Comparison:
             if right.name in refused:
                 self._results.append(refused[right.name])
                 continue
+            if right.name not in found:
+                continue
             judged = self._judge(module, oracle, found[right.name], right)
             self._results.append(judged.result)
             panels.offer(found[right.name], right, judged)
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
 
-    def _judge(self, module: str, oracle: Oracle | None, mine: Layer, reference: Layer) -> Judged:
+    def _judge(self, module: str, oracle: Oracle | CaseOracle | None, mine: Layer, reference: Layer) -> Judged:
         name = reference.name
 
         def ask() -> StageVerdict | None:
@@ -186,13 +192,35 @@ class Comparison:
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),
-            model=None if self._reference.manifest is None else self._model.name,
+            model=self._reference.kit_model if self._reference.manifest is None else self._model.name,
             exact=self._exact,
             modules=len(self._reference.files),
             results=tuple(self._results),
             notes=tuple(self._notes),
             panels=self._panels,
         )
+
+
+def _found_layers(
+    module: str, matcher: Matcher, reference: Sequence[Layer], optional: set[str]
+) -> tuple[dict[str, Layer], dict[str, Result]]:
+    """The other renderer's layers by name, and what is said of those that cannot be compared.
+
+    All are found before one is judged, as later stages are judged by earlier ones.
+    """
+    found: dict[str, Layer] = {}
+    refused: dict[str, Result] = {}
+    for right in reference:
+        try:
+            layer = matcher.find(right)
+            if layer is not None:
+                check_comparable(layer, right)
+                found[right.name] = layer
+            elif right.name not in optional:
+                refused[right.name] = Result(module, right.name, Verdict.MISSING, "there is no such layer")
+        except MismatchError as error:
+            refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
+    return found, refused
 
 
 def _channel_names(layer: Layer) -> list[str]:

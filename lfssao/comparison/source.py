@@ -11,28 +11,32 @@ import numpy as np
 from lfssao.comparison.layers import Layer, layers_of
 from lfssao.errors import InputError
 from lfssao.image_file import ENDINGS, ImagePart, read_image_file
+from lfssao.kit.case import Case
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A folder of 'lfssao render', or any folder of images or one image.
+    """A folder of 'lfssao render', a kit of 'lfssao kit' or one of its cases, any folder of images, or one image.
 
     Attributes
     ----------
     path : Path
         The folder or the file.
     files : dict
-        The file of each module, by the module's name.
+        The file of each module, by the module's name; of a kit the folder of each case.
     manifest : dict or None
         What ``lfssao render`` said of them.
     entries : dict
         The manifest's entry of each module, by its name; empty without manifest.
+    kit : bool
+        Whether it is a kit, or a case of one: what is said of modules is then said of cases.
     """
 
     path: Path
     files: dict[str, Path]
     manifest: dict[str, Any] | None
     entries: dict[str, dict[str, Any]]
+    kit: bool = False
 
     @classmethod
     def open(cls, path: Path) -> "Reference":
@@ -43,13 +47,19 @@ class Reference:
         InputError
             If there are none, or a manifest is there and is wrong.
         """
-        from lfssao.rendered import MANIFEST, load_manifest  # late: numba is imported behind this line
+        from lfssao.kit.folder import read_index  # late: numba is imported behind these lines
+        from lfssao.rendered import MANIFEST, load_manifest
 
         folder = path if path.is_dir() else path.parent
         if not path.is_dir() and not path.is_file():
             raise InputError(f"{path}: there is no such file or folder")
+        if (path / "kit.json").is_file():
+            cases = {entry["name"]: path / entry["folder"] for entry in read_index(path)}
+            return cls(path, cases, None, {}, kit=True)
+        if (path / "case.json").is_file():
+            return cls(path, {path.resolve().name: path}, None, {}, kit=True)
         if not (folder / MANIFEST).is_file():
-            files = {name: file for name, file in _images(path)}
+            files = dict(_images(path))
             if not files:
                 raise InputError(f"{path}: there is no image ({', '.join(ENDINGS)}) in it")
             return cls(path, files, None, {})
@@ -62,6 +72,25 @@ class Reference:
         if not own:  # a file beside a manifest that does not speak of it
             return cls(path, {path.stem: path}, None, {})
         return cls(path, {name: path for name in own}, manifest, own)
+
+    @property
+    def kit_model(self) -> str | None:
+        """The error model of a kit's bounds; None where the reference is none."""
+        from lfssao.kit.bounds import MODEL
+
+        return MODEL if self.kit else None
+
+    def case(self, module: str) -> Case | None:
+        """The case of a kit; None where the reference is none.
+
+        Raises
+        ------
+        InputError
+            If its files are wrong.
+        """
+        from lfssao.kit.folder import read_case
+
+        return read_case(self.files[module]) if self.kit else None
 
     def layers(self, module: str) -> list[Layer]:
         """The layers of a module in the order of the stages, checked against the manifest's digests.
@@ -164,6 +193,8 @@ class Mine:
             else:
                 files[module].append((file, stem[len(module) + 1 :]))
         alike = {_pattern(name) for name in names}
+        if reference.kit and len(names) == 1 and not any(files.values()):  # the outputs of a case by their names
+            return cls(path, {names[0]: [(file, file.stem) for file in others]}, ())
         extra = [f.name for f in others if reference.manifest is None or _pattern(f.stem) in alike]
         return cls(path, files, tuple(extra))
 

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 # Nothing could be compared: a wrong option too, as 2 would say that textures differ, and 1 that they are right.
 NOT_COMPARED = 4
 
-_DESCRIPTION = """Compare textures of another renderer with a reference: bits, and, where the reference is a folder that 'lfssao
+_DESCRIPTION = """\
+Compare textures of another renderer with a reference: bits, and, where the reference is a folder that 'lfssao
 render' wrote, the intervals in which every conforming float32 renderer falls. Each stage is judged on MINE's
 own textures of the stages before it. Files are EXR, TIFF, PNG or NPY; in a folder module_003.exr holds a
 module and module_003_merged.tif one layer of it. Channels are found by their names (Z, P.X, merged.AO, ...),

@@ -14,6 +14,29 @@ def tap_weight(gauss, key, centre, sharpness):
     return gauss * (near if near > zero else zero)  # NaN is not above 0
 
 
+@kernel(inline=True)
+def add_tap(a, z, gauss, sharpness, centre, other, first, n, total, weight):
+    """One tap of n neighbouring texels; centre and other: numbers of the first one's texel and of its tap's.
+
+    Numbers are unsigned, so that numba need not ask whether they count from the end and LLVM makes vectors.
+    """
+    for i in range(n):
+        tapped = np.uint64(other + i)
+        w = tap_weight(gauss, z[tapped], z[np.uint64(centre + i)], sharpness)
+        place = np.uint64(first + i)
+        total[place] += w * a[tapped]
+        weight[place] += w
+
+
+@kernel(inline=True)
+def finish_row(start, width, total, weight, out):
+    """The quotients of a row, 1 where no tap had weight."""
+    one, zero = out.dtype.type(1), out.dtype.type(0)
+    for i in range(width):
+        quotient = total[i] / weight[i]
+        out[np.uint64(start + i)] = quotient if weight[i] > zero else one
+
+
 @kernel(parallel=True)
 def bilateral_horizontal(values, keys, weights, stride, sharpness, target):
     """One pass along the rows: sum w_k values[j, i + k'] / sum w_k, k' = (k - taps // 2) stride, first tap to last.
@@ -38,34 +61,30 @@ def bilateral_horizontal(values, keys, weights, stride, sharpness, target):
         Out; 1 where there is no surface.
     """
     height, width = keys.shape
+    a, z, out = values.reshape(-1), keys.reshape(-1), target.reshape(-1)
     taps = weights.shape[0]
     for j in prange(height):
         total, weight = np.zeros(width, keys.dtype), np.zeros(width, keys.dtype)
         for k in range(taps):
             shift = (k - taps // 2) * stride
-            gauss = weights[k]
-            for i in range(max(0, -shift), min(width, width - shift)):
-                w = tap_weight(gauss, keys[j, i + shift], keys[j, i], sharpness)
-                total[i] += w * values[j, i + shift]
-                weight[i] += w
-        for i in range(width):
-            target[j, i] = total[i] / weight[i] if weight[i] > 0 else keys.dtype.type(1)
+            start = max(0, -shift)
+            add_tap(
+                a, z, weights[k], sharpness, j * width + start, j * width + start + shift,
+                start, min(width, width - shift) - start, total, weight,
+            )  # fmt: skip
+        finish_row(j * width, width, total, weight, out)
 
 
 @kernel(parallel=True)
 def bilateral_vertical(values, keys, weights, stride, sharpness, target):
     """The pass along the columns; as bilateral_horizontal."""
     height, width = keys.shape
+    a, z, out = values.reshape(-1), keys.reshape(-1), target.reshape(-1)
     taps = weights.shape[0]
     for j in prange(height):
         total, weight = np.zeros(width, keys.dtype), np.zeros(width, keys.dtype)
         for k in range(taps):
-            row = j + (k - taps // 2) * stride
-            gauss = weights[k]
+            row = np.int64(j) + (k - taps // 2) * stride
             if 0 <= row < height:
-                for i in range(width):
-                    w = tap_weight(gauss, keys[row, i], keys[j, i], sharpness)
-                    total[i] += w * values[row, i]
-                    weight[i] += w
-        for i in range(width):
-            target[j, i] = total[i] / weight[i] if weight[i] > 0 else keys.dtype.type(1)
+                add_tap(a, z, weights[k], sharpness, j * width, row * width, 0, width, total, weight)
+        finish_row(j * width, width, total, weight, out)

@@ -106,6 +106,19 @@ def test_the_limit_is_the_integral_over_the_disk(surface):
         assert abs(made[j, i] - 0.3 * expected) < 0.015, (x, made[j, i], 0.3 * expected)
 
 
+def test_one_tap_by_hand():
+    """Texels of 1 / 48, a tap 4 of them to the right, where the terrace is 1/8 higher."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"]())
+    j, i, at = scenes.nearest(seen, -0.03)
+    radius, sigma, beta, epsilon = 8 / 48, 0.1, 0.01, 0.02
+    made = estimate("alchemy", seen, radius, np.array([[0.5, 0.0]]), sigma=sigma, beta=beta, epsilon=epsilon,
+                    rotation="none")  # fmt: skip
+    above, square = 0.125 - beta * (2 - at[2]), (4 / 48) ** 2 + 0.125**2
+    expected = 2 * sigma * radius * above / (square + epsilon * radius**2)
+    assert made.texture[j, i] == pytest.approx(expected, rel=1e-12)
+    assert 0.1 < expected < 1
+
+
 def test_k_is_the_exponent():
     seen = scenes.buffers("concave crease", scenes.SIGHTS["crossed slits"]())
     one, other = (estimate("alchemy", seen, 0.1, sigma=0.2, k=k).texture for k in (1.0, 3.0))

@@ -49,7 +49,7 @@ def test_render_view_makes_what_the_estimator_makes_of_its_own_samples(ammonite,
     assert (made.gbuffer.normals is not None) == normals
 
 
-@pytest.mark.parametrize("name", ["lf"])
+@pytest.mark.parametrize("name", ["lf", "hemisphere"])
 def test_the_command_writes_what_the_estimator_makes_and_says_with_what(ammonite, tmp_path, name):
     manifest, parts = render(tmp_path, "--estimator", name)
     _, view, caster = ammonite
@@ -101,8 +101,12 @@ def test_wrong_options_are_said_before_anything_is_done(tmp_path, capsys, option
     assert not (tmp_path / "out").exists()
 
 
-def test_the_default_imports_no_other_estimator():
-    script = "import sys, lfssao; lfssao.Settings((1.0,)); print(*sorted(m for m in sys.modules if 'lfssao' in m))"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    loaded = {name.removeprefix("lfssao.estimators.") for name in done.stdout.split() if "lfssao.estimators." in name}
-    assert loaded == {"buffers", "estimator", "point", "registry"}
+def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path):
+    script = "import sys, lfssao.cli; assert lfssao.cli.main(sys.argv[1:]) == 0; print(*sys.modules)"
+    command = [sys.executable, "-c", script, *SMALL, "-o", str(tmp_path / "out")]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    estimators = {name.removeprefix("lfssao.estimators.") for name in loaded if "lfssao.estimators." in name}
+    assert estimators == {"buffers", "estimator", "point", "registry"}
+    kernels = {name.removeprefix("lfssao.kernels.") for name in loaded if "lfssao.kernels." in name}
+    assert "ssao" in kernels
+    assert not kernels & {"alchemy", "frames", "multiresolution", "point", "power", "rows", "spiral", "truth"}

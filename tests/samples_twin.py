@@ -227,6 +227,9 @@ def darts(seed, n, d):
     return points
 
 
+GAUSS = np.polynomial.legendre.leggauss(120)
+
+
 def energy(points, charge, ring=2048):
     """The energy of all charges, the boundary's by summing over many on it: the sphere's over a fine product grid."""
     n, d = points.shape
@@ -236,7 +239,7 @@ def energy(points, charge, ring=2048):
         if d == 2:
             gap = (p[0] - np.cos(angle)) ** 2 + (p[1] - np.sin(angle)) ** 2
         else:
-            z = np.polynomial.legendre.leggauss(200)
+            z = GAUSS
             r = math.sqrt(np.sum(p**2))
             total += charge * np.sum(z[1] / 2 / (3 * (1 + r * r - 2 * r * z[0]) ** 1.5))
             continue

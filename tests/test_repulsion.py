@@ -1,15 +1,71 @@
-"""VO's tables: sets lie inside, weights sum to the ball's volume and are those of its cells; what is refused."""
+"""VO's tables: the kernels' twins, forces, tables made again, weights, and which numbers of points are good."""
 
 import math
 
 import numpy as np
 import pytest
+import samples_twin as twin
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from lfssao.errors import InputError
-from lfssao.samples import repulsion_table
+from lfssao.kernels import repulsion
+from lfssao.samples import make_repulsion, repulsion_table, sample_set
 
 VOLUME = 4 / 3 * math.pi
 KINDS = [("ball", None), ("disk", None), ("disk", True), ("disk", False)]
+
+
+def bits(a):
+    return np.asarray(a, np.float64).view(np.int64)
+
+
+# Kernels
+
+
+@settings(max_examples=20)
+@given(n=st.integers(1, 12), d=st.sampled_from([2, 3]), seed=st.integers(0, 2**64 - 1))
+def test_darts_and_cells_equal_their_twins(n, d, seed):
+    points = np.empty((n, d))
+    repulsion.throw_darts(np.uint64(seed), points)
+    np.testing.assert_array_equal(bits(points), bits(twin.darts(seed, n, d)))
+    weights, centroids = np.empty(n), np.empty((n, d))
+    cells = 7 if d == 3 else 14
+    repulsion.voronoi(points, cells, weights, centroids)
+    want_weights, want_centroids = twin.voronoi(points, cells)
+    np.testing.assert_array_equal(bits(weights), bits(want_weights))
+    np.testing.assert_array_equal(bits(centroids), bits(want_centroids))
+    spread = np.sqrt(np.mean((n * weights - 1) ** 2))
+    assert repulsion.unevenness(weights) == pytest.approx(spread, rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("n", [1, 2, 7])
+def test_forces_are_the_slope_of_the_energy(n, d):
+    """The twin's energy is summed over 2048 charges of the circle, or integrated over the sphere by Gauss's rule."""
+    points = np.array(twin.darts(5, n, d)) * 0.9
+    forces = np.empty((n, d))
+    energy = repulsion.repel(points, 1.7, forces)
+    assert energy == pytest.approx(twin.energy(points, 1.7), rel=1e-6)
+    for k, a in np.ndindex(n, d):
+        ahead, behind = points.copy(), points.copy()
+        ahead[k, a] += 1e-5
+        behind[k, a] -= 1e-5
+        slope = (twin.energy(ahead, 1.7) - twin.energy(behind, 1.7)) / 2e-5
+        assert forces[k, a] == pytest.approx(-slope, rel=1e-4, abs=1e-3)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_points_settle_where_the_forces_end(d):
+    points = np.array(twin.darts(3, 5, d))
+    before, after = np.empty((5, d)), np.empty((5, d))
+    high = repulsion.repel(points, 2.0, before)
+    repulsion.settle(points, False, 2.0, 400)
+    assert repulsion.repel(points, 2.0, after) < high
+    assert np.abs(after).max() < 1e-3 * np.abs(before).max()
+
+
+# Tables
 
 
 @pytest.mark.parametrize(("domain", "centre"), KINDS)
@@ -21,8 +77,84 @@ def test_every_table_lies_inside_and_weighs_the_volume(domain, centre):
         assert made.weights.shape == (n,)
         assert made.weights.min() > 0
         assert math.fsum(made.weights) == pytest.approx(VOLUME, rel=1e-14)
-        if centre:
+        if centre or (domain == "disk" and centre is None):
             assert not made.points[0].any()
+
+
+@pytest.mark.parametrize(("table", "n"), [("ball", 3), ("disk", 4), ("disk-centre", 5)])
+def test_tables_are_what_their_program_makes(table, n):
+    made = make_repulsion.best(table, n)
+    centre = None if table == "ball" else table == "disk-centre"
+    shipped = repulsion_table(table.split("-")[0], n, centre)
+    np.testing.assert_array_equal(bits(made[:, :-1]), bits(shipped.points))
+    np.testing.assert_array_equal(bits(made[:, -1]), bits(shipped.weights))
+
+
+@pytest.mark.parametrize(("domain", "centre"), KINDS)
+@pytest.mark.parametrize("n", [2, 9, 33, 64])
+def test_weights_are_those_of_random_points_nearest_to_each(domain, centre, n):
+    """20,000 uniform points of the ball, seen along z for the disk: each share within 6 sigma of its weight."""
+    made = repulsion_table(domain, n, centre)
+    cloud = sample_set("ball", "random", 20_000, 1).points[:, : made.points.shape[1]]
+    nearest = np.argmin(np.sum((cloud[:, None] - made.points) ** 2, axis=-1), axis=1)
+    share, weight = np.bincount(nearest, minlength=n) / len(cloud), made.weights / VOLUME
+    assert np.all(np.abs(share - weight) < 6 * np.sqrt(weight / len(cloud)))
+
+
+# Which numbers of points are good
+
+
+def planes(count=4000):
+    """Directions and offsets of planes that cut the unit ball, and the share of the ball beyond each."""
+    u = sample_set("sphere", "random", count, 1).points
+    t = sample_set("square", "random", count, 2).points[:, 0]
+    return u, t, (1 - t) ** 2 * (2 + t) / 4
+
+
+def estimate(made, u, t):
+    """The share of the ball beyond planes by point samples, or by line samples along z."""
+    p, w = made.points, made.weights / VOLUME
+    if made.domain == "ball":
+        return (p @ u.T > t).T @ w
+    reach = np.sqrt(1 - np.sum(p**2, axis=1))[:, None]
+    at = np.clip((t - p @ u[:, :2].T) / u[:, 2], -reach, reach)
+    return (np.where(u[:, 2] > 0, reach - at, at + reach) / (2 * reach)).T @ w
+
+
+def noise(domain, n, centre=None, middle=False):
+    """Root mean square error over planes; with ``middle`` over planes through the centre, which cut off one half."""
+    u, t, share = planes()
+    t, share = (0 * t, 0 * share + 0.5) if middle else (t, share)
+    return float(np.sqrt(np.mean((estimate(repulsion_table(domain, n, centre), u, t) - share) ** 2)))
+
+
+def test_noise_falls_with_the_number_of_points_without_large_steps():
+    """Over all planes no number stands out by more than a tenth, VO's 33 points neither."""
+    for domain, slope in (("ball", -0.63), ("disk", -0.95)):
+        scaled = [noise(domain, n) * n**-slope for n in range(5, 41)]
+        middle = np.array([np.median(scaled[max(k - 3, 0) : k + 4]) for k in range(len(scaled))])
+        assert np.all(np.abs(scaled / middle - 1) < 0.12), np.round(scaled / middle, 3)
+
+
+def test_six_and_twelve_points_are_platonic_and_exact_for_planes_through_the_middle():
+    for n, gap in ((6, math.sqrt(2)), (12, 1 / math.sin(2 * math.pi / 5))):  # octahedron, icosahedron: edge / radius
+        points = repulsion_table("ball", n).points
+        r = np.sqrt(np.sum(points**2, axis=1))
+        assert np.ptp(r) < 0.01
+        gaps = np.sqrt(np.sum((points[:, None] - points) ** 2, axis=-1)) + 9 * np.eye(n)
+        assert gaps.min(axis=1) / r == pytest.approx(gap, rel=0.02)
+        assert noise("ball", n, middle=True) < 0.01
+    assert noise("ball", 13, middle=True) > 0.03
+
+
+def test_with_the_centre_five_seven_and_nine_lines_are_exact_for_planes_through_the_middle():
+    """VO's 13 and 16 are not: of our sets with the centre 15 and 17 are symmetrical, and 9 lines beat 10."""
+    assert all(noise("disk", n, True, middle=True) < 1e-3 for n in (5, 7, 9, 15, 17))
+    assert all(noise("disk", n, True, middle=True) > 0.01 for n in (8, 10, 13, 16))
+
+
+def test_five_lines_are_no_worse_than_twelve_points():
+    assert noise("disk", 5) < noise("ball", 12) < noise("disk", 4) * 1.2
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

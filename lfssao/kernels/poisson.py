@@ -84,7 +84,7 @@ def _is_free(x, y, square, points, grid, reach):
     span = min(reach, rows // 2)
     for a in range(max(i - reach, 0), min(i + reach, columns - 1) + 1):
         for b in range(j - span, j + span + 1):
-            other = grid[a, b % rows]
+            other = grid[a, b + rows if b < 0 else b - rows if b >= rows else b]
             if other >= 0 and distance_square(x, y, points[other, 0], points[other, 1]) < square:
                 return False
     return True

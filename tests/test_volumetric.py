@@ -1,5 +1,7 @@
 """Volumetric Obscurance and horizon-based AO: against their twins bit for bit, and against exact values."""
 
+from dataclasses import replace
+from itertools import pairwise
 from math import pi, sqrt
 
 import analytic_scenes as scenes
@@ -11,11 +13,12 @@ import volumetric_twin as twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import Buffers, InputError, estimate
+from lfssao import Buffers, Camera, InputError, estimate
 from lfssao.estimators.pyramid import moment_pyramid
 from lfssao.kernels import elementary
 from lfssao.kernels.axis_depth import write_axis_depth
 from lfssao.kernels.mapping import MATRIX
+from lfssao.samples import repulsion_table
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 EXAMPLES = 25
@@ -413,3 +416,34 @@ def test_weights_that_cannot_be_are_refused():
                 estimate(name, seen, 0.1, points, np.array(weights))
     rim = estimate("vo-lines", seen, 0.1, np.array([[1.0, 0.0], [0.0, 1.0]])).texture  # lines of no length
     assert not rim.any()
+
+
+# What VO says of its samples (4.1, 4.5, 5), on a small scene; ``benchmarks/bench_volumetric.py`` has a large one
+
+
+def moved_to_the_right(texels):
+    """A sphere on a plane as the orthographic sight sees it from so many texels further right, 96 x 72."""
+    sight, step = scenes.SIGHTS["orthographic"](96, 72), texels * 0.75 / 72
+    view = Camera("orthographic", (step, 0, 2), (step, 0, 0), (0, 1, 0), 0.75, 1.0, 3.0).view(96, 72)
+    return scenes.buffers("sphere on a plane", replace(sight, view=view, origin=sight.origin + np.array([step, 0, 0])))
+
+
+def rms(difference):
+    return np.sqrt(np.mean(difference**2))
+
+
+def test_5_lines_err_less_than_12_points_and_change_less_when_the_camera_moves():
+    seen = [moved_to_the_right(shift) for shift in (0.0, 0.25, 0.5, 0.75)]
+    truth = estimate("vo-lines", seen[0], 0.12, sunflower(1000)).texture
+    inside = np.s_[12:-12, 12:-12]
+    error, change = {}, {}
+    for name, n, domain in (("vo-lines", 5, "disk"), ("vo-points", 12, "ball"), ("vo-points", 13, "ball")):
+        table = repulsion_table(domain, n)
+        made = [estimate(name, b, 0.12, table.points, table.weights, randomize=False).texture[inside] for b in seen]
+        error[n] = np.mean(
+            [rms(estimate(name, seen[0], 0.12, table.points, table.weights, seed=k).texture[inside] - truth[inside])
+             for k in range(5)]
+        )  # fmt: skip
+        change[n] = np.mean([rms(b - a) for a, b in pairwise(made)])
+    assert error[5] < error[12] < error[13]
+    assert change[5] < change[12]

@@ -5,6 +5,7 @@ As a program it prints a JSON list: the digests with one thread, then those with
 
 import hashlib
 import json
+from dataclasses import replace
 
 import analytic_scenes
 import numba
@@ -24,9 +25,23 @@ from lfssao import (
 )
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint
-from lfssao.kernels import ball, elementary, hits, mapping, paint, philox, rays, spiral, ssao, triangle, visibility
+from lfssao.kernels import (
+    ball,
+    depth_ranges,
+    elementary,
+    hits,
+    mapping,
+    paint,
+    philox,
+    rays,
+    spiral,
+    ssao,
+    triangle,
+    visibility,
+)
 from lfssao.kit.cases import RECIPES
 from lfssao.kit.stages import STAGES
+from lfssao.oracle import bounds
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
 
 HEIGHT, WIDTH = 43, 85
@@ -74,6 +89,28 @@ def no_samples(depth, positions, m):
     occlusion, outside = np.empty_like(depth), np.empty(HEIGHT, np.int64)
     ssao.algorithm2(depth, positions, np.empty((0, 3), depth.dtype), mapping.CROSSED_SLITS, m, occlusion, outside)
     return occlusion
+
+
+def accepted():
+    """The oracle's bounds: of AO for each kind of mapping and both algorithms, of the blur, of the depth stage."""
+    rng = np.random.default_rng(7)
+    samples, camera = make_samples("latin", 12, 9, 0.2, 1.0), CAMERA.view(WIDTH, HEIGHT)
+    general = replace(DISPLAY, diffuser="conical").view(0, WORLD)
+    depth = depth_texture(rng, np.float32, -0.3, 0.3)
+    positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3)).astype(np.float32)
+    for view in (DISPLAY.view(0, WORLD), general, camera):
+        for back in (None,) if view.screen_to_world is None else (None, view.screen_to_world):
+            found = bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
+            kind = f"{view.world_to_image.kind} {back is None}"
+            yield f"accepted {kind}", np.array([found.lower, found.upper, found.open])
+    blurred = bounds.blur_bounds(found, 0.7)
+    yield "accepted blur", np.array([blurred.lower, blurred.upper])
+    vertices, faces = rng.uniform(-0.3, 0.3, (40, 3)), rng.integers(0, 40, (30, 3)).astype(np.int32)
+    triangles = rng.integers(0, 30, (9, HEIGHT * WIDTH)).astype(np.int32)
+    lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
+    view = DISPLAY.view(0, WORLD)
+    depth_ranges.depth_ranges(view.ray_kind, view.lens, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
+    yield "depth ranges", np.array([lower, upper])
 
 
 def mapped(dtype):
@@ -203,7 +240,7 @@ def conformance():
 
 def digests():
     """SHA-256 of every output's bytes, by its name."""
-    named = [*scalars(), *triangles(), *casts(), *estimates(), *truth(), *conformance()]
+    named = [*scalars(), *triangles(), *casts(), *estimates(), *truth(), *conformance(), *accepted()]
     for dtype in (np.float32, np.float64):
         named += [(f"{name}, {dtype.__name__}", a) for name, a in (*occlusions(dtype), *mapped(dtype))]
     assert not any(np.isnan(a).any() for _, a in named)

@@ -186,7 +186,8 @@ def row_is_exact(m, row, x, y, z, ox, oy, oz):
     """Whether a row of M (p + o, 1) comes out exactly in every order: all its terms are multiples of one power of two.
 
     Products of two float32 are exact in float64. If all terms are multiples of g, and their sizes sum to at most
-    2^24 g, then so are all partial sums, and float32 holds each of them: no operation rounds. Likewise p + o.
+    2^24 g, then so are all partial sums, and float32 holds each of them: no operation rounds. Likewise p + o. For g no
+    less than 2^-126 nothing is flushed.
     """
     g, size = lowest_bit(m[4 * row + 3]), abs(m[4 * row + 3])
     fits = True
@@ -194,7 +195,8 @@ def row_is_exact(m, row, x, y, z, ox, oy, oz):
         a = m[4 * row + k]
         p, o = (x, ox) if k == 0 else (y, oy) if k == 1 else (z, oz)
         if a != 0.0:
-            fits = fits and abs(p) + abs(o) <= 2.0**24 * min(lowest_bit(p), lowest_bit(o))
+            bit = min(lowest_bit(p), lowest_bit(o))
+            fits = fits and abs(p) + abs(o) <= 2.0**24 * bit and bit >= 2.0**-126
             g = min(g, lowest_bit(a * p), lowest_bit(a * o))
             size += abs(a * p) + abs(a * o)
     return fits and size <= 2.0**24 * g and g >= 2.0**-126

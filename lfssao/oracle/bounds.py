@@ -183,8 +183,11 @@ def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatAr
     if not np.isfinite(table).all():
         raise InputError("samples: a coordinate is not finite")
     offsets = np.ascontiguousarray(radius * table)
-    exact = (np.float32(radius) == radius) & (table.astype(np.float32) == table)
-    exact &= offsets.astype(np.float32) == offsets
+    with np.errstate(over="ignore"):  # what float32 cannot hold is not exact
+        exact = (np.float32(radius) == radius) & (table.astype(np.float32) == table)
+        exact &= offsets.astype(np.float32) == offsets
+    for factor in (np.float64(radius), table):
+        exact &= (factor == 0) | (np.abs(factor) >= 2.0**-126)  # else it may be flushed
     return offsets, exact.all(axis=1)
 
 

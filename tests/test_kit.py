@@ -16,7 +16,7 @@ import pytest
 
 from lfssao.cli import main
 from lfssao.errors import InputError
-from lfssao.estimators.registry import ESTIMATORS
+from lfssao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.exr import read_exr
 from lfssao.kit.case import Case
 from lfssao.kit.cases import RECIPES, case_names, make_case
@@ -117,6 +117,14 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(name):
         assert ((lower <= made) & (made <= upper)).all()
         assert np.isfinite(lower).all()
         assert np.isfinite(upper).all()
+
+
+@pytest.mark.parametrize("name", [name for name in SPECIFIED if name.startswith("estimator_")])
+def test_an_option_that_is_changed_shows_in_its_case(name):
+    case = make_case(name)
+    options = dict(find_estimator(case.parameters["estimator"]).parameters)
+    plain = STAGES["estimator"].run({**case.parameters, "options": options}, case.inputs)["occlusion"]
+    assert (plain != case.outputs["occlusion"]).any() == (case.parameters["options"] != options)
 
 
 def answers_of(name):

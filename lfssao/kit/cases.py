@@ -231,8 +231,12 @@ def _philox_inputs() -> Arrays:
 
 
 def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str, Value]) -> Problem:
-    """An estimator on a display's module or on a camera, some of its options changed."""
-    view = _camera("perspective") if camera else _module_view(_small())
+    """An estimator on a display's module or on a camera, some of its options changed.
+
+    Changed options get more texels and a larger radius: filters of larger footprints are not reached otherwise.
+    """
+    large = DISPLAYS["crossed_slits"].with_resolution(48, 36)
+    view = _camera("perspective") if camera else _module_view(large if changes else _small())
     exact, positions = textures(view, _CAMERA_SCENE if camera else SCENE)
     depth = exact + _noise(9, *exact.shape) * np.float32(0.02)  # so that it matters which of the two is read
     inputs: dict[str, NDArray[Any]] = {"depth": depth, "positions": positions}
@@ -243,7 +247,7 @@ def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str,
     given = {"points": points, "weights": weights}
     inputs |= {name: np.asarray(table, np.float64) for name, table in given.items() if table is not None}
     parameters = {
-        "estimator": estimator.name, "radius": 0.5 if camera else _RADIUS,
+        "estimator": estimator.name, "radius": 0.5 if camera else 0.7 if changes else _RADIUS,
         "options": {**estimator.parameters, **changes}, "mapping": _described(view.world_to_image),
         "viewer_distance": view.viewer_distance().tolist(), "view": _view_numbers(view),
     }  # fmt: skip

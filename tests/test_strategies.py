@@ -1,0 +1,80 @@
+"""lfssao.testing's strategies: what they draw is valid, within what was asked, and covers what it should."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import Phase, find, given, settings
+from hypothesis import strategies as st
+
+from lfssao import estimate
+from lfssao.testing import cameras, displays, gbuffers, radii, sample_sets
+
+EYE = np.eye(3, 4)
+
+
+@settings(max_examples=40)
+@given(display=displays(modules=3, texels=20))
+def test_displays_have_rays_and_mappings(display):
+    assert 1 <= len(display.modules) <= 3
+    for index, module in enumerate(display.modules):
+        assert max(module.width, module.height) <= 20
+        view = display.view(index, EYE)
+        assert view.screen_to_world is None
+        _, _, span = display.texel_ray(index, module.width / 2, module.height / 2)
+        assert np.all(np.isfinite(span))
+
+
+@settings(max_examples=40)
+@given(camera=cameras())
+def test_cameras_see_what_they_look_at(camera):
+    u, v, z = camera.view(32, 24).world_to_image(np.array(camera.target))
+    assert (u, v) == pytest.approx((16, 12), abs=1e-6)
+    assert 0 < z < 1
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@settings(max_examples=12)
+@given(data=st.data())
+def test_gbuffers_can_be_estimated_from(dtype, data):
+    buffers = data.draw(gbuffers(dtype=dtype, most=9))
+    assert buffers.depth.dtype == dtype
+    empty = np.isinf(buffers.depth)
+    assert np.array_equal(empty, np.isinf(buffers.positions).all(axis=-1))
+    assert not buffers.normals[empty].any()
+    occlusion = estimate(
+        "lf", buffers, data.draw(radii(most=10.0)), data.draw(sample_sets(domain="ball", most=8)).points
+    )
+    assert np.all((occlusion.texture >= 0) & (occlusion.texture <= 1))
+    assert not occlusion.texture[empty].any()
+
+
+@given(r=radii(least=0.1, most=5.0, zero=False))
+def test_radii_stay_in_their_range(r):
+    assert 0.1 <= r <= 5
+
+
+def drawn(strategy, condition=lambda value: True):
+    """A value that fulfils a condition, not made as simple as possible: that would take long."""
+    return find(strategy, condition, settings=settings(phases=[Phase.generate], max_examples=500, database=None))
+
+
+def test_the_extremes_can_be_drawn():
+    for wanted in (0.0, 1e-30, 1e30):
+        assert drawn(radii(), lambda r, wanted=wanted: r == wanted) == wanted
+    for screen, sign in (("convex", 1), ("concave", -1), ("flat", 0)):
+        assert np.sign(drawn(displays(screens=(screen,))).screen_curvature) == sign
+    assert drawn(displays(screens=("conical",))).diffuser == "conical"
+    assert drawn(sample_sets(methods=("poisson",))).method == "poisson"
+    assert drawn(gbuffers(normals=False), lambda b: np.isinf(b.depth).any()).normals is None
+
+
+def test_hypothesis_is_imported_only_when_a_strategy_is_called():
+    script = """import sys
+from lfssao.testing import check_promise, displays
+check_promise("inside", [[0.0, 0.5]], "square")
+assert "hypothesis" not in sys.modules
+displays()
+assert "hypothesis" in sys.modules"""
+    subprocess.run([sys.executable, "-c", script], check=True)

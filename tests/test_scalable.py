@@ -55,7 +55,7 @@ def seen(name, sight, dtype=np.float64, size=(13, 9), holes=0.1):
 
 
 @both
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(data=st.data())
 def test_linear_depth_equals_its_twin(dtype, data):
     depth = data.draw(textures(dtype, 0.0, 1.1))
@@ -275,7 +275,7 @@ def test_taps_reach_as_far_as_the_balls_image():
 @every_sight
 @pytest.mark.parametrize("name", ["sao", "sao-equation-1"])
 @given(data=st.data())
-@settings(max_examples=6)
+@settings(max_examples=4)
 def test_the_whole_equals_its_twin(sight, name, dtype, data):
     size = data.draw(st.sampled_from([(13, 9), (16, 8), (1, 1), (1, 7), (9, 1), (30, 3)]))
     surface = data.draw(st.sampled_from(["sphere on a plane", "concave crease", "step"]))

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from lfssao import builtin_scene, default_radii, find_display, make_samples, module_views
-from lfssao.exr import Part, read_exr, write_exr
+from lfssao.exr import Part, _write, read_exr
 from lfssao.manifest import describe_machine
 
 SCENE, DISPLAY = "armadillo", "c80"
@@ -99,7 +99,7 @@ def plain_module(mesh, view, samples, radii, path: Path) -> np.ndarray:
         Part("positions", ("P.X", "P.Y", "P.Z"), world.reshape(view.height, view.width, 3).astype(np.float32)),
     ]
     named = [(f"ao_{k}", layer) for k, layer in enumerate(layers, 1)] + [("merged", merged), ("blurred", blurred)]
-    write_exr(path, parts + [Part(name, (f"{name}.AO",), texture[..., None]) for name, texture in named])
+    _write(path, parts + [Part(name, (f"{name}.AO",), texture[..., None]) for name, texture in named])
     return merged
 
 

@@ -30,6 +30,8 @@ _ROWS_A_BLOCK = 8
 
 _WHERE = E1  # P, in place of the frame's vectors, which are done with
 _HORIZON = E1 + 3  # sine of the horizon's elevation so far
+_AWAY = SLOTS  # D
+_NEAR = SLOTS + 3  # 1 where the step's end lies in the texture, else 0
 _WAY = E1 + 4  # from the texel's centre to the image of P + R (x e1' + y e2'), texels
 
 
@@ -52,7 +54,7 @@ def start_direction(x, y, sine_bias, cosine_bias, column, row, n, scratch, one):
 
 
 @kernel(parallel=True)
-def horizon_occlusion(
+def horizon_occlusion(  # noqa: PLR0915
     depth, positions, directions, normals, kind, rows, lens, right, radius, turns, around, steps, sine_bias,
     cosine_bias, linear, quadratic, occlusion, outside,
 ):  # fmt: skip
@@ -92,7 +94,8 @@ def horizon_occlusion(
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
         block = spread(k, blocks)
-        scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
+        scratch, missed = np.empty((SLOTS + 4) * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
+        texels = np.empty(CHUNK, np.uint32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
             lost = 0
             for column in range(0, width, CHUNK):
@@ -116,21 +119,28 @@ def horizon_occlusion(
                             v = (dtype(j) + half) + part * scratch[slot(_WAY + 1, i)]
                             column_at, row_at = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
                             inside = (column_at == u) & (row_at == v)
-                            texel = texel_number(column_at, row_at, width)
-                            dx = places[texel, 0] - scratch[slot(_WHERE, i)]
-                            dy = places[texel, 1] - scratch[slot(_WHERE + 1, i)]
-                            dz = places[texel, 2] - scratch[slot(_WHERE + 2, i)]
+                            texels[i] = texel_number(column_at, row_at, width)
+                            scratch[slot(_NEAR, i)] = one if inside else zero
+                            missed[i] += np.int32(not inside)
+                        for i in range(n):
+                            scratch[slot(_AWAY, i)] = places[texels[i], 0] - scratch[slot(_WHERE, i)]
+                            scratch[slot(_AWAY + 1, i)] = places[texels[i], 1] - scratch[slot(_WHERE + 1, i)]
+                            scratch[slot(_AWAY + 2, i)] = places[texels[i], 2] - scratch[slot(_WHERE + 2, i)]
+                        for i in range(n):
+                            dx, dy = scratch[slot(_AWAY, i)], scratch[slot(_AWAY + 1, i)]
+                            dz, near = scratch[slot(_AWAY + 2, i)], scratch[slot(_NEAR, i)]
                             length = np.sqrt((dx * dx + dy * dy) + dz * dz)
                             towards = (dx * scratch[slot(LOOK, i)] + dy * scratch[slot(LOOK + 1, i)]) + dz * scratch[
                                 slot(LOOK + 2, i)
                             ]
-                            sine, r = -towards / length, length / radius
-                            horizon = scratch[slot(_HORIZON, i)]
-                            rises = inside & (r < one) & (sine > horizon)
+                            sine, r, horizon = -towards / length, length / radius, scratch[slot(_HORIZON, i)]
                             weight = one - (linear * r + quadratic * (r * r))
-                            scratch[slot(TOTAL, i)] += weight * (sine - horizon) if rises else zero
-                            scratch[slot(_HORIZON, i)] = sine if rises else horizon
-                            missed[i] += np.int32(not inside)
+                            # Not a number where the point itself is met or nothing is: then the horizon stays.
+                            sine = sine if (near > zero) & (r < one) else horizon
+                            higher = sine if sine > horizon else horizon
+                            gain = weight * (higher - horizon)
+                            scratch[slot(TOTAL, i)] += gain if higher > horizon else zero
+                            scratch[slot(_HORIZON, i)] = higher
                 for i in range(n):
                     seen = scratch[slot(STEEP, i)] == scratch[slot(STEEP, i)]
                     total = scratch[slot(TOTAL, i)] / count

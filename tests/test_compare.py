@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import zlib
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -17,6 +18,7 @@ from lfssao.comparison.metrics import measure, ulp_distance
 from lfssao.comparison.verdict import Verdict
 from lfssao.errors import InputError
 from lfssao.exr import Part, read_exr, write_exr
+from lfssao.image_file import read_image_file
 from lfssao.kit.cases import make_case
 from lfssao.kit.folder import write_kit
 from lfssao.oracle import bounds
@@ -667,8 +669,6 @@ def test_npy_files_are_checked_before_they_are_read(tmp_path):
 
 
 def test_deep_images_and_other_formats_are_refused(tmp_path):
-    from lfssao.image_file import read_image_file
-
     Image.new("RGB", (4, 4)).save(tmp_path / "a.bmp")
     with pytest.raises(InputError, match="of format bmp, not EXR, TIFF, PNG or NPY"):
         read_image_file(tmp_path / "a.bmp")
@@ -682,3 +682,14 @@ def test_deep_images_and_other_formats_are_refused(tmp_path):
     file.close()
     with pytest.raises(InputError, match="deep image"):
         read_image_file(tmp_path / "deep.exr")
+
+
+def test_sizes_that_the_format_believes_are_refused_by_the_files_own(tmp_path):
+    """OpenEXR looks at its table of chunks; of a PNG OpenImageIO believes what is not enormous."""
+    Image.new("RGB", (4, 4)).save(tmp_path / "a.png")
+    data = bytearray((tmp_path / "a.png").read_bytes())
+    data[16:24] = (10_000).to_bytes(4, "big") * 2
+    data[29:33] = zlib.crc32(data[12:29]).to_bytes(4, "big")
+    (tmp_path / "a.png").write_bytes(data)
+    with pytest.raises(InputError, match="its header claims 10000x10000 texels"):
+        read_image_file(tmp_path / "a.png")

@@ -548,3 +548,32 @@ def test_every_bug_is_named_by_the_stage_that_it_was_planted_in(stage, bug):
     assert verdict.first == stage
     if stage not in ("depth", "positions", "ao_1"):  # one error is named once; these are textures others must fit
         assert [s.name for s in verdict.stages if not s.accepted] == [stage]
+
+
+def test_missing_stages_and_other_sizes_are_failures_and_later_stages_are_judged_on_the_reference():
+    scene = small_scene()
+    right = scene.right
+    by_name = {s.name: s.verdict for s in judge(replace(right, merged=None), scene.case).stages}
+    assert by_name["merged"] == "missing"
+    assert by_name["blurred"] == by_name["shaded"] == "same"
+    by_name = {s.name: s.verdict for s in judge(replace(right, depth=right.depth[:-1]), scene.case).stages}
+    assert by_name["depth"] == "shape"
+    assert by_name["ao_1"] == "same"
+    holed = right.depth.copy()
+    holed[0, 0] = np.nan
+    assert judge(replace(right, depth=holed), scene.case).first == "depth"
+    assert judge(Stages(), scene.case).first == "depth"
+
+
+@pytest.mark.parametrize("guard", [0, 3])
+def test_a_guard_band_and_no_mesh_are_no_bugs(guard):
+    scene = small_scene()
+    view = DISPLAY.view(1, fit_roi(WORLD_BOX, ROI), guard)
+    textures = render_view(RayCaster(scene.mesh, view.cast_from_world), view, scene.settings)
+    case = Case.of(textures, scene.settings)
+    for model in ("shader", "sampler", "nearest", "strict"):
+        assert {s.verdict for s in judge(Stages.of(textures), case, model).stages} == {"same"}
+    up = np.where(textures.blurred > 0, np.nextafter(textures.blurred, np.float32(2)), textures.blurred)
+    beside = replace(Stages.of(textures), blurred=up)
+    assert judge(beside, case, "strict").first == "blurred"
+    assert [s.verdict for s in judge(beside, case).stages if s.name == "blurred"] == ["inside"]

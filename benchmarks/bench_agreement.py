@@ -23,7 +23,7 @@ from lfssao.estimators.buffers import Buffers
 from lfssao.ground_truth import ray_cast_occlusion
 from lfssao.manifest import describe_machine
 from lfssao.neighbours import DepthCache
-from lfssao.render import diagonal, neighbour_views, render_view
+from lfssao.rendering import diagonal, neighbour_views, render_view
 
 RADII = (0.01, 0.035, 0.1)  # shares of the diagonal
 SAMPLERS = ("random", "jittered", "latin", "poisson")

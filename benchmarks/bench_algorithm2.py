@@ -22,7 +22,7 @@ from lfssao import builtin_scene, find_display, make_samples, module_views
 from lfssao.kernels import ssao
 from lfssao.manifest import describe_machine
 from lfssao.raycast import RayCaster
-from lfssao.render import diagonal
+from lfssao.rendering import diagonal
 
 SOURCE = Path(__file__).with_name("algorithm2.c")
 RADIUS = 0.02  # share of the scene's diagonal

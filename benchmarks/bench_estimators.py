@@ -32,7 +32,7 @@ from lfssao.kernels.volumetric_lines import line_occlusion
 from lfssao.kernels.volumetric_points import point_occlusion
 from lfssao.manifest import describe_machine
 from lfssao.raycast import RayCaster
-from lfssao.render import diagonal
+from lfssao.rendering import diagonal
 from lfssao.samples import repulsion_table
 
 SOURCE = Path(__file__).with_name("estimators.c")

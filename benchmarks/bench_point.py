@@ -35,7 +35,7 @@ from lfssao.kernels import spiral
 from lfssao.kernels.elementary import sincospi
 from lfssao.kernels.frames import disk_axes
 from lfssao.manifest import describe_machine
-from lfssao.render import diagonal
+from lfssao.rendering import diagonal
 
 SOURCE = Path(__file__).with_name("point.c")
 RADIUS = 0.02  # share of the scene's diagonal

@@ -31,7 +31,7 @@ from lfssao.kernels.linear_depth import linear_depth
 from lfssao.kernels.quad import average_quads
 from lfssao.kernels.reconstruct import face_normals
 from lfssao.manifest import describe_machine
-from lfssao.render import diagonal
+from lfssao.rendering import diagonal
 
 FOLDER = Path(__file__).parent
 RADII = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4)  # shares of the scene's diagonal

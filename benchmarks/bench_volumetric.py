@@ -15,7 +15,7 @@ import numpy as np
 from lfssao import Buffers, Camera, builtin_scene, estimate
 from lfssao.manifest import describe_machine
 from lfssao.raycast import RayCaster
-from lfssao.render import diagonal
+from lfssao.rendering import diagonal
 from lfssao.samples import repulsion_table
 
 RESULTS = Path(__file__).parent / "results"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lfssao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
     from lfssao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
     from lfssao.raycast import GBuffer, RayCaster
-    from lfssao.render import Settings, Textures, default_radii, module_views, render, render_view
+    from lfssao.rendering import Settings, Textures, default_radii, module_views, render, render_view
     from lfssao.samples import make_samples, square_points
     from lfssao.scene.builtin import builtin_scene
     from lfssao.scene.load import load_scene
@@ -43,7 +43,7 @@ _HOME = {
     "ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
     "passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
     "raycast": ("GBuffer", "RayCaster"),
-    "render": ("Settings", "Textures", "default_radii", "module_views", "render", "render_view"),
+    "rendering": ("Settings", "Textures", "default_radii", "module_views", "render", "render_view"),
     "samples": ("make_samples", "square_points"),
     "scene.builtin": ("builtin_scene",),
     "scene.load": ("load_scene",),

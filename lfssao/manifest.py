@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lfssao import __version__
 from lfssao.display import Display
 from lfssao.passes import gaussian_kernel
-from lfssao.render import Settings
+from lfssao.rendering import Settings
 from lfssao.scene.mesh import Mesh, Paint
 from lfssao.view import KINDS, View
 

@@ -16,7 +16,7 @@ from lfssao.contact import sheet_rows, strip
 from lfssao.errors import InputError
 from lfssao.exr import Part, read_exr, write_exr
 from lfssao.manifest import describe_view, digest
-from lfssao.render import Settings, Textures, base_image
+from lfssao.rendering import Settings, Textures, base_image
 from lfssao.work import Item, Work
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from lfssao.manifest import describe_settings, describe_view, short_digest
 from lfssao.matrix import Matrix
 from lfssao.neighbours import DepthCache
 from lfssao.raycast import RayCaster
-from lfssao.render import Settings, Textures, render_view
+from lfssao.rendering import Settings, Textures, render_view
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
 

@@ -12,7 +12,7 @@ import numba
 import lfssao.commands.run_items  # noqa: F401 (commands import it late)
 from lfssao.cli import main
 from lfssao.display_file import find_display
-from lfssao.render import Settings, render
+from lfssao.rendering import Settings, render
 from lfssao.scene.builtin import builtin_scene
 
 

@@ -20,7 +20,7 @@ from lfssao.display_file import find_display
 from lfssao.errors import InputError
 from lfssao.manifest import describe_scene
 from lfssao.pipeline import run_here, run_item, run_on
-from lfssao.render import Settings, module_views
+from lfssao.rendering import Settings, module_views
 from lfssao.scene.builtin import builtin_scene
 from lfssao.work import Item, Renderer, Work
 

@@ -20,7 +20,7 @@ from lfssao import (
 )
 from lfssao.cli import main
 from lfssao.estimators.registry import ESTIMATORS
-from lfssao.render import diagonal
+from lfssao.rendering import diagonal
 
 SMALL = ["render", "ammonite", "--resolution", "24x18", "--radii", "2%"]
 

@@ -16,7 +16,7 @@ from lfssao.errors import InputError
 from lfssao.exr import read_exr
 from lfssao.frames import MOST_FRAMES, moved, read_transforms, swept_bounds, turntable
 from lfssao.raycast import RayCaster
-from lfssao.render import Settings, module_views, render_view
+from lfssao.rendering import Settings, module_views, render_view
 from lfssao.scene.builtin import builtin_scene
 from lfssao.scene.load import load_scene
 from lfssao.scene.mesh import Mesh

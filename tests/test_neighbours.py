@@ -23,7 +23,7 @@ from lfssao import (
 from lfssao.cli import main
 from lfssao.errors import InputError
 from lfssao.neighbours import DepthCache, nearest_modules
-from lfssao.render import render
+from lfssao.rendering import render
 from lfssao.view import WorldToImage
 
 SAMPLE_A = find_display("sample-a")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from lfssao.display import Display
     from lfssao.matrix import Matrix
-    from lfssao.render import Settings
+    from lfssao.rendering import Settings
     from lfssao.scene.mesh import Mesh
     from lfssao.view import View
 
@@ -220,7 +220,7 @@ def _display(options: argparse.Namespace) -> "Display":
 
 def _check_size(options: argparse.Namespace, display: "Display") -> None:
     from lfssao.job import check_memory
-    from lfssao.render import DEFAULT_RADII
+    from lfssao.rendering import DEFAULT_RADII
 
     sizes = [(module.width, module.height) for module in display.modules]
     if options.camera is not None:
@@ -234,7 +234,7 @@ def _check_size(options: argparse.Namespace, display: "Display") -> None:
 def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Callable[[Mesh], Settings]]":
     """Make the samples now; return what the manifest says of them, and what makes the settings for a scene."""
     from lfssao.estimators.registry import find_estimator
-    from lfssao.render import Settings, default_radii, diagonal
+    from lfssao.rendering import Settings, default_radii, diagonal
 
     try:
         estimator = find_estimator(options.estimator)
@@ -286,7 +286,7 @@ def _views(
     options: argparse.Namespace, mesh: "Mesh", display: "Display", bounds: "NDArray[np.float64]"
 ) -> "list[View]":
     from lfssao.camera import Camera
-    from lfssao.render import module_views
+    from lfssao.rendering import module_views
 
     if options.camera is not None:
         camera = Camera.looking_at(bounds, options.camera)
@@ -300,7 +300,7 @@ def _views(
 def _neighbours(
     options: argparse.Namespace, mesh: "Mesh", display: "Display", bounds: "NDArray[np.float64]"
 ) -> "list[tuple[View, ...]]":
-    from lfssao.render import neighbour_views
+    from lfssao.rendering import neighbour_views
 
     if options.neighbours == 0:
         return []

@@ -31,7 +31,7 @@ from lfssao.oracle import bounds as stages
 from lfssao.oracle.bounds import Bounds, FloatArray, SampleScene, Texture
 from lfssao.oracle.depth import ROUNDINGS, SLOPES, STRAYS, DepthBounds, depth_bounds_of
 from lfssao.oracle.error_model import ErrorModel, find_model
-from lfssao.render import Settings, Textures
+from lfssao.rendering import Settings, Textures
 from lfssao.view import WorldToImage
 
 SAME, INSIDE, OUTSIDE, MISSING, SHAPE = "same", "inside", "outside", "missing", "shape"

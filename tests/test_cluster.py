@@ -68,7 +68,7 @@ def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys
     killed = []
     # What a worker leaves that is killed while it writes.
     folder.mkdir()
-    (folder / f".module_001.{before[0]}.part.exr").write_text("half")
+    (folder / f".module_020.{before[0]}.part.exr").write_text("half")
 
     def kill_one():
         while not folder.exists() or sum(name.startswith("module_") for name in os.listdir(folder)) < 3:

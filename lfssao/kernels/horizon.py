@@ -16,6 +16,7 @@ from lfssao.kernels.neighbourhood import (
     STEEP,
     TILE,
     TOTAL,
+    is_empty,
     load,
     place_on_disk,
     project,
@@ -53,8 +54,27 @@ def start_direction(x, y, sine_bias, cosine_bias, column, row, n, scratch, one):
         scratch[slot(_WAY + 1, i)] = scratch[slot(PLACE + 1, i)] - (type(one)(row) + half)
 
 
+@kernel(inline=True)
+def raise_horizons(n, radius, linear, quadratic, scratch, one):
+    """One step of one direction: where _AWAY lies above _HORIZON, that rises, and TOTAL gains the attenuated rise."""
+    zero = one - one
+    for i in range(n):
+        dx, dy = scratch[slot(_AWAY, i)], scratch[slot(_AWAY + 1, i)]
+        dz, near = scratch[slot(_AWAY + 2, i)], scratch[slot(_NEAR, i)]
+        length = np.sqrt((dx * dx + dy * dy) + dz * dz)
+        towards = (dx * scratch[slot(LOOK, i)] + dy * scratch[slot(LOOK + 1, i)]) + dz * scratch[slot(LOOK + 2, i)]
+        sine, r, horizon = -towards / length, length / radius, scratch[slot(_HORIZON, i)]
+        weight = one - (linear * r + quadratic * (r * r))
+        # Not a number where the point itself is met or nothing is: then the horizon stays.
+        sine = sine if (near > zero) & (r < one) else horizon
+        higher = sine if sine > horizon else horizon
+        gain = weight * (higher - horizon)
+        scratch[slot(TOTAL, i)] += gain if higher > horizon else zero
+        scratch[slot(_HORIZON, i)] = higher
+
+
 @kernel(parallel=True)
-def horizon_occlusion(  # noqa: PLR0915
+def horizon_occlusion(
     depth, positions, directions, normals, kind, rows, lens, right, radius, turns, around, steps, sine_bias,
     cosine_bias, linear, quadratic, occlusion, outside,
 ):  # fmt: skip
@@ -100,6 +120,8 @@ def horizon_occlusion(  # noqa: PLR0915
             lost = 0
             for column in range(0, width, CHUNK):
                 n, first = min(CHUNK, width - column), np.uint64(j * width + column)
+                if is_empty(surface, first, n, shares):
+                    continue
                 start_frames(rows, right, radius, turns, np.uint64(j % TILE), surface, looks, first, n, scratch)
                 start_slopes(True, upright, first, n, scratch, edge_on)
                 start_points(rows, places, first, n, scratch)
@@ -126,21 +148,7 @@ def horizon_occlusion(  # noqa: PLR0915
                             scratch[slot(_AWAY, i)] = places[texels[i], 0] - scratch[slot(_WHERE, i)]
                             scratch[slot(_AWAY + 1, i)] = places[texels[i], 1] - scratch[slot(_WHERE + 1, i)]
                             scratch[slot(_AWAY + 2, i)] = places[texels[i], 2] - scratch[slot(_WHERE + 2, i)]
-                        for i in range(n):
-                            dx, dy = scratch[slot(_AWAY, i)], scratch[slot(_AWAY + 1, i)]
-                            dz, near = scratch[slot(_AWAY + 2, i)], scratch[slot(_NEAR, i)]
-                            length = np.sqrt((dx * dx + dy * dy) + dz * dz)
-                            towards = (dx * scratch[slot(LOOK, i)] + dy * scratch[slot(LOOK + 1, i)]) + dz * scratch[
-                                slot(LOOK + 2, i)
-                            ]
-                            sine, r, horizon = -towards / length, length / radius, scratch[slot(_HORIZON, i)]
-                            weight = one - (linear * r + quadratic * (r * r))
-                            # Not a number where the point itself is met or nothing is: then the horizon stays.
-                            sine = sine if (near > zero) & (r < one) else horizon
-                            higher = sine if sine > horizon else horizon
-                            gain = weight * (higher - horizon)
-                            scratch[slot(TOTAL, i)] += gain if higher > horizon else zero
-                            scratch[slot(_HORIZON, i)] = higher
+                        raise_horizons(n, radius, linear, quadratic, scratch, one)
                 for i in range(n):
                     seen = scratch[slot(STEEP, i)] == scratch[slot(STEEP, i)]
                     total = scratch[slot(TOTAL, i)] / count

@@ -69,6 +69,19 @@ def load(triples, first, n, scratch, k):
 
 
 @kernel(inline=True)
+def is_empty(depth, first, n, occlusion):
+    """Whether none of n texels from number ``first`` on sees a surface; if so their occlusion is written, 0."""
+    i = 0
+    while i < n and not depth[first + np.uint64(i)] < np.inf:
+        i += 1
+    if i < n:
+        return False
+    for k in range(n):
+        occlusion[first + np.uint64(k)] = 0
+    return True
+
+
+@kernel(inline=True)
 def map_rows(rows, scale, x, y, z, scratch, k, i):
     """Scale times the mapping's four linear rows of (x, y, z), into slots k to k + 3."""
     scratch[slot(k, i)] = scale * linear_row(rows, 0, x, y, z)

@@ -17,6 +17,7 @@ from lfssao.kernels.neighbourhood import (
     STEEP,
     TILE,
     TOTAL,
+    is_empty,
     place_on_disk,
     project,
     slot,
@@ -169,6 +170,8 @@ def area_occlusion(
             lost = 0
             for column in range(0, width, CHUNK):
                 n, first = min(CHUNK, width - column), np.uint64(j * width + column)
+                if is_empty(surface, first, n, shares):
+                    continue
                 start_frames(rows, right, radius, turns, np.uint64(j % TILE), surface, looks, first, n, scratch)
                 start_slopes(tangent, upright, first, n, scratch, edge_on)
                 start_points(rows, places, first, n, scratch)

@@ -12,6 +12,7 @@ from lfssao.kernels.neighbourhood import (
     SLOTS,
     TILE,
     TOTAL,
+    is_empty,
     load,
     map_rows,
     project,
@@ -130,6 +131,8 @@ def point_occlusion(
             lost = 0
             for column in range(0, width, CHUNK):
                 n, first = min(CHUNK, width - column), np.uint64(j * width + column)
+                if is_empty(surface, first, n, shares):
+                    continue
                 phase = np.uint64(j % TILE)
                 start_reflections(rows, radius, mirrors, phase, tangent, upright, first, n, scratch, zero)
                 start_reach(rows, radius, thickness, looks, first, n, scratch)

@@ -1,0 +1,19 @@
+"""``lfssao bench``: what the implementation can be measured by. A bench is a file of this folder, listed here."""
+
+from types import ModuleType
+from typing import Any
+
+BENCHES: tuple[ModuleType, ...] = ()
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the parser."""
+    bench = commands.add_parser(
+        "bench",
+        allow_abbrev=False,
+        help="measure errors, stability and time",
+        description="Measure what this implementation gets right, and what that costs.",
+    )
+    benches = bench.add_subparsers(required=True, metavar="BENCH")
+    for each in BENCHES:
+        each.add_to(benches)

@@ -47,7 +47,7 @@ BAD_VALUES = {
     "--seed": ("-1", "abc", "1.5", "", str(2**64), "9" * 5000, "nan"),
     "--threads": ("0", "-1", "abc", "1.5", "", "1000000", "inf"),
     "--display": ("foo", "", "Virtual"),
-    "--sampling": ("foo", "", "halton"),
+    "--sampling": ("foo", "", "spiral"),
     "--camera": ("foo", ""),
 }  # fmt: skip
 
@@ -67,7 +67,7 @@ def test_bad_values_are_refused_by_the_options_name(capsys, tmp_path, option, va
             "foo",
             "'foo': choose one of c80, convex, picoarray, sample-a, sample-b, virtual, or a .toml file",
         ),
-        ("--sampling", "foo", "'foo': choose one of random, jittered, latin"),
+        ("--sampling", "foo", "'foo': the nearest is 'sobol' of random, jittered, latin, poisson"),
         ("--camera", "foo", "'foo': choose one of perspective, orthographic"),
         ("--modules", "0:2", "virtual has modules 0:1"),
         ("--samples", "0", "0 is not from 1 to 65536"),

@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         0; 2 where the input was wrong; 130 where the user interrupted; of ``compare`` its own codes; 1 of
-        ``samples check`` where a promise is broken.
+        ``samples check`` where a promise is broken, of ``bench stability`` where a bound is.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     bad_input = compare.NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT

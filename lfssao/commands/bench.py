@@ -1,9 +1,10 @@
 """``lfssao bench``: what the implementation can be measured by. A bench is a file of this folder, listed here."""
 
-from types import ModuleType
 from typing import Any
 
-BENCHES: tuple[ModuleType, ...] = ()
+from lfssao.commands import bench_stability
+
+BENCHES = (bench_stability,)
 
 
 def add_to(commands: Any) -> None:

@@ -1,0 +1,1 @@
+"""Benches: what the implementation gets right, and what that costs."""

@@ -1,0 +1,101 @@
+"""Running error analysis: each quantity of a computation as its exact value and a bound of what rounding does to it."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf
+
+from numpy import finfo
+from numpy.typing import DTypeLike
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """A quantity.
+
+    Attributes
+    ----------
+    value : Fraction
+        What it would be without rounding.
+    error : float
+        How far from it the computed number can be; infinity where nothing is known.
+    """
+
+    value: Fraction
+    error: float = 0.0
+
+    def surely(self, other: "Tracked") -> bool | None:
+        """Whether it is less than another, None where rounding may decide."""
+        error = self.error + other.error
+        if error > 0 and error >= _size(self.value - other.value):
+            return None
+        return self.value < other.value
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """Operations rounded to nearest, and the bounds of their results.
+
+    Attributes
+    ----------
+    unit : float
+        Unit roundoff, half an ulp of 1.
+    tiny : float
+        Half the smallest subnormal number.
+    largest : float
+        Largest finite number; nothing is known of what is beyond it.
+    """
+
+    unit: float = 0.0
+    tiny: float = 0.0
+    largest: float = inf
+
+    @classmethod
+    def of(cls, dtype: DTypeLike) -> "Arithmetic":
+        """The arithmetic of float32 or float64."""
+        info = finfo(dtype)
+        return cls(float(info.epsneg), float(info.smallest_subnormal) / 2, float(info.max))
+
+    def rounded(self, a: Tracked) -> Tracked:
+        """A quantity as one number; without error where it was exact and is a number of the format."""
+        if a.error == 0 and self._holds(a.value):
+            return a
+        if a.error == inf or not _size(a.value) + a.error < self.largest:
+            return Tracked(a.value, inf)
+        return Tracked(a.value, _up(a.error + self.unit * (_size(a.value) + a.error) + self.tiny))
+
+    def _holds(self, value: Fraction) -> bool:
+        """Whether a number needs no more digits than there are, and is of normal size."""
+        digits = value.numerator >> ((value.numerator & -value.numerator).bit_length() - 1) if value else 0
+        is_binary = value.denominator & (value.denominator - 1) == 0
+        small = value != 0 and _size(value) * self.unit < 4 * self.tiny
+        return is_binary and not small and abs(digits) * 2 * self.unit <= 2 and _size(value) < self.largest
+
+    def add(self, a: Tracked, b: Tracked) -> Tracked:
+        """The sum."""
+        return self.rounded(Tracked(a.value + b.value, a.error + b.error))
+
+    def subtract(self, a: Tracked, b: Tracked) -> Tracked:
+        """The difference."""
+        return self.rounded(Tracked(a.value - b.value, a.error + b.error))
+
+    def multiply(self, a: Tracked, b: Tracked) -> Tracked:
+        """The product."""
+        error = _size(a.value) * b.error + _size(b.value) * a.error + a.error * b.error
+        return self.rounded(Tracked(a.value * b.value, error))
+
+    def divide(self, a: Tracked, b: Tracked) -> Tracked:
+        """The quotient; of unbounded error where the divisor may be 0."""
+        least = _size(b.value) - b.error
+        if b.value == 0 or not least > 0:
+            return Tracked(Fraction(0), inf)
+        quotient = a.value / b.value
+        return self.rounded(Tracked(quotient, (a.error + _size(quotient) * b.error) / least))
+
+
+def _size(value: Fraction) -> float:
+    return abs(float(value))
+
+
+def _up(error: float) -> float:
+    """More than what the bound's own arithmetic, a dozen float64 operations, can have rounded away."""
+    return error * (1.0 + 2.0**-40)

@@ -1,0 +1,55 @@
+"""Two formulas for the same image point while it nears a slit: ours, and the one that is written down first."""
+
+from fractions import Fraction
+
+import numpy as np
+
+from lfssao.bench.exact import flat_image, rational, to_physical
+from lfssao.bench.measure import PATHS, Stiff, computed
+from lfssao.bench.stability import STEPS, near_lens, near_observers
+
+SLITS = {"lens": (near_lens, 0), "observers": (near_observers, 1)}
+
+
+def curves() -> dict[str, list[tuple[int, float, float]]]:
+    """Errors of both formulas near both slits.
+
+    Returns
+    -------
+    dict
+        "lens, float32" and so on: for each k that the path can tell from the slit, k and the largest errors of ours
+        and of the straightforward formula, ulp of the coordinate or of one texel.
+
+    Notes
+    -----
+    The straightforward one divides by 1 - z / m_z, whose quotient is rounded before the difference is taken: an error
+    of half an ulp of 1 is a share of 2^(k - 24), or 2^(k - 53), of what is left. m_z - z is exact that near.
+    """
+    found: dict[str, list[tuple[int, float, float]]] = {}
+    for slit, (near, axis) in SLITS.items():
+        for path in PATHS:
+            digits = np.finfo(path).nmant + 1
+            found[f"{slit}, {path}"] = [(k, *_errors(near(k), axis, path)) for k in range(1, min(STEPS, digits) + 1)]
+    return found
+
+
+def _errors(case: Stiff, axis: int, path: str) -> tuple[float, float]:
+    dtype = np.dtype(path)
+    ours = computed(case, dtype)[0][..., axis]
+    slit = dtype.type(case.display.modules[0].z if axis == 0 else case.display.observer_z)
+    place, z = case.positions[..., axis].astype(dtype), case.positions[..., 2].astype(dtype)
+    numbers = case.display.view(0, case.physical_from_world).world_to_image.as_type(dtype)
+    scale, middle = numbers[5 * axis] / slit, numbers[14 + axis]
+    with np.errstate(divide="ignore", invalid="ignore"):  # 1 - z / m_z may be 0: that is what is shown
+        straightforward = middle + scale * (place / (dtype.type(1) - z / slit))
+    largest = [0.0, 0.0]
+    for texel in np.ndindex(case.depth.shape):
+        point = [Fraction(float(n)) for n in case.positions[texel].astype(dtype)]
+        exact = flat_image(case.display, 0, to_physical(case.physical_from_world, rational(point)))
+        if exact is None:
+            continue
+        ulp = float(np.spacing(dtype.type(max(abs(float(exact[axis])), 1.0))))
+        for number, u in enumerate((ours[texel], straightforward[texel])):
+            error = abs(float(Fraction(float(u)) - exact[axis])) / ulp if np.isfinite(u) else np.inf
+            largest[number] = max(largest[number], error)
+    return largest[0], largest[1]

@@ -1,0 +1,94 @@
+"""What rounding can do to the mapping of CROSSED_SLITS, step by step as display and kernels compute it."""
+
+from fractions import Fraction
+
+from lfssao.bench.exact import Point
+from lfssao.bench.running_error import Arithmetic, Tracked
+from lfssao.display import Display
+from lfssao.matrix import Matrix
+
+DOUBLE = Arithmetic.of("float64")
+EXACT = Arithmetic()
+
+# Condition numbers: a relative error of the inputs so small that its products do not count.
+_PROBE = 2.0**-200
+
+
+class SlitsAnalysis:
+    """Bounds for one module of a flat display, and its condition numbers.
+
+    Parameters
+    ----------
+    display : Display
+        Flat, with the linear diffuser.
+    physical_from_world : (3, 4) float64
+        The affine map.
+    arithmetic : Arithmetic
+        What the kernels compute in; what the mapping is made of is float64.
+    probe : bool
+        Nothing is rounded, but every input has a relative error of 2^-200.
+    """
+
+    def __init__(
+        self, display: Display, physical_from_world: Matrix, arithmetic: Arithmetic, probe: bool = False
+    ) -> None:
+        self._probe = _PROBE if probe else 0.0
+        self._work = EXACT if probe else arithmetic
+        make = EXACT if probe else DOUBLE
+        module = display.modules[0]
+        m_x, m_z, y_o, z_o, wide, high, width, height = (
+            self._input(n)
+            for n in (
+                module.x, module.z, display.observer_height, display.observer_z, display.screen_width,
+                display.screen_height, module.width, module.height,
+            )
+        )  # fmt: skip
+        rows = [[self._input(float(entry)) for entry in row] for row in physical_from_world]
+        u_scale = make.divide(width, wide)
+        v_scale = make.divide(Tracked(-height.value, height.error), high)
+        for row, centre, scale, slit in ((rows[0], m_x, u_scale, m_z), (rows[1], y_o, v_scale, z_o)):
+            row[3] = make.subtract(row[3], centre)
+            factor = make.multiply(scale, slit)
+            row[:] = [make.multiply(entry, factor) for entry in row]
+        half = Tracked(Fraction(1, 2))
+        u_0 = make.add(make.multiply(width, half), make.multiply(u_scale, m_x))
+        v_0 = make.add(make.multiply(height, half), make.multiply(v_scale, y_o))
+        self._rows = [[self._work.rounded(entry) for entry in row] for row in rows]
+        self._slits = self._work.rounded(m_z), self._work.rounded(z_o)
+        self._middle = self._work.rounded(u_0), self._work.rounded(v_0)
+
+    def _input(self, number: float) -> Tracked:
+        return Tracked(Fraction(number), abs(number) * self._probe)
+
+    def image(self, point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked]:
+        """u, v and z of point + offset as the kernels compute them; world coordinates, rounded on their way in."""
+        work = self._work
+        place = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in point]
+        way = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in offset]
+        a, b, c = (work.add(self._affine(row, place), self._linear(row, way)) for row in self._rows)
+        u = work.add(self._middle[0], work.divide(a, work.subtract(self._slits[0], c)))
+        v = work.add(self._middle[1], work.divide(b, work.subtract(self._slits[1], c)))
+        return u, v, c
+
+    def in_domain(self, z: Tracked) -> bool | None:
+        """Whether z lies between the slits; None where rounding may decide."""
+        below, above = z.surely(self._slits[0]), self._slits[1].surely(z)
+        if below is False or above is False:
+            return False
+        return None if below is None or above is None else True
+
+    def condition(self, point: Point, offset: Point) -> float:
+        """The larger of u's and v's relative error over the inputs', of an analysis with ``probe``.
+
+        Relative to the coordinate, or to one texel where that is more: a coordinate of 0 is no harder than another.
+        """
+        u, v, _ = self.image(point, offset)
+        return max(a.error / (self._probe * max(abs(float(a.value)), 1.0)) for a in (u, v))
+
+    def _linear(self, row: list[Tracked], p: list[Tracked]) -> Tracked:
+        work = self._work
+        x, y, z = (work.multiply(entry, coordinate) for entry, coordinate in zip(row, p, strict=False))
+        return work.add(work.add(x, y), z)
+
+    def _affine(self, row: list[Tracked], p: list[Tracked]) -> Tracked:
+        return self._work.add(self._linear(row, p), row[3])

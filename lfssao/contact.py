@@ -53,11 +53,11 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
     row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
-        row.paste(_resized(picture, size), (column * (width + _MARGIN), 0))
+        row.paste(resized(picture, size), (column * (width + _MARGIN), 0))
     return row
 
 
-def _resized(picture: NDArray[np.uint8], size: tuple[int, int]) -> "Image":
+def resized(picture: NDArray[np.uint8], size: tuple[int, int]) -> "Image":
     """A Pillow image of 8-bit codes (H, W, 3), resized to (width, height) by the mean of what a pixel covers."""
     from PIL import Image
 

@@ -93,6 +93,12 @@ class Display:
     screen_curvature: float = 0.0
     observer_curvature: float = 0.0
 
+    def _repr_png_(self) -> bytes:
+        from lfssao.figures.pictures import figure_png  # late: only notebooks show it
+        from lfssao.plan_view import draw_plan
+
+        return figure_png(draw_plan(self))
+
     def __post_init__(self) -> None:
         self._check_screen()
         if not self.modules:

@@ -43,6 +43,11 @@ class Occlusion:
     texture: Texture
     outside: int
 
+    def _repr_png_(self) -> bytes:
+        from lfssao.figures import pictures  # late: only notebooks show it
+
+        return pictures.image_png(pictures.side_by_side([pictures.visibility_codes(self.texture)]))
+
 
 def algorithm1(
     depth: Texture, screen_to_world: Matrix, world_to_screen: Matrix, samples: Texture, radius: float

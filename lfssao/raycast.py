@@ -49,6 +49,11 @@ class GBuffer:
     triangle: NDArray[np.int32]
     normals: NDArray[np.float32] | None = None
 
+    def _repr_png_(self) -> bytes:
+        from lfssao.figures import pictures  # late: only notebooks show it
+
+        return pictures.image_png(pictures.side_by_side(pictures.gbuffer_codes(self)))
+
 
 class RayCaster:
     """A mesh ready to be ray cast from any view that shares its cast space; its two trees are built once.

@@ -140,6 +140,12 @@ class Textures:
     outside: tuple[int, ...]
     seconds: dict[str, float]
 
+    def _repr_png_(self) -> bytes:
+        from lfssao import contact  # late: only notebooks show it
+        from lfssao.figures.pictures import image_png
+
+        return image_png(contact.strip(self.image, self.blurred, self.shaded, 320))
+
 
 def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:
     """Run all passes for one view.

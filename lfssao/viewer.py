@@ -126,6 +126,11 @@ class Photograph:
     image: NDArray[np.float32]
     dark: int
 
+    def _repr_png_(self) -> bytes:
+        from lfssao.figures import pictures  # late: only notebooks show it
+
+        return pictures.image_png(pictures.side_by_side([pictures.light_codes(self.image)], self.image.shape[1]))
+
 
 def picture_size(display: Display, width: int) -> tuple[int, int]:
     """Width and height, pixels, of a picture of the screen with square pixels.

@@ -30,7 +30,8 @@ def _list(_options: argparse.Namespace) -> None:
 
 def _line(estimator: "Estimator") -> str:
     """Two lines on an estimator."""
-    facts = [f"{estimator.count} samples"] if estimator.samples is not None else []
+    many = f"{estimator.count} sample{'s' * (estimator.count != 1)}"
+    facts = [many] if estimator.samples is not None else []
     facts += ["normals"] if estimator.normals else []
     for name, default in estimator.parameters.items():
         note = "|".join(estimator.choices[name]) + ", " if name in estimator.choices else ""

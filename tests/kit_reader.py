@@ -584,6 +584,13 @@ ESTIMATORS = {
     "hemisphere": lambda parameters, inputs: point_estimator(parameters, inputs, hemisphere=True),
 }
 
+
+def estimator(parameters, inputs):
+    from kit_reader_volumetric import ESTIMATORS as VOLUMETRIC  # which itself reads this file
+
+    return {**ESTIMATORS, **VOLUMETRIC}[parameters["estimator"]](parameters, inputs)
+
+
 STAGES = {
     "elementary": lambda parameters, inputs: {"y": elementary(parameters, inputs)},
     "philox": lambda parameters, inputs: {"words": philox_stage(parameters, inputs)},
@@ -599,7 +606,7 @@ STAGES = {
     "blur": lambda parameters, inputs: blur(parameters["sigma"], inputs["source"]),
     "shade": lambda parameters, inputs: {"shaded": shade(inputs["image"], inputs["occlusion"])},
     "frame": frame,
-    "estimator": lambda parameters, inputs: ESTIMATORS[parameters["estimator"]](parameters, inputs),
+    "estimator": estimator,
 }
 
 

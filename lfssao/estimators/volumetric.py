@@ -186,7 +186,9 @@ def _normalised(weights: FloatArray) -> FloatArray:
     """Weights over their sum, added from the first to the last."""
     if not (weights >= 0).all():
         raise InputError("weights: one is negative")
-    total = sum(weights.tolist())
+    total = 0.0
+    for weight in weights.tolist():  # not sum(), which compensates rounding from Python 3.12 on
+        total += weight
     if not 0 < total < inf:
         raise InputError(f"weights: their sum is {total}, it must be positive and finite")
     shares: FloatArray = weights / total

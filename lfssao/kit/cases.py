@@ -360,6 +360,13 @@ def _more(estimator: Estimator, option: str, value: float) -> float:
     return min(1.5 * value, estimator.limits.get(option, (0.0, inf))[1])
 
 
+# Options that are off by default, or take no multiple of it, and what cases set them to.
+_OTHER: dict[str, Value] = {"thickness": 0.3, "second": 0.5, "seed": 7, "bias": 20.0, "directions": 5, "steps": 3}
+
+# Options that show nothing unless another one is set.
+_WITH = {"combine": "second"}
+
+
 def _estimators() -> Iterator[Recipe]:
     """Every estimator of the registry but LF's, which is Algorithms 1 and 2: as it is, and each option changed."""
     for name, estimator in ESTIMATORS.items():
@@ -370,9 +377,12 @@ def _estimators() -> Iterator[Recipe]:
             if isinstance(default, bool):
                 variants.append((f"_{option}", False, {option: not default}))
             others = [choice for choice in estimator.choices.get(option, ()) if choice != default]
-            variants += [(f"_{option}_{choice}", False, {option: choice}) for choice in others]
+            needed = {o: _OTHER[o] for o in estimator.parameters if o == _WITH.get(option)}
+            variants += [(f"_{option}_{choice}", False, {**needed, option: choice}) for choice in others]
         numbers: dict[str, Value] = {
-            o: _more(estimator, o, v) for o, v in estimator.parameters.items() if isinstance(v, float)
+            o: _OTHER[o] if o in _OTHER else _more(estimator, o, float(v))
+            for o, v in estimator.parameters.items()
+            if o in _OTHER or isinstance(v, float)
         }
         if numbers:
             variants.append(("_numbers", False, numbers))

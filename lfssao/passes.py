@@ -24,6 +24,9 @@ Texture = NDArray[np.floating[Any]]
 # A kernel of 6 million taps; beyond it the weights alone would not fit into memory.
 MAX_SIGMA = 1e6
 
+# Kernels count samples in 32 bits.
+MOST_COUNTED = 2**31 - 1
+
 # Numbers of the longest mapping, kind DISPLAY.
 DISPLAY_NUMBERS = 44
 
@@ -278,6 +281,8 @@ def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:
     table = np.asarray(samples, np.float64)
     if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
         raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")
+    if len(table) > MOST_COUNTED:
+        raise InputError(f"there are {len(table)} samples, more than {MOST_COUNTED} cannot be counted")
     if not np.isfinite(table).all():
         raise InputError("samples: a coordinate is not finite")
     return np.ascontiguousarray(radius * table, dtype)

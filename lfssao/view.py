@@ -6,6 +6,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from lfssao.errors import InputError
 from lfssao.kernels import rays as ray_kernels
 from lfssao.matrix import Matrix
 
@@ -29,8 +30,19 @@ class WorldToImage:
     numbers: NDArray[np.float64]
 
     def as_type(self, dtype: DTypeLike) -> NDArray[np.floating]:
-        """The numbers, each rounded once to the dtype of the arithmetic."""
-        return np.ascontiguousarray(self.numbers, dtype)
+        """The numbers, each rounded once to the dtype of the arithmetic.
+
+        Raises
+        ------
+        InputError
+            If a finite one overflows there, or the world's scale falls below the normal numbers.
+        """
+        with np.errstate(over="ignore", under="ignore"):  # refused below
+            rounded = np.ascontiguousarray(self.numbers, dtype)
+        scale = np.abs(self.numbers[[0, 1, 2, 4, 5, 6, 8, 9, 10]]).max()
+        if (np.isinf(rounded) & np.isfinite(self.numbers)).any() or 0 < scale < np.finfo(rounded.dtype).tiny:
+            raise InputError(f"the mapping from world to image leaves the range of {rounded.dtype}: scale the world")
+        return rounded
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Image coordinates of world points, float64: (..., 3) to (..., 3), NaN outside the mapping's domain."""

@@ -37,7 +37,11 @@ class Stiff:
     offset : (3,) float64
         The sample's offset from each, world units.
     depth : (H, W) float32
-        Surface that the samples are compared with, image z, finite.
+        Surface that the samples are compared with, image z; +infinity: none.
+    stored : (H, W) float32 or None
+        The same as a file of less depth holds it, which the kernels get instead.
+    step : float
+        How far the two can be apart.
     """
 
     display: Display
@@ -45,6 +49,8 @@ class Stiff:
     positions: NDArray[np.float64]
     offset: NDArray[np.float64]
     depth: NDArray[np.float32]
+    stored: NDArray[np.float32] | None = None
+    step: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -82,16 +88,19 @@ def measure(case: Stiff, path: str) -> Measured:
     probe = SlitsAnalysis(case.display, case.physical_from_world, EXACT, probe=True)
     image, occluded = computed(case, dtype)
     offset = rational(case.offset)
-    depth = [[Fraction(float(d)) for d in row] for row in case.depth]
+    depth = [[_depth(float(d)) for d in row] for row in case.depth]
     conditions, ulps, texels, bounds = [0.0], [0.0], [0.0], [0.0]
     exceeded = flipped = unsure = 0
     for texel in np.ndindex(case.depth.shape):
+        if np.isinf(case.depth[texel]):  # no surface, no samples
+            exceeded += bool(occluded[texel])
+            continue
         point = rational(case.positions[texel])
         there: Point = tuple(a + b for a, b in zip(point, offset, strict=True))  # type: ignore[assignment]
         exact = flat_image(case.display, 0, to_physical(case.physical_from_world, there))
         tracked = analysis.image(point, offset)
         in_domain = analysis.in_domain(tracked[2])
-        is_open = _is_open(tracked, in_domain, depth)
+        is_open = _is_open(tracked, in_domain, depth, case.step)
         wrong = bool(occluded[texel]) != _is_occluded(exact, depth)
         flipped, unsure = flipped + wrong, unsure + is_open
         over = wrong and not is_open
@@ -114,7 +123,8 @@ def measure(case: Stiff, path: str) -> Measured:
 def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
     """Image coordinates (H, W, 2) and decisions (H, W) of the kernels; Algorithm 2 of one sample decides 0 or 1."""
     to_image = case.display.view(0, case.physical_from_world).world_to_image
-    positions, depth = case.positions.astype(dtype), case.depth.astype(dtype)
+    surface = case.depth if case.stored is None else case.stored
+    positions, depth = case.positions.astype(dtype), surface.astype(dtype)
     samples, radius = case.offset[None, :], 1.0
     decided = passes.algorithm2(depth, positions, to_image, samples, radius).texture
     m, offset = to_image.as_type(dtype), case.offset.astype(dtype)
@@ -127,6 +137,11 @@ def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any
     return np.stack([u, v], axis=-1), decided > 0
 
 
+def _depth(number: float) -> Fraction:
+    """A depth as what it is; one far beyond all others for infinity, which is beyond all samples."""
+    return Fraction(number) if number < inf else Fraction(2) ** 900
+
+
 def _is_occluded(exact: Point | None, depth: list[list[Fraction]]) -> bool:
     if exact is None:
         return False
@@ -135,7 +150,9 @@ def _is_occluded(exact: Point | None, depth: list[list[Fraction]]) -> bool:
     return inside and depth[floor(v)][floor(u)] < z
 
 
-def _is_open(tracked: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, depth: list[list[Fraction]]) -> bool:
+def _is_open(
+    tracked: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, depth: list[list[Fraction]], step: float
+) -> bool:
     """Whether rounding can move the sample into another texel, across its surface or out of the domain."""
     if in_domain is False:
         return False
@@ -146,7 +163,7 @@ def _is_open(tracked: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, 
     if columns is None or rows is None:
         return True
     outcomes = {
-        Tracked(depth[j][i]).surely(z) if 0 <= i < len(depth[0]) and 0 <= j < len(depth) else False
+        Tracked(depth[j][i], step).surely(z) if 0 <= i < len(depth[0]) and 0 <= j < len(depth) else False
         for j in rows
         for i in columns
     }

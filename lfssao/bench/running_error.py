@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf
+from math import inf, log2
 
 from numpy import finfo
 from numpy.typing import DTypeLike
@@ -65,10 +65,12 @@ class Arithmetic:
 
     def _holds(self, value: Fraction) -> bool:
         """Whether a number needs no more digits than there are, and is of normal size."""
-        digits = value.numerator >> ((value.numerator & -value.numerator).bit_length() - 1) if value else 0
+        if value == 0 or self.unit == 0:
+            return True
+        odd = value.numerator >> ((value.numerator & -value.numerator).bit_length() - 1)
         is_binary = value.denominator & (value.denominator - 1) == 0
-        small = value != 0 and _size(value) * self.unit < 4 * self.tiny
-        return is_binary and not small and abs(digits) * 2 * self.unit <= 2 and _size(value) < self.largest
+        fits = odd.bit_length() <= round(-log2(self.unit))
+        return is_binary and fits and self.tiny / self.unit <= _size(value) < self.largest
 
     def add(self, a: Tracked, b: Tracked) -> Tracked:
         """The sum."""

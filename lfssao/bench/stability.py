@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.bench import probes
 from lfssao.bench.measure import FINE, PATHS, Measured, Stiff, measure
+from lfssao.bench.refusals import REFUSALS
 from lfssao.display import Display, Module
 from lfssao.errors import InputError
 from lfssao.matrix import Matrix
@@ -57,21 +60,21 @@ class Case:
     name, stiff : str
         What it is called, and what is stiff about it.
     inputs : function
-        Yields pairs of a text and a Stiff.
+        Yields pairs of a text and a Stiff, or a function that measures a path.
     degraded : mapping
         Path to the sentence that says what degrades on it; a path that is not in it stays within 2^-8 texel.
     """
 
     name: str
     stiff: str
-    inputs: Callable[[], Iterator[tuple[str, Stiff]]]
+    inputs: Callable[[], Iterator[tuple[str, Stiff | Callable[[str], Measured]]]]
     degraded: Mapping[str, str]
 
     def rows(self) -> Iterator[Row]:
         """Measure all inputs on both paths."""
         for text, stiff in self.inputs():
             for path in PATHS:
-                measured = measure(stiff, path)
+                measured = measure(stiff, path) if isinstance(stiff, Stiff) else stiff(path)
                 verdict = DEGRADED if measured.bound > FINE or measured.flipped else WITHIN
                 stated = path in self.degraded
                 if measured.exceeded or (verdict == DEGRADED and not stated):
@@ -240,18 +243,92 @@ def _touching() -> Iterator[tuple[str, Stiff]]:
     yield "z = 0, the surface at -0", on_surface(np.zeros(3), -0.0, 0.0)
 
 
-def on_surface(offset: NDArray[np.float64], depth: float | None = None, z: float | None = None) -> Stiff:
-    """Points at the centres of the texels, at the depths of the texture or all at z; float32 numbers."""
-    shown_by = display()
-    texture = (lattice()[..., 1] / 4).astype(np.float32)
+def _blur() -> Iterator[tuple[str, Callable[[str], Measured]]]:
+    for sigma in (1e-6, 1e-2, 1.0, 1e2, 1e4, 1e6):
+        yield f"sigma = {sigma:g}", partial(probes.blurred, sigma)
+
+
+def _counts() -> Iterator[tuple[str, Callable[[str], Measured]]]:
+    for samples in (2**24 + 1, 2**31 - 1):
+        yield f"counts up to {samples}", partial(probes.counted, samples)
+
+
+def _slivers() -> Iterator[tuple[str, Callable[[str], Measured]]]:
+    yield "edges within 2 ulp of the ray", probes.slivers
+
+
+def on_surface(
+    offset: NDArray[np.float64],
+    depth: float | None = None,
+    z: float | None = None,
+    texture: NDArray[np.float32] | None = None,
+    shown_by: Display | None = None,
+) -> Stiff:
+    """Points at the centres of the texels, at the depths of the texture or all at z; depths are float32 numbers."""
+    shown_by = display() if shown_by is None else shown_by
+    texture = (lattice()[..., 1] / 4).astype(np.float32) if texture is None else texture
     if depth is not None:
         texture[...] = depth
     v, u = np.indices((SIZE, SIZE)) + 0.5
     origin, direction, _ = shown_by.texel_ray(0, u, v)
     places = texture.astype(np.float64) if z is None else np.full((SIZE, SIZE), z)
+    places = np.where(np.isfinite(places), places, 0.0)
     points = origin + places[..., None] * direction
     points[..., 2] = places
     return Stiff(shown_by, _UNCHANGED, points, offset, texture)
+
+
+def _deep() -> Display:
+    """A display 40 km deep, whose texels are 0.25 m: slopes of 89.99 degrees fit in."""
+    return display(0.0, 4e4, 0.0, -4e4)
+
+
+def _grazing() -> Iterator[tuple[str, Stiff]]:
+    slope = 5729.577893  # tan 89.99 degrees
+    texture = np.tile((np.arange(SIZE) - 3.5) * 0.25 * slope, (SIZE, 1)).astype(np.float32)
+    for height in (1e-1, 1e-2, 1e-4):
+        for side in (1, -1):
+            normal = side * height * np.array([1.0, 0.0, -1 / slope])
+            where = "behind" if side < 0 else "before"
+            yield f"89.99 degrees, {height:g} m {where} the surface", on_surface(normal, None, None, texture, _deep())
+
+
+def _depth_range() -> Iterator[tuple[str, Stiff]]:
+    texture = np.float32(10.0) ** np.linspace(-4, 4, SIZE * SIZE, dtype=np.float32).reshape(SIZE, SIZE)
+    for step in (1e-2, 1e-5):
+        yield (
+            f"depths 1e-4 to 1e4, samples {step:g} behind",
+            on_surface(np.array([0, 0, step]), None, None, texture, _deep()),
+        )
+
+
+def _stored() -> Iterator[tuple[str, Stiff]]:
+    for name, step in (("float16", 2.0**-13), ("uint16", 0.25 / 65535), ("uint24", 0.25 / (2**24 - 1))):
+        depth = ((lattice()[..., 1] + 1) / 8).astype(np.float32)
+        wide = depth.astype(np.float64)
+        rounded = wide.astype(np.float16) if name == "float16" else np.rint(wide / step) * step
+        stored = np.asarray(rounded, np.float32)
+        case = on_surface(np.array([0, 0, step / 4]), None, None, depth)
+        yield (
+            f"{name} over 0.25 m, a quarter of its step behind",
+            replace(case, stored=stored, step=step / 2 + 2.0**-26),
+        )
+
+
+def _subnormal() -> Iterator[tuple[str, Stiff]]:
+    for size in (1e-40, 5e-324):
+        points = np.sign(lattice()) * size
+        yield f"coordinates of {size:g}", replace(scene(points), depth=np.zeros((SIZE, SIZE), np.float32))
+
+
+def _background() -> Iterator[tuple[str, Stiff]]:
+    case = scene(lattice() * [0.7, 0.4, 0.25], offset=(0.25, 0.125, 0.125))
+    depth = np.where(np.indices((SIZE, SIZE)).sum(axis=0) % 3 == 0, np.float32(np.inf), case.depth)
+    yield "a third of the texels without a surface", replace(case, depth=depth)
+
+
+def _one_sample() -> Iterator[tuple[str, Stiff]]:
+    yield "each AO is 0 or 1", scene(lattice() * [0.7, 0.4, 0.25], offset=(0.1, 0.05, 0.1))
 
 
 CASES: tuple[Case | Refusal, ...] = (
@@ -271,5 +348,27 @@ CASES: tuple[Case | Refusal, ...] = (
     ),
     Case("texel edges", "samples exactly between texels", _on_edges, {}),
     Case("on the surface", "samples exactly at the surface's depth; -0", _touching, {}),
+    Case(
+        "grazing", "a surface nearly along the rays", _grazing,
+        {"float32": "a sample nearer to the surface than the rounding of its depth falls on either side"},
+    ),
+    Case(
+        "depth range", "near and far depths in one texture", _depth_range,
+        {"float32": "far away a sample is nearer to the surface than the rounding of its depth"},
+    ),
+    Case(
+        "stored depth", "a depth texture of few bits", _stored,
+        {path: "a surface is known to half a step of its format" for path in PATHS},
+    ),
+    Case(
+        "subnormals", "numbers below the normal range, the surface at 0", _subnormal,
+        {"float32": "what is below 2^-150 is 0"},
+    ),
+    Case("background", "infinite depths", _background, {}),
+    Case("one sample", "N = 1", _one_sample, {}),
     Case("wide module", "rays along the screen", _wide_module, {}),
+    Case("blur", "sigma", _blur, {"float32": "a sum of 6 million products is rounded as often"}),
+    Case("counts", "more samples than float32 has whole numbers", _counts, {}),
+    Case("slivers", "triangles a few ulp wide", _slivers, {}),
+    *(Refusal(*refusal) for refusal in REFUSALS),
 )  # fmt: skip

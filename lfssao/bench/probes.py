@@ -1,0 +1,111 @@
+"""Stiff cases that are no mapping: the blur, counts past float32's whole numbers, slivers."""
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+
+from lfssao import passes
+from lfssao.bench.measure import Measured
+from lfssao.kernels import ssao, triangle
+
+BITS = 200
+_TEXELS = 8
+_MANY_TAPS = 1000
+
+
+def blurred(sigma: float, path: str) -> Measured:
+    """The blur of a row of 8 texels in a column of equals, against the Gaussian at 200 bits.
+
+    All weights and texels are positive, so each rounding is a relative error of the sum: n + 1 of them a pass, and of
+    each weight 1 by its own rounding, and in float64 n + 20, by exp (2 ulp), its argument (up to 4.5, so that 3
+    roundings are 13.5 of the value) and the division by the sum.
+    """
+    dtype = np.dtype(path)
+    texels = ((np.arange(_TEXELS) * 5 % _TEXELS + 1) / 8).astype(dtype)
+    ours = passes.blur(texels[None, :], sigma)[0]
+    taps = len(passes.gaussian_kernel(sigma))
+    unit, double = float(np.finfo(dtype).epsneg), 2.0**-53
+    relative = 2 * (taps + 2) * unit + 2 * (taps + 20) * double
+    exact = _gaussian(texels.astype(np.float64), sigma, taps // 2)
+    errors = [float(abs(mpmath.mpf(float(a)) - b)) for a, b in zip(ours, exact, strict=True)]
+    bounds = [relative / (1 - relative) * float(b) if relative < 1 else np.inf for b in exact]
+    ulps = [error / float(np.spacing(dtype.type(float(b)))) for error, b in zip(errors, exact, strict=True)]
+    exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
+    return Measured(1.0, max(ulps), 0.0, max(bounds), exceeded, 0, 0, _TEXELS)
+
+
+def _gaussian(texels: np.ndarray, sigma: float, radius: int) -> list[mpmath.mpf]:
+    """The blurred row; beyond the borders the border's texel."""
+    with mpmath.workprec(BITS):
+        width = len(texels)
+        values = [mpmath.mpf(float(t)) for t in texels]
+        step = mpmath.mpf(sigma)
+        near = [mpmath.exp(-((k / step) ** 2) / 2) for k in range(min(radius, width) + 1)]
+        weights = near + [mpmath.mpf(0)] * (width - radius)  # what the row's own texels have
+        tails = [_tail(k, radius, step) for k in range(width + 1)]
+        total = 2 * tails[0] - weights[0]
+        out = []
+        for i in range(width):
+            inner = [weights[abs(i - j)] * values[j] for j in range(width)]
+            outer = [tails[i + 1] * values[0], tails[width - i] * values[-1]]
+            out.append(mpmath.fsum([*inner, *outer]) / total)
+        return out
+
+
+def _tail(first: int, last: int, sigma: mpmath.mpf) -> mpmath.mpf:
+    """Sum of exp(-k^2 / (2 sigma^2)) for k from first to last: term by term, or of many by Euler and Maclaurin.
+
+    With derivatives up to the third the rest is a share of 1 / sigma^6 of the sum: 1e-24 and less where it is used.
+    """
+    if last < first:
+        return mpmath.mpf(0)
+    if last - first < _MANY_TAPS:
+        return mpmath.fsum(mpmath.exp(-((k / sigma) ** 2) / 2) for k in range(first, last + 1))
+    root = sigma * mpmath.sqrt(2)
+    integral = sigma * mpmath.sqrt(mpmath.pi / 2) * (mpmath.erf(last / root) - mpmath.erf(first / root))
+    ends = [(mpmath.exp(-((k / sigma) ** 2) / 2), k / sigma) for k in (first, last)]
+    (low, x), (high, y) = ends
+    slope = (x * low - y * high) / sigma
+    third = ((y * (3 - y * y)) * high - (x * (3 - x * x)) * low) / sigma**3
+    return integral + (low + high) / 2 + slope / 12 - third / 720
+
+
+def counted(samples: int, path: str) -> Measured:
+    """Shares k / n of counts about 2^24 and at n: k, n and the quotient are rounded once each."""
+    dtype = np.dtype(path)
+    counts = np.array([1, 2**24 - 1, 2**24, 2**24 + 1, samples // 2 + 1, samples - 1, samples], np.int32)
+    depth, shares = np.zeros(len(counts), dtype), np.empty(len(counts), dtype)
+    ssao.finish_row.py_func(
+        depth, 0, len(counts), np.uint64(0), len(counts), dtype.type(samples), counts, np.zeros_like(counts), shares
+    )
+    unit = float(np.finfo(dtype).epsneg)
+    exact = [Fraction(int(k), samples) for k in counts]
+    errors = [abs(float(Fraction(float(a)) - b)) for a, b in zip(shares, exact, strict=True)]
+    bounds = [3 * unit / (1 - 3 * unit) * float(b) for b in exact]
+    ulps = [error / float(np.spacing(dtype.type(float(b)))) for error, b in zip(errors, exact, strict=True)]
+    exceeded = sum(error > bound for error, bound in zip(errors, bounds, strict=True))
+    return Measured(1.0, max(ulps), 0.0, max(bounds), exceeded, 0, 0, len(counts))
+
+
+def slivers(path: str) -> Measured:
+    """Which side of an edge the ray is on, of triangles a few ulp wide: the sign of a b - c d, exact on every path.
+
+    Rays are cast in float64 whatever the textures are of. 'flipped' are wrong signs; the condition number is that of
+    the difference, which the rounded products cannot tell from 0.
+    """
+    del path
+    wrong = decisions = 0
+    condition = 0.0
+    for k in range(1, 33):
+        a, b = 1.0 + k * 2.0**-20, 1.0 - k * 2.0**-21
+        for i in range(-2, 3):
+            for j in range(-2, 3):
+                c, d = a + i * 2.0**-52, b + j * 2.0**-53
+                exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
+                ours = triangle.exact_difference(a, b, c, d)
+                wrong += int(np.sign(ours)) != (exact > 0) - (exact < 0)
+                decisions += 1
+                if exact:
+                    condition = max(condition, float(2 * Fraction(a) * Fraction(b) / abs(exact)))
+    return Measured(condition, 0.0, 0.0, 0.0, wrong, wrong, 0, decisions)

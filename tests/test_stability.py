@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lfssao.bench import measure, stability
+from lfssao.bench import curved, measure, probes, stability
 from lfssao.bench.running_error import Arithmetic, Tracked
 from lfssao.bench.sequences import curves
 from lfssao.bench.stability import BROKEN, CASES, DEGRADED, REFUSED, WITHIN, Case, Refusal
@@ -133,3 +133,26 @@ def test_the_command_prints_the_table_and_writes_the_files(tmp_path, capsys, mon
 def test_a_picture_of_another_kind_is_refused(capsys):
     assert main(["bench", "stability", "--plot", "a.txt"]) == 2
     assert "must end in one of" in capsys.readouterr().err
+
+
+def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
+    real = curved.land
+
+    def off(kind, m, points, image):
+        real(kind, m, points, image)
+        image[0, 0] += 1e-9
+
+    assert curved.picoarray(0.5, "float64").exceeded == 0
+    monkeypatch.setattr(curved, "land", off)
+    assert curved.picoarray(0.5, "float64").exceeded == 2  # the first point of each of two modules
+
+
+def test_a_blur_that_loses_a_hundred_thousandth_breaks_a_row(monkeypatch):
+    real = probes.passes.blur
+
+    def short(texture, sigma):
+        return real(texture, sigma) - texture.dtype.type(1e-5) * texture
+
+    assert probes.blurred(1.0, "float32").exceeded == 0
+    monkeypatch.setattr(probes.passes, "blur", short)
+    assert probes.blurred(1.0, "float32").exceeded > 0

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf, log2
+from math import inf, isqrt, log2
 
 from numpy import finfo
 from numpy.typing import DTypeLike
@@ -92,6 +92,13 @@ class Arithmetic:
             return Tracked(Fraction(0), inf)
         quotient = a.value / b.value
         return self.rounded(Tracked(quotient, (a.error + _size(quotient) * b.error) / least))
+
+    def root(self, a: Tracked) -> Tracked:
+        """The square root, its value to 2^-300; of unbounded error where its operand may be 0."""
+        if not float(a.value) > a.error:
+            return Tracked(Fraction(0), inf)
+        value = Fraction(isqrt((a.value.numerator << 600) // a.value.denominator), 1 << 300)
+        return self.rounded(Tracked(value, a.error / float(value)))
 
 
 def _size(value: Fraction) -> float:

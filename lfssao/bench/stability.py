@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.bench import probes
+from lfssao.bench import curved, probes
 from lfssao.bench.measure import FINE, PATHS, Measured, Stiff, measure
 from lfssao.bench.refusals import REFUSALS
 from lfssao.display import Display, Module
@@ -257,6 +257,11 @@ def _slivers() -> Iterator[tuple[str, Callable[[str], Measured]]]:
     yield "edges within 2 ulp of the ray", probes.slivers
 
 
+def _curved() -> Iterator[tuple[str, Callable[[str], Measured]]]:
+    for share in (0.5, 0.9, 0.999):
+        yield f"picoarray's outermost modules, {share:g} of the way to the lens", partial(curved.picoarray, share)
+
+
 def on_surface(
     offset: NDArray[np.float64],
     depth: float | None = None,
@@ -367,6 +372,7 @@ CASES: tuple[Case | Refusal, ...] = (
     Case("background", "infinite depths", _background, {}),
     Case("one sample", "N = 1", _one_sample, {}),
     Case("wide module", "rays along the screen", _wide_module, {}),
+    Case("curved screen", "modules at the widest angle, near the lens", _curved, {"float32": AT_THE_SLIT}),
     Case("blur", "sigma", _blur, {"float32": "a sum of 6 million products is rounded as often"}),
     Case("counts", "more samples than float32 has whole numbers", _counts, {}),
     Case("slivers", "triangles a few ulp wide", _slivers, {}),

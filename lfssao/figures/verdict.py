@@ -1,0 +1,62 @@
+"""Which numbers of other renderers are inside the bounds of a case."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Texture = NDArray[np.floating[Any]]
+
+EQUAL, INSIDE, OUTSIDE = range(3)
+_NAMES = ("equal bits", "inside", "outside")
+
+
+def inside_bounds(mine: Texture, right: Texture, bounds: tuple[Texture, Texture]) -> NDArray[np.int64]:
+    """For each number EQUAL (to the reference), INSIDE the bounds, or OUTSIDE them (NaN too).
+
+    Parameters
+    ----------
+    mine, right : (H, W)
+        The other renderer's texture, and the reference's.
+    bounds : pair of (H, W)
+        Lower and upper bound.
+    """
+    low, high = bounds
+    within = np.where((mine >= low) & (mine <= high), INSIDE, OUTSIDE)
+    return np.where(mine == right, EQUAL, within)
+
+
+def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: tuple[Texture, Texture]) -> "Figure":
+    """A figure of the reference's occlusion, and of each texture's verdicts.
+
+    Parameters
+    ----------
+    textures : mapping of (H, W)
+        Other renderers' occlusion by name.
+    right : (H, W)
+        The reference's.
+    bounds : pair of (H, W)
+        Lower and upper bound.
+    """
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure  # late: takes a second to import
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(3.4 * (1 + len(textures)), 3.0), layout="constrained")
+    panels = figure.subplots(1, 1 + len(textures))
+    for axes in panels:
+        axes.set_axis_off()
+    panels[0].imshow(1 - right, cmap="gray", vmin=0, vmax=1)
+    panels[0].set_title("reference, visibility")
+    colors = ["tab:green", "palegreen", "tab:red"]
+    for axes, (name, texture) in zip(panels[1:], textures.items(), strict=True):
+        verdicts = inside_bounds(texture, right, bounds)
+        axes.imshow(verdicts, cmap=ListedColormap(colors), vmin=0, vmax=2)
+        axes.set_title(f"{name}: {np.mean(verdicts == OUTSIDE):.0%} outside")
+    handles = [Patch(color=color, label=name) for color, name in zip(colors, _NAMES, strict=True)]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize="small")
+    return figure

@@ -103,6 +103,9 @@ def draw_sampling_error(found: SamplingError) -> "Figure":
     axes.plot(found.counts, first * np.sqrt(found.counts[0] / found.counts), "--", color="gray", label="n^-0.5")
     axes.set_xticks(found.counts, [str(n) for n in found.counts])
     axes.minorticks_off()
+    low, high = axes.get_ylim()
+    marks = [m * 10.0**k for k in range(-4, 1) for m in (1, 2, 5) if low <= m * 10.0**k <= high]
+    axes.set_yticks(marks, [f"{mark:g}" for mark in marks])
     axes.grid(alpha=0.3)
     axes.set_title(f"against {found.reference}", fontsize="medium")
     axes.legend(fontsize="small")

@@ -237,21 +237,42 @@ def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str,
     """
     large = DISPLAYS["crossed_slits"].with_resolution(48, 36)
     view = _camera("perspective") if camera else _module_view(large if changes else _small())
-    exact, positions = textures(view, _CAMERA_SCENE if camera else SCENE)
+    points, weights = estimator.default_samples()
+    given = {"points": points, "weights": weights}
+    tables = {name: np.asarray(table, np.float64) for name, table in given.items() if table is not None}
+    radius = 0.5 if camera else 0.7 if changes else _RADIUS
+    return _on_view(estimator, view, _CAMERA_SCENE if camera else SCENE, radius, changes, tables)
+
+
+def _on_view(
+    estimator: Estimator, view: View, scene: Scene, radius: float, changes: Mapping[str, Value], tables: Arrays
+) -> Problem:
+    """An estimator with some of its options changed, and its tables of samples, on a scene."""
+    exact, positions = textures(view, scene)
     depth = exact + _noise(9, *exact.shape) * np.float32(0.02)  # so that it matters which of the two is read
     inputs: dict[str, NDArray[Any]] = {"depth": depth, "positions": positions}
     inputs["directions"] = Buffers(view, depth, positions).directions
     if estimator.normals:
         inputs["normals"] = _wall_normals(view, depth)
-    points, weights = estimator.default_samples()
-    given = {"points": points, "weights": weights}
-    inputs |= {name: np.asarray(table, np.float64) for name, table in given.items() if table is not None}
+    inputs |= tables
     parameters = {
-        "estimator": estimator.name, "radius": 0.5 if camera else 0.7 if changes else _RADIUS,
-        "options": {**estimator.parameters, **changes}, "mapping": _described(view.world_to_image),
-        "viewer_distance": view.viewer_distance().tolist(), "view": _view_numbers(view),
+        "estimator": estimator.name, "radius": radius, "options": {**estimator.parameters, **changes},
+        "mapping": _described(view.world_to_image), "viewer_distance": view.viewer_distance().tolist(),
+        "view": _view_numbers(view),
     }  # fmt: skip
     return parameters, inputs
+
+
+# One of them in the middle, one on the rim, where a line has no length.
+_DISK = ((0.0, 0.0), (0.6, 0.1), (-0.3, 0.7), (0.2, -0.8), (-1.0, 0.0))
+
+
+def _disk_problem(estimator: Estimator, changes: Mapping[str, Value], tables: Arrays) -> Problem:
+    """An estimator over a disk where some of the disk has no image: beyond the screen, behind the lens."""
+    view = _module_view(_MISSED.with_resolution(24, 18))
+    parameters, inputs = _on_view(estimator, view, SCENE, 1.2, changes, tables)
+    turned = {"normals": -inputs["normals"]} if estimator.normals and "randomize" in changes else {}
+    return parameters, {**inputs, **turned}  # turned away from the viewer, as in smoothed meshes
 
 
 def _wall_normals(view: View, depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -391,9 +412,26 @@ def _estimators() -> Iterator[Recipe]:
                          partial(_estimator_problem, estimator, camera, changes), is_specified(name))  # fmt: skip
 
 
+def _disks() -> Iterator[Recipe]:
+    """Estimators over disks: several samples of which one has no weight, no weights at all, places without image."""
+    ways: list[tuple[str, dict[str, Value], Arrays]] = [
+        ("weighted", {"thickness": 0.4}, {"points": np.array(_DISK), "weights": np.array([2.0, 1.0, 1.5, 0.5, 3.0])}),
+        ("unweighted", {"randomize": False}, {"points": np.array(_DISK)}),
+        ("rim", {}, {"points": np.array(_DISK[-1:])}),
+    ]
+    for name in ("vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal", "hbao"):
+        estimator = ESTIMATORS[name]
+        for suffix, changes, tables in (
+            ways if estimator.dimensions else [("", {"bias": 60.0}, {}), ("turned", {"randomize": False}, {})]
+        ):
+            options = {o: v for o, v in changes.items() if o in estimator.parameters}
+            yield Recipe(f"disk_{name}_{suffix}".rstrip("_"), "estimator", f"{estimator.title}: convex screen",
+                         partial(_disk_problem, estimator, options, tables), is_specified(name))  # fmt: skip
+
+
 RECIPES = {
     recipe.name: recipe
-    for family in (_numbers, _views, _singular, _pictures, _estimators)
+    for family in (_numbers, _views, _singular, _pictures, _estimators, _disks)
     for recipe in family()
 }  # fmt: skip
 

@@ -12,10 +12,12 @@ from lfssao.kernels.mapping import (
     CROSSED_SLITS,
     MATRIX,
     affine_row,
+    hold_inside,
+    last_below,
     linear_row,
     nearest_texel,
     project_crossed_slits,
-    project_matrix,
+    texel_number,
 )
 
 
@@ -66,19 +68,23 @@ def project_rows(kind, m, module, width, height, n, rows, texel, z, inside):
     texel, z, inside : (>= n,) uint32, dtype, bool
         Out: the texel (any one where the point lands outside); image z; whether it is in the texture and the domain.
     """
+    last_u, last_v = last_below(width), last_below(height)
     if kind == CROSSED_SLITS:
         z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
         for i in range(n):
-            u, v, z[i], valid = project_crossed_slits(
+            u, v, w, _ = project_crossed_slits(
                 rows[0, i], rows[1, i], rows[2, i], z_module, z_observer, u_0, v_0
             )  # fmt: skip
-            there, texel[i] = nearest_texel(u, v, width, height)
-            inside[i] = there & valid
+            column, row = hold_inside(u, last_u), hold_inside(v, last_v)
+            texel[i], z[i] = texel_number(column, row, width), w
+            inside[i] = (column == u) & (row == v) & (w < z_module) & (w > z_observer)
     elif kind == MATRIX:
         for i in range(n):
-            u, v, z[i], valid = project_matrix(rows[0, i], rows[1, i], rows[2, i], rows[3, i])
-            there, texel[i] = nearest_texel(u, v, width, height)
-            inside[i] = there & valid
+            q = rows[3, i]
+            u, v = rows[0, i] / q, rows[1, i] / q
+            column, row = hold_inside(u, last_u), hold_inside(v, last_v)
+            texel[i], z[i] = texel_number(column, row, width), rows[2, i] / q
+            inside[i] = (column == u) & (row == v) & (q > 0)
     else:
         for i in range(n):
             u, v, answer = physical_to_image(module, rows[0, i], rows[1, i], rows[2, i])

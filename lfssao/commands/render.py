@@ -175,7 +175,7 @@ def _render(options: argparse.Namespace) -> None:
     from lfssao.files import check_folder
 
     check_folder(folder)
-    mesh = _load(options.scene, options.texture)
+    mesh = load(options.scene, options.texture)
     loaded = time.perf_counter() - start
     _say_what_was_left_out(mesh)
     _run_job(options, mesh, display, settings_of(mesh), sampling, folder, threads, loaded)
@@ -260,7 +260,8 @@ def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Calla
     return sampling, settings
 
 
-def _load(scene: str, texture: str | None) -> "Mesh":
+def load(scene: str, texture: str | None = None) -> "Mesh":
+    """The mesh of a file, or the embedded scene of a name."""
     from lfssao.scene.builtin import BUILTIN, builtin_scene
     from lfssao.scene.load import load_scene
 

@@ -70,6 +70,14 @@ def blur(text: str) -> float:
     return sigma
 
 
+def positive(text: str) -> float:
+    """A number above 0."""
+    number = _number(text)
+    if not 0 < number <= LARGEST_RADIUS:
+        raise argparse.ArgumentTypeError(f"{_short(text)} is not a number above 0")
+    return number
+
+
 def module_range(text: str) -> range:
     """A range A:B of modules."""
     found = re.fullmatch(r"([0-9]{1,9}):([0-9]{1,9})", text, re.ASCII)

@@ -1,0 +1,114 @@
+"""Which setting to take for a given error or a given time, from the figures of a run."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from lfssao.errors import InputError
+
+Point = dict[str, Any]
+
+ERRORS = ("model", "sampling")
+FORMAT = 1
+
+
+def read_result(path: Path) -> dict[str, Any]:
+    """The figures that ``lfssao bench work-precision`` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or holds something else.
+    """
+    try:
+        result = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: it cannot be read ({error.strerror})") from error
+    except ValueError as error:
+        raise InputError(f"{path}: it is no JSON file") from error
+    if not isinstance(result, dict) or result.get("work_precision") != FORMAT:
+        raise InputError(f"{path}: it was not written by 'lfssao bench work-precision'")
+    return result
+
+
+def points_of(result: dict[str, Any]) -> list[Point]:
+    """All points of a run."""
+    return [point for name in result["estimators"] for point in result["estimators"][name]["points"]]
+
+
+def usable(points: Sequence[Point], error: str) -> list[Point]:
+    """The points that have an error of a kind, and one that its reference can tell."""
+    return [p for p in points if p[error] is not None and (error != "sampling" or p["reference_serves"])]
+
+
+def pareto_front(points: Sequence[Point], error: str) -> list[Point]:
+    """The points that no other beats in time without a larger error, or in error without more time; fastest first.
+
+    Parameters
+    ----------
+    points : sequence of dict
+        Each with 'ms' and the error.
+    error : str
+        'model' or 'sampling'.
+    """
+    front: list[Point] = []
+    for point in sorted(usable(points, error), key=lambda p: (p["ms"], p[error])):
+        if not front or point[error] < front[-1][error]:
+            front.append(point)
+    return front
+
+
+def describe(point: Point) -> str:
+    """A setting in words."""
+    samples = "" if point["samples"] is None else f", {point['samples']} sample{'s' * (point['samples'] != 1)}"
+    by = "" if point["sampler"] is None else f" by {point['sampler']}"
+    radii = f"{point['radii']} {'radius' if point['radii'] == 1 else 'radii'}"
+    blur = "blur" if point["blur"] else "no blur"
+    return f"{point['estimator']}{samples}{by}, {radii}, {blur}, {point['dtype']}"
+
+
+def advice(result: dict[str, Any], error: str, max_error: float | None = None, max_ms: float | None = None) -> str:
+    """One sentence: the fastest setting of at most an error, or the one of least error in at most a time.
+
+    Parameters
+    ----------
+    result : dict
+        Of ``read_result``.
+    error : str
+        'model', against ray-cast occlusion, or 'sampling', against the same estimator with very many samples.
+    max_error : float, optional
+        RMSE of occlusion, 0 to 1.
+    max_ms : float, optional
+        Milliseconds.
+
+    Raises
+    ------
+    InputError
+        If neither or both limits are given, or no point has such an error.
+    """
+    if (max_error is None) == (max_ms is None):
+        raise InputError("give either --max-error or --max-ms")
+    front = pareto_front(points_of(result), error)
+    if not front:
+        raise InputError(f"the figures hold no {error} error")
+    where = f"in {result['setup']['width']}x{result['setup']['height']} on {result['setup']['scene']}"
+    if max_error is not None:
+        within = [p for p in front if p[error] <= max_error]
+        if not within:
+            best = front[-1]
+            return (
+                f"No measured setting has a {error} error of at most {max_error:g} {where}: "
+                f"the least is {best[error]:.3g}, of {describe(best)}, in {best['ms']:.3g} ms."
+            )
+        take = within[0]
+    else:
+        within = [p for p in front if p["ms"] <= max_ms]
+        if not within:
+            best = front[0]
+            return (
+                f"No measured setting takes at most {max_ms:g} ms {where}: the fastest, {describe(best)}, "
+                f"takes {best['ms']:.3g} ms, with a {error} error of {best[error]:.3g}."
+            )
+        take = within[-1]
+    return f"Take {describe(take)}: {take['ms']:.3g} ms, {error} error {take[error]:.3g} {where}."

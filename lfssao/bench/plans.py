@@ -1,0 +1,111 @@
+"""What a run of the work-precision bench measures: sizes, samplers and sample sets."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lfssao.estimators.estimator import Estimator, FloatArray
+from lfssao.samples.registry import METHODS, sample_set
+
+# Samplers that references are made of; a sampler is never compared with a reference of its own.
+REFERENCE_SAMPLERS = ("sobol", "jittered", "r2")
+
+# One estimator takes a disk's points as taps whose radii are in equal steps, not as points that fill it evenly.
+_TAPS = ("alchemy",)
+
+# Estimators whose samples are no point set of the disk: boxes that stand for areas. They run with their defaults.
+_BOXES = ("vo-area", "vo-area-normal")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Sizes of a run.
+
+    Attributes
+    ----------
+    width, height : int
+        Texture, texels.
+    counts : tuple of int
+        Numbers of samples.
+    radii : tuple of tuple of float
+        Sets of radii, shares of the scene's diagonal.
+    dtypes : tuple of str
+        Arithmetic.
+    blurs : tuple of float
+        Sigmas, texels.
+    samplers : tuple of str or None
+        Which; None: all of the domain.
+    reference_dtype : str
+        Arithmetic of the references.
+    reference_count : int
+        Samples of each reference.
+    seeds : int
+        Sets that a sampling error is over, of up to ``FEW`` samples; one of more.
+    repeats : int
+        Warm runs of each time.
+    frames : int
+        Frames of the table of face counts; 0: none.
+    """
+
+    width: int
+    height: int
+    counts: tuple[int, ...]
+    radii: tuple[tuple[float, ...], ...]
+    dtypes: tuple[str, ...]
+    blurs: tuple[float, ...]
+    samplers: tuple[str, ...] | None
+    reference_dtype: str
+    reference_count: int
+    seeds: int
+    repeats: int
+    frames: int
+
+
+FEW = 256
+
+FULL = Plan(
+    320, 240, (1, 4, 16, 64, 256, 1024, 4096), ((0.02,), (0.01, 0.02, 0.035)), ("float32", "float64"), (0.0, 1.0),
+    None, "float64", 65_536, 4, 20, 60,
+)  # fmt: skip
+QUICK = Plan(
+    320, 240, (4, 16, 64), ((0.02,),), ("float32",), (0.0, 1.0), ("random", "latin", "poisson"), "float32", 65_536, 1,
+    20, 5,
+)  # fmt: skip
+
+
+def takes_samples(estimator: Estimator) -> bool:
+    """Whether its number of samples is varied; others are one point with their defaults."""
+    return estimator.dimensions > 0 and estimator.name not in _BOXES
+
+
+def samplers_of(estimator: Estimator, plan: Plan) -> tuple[str, ...]:
+    """Samplers that an estimator is measured with: those whose sets tend to the same integral.
+
+    Repulsion's points are not even without their weights, which few estimators read; the spiral's are taps.
+    """
+    left_out = set() if estimator.name in _TAPS else {"spiral"}
+    if estimator.default_samples()[1] is None:
+        left_out.add("repulsion")
+    names = [name for name in METHODS[_domain(estimator)] if name not in left_out]
+    return tuple(name for name in names if plan.samplers is None or name in plan.samplers)
+
+
+def counts_of(estimator: Estimator, sampler: str, plan: Plan) -> Iterator[int]:
+    """The counts that a sampler has sets of."""
+    most = METHODS[_domain(estimator)][sampler].most
+    return (n for n in plan.counts if most is None or n <= most)
+
+
+def samples_for(
+    estimator: Estimator, sampler: str, n: int, seed: int
+) -> tuple[FloatArray, FloatArray | None]:  # fmt: skip
+    """Points and weights of one set, for LF's estimators in LF's shell, as ``make_samples`` fills it."""
+    domain = _domain(estimator)
+    shell = {"r_min": 0.8, "r_max": 1.0} if estimator.sampling is not None else {}
+    made = sample_set(domain, sampler, n, seed, **shell)
+    if estimator.name in _TAPS and sampler != "spiral":
+        return made.points * (made.points**2).sum(axis=1, keepdims=True) ** 0.5, None
+    return made.points, made.weights
+
+
+def _domain(estimator: Estimator) -> str:
+    return "ball" if estimator.dimensions == 3 else "disk"

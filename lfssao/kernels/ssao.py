@@ -16,7 +16,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.display import VALID, physical_to_image
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import (
     CROSSED_SLITS,
     MATRIX,
@@ -176,6 +176,7 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
     samples, nothing = m.dtype.type(max(offsets.shape[0], 1)), m.dtype.type(np.nan)
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
+        wide_vectors()
         block = spread(k, blocks)
         a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
@@ -209,6 +210,7 @@ def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
     half, nothing = m.dtype.type(0.5), m.dtype.type(np.nan)
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
+        wide_vectors()
         block = spread(k, blocks)
         a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)

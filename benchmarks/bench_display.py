@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from lfssao import builtin_scene, default_radii, find_display, make_samples, module_views
-from lfssao.exr import Part, _write, read_exr
+from lfssao.exr import read_exr
 from lfssao.manifest import describe_machine
 
 SCENE, DISPLAY = "armadillo", "c80"
@@ -93,14 +93,36 @@ def plain_module(mesh, view, samples, radii, path: Path) -> np.ndarray:
     color = np.zeros((view.height * view.width, 3), np.float32)
     color[texels] = 1
     shaded = color.reshape(view.height, view.width, 3) * (1 - blurred[..., None])
-    parts = [
-        Part("shaded", ("R", "G", "B"), shaded.astype(np.float32)),
-        Part("depth", ("Z",), depth.reshape(view.height, view.width, 1).astype(np.float32)),
-        Part("positions", ("P.X", "P.Y", "P.Z"), world.reshape(view.height, view.width, 3).astype(np.float32)),
-    ]
+    parts = {
+        "shaded": (("R", "G", "B"), shaded),
+        "depth": (("Z",), depth.reshape(view.height, view.width, 1)),
+        "positions": (("P.X", "P.Y", "P.Z"), world.reshape(view.height, view.width, 3)),
+    }
     named = [(f"ao_{k}", layer) for k, layer in enumerate(layers, 1)] + [("merged", merged), ("blurred", blurred)]
-    _write(path, parts + [Part(name, (f"{name}.AO",), texture[..., None]) for name, texture in named])
+    write_plain(path, parts | {name: ((f"{name}.AO",), texture[..., None]) for name, texture in named})
     return merged
+
+
+def write_plain(path: Path, parts: dict) -> None:
+    """A multi-part EXR file as OpenImageIO's documentation has it."""
+    import OpenImageIO as oiio
+
+    specs = []
+    for name, (channels, pixels) in parts.items():
+        spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], oiio.FLOAT)
+        spec.channelnames = channels
+        spec.attribute("name", name)
+        spec.attribute("compression", "zip")
+        specs.append(spec)
+    output = oiio.ImageOutput.create(str(path))
+    for number, (_, pixels) in enumerate(parts.values()):
+        opened = (
+            output.open(str(path), specs[number], "AppendSubimage") if number else output.open(str(path), tuple(specs))
+        )
+        if not opened or not output.write_image(np.ascontiguousarray(pixels, np.float32)):
+            raise OSError(output.geterror())
+    if not output.close():
+        raise OSError(output.geterror())
 
 
 def compare_plain(folder: Path, modules: int, repeats: int) -> dict:

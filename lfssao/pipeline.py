@@ -40,7 +40,6 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     InputError
         If a file cannot be written; files that were begun are finished first.
     """
-    use_threads(threads)
     work = renderer.work
     if threads == 1:
         for item in items:

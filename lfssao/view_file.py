@@ -14,7 +14,8 @@ import numpy as np
 
 from lfssao.contact import sheet_rows, strip
 from lfssao.errors import InputError
-from lfssao.exr import Part, read_exr, write_exr
+from lfssao.exr import read_exr, write_exr
+from lfssao.exr_file import Part
 from lfssao.manifest import describe_view, digest
 from lfssao.rendering import Settings, Textures, base_image
 from lfssao.work import Item, Work

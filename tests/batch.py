@@ -29,6 +29,7 @@ from lfssao.kernels import (
     ball,
     depth_ranges,
     elementary,
+    exr_lines,
     hits,
     mapping,
     paint,
@@ -131,6 +132,9 @@ def scalars():
     texels = rng.integers(-100, 20_000, (500, 2))
     yield "hash_angle", np.array([[spiral.hash_angle(x, y, v) for v in (0, 1)] for x, y in texels])
     yield "spiral_tap", np.array([spiral.spiral_tap(i, 99, 27, a) for i, a in enumerate(rng.uniform(0, 2, 99))])
+    words, packed = rng.integers(0, 2**32, 500, np.uint32), np.empty(1000, np.uint16)
+    exr_lines.split_and_difference(words, packed)
+    yield "split_and_difference", packed
     for domain, methods in METHODS.items():
         for method in methods:
             yield f"{method}, {domain}", sample_set(domain, method, 60, 4).points

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from lfssao import __version__
 from lfssao.errors import InputError
-from lfssao.exr import Part, write_exr
+from lfssao.exr import write_exr
+from lfssao.exr_file import Part
 from lfssao.files import check_folder
 from lfssao.kit.case import Arrays, Case
 

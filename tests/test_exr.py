@@ -141,6 +141,13 @@ def test_windows_long_names_and_attributes_are_read_as_written(tmp_path):
     assert source.close()
 
 
+def test_the_version_says_whether_names_are_long(tmp_path):
+    """Bit 10, and bit 12 for several parts; not every reader looks."""
+    for length, flags in ((31, 0x1000), (32, 0x1400)):
+        write_exr(tmp_path / "a.exr", [Part("p", ("x" * length,), pixels(1, 1, 1))])
+        assert int.from_bytes((tmp_path / "a.exr").read_bytes()[4:8], "little") == 2 | flags
+
+
 def test_the_table_of_offsets_is_right(tmp_path):
     """Readers mend a wrong table without a word: here it is walked by hand."""
     path = tmp_path / "a.exr"

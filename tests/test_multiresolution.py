@@ -29,6 +29,19 @@ def test_multiresolution_equals_its_twin(dtype, data):
     assert made.outside == outside
 
 
+@pytest.mark.parametrize("surface", ["sphere on a plane", "concave crease"])
+def test_every_partial_sum_is_rounded_to_the_textures_precision(surface):
+    """With so many taps that a sum in float64, rounded once, would have other bits."""
+    seen = scenes.buffers(surface, scenes.SIGHTS["crossed slits"](20, 15), np.float32)
+    made = estimate("multiresolution", seen, 0.4, levels=2, kernel=3)
+    radius, squared = np.float32(0.4), np.float32(0.4 * 0.4)
+    expected, _ = multiresolution_twin.multiresolution(
+        seen.depth, seen.positions, seen.normals, radius, squared, 2, 3, "both"
+    )
+    assert np.unique(expected).size > 50
+    assert_same_bits(made.texture, expected)
+
+
 def test_a_coarse_texel_is_the_lower_median_of_those_that_see_a_surface():
     depth = np.array([[4.0, 1, np.inf, 7, 5], [3, 2, 6, 6, np.inf], [np.inf, np.inf, 9, np.inf, 8]])
     fine, coarse = np.empty((3, 5), np.int32), np.empty((2, 3), np.int32)

@@ -64,7 +64,7 @@ def halve(depth, fine, coarse):
 @kernel(inline=True)
 def obscured(vx, vy, vz, nx, ny, nz, squared):
     """What a point at v from a point of normal n takes: (1 - v.v / R^2) max(0, v.n) / sqrt(v.v) inside R, else 0."""
-    zero = squared - squared if squared < np.inf else vx * 0
+    zero = type(vx)(0)
     d = (vx * vx + vy * vy) + vz * vz
     above = (vx * nx + vy * ny) + vz * nz
     if not ((d > 0) & (d < squared) & (above > 0)):

@@ -86,7 +86,8 @@ def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
         if valid:
             image[k] = u, v, depth
         elif to_image.kind == mapping.DISPLAY:
-            physical = [mapping.affine_row(m, row, x, y, z) for row in range(3)]
+            # What a kernel returns to Python is a float: the next one would compute in float64.
+            physical = [np.float32(mapping.affine_row(m, row, x, y, z)) for row in range(3)]
             answers[k] = display_kernels.physical_to_image(m[12:], *physical)[2]
         else:
             answers[k] = 1

@@ -330,9 +330,9 @@ def merge(layers):
     return merged
 
 
-def blur_weights(sigma):
+def blur_weights(sigma, radius=None):
     """The kernel in binary64."""
-    radius = math.ceil(3 * sigma)
+    radius = math.ceil(3 * sigma) if radius is None else radius
     if radius == 0:
         return [1.0]
     weights = [exp(-0.5 * (((tap - radius) / sigma) * ((tap - radius) / sigma))) for tap in range(2 * radius + 1)]
@@ -586,9 +586,10 @@ ESTIMATORS = {
 
 
 def estimator(parameters, inputs):
-    from kit_reader_volumetric import ESTIMATORS as VOLUMETRIC  # which itself reads this file
+    from kit_reader_scalable import ESTIMATORS as SCALABLE  # which themselves read this file
+    from kit_reader_volumetric import ESTIMATORS as VOLUMETRIC
 
-    return {**ESTIMATORS, **VOLUMETRIC}[parameters["estimator"]](parameters, inputs)
+    return {**ESTIMATORS, **VOLUMETRIC, **SCALABLE}[parameters["estimator"]](parameters, inputs)
 
 
 STAGES = {

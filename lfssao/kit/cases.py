@@ -16,6 +16,7 @@ from lfssao.errors import InputError
 from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Estimator, Value
 from lfssao.estimators.registry import ESTIMATORS
+from lfssao.estimators.texel_lines import texel_lines
 from lfssao.kernels.philox import random_unit
 from lfssao.kit.bounds import case_bounds
 from lfssao.kit.case import Arrays, Case
@@ -429,9 +430,78 @@ def _disks() -> Iterator[Recipe]:
                          partial(_disk_problem, estimator, options, tables), is_specified(name))  # fmt: skip
 
 
+# Passes over texels: views, whole numbers and places that the cases of single options do not come to.
+_PASSES: dict[str, dict[str, Value]] = {
+    "": {},
+    "finer": {"taps": 13, "turns": 0, "log_q": 0, "max_level": 1, "z_min": 2.0, "packed": False},
+    "coarser": {"taps": 100, "turns": 0, "log_q": 0, "max_level": 9, "mip": "harmonic"},
+    "sampled": {"quad_edge": 0.0, "gauss": 0.0},
+    "unbiased": {"beta": 0.0, "epsilon": 0.0},
+}
+_LEVELS: dict[str, dict[str, Value]] = {
+    "": {}, "alone": {"levels": 1, "kernel": 3}, "many": {"levels": 7, "kernel": 1, "combine": "average"},
+}  # fmt: skip
+
+
+def _rough(view: View, radius: float, estimator: Estimator, changes: Mapping[str, Value]) -> Problem:
+    """Surfaces with holes and, for estimators that read them, normals that differ and depths that are equal."""
+    parameters, inputs = _on_view(estimator, view, SCENE, radius, changes, {})
+    hole = _noise(10, *inputs["depth"].shape) < 0.1
+    arrays = {name: np.where(hole if array.ndim == 2 else hole[..., None], np.float32(np.inf), array)
+              for name, array in inputs.items() if name in ("depth", "positions")}  # fmt: skip
+    if estimator.normals:
+        normals = inputs["normals"] + np.float32(1.2) * _noise(11, *inputs["normals"].shape) - np.float32(0.6)
+        x, y, z = (normals[..., k] for k in range(3))
+        normals = normals / np.sqrt((x * x + y * y) + z * z)[..., None]
+        arrays["normals"] = np.where(np.isfinite(arrays["depth"])[..., None], normals, np.float32(0))
+        arrays["depth"] = np.round(arrays["depth"] * np.float32(16)) / np.float32(16)
+    return parameters, {**inputs, **arrays}
+
+
+def _beyond_planes(estimator: Estimator, projection: str) -> Problem:
+    """A camera's depths of which some stand for no distance: none at all in perspective, otherwise one below 0."""
+    parameters, inputs = _on_view(estimator, _camera(projection), _CAMERA_SCENE, 0.5, {"mip": "harmonic"}, {})
+    depth = np.where(_noise(10, *inputs["depth"].shape) < 0.1, _BEYOND[projection], inputs["depth"])
+    return parameters, {**inputs, "depth": depth}
+
+
+_BEYOND = {"perspective": np.float32(1.75), "orthographic": np.float32(-0.75)}
+
+
+def _lines_problem(estimator: Estimator, display: Display, changes: Mapping[str, Value]) -> Problem:
+    """An estimator on a display whose texels' lines are a table."""
+    view = _module_view(display)
+    parameters, inputs = _on_view(estimator, view, SCENE, 0.3, changes, {})
+    lines = texel_lines(view, np.dtype(np.float32)).table
+    return parameters, {**inputs, "lines": np.ascontiguousarray(lines.T).reshape(*inputs["depth"].shape, 4)}
+
+
+def _passes() -> Iterator[Recipe]:
+    """Estimators that pass over texels and their levels."""
+    for name in ("sao", "sao-equation-1", "multiresolution"):
+        estimator, specified = ESTIMATORS[name], is_specified(name)
+        large, odd, one = (DISPLAYS["crossed_slits"].with_resolution(*size) for size in ((48, 36), (33, 21), (1, 1)))
+        builds: dict[str, Callable[[], Problem]] = {
+            f"holes_{suffix}".rstrip("_"): partial(_rough, _module_view(odd), 0.4, estimator, changes)
+            for suffix, changes in (_LEVELS if estimator.normals else _PASSES).items()
+        }
+        builds["one_texel"] = partial(_on_view, estimator, _module_view(one), SCENE, 0.3, {}, {})
+        builds["zero_radius"] = partial(_on_view, estimator, _module_view(_small()), SCENE, 0.0, {}, {})
+        builds["wide"] = partial(_on_view, estimator, _module_view(large), SCENE, 1e7, {}, {})
+        if not estimator.normals:
+            builds |= {projection: partial(_beyond_planes, estimator, projection) for projection in _BEYOND}
+            builds["near"] = partial(_rough, _module_view(odd), 0.05, estimator, {})
+            for kind in ("convex", "conical"):
+                display = DISPLAYS[kind].with_resolution(20, 15)
+                builds[kind] = partial(_lines_problem, estimator, display, {"mip": "harmonic", "log_q": 0})
+        for suffix, build in builds.items():
+            yield Recipe(f"passes_{name}_{suffix}", "estimator", f"{estimator.title}: {suffix.replace('_', ' ')}",
+                         build, specified)  # fmt: skip
+
+
 RECIPES = {
     recipe.name: recipe
-    for family in (_numbers, _views, _singular, _pictures, _estimators, _disks)
+    for family in (_numbers, _views, _singular, _pictures, _estimators, _disks, _passes)
     for recipe in family()
 }  # fmt: skip
 

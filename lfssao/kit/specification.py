@@ -6,6 +6,9 @@ from importlib.resources import files
 import numpy as np
 
 from lfssao.passes import gaussian_kernel
+from lfssao.samples.spiral import BEST_TURNS
+
+_TURNS_A_LINE = 25
 
 
 def is_specified(estimator: str) -> bool:
@@ -21,4 +24,6 @@ def specification() -> str:
     texts = [folder.joinpath("SPECIFICATION.md"), *sorted(sections, key=lambda path: path.name)]
     whole = "\n".join(text.read_text(encoding="utf-8") for text in texts)
     weights = "\n".join(f"    {weight!s}" for weight in gaussian_kernel(1.0).astype(np.float32))
-    return whole.replace("<!-- weights -->", weights)
+    lines = [BEST_TURNS[k : k + _TURNS_A_LINE] for k in range(0, len(BEST_TURNS), _TURNS_A_LINE)]
+    turns = "\n".join("    " + " ".join(map(str, line)) for line in lines)
+    return whole.replace("<!-- weights -->", weights).replace("<!-- turns -->", turns)

@@ -3,17 +3,21 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from lfssao.estimators.estimator import Estimator, FloatArray
+from lfssao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.samples.registry import METHODS, sample_set
-
-# Samplers that references are made of; a sampler is never compared with a reference of its own.
-REFERENCE_SAMPLERS = ("sobol", "jittered", "r2")
 
 # One estimator takes a disk's points as taps whose radii are in equal steps, not as points that fill it evenly.
 _TAPS = ("alchemy",)
 
 # Estimators whose samples are no point set of the disk: boxes that stand for areas. They run with their defaults.
 _BOXES = ("vo-area", "vo-area-normal")
+
+# Sizes of the tap sets that other estimators make themselves, by the parameters that set them.
+_OWN_COUNTS: dict[str, tuple[dict[str, Value], ...]] = {
+    "sao": tuple({"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)),
+    "sao-equation-1": tuple({"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)),
+    "hbao": tuple({"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)),
+}
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,8 @@ class Plan:
         Sigmas, texels.
     samplers : tuple of str or None
         Which; None: all of the domain.
+    reference_samplers : tuple of str
+        What references are made by; a sampler is never compared with a reference of its own, and two others are left.
     reference_dtype : str
         Arithmetic of the references.
     reference_count : int
@@ -42,8 +48,13 @@ class Plan:
         Sets that a sampling error is over, of up to ``FEW`` samples; one of more.
     repeats : int
         Warm runs of each time.
+    timed : int
+        Up to so many samples each sampler has a time of its own, which the points' order can change; beyond it
+        ``TIMED_FOR_ALL`` is timed for all.
+    own_counts : bool
+        Whether estimators that make their own taps are measured with other numbers of them than their default.
     frames : int
-        Frames of the table of face counts; 0: none.
+        Frames of the table of face counts; 0: no tables of the papers.
     """
 
     width: int
@@ -53,22 +64,32 @@ class Plan:
     dtypes: tuple[str, ...]
     blurs: tuple[float, ...]
     samplers: tuple[str, ...] | None
+    reference_samplers: tuple[str, ...]
     reference_dtype: str
     reference_count: int
     seeds: int
     repeats: int
+    timed: int
+    own_counts: bool
     frames: int
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Each radius once."""
+        return tuple(sorted({share for radii in self.radii for share in radii}))
 
 
 FEW = 256
 
+TIMED_FOR_ALL = "random"
+
 FULL = Plan(
     320, 240, (1, 4, 16, 64, 256, 1024, 4096), ((0.02,), (0.01, 0.02, 0.035)), ("float32", "float64"), (0.0, 1.0),
-    None, "float64", 65_536, 4, 20, 60,
+    None, ("sobol", "jittered", "r2"), "float64", 65_536, 4, 20, 256, True, 200,
 )  # fmt: skip
 QUICK = Plan(
-    320, 240, (4, 16, 64), ((0.02,),), ("float32",), (0.0, 1.0), ("random", "latin", "poisson"), "float32", 65_536, 1,
-    20, 5,
+    256, 192, (4, 16, 64), ((0.02,),), ("float32",), (0.0, 1.0), ("random", "latin", "poisson"), ("sobol", "r2"),
+    "float32", 65_536, 4, 20, 64, False, 10,
 )  # fmt: skip
 
 
@@ -93,6 +114,16 @@ def counts_of(estimator: Estimator, sampler: str, plan: Plan) -> Iterator[int]:
     """The counts that a sampler has sets of."""
     most = METHODS[_domain(estimator)][sampler].most
     return (n for n in plan.counts if most is None or n <= most)
+
+
+def own_counts_of(estimator: Estimator, plan: Plan) -> list[tuple[int | None, dict[str, Value]]]:
+    """Numbers of taps of an estimator that makes its own, and the parameters that set them; None and none: default."""
+    others = _OWN_COUNTS.get(estimator.name, ()) if plan.own_counts else ()
+    return [(None, {}), *((_taps(parameters), parameters) for parameters in others)]
+
+
+def _taps(parameters: dict[str, Value]) -> int:
+    return int(parameters["taps"]) if "taps" in parameters else int(parameters["directions"]) * int(parameters["steps"])
 
 
 def samples_for(

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lfssao.bench.advise import ERRORS, Point, describe, pareto_front, points_of
-from lfssao.bench.slopes import THEORY, fitted_slope
+from lfssao.bench.slopes import BEFORE_THE_LIMIT, THEORY, fitted_slope
 from lfssao.files import write_whole
 
 if TYPE_CHECKING:
@@ -83,8 +83,8 @@ def as_text(result: dict[str, Any]) -> str:
 
 def _slopes(points: list[Point]) -> list[str]:
     """Slopes of one radius without blur; points whose reference does not serve are left out."""
-    line = "  {:18} {:10} {:>8}   {}"
-    out = [line.format("estimator", "sampler", "slope", "theory in 2D: edge, smooth")]
+    line = "  {:18} {:10} {:>14}   {}"
+    out = [line.format("estimator", "sampler", "slope", "theory in 2D, in the limit: edge, smooth")]
 
     def key(p: Point) -> tuple[str, str]:
         return p["estimator"], p["sampler"]
@@ -92,21 +92,31 @@ def _slopes(points: list[Point]) -> list[str]:
     plain = [p for p in points if p["radii"] == 1 and not p["blur"] and p["dtype"] == "float32"]
     for (estimator, sampler), group in groupby(sorted(plain, key=key), key=key):
         told = [p for p in group if p["reference_serves"]]
-        slope = fitted_slope([p["samples"] for p in told], [p["sampling"] for p in told])
+        fitted = fitted_slope([p["samples"] for p in told], [p["sampling"] for p in told])
+        measured = "-" if fitted is None else f"{fitted[0]:.2f} +- {fitted[1]:.2f}"
         theory = ", ".join(f"{s:g}" for s in THEORY[sampler]) if sampler in THEORY else "-"
-        out.append(line.format(estimator, sampler, "-" if slope is None else f"{slope:.2f}", theory))
+        before = f" ({BEFORE_THE_LIMIT[sampler]})" if sampler in BEFORE_THE_LIMIT else ""
+        out.append(line.format(estimator, sampler, measured, theory + before))
     return out if len(out) > 1 else []
 
 
 def _face_counts(table: dict[str, Any] | None) -> list[str]:
     if table is None:
         return []
-    low, high = table["lf_ms"]
-    out = [f"LF table 1: 1024x768, mean of {table['frames']} frames"]
-    out += [
-        f"  {row['model']:10} {row['faces']:8} faces, {row['surface']:4.0%} surface: {row['without_ms']:8.2f} ms "
-        f"without, {row['with_ms']:8.2f} ms with, SSAO {row['ssao_ms']:8.2f} ms"
-        for row in table["rows"]
-    ]
-    ours, theirs = table["spread_per_cent"], table["lf_spread_per_cent"]
-    return [*out, f"  spread of SSAO {ours:.1f} %; LF: {low} to {high} ms, {theirs:.1f} %"]
+    out = [f"LF table 1: 1024x768, mean of {table['frames']} frames, ms"]
+    for key, what in (("as_shown", "as shown"), ("equal_cover", "all as small as the least covering one")):
+        part = table[key]
+        out.append(f"  {what}")
+        for row in part["rows"]:
+            before, after = table["lf_ms"][row["model"]]
+            out.append(
+                f"    {row['model']:10} {row['faces']:7} faces, cover {row['cover']:4.0%}: {row['without_ms']:.2f} "
+                f"without, {row['with_ms']:.2f} with, SSAO {row['ssao_ms']:.2f}, {row['ns_per_covered_texel']:.0f} ns "
+                f"a covered texel; LF: {before:.2f}, {after:.2f}, {after - before:.2f}"
+            )
+        out.append(
+            f"    spread of SSAO {part['ssao_ms_spread_per_cent']:.1f} % (of medians "
+            f"{part['ssao_median_ms_spread_per_cent']:.1f} %), of the time a covered texel "
+            f"{part['ns_per_covered_texel_spread_per_cent']:.1f} %; LF {table['lf_spread_per_cent']:.1f} %"
+        )
+    return [*out, "  A shader runs at every texel, lfssao where there is a surface: its time follows the cover."]

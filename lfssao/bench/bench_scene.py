@@ -1,0 +1,91 @@
+"""What a work-precision run looks at: one view of a mesh, its textures and its ray-cast occlusion."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.bench.plans import Plan
+from lfssao.bench.sampling_error import rmse
+from lfssao.display_file import find_display
+from lfssao.estimators.buffers import Buffers, Texture
+from lfssao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.estimators.registry import estimate
+from lfssao.figures.truth import half_space
+from lfssao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
+from lfssao.raycast import RayCaster
+from lfssao.rendering import diagonal, module_views
+from lfssao.scene.mesh import Mesh
+
+# Shares of the whole ball: a plane hides half of it. The model error is that of the half space's share.
+WHOLE_BALL = ("lf", "point", "vo-points", "vo-lines", "vo-area")
+
+# Falloff of ray-cast occlusion that is nearest to the estimator's own; the others' is constant.
+_FALLOFFS = dict.fromkeys(("multiresolution", "hbao", "sao", "sao-equation-1", "alchemy"), "quadratic")
+
+# Points and weights; None where the estimator makes its own.
+Samples = tuple[FloatArray | None, FloatArray | None]
+
+
+class BenchScene:
+    """One view of a mesh, its textures in each arithmetic and its ray-cast occlusion.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        What is seen.
+    plan : Plan
+        Sizes.
+    threads : int
+        Threads of the ray caster.
+    """
+
+    def __init__(self, mesh: Mesh, plan: Plan, threads: int) -> None:
+        self.mesh = mesh
+        self.unit = diagonal(mesh)
+        view = module_views(mesh, find_display("virtual").with_resolution(plan.width, plan.height))[0]
+        gbuffer = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric")
+        single = Buffers.of(gbuffer, view)
+        assert single.normals is not None
+        textures = (single.depth, single.positions, single.normals)
+        self.buffers = {
+            name: Buffers(view, *(texture.astype(name) for texture in textures)) for name in ("float32", "float64")
+        }
+        self.surface: NDArray[np.bool_] = np.isfinite(single.depth)
+        self._truth: dict[tuple[float, str], GroundTruth] = {}
+
+    @cached_property
+    def occluders(self) -> Occluders:
+        """The mesh for rays."""
+        return Occluders(self.mesh)
+
+    def truth(self, share: float, falloff: str) -> GroundTruth:
+        """Ray-cast occlusion of a radius that is a share of the scene's diagonal."""
+        if (share, falloff) not in self._truth:
+            self._truth[share, falloff] = ray_cast_occlusion(
+                self.occluders, self.buffers["float32"], share * self.unit, falloff=falloff, tolerance=0.01
+            )
+        return self._truth[share, falloff]
+
+    def truth_error(self) -> float:
+        """The largest RMS standard error of the ray-cast occlusion made so far."""
+        errors = [rmse(self.of_surface(truth.error), np.zeros(1)) for truth in self._truth.values()]
+        return max(errors, default=0.0)
+
+    def of_surface(self, texture: Texture) -> FloatArray:
+        """A texture's numbers where there is a surface, float64."""
+        return np.asarray(texture[self.surface], np.float64)
+
+    def occlusion(
+        self, estimator: Estimator, dtype: str, share: float, samples: Samples, parameters: dict[str, Value]
+    ) -> Texture:
+        """What an estimator makes of one radius."""
+        points, weights = samples
+        return estimate(estimator.name, self.buffers[dtype], share * self.unit, points, weights, **parameters).texture
+
+    def model_error(self, estimator: Estimator, shares: tuple[float, ...], texture: Texture) -> float:
+        """RMSE against ray-cast occlusion, merged over the radii as the textures are."""
+        falloff = _FALLOFFS.get(estimator.name, "constant")
+        truth = np.maximum.reduce([self.truth(share, falloff).texture for share in shares])
+        ours = half_space(texture) if estimator.name in WHOLE_BALL else texture
+        return rmse(self.of_surface(ours), self.of_surface(truth))

@@ -1,67 +1,11 @@
-/* The estimators' loops as a C programmer writes them, one texel and one sample at a time, float32, flat displays with
- * the linear diffuser: the peers of lfssao's numba kernels. Operations stand in lfssao's order; compiled with
+/* Volumetric obscurance by points and lines, and horizons, as a C programmer writes the loops, one texel and one sample at a
+ * time, float32: the peers of lfssao's numba kernels. Operations stand in lfssao's order; compiled with
  * -ffp-contract=off they give its bits.
- *
- * rows: u, v, divisor (unused here) and cast z, rows of four; lens: z_m, z_o, u_0, v_0 (lfssao/kernels/neighbourhood.py).
  */
-#include <math.h>
-#include <stdint.h>
+#include "scene.h"
 
-typedef struct { int width, height; const float *depth, *positions, *directions, *normals, *rows, *lens, *right; } Scene;
-typedef struct { float p[3], u, v, z, eu, ev, ez, fu, fv, fz, steep, slope1, slope2; const float *w; int seen; } Texel;
-
-static float linear_row(const float *m, int k, float x, float y, float z)
-{
-    return (m[4 * k] * x + m[4 * k + 1] * y) + m[4 * k + 2] * z;
-}
-
-static Texel texel_at(const Scene *s, float radius, const float *turns, int tangent, int j, int i)
-{
-    Texel t;
-    const int64_t k = (int64_t)j * s->width + i;
-    const float *p = s->positions + 3 * k, *w = s->directions + 3 * k, *r = s->right, *m = s->rows;
-    const float c = turns[(j & 3) * 256 + (i & 3)], sn = turns[1024 + (j & 3) * 256 + (i & 3)];
-    t.w = w;
-    t.p[0] = p[0], t.p[1] = p[1], t.p[2] = p[2];
-    const float deep = radius * linear_row(m, 3, w[0], w[1], w[2]);
-    t.seen = s->depth[k] < INFINITY && deep > 0;
-    t.steep = 1 / deep;
-    const float along = (r[0] * w[0] + r[1] * w[1]) + r[2] * w[2];
-    float ax = r[0] - along * w[0], ay = r[1] - along * w[1], az = r[2] - along * w[2];
-    const float scale = 1 / sqrtf((ax * ax + ay * ay) + az * az);
-    ax *= scale, ay *= scale, az *= scale;
-    const float bx = w[1] * az - w[2] * ay, by = w[2] * ax - w[0] * az, bz = w[0] * ay - w[1] * ax;
-    const float ex = c * ax + sn * bx, ey = c * ay + sn * by, ez = c * az + sn * bz;
-    const float fx = sn * ax - c * bx, fy = sn * ay - c * by, fz = sn * az - c * bz;
-    t.u = linear_row(m, 0, p[0], p[1], p[2]) + m[3];
-    t.v = linear_row(m, 1, p[0], p[1], p[2]) + m[7];
-    t.z = linear_row(m, 3, p[0], p[1], p[2]) + m[15];
-    t.eu = radius * linear_row(m, 0, ex, ey, ez), t.fu = radius * linear_row(m, 0, fx, fy, fz);
-    t.ev = radius * linear_row(m, 1, ex, ey, ez), t.fv = radius * linear_row(m, 1, fx, fy, fz);
-    t.ez = radius * linear_row(m, 3, ex, ey, ez), t.fz = radius * linear_row(m, 3, fx, fy, fz);
-    if (tangent) {
-        const float *n = s->normals + 3 * k;
-        float towards = -((n[0] * w[0] + n[1] * w[1]) + n[2] * w[2]);
-        towards = towards > 0x1p-20f ? towards : 0x1p-20f;
-        t.slope1 = ((n[0] * ex + n[1] * ey) + n[2] * ez) / towards;
-        t.slope2 = ((n[0] * fx + n[1] * fy) + n[2] * fz) / towards;
-    }
-    return t;
-}
-
-/* The image point and cast z of rows a, b, z; whether it lies in the texture. */
-static int project(const Scene *s, float a, float b, float z, float *u, float *v)
-{
-    *u = s->lens[2] + a / (s->lens[0] - z);
-    *v = s->lens[3] + b / (s->lens[1] - z);
-    return z < s->lens[0] && z > s->lens[1] && *u >= 0 && *u < s->width && *v >= 0 && *v < s->height;
-}
-
-#define SCENE const Scene scene = {width, height, depth, positions, directions, normals, rows, lens, right}
-#define ARRAYS int width, int height, const float *depth, const float *positions, const float *directions, \
-    const float *normals, const float *rows, const float *lens, const float *right, float radius
-
-void vo_lines(ARRAYS, const float *turns, int n, const float *disk, const float *half, const float *weights, float *ao)
+void vo_lines(ARRAYS, const float *turns, int n, const float *disk, const float *half, const float *weights, int tangent,
+              float thickness, float *ao)
 {
     SCENE;
 #pragma omp parallel for schedule(dynamic, 8)
@@ -71,7 +15,7 @@ void vo_lines(ARRAYS, const float *turns, int n, const float *disk, const float 
             ao[(int64_t)j * width + i] = 0;
             if (!(depth[(int64_t)j * width + i] < INFINITY))
                 continue;
-            const Texel t = texel_at(&scene, radius, turns, 0, j, i);
+            const Texel t = texel_at(&scene, radius, turns, tangent, j, i);
             if (!t.seen)
                 continue;
             for (int k = 0; k < n; k++) {
@@ -81,7 +25,8 @@ void vo_lines(ARRAYS, const float *turns, int n, const float *disk, const float 
                 if (!project(&scene, (t.u + x * t.eu) + y * t.fu, (t.v + x * t.ev) + y * t.fv, z, &u, &v))
                     continue;
                 const float d = (depth[(int64_t)(int)v * width + (int)u] - z) * t.steep;
-                const float length = z_s - (d < -z_s ? -z_s : d);
+                const float plane = tangent ? x * t.slope1 + y * t.slope2 : z_s, top = plane < z_s ? plane : z_s;
+                const float back = d + thickness < top ? d + thickness : top, length = back - (d < -z_s ? -z_s : d);
                 if (length > 0)
                     total += weights[k] * length;
             }
@@ -89,7 +34,8 @@ void vo_lines(ARRAYS, const float *turns, int n, const float *disk, const float 
         }
 }
 
-void vo_points(ARRAYS, const float *mirrors, int n, const float *ball, const float *weights, float *ao)
+void vo_points(ARRAYS, const float *mirrors, int n, const float *ball, const float *weights, int tangent, float thickness,
+               float *ao)
 {
     SCENE;
 #pragma omp parallel for schedule(dynamic, 8)
@@ -101,20 +47,36 @@ void vo_points(ARRAYS, const float *mirrors, int n, const float *ball, const flo
             if (!(depth[at] < INFINITY))
                 continue;
             const float *p = positions + 3 * at, *r = mirrors + (j & 3) * 256 + (i & 3), two = radius + radius;
-            const float rx = r[0], ry = r[1024], rz = r[2048];
+            const float *up = normals + 3 * at, *w = directions + 3 * at, rx = r[0], ry = r[1024], rz = r[2048];
             const float mu = two * linear_row(rows, 0, rx, ry, rz), mv = two * linear_row(rows, 1, rx, ry, rz);
             const float mz = two * linear_row(rows, 3, rx, ry, rz);
             const float pu = linear_row(rows, 0, p[0], p[1], p[2]) + rows[3];
             const float pv = linear_row(rows, 1, p[0], p[1], p[2]) + rows[7];
             const float pz = linear_row(rows, 3, p[0], p[1], p[2]) + rows[15];
+            const float reach = thickness < INFINITY ? (thickness * radius) * linear_row(rows, 3, w[0], w[1], w[2]) : thickness;
+            float across = 0, lu = 0, lv = 0, lz = 0;
+            if (tangent) {
+                across = (rx * up[0] + ry * up[1]) + rz * up[2];
+                across += across;
+                lu = two * linear_row(rows, 0, up[0], up[1], up[2]), lv = two * linear_row(rows, 1, up[0], up[1], up[2]);
+                lz = two * linear_row(rows, 3, up[0], up[1], up[2]);
+            }
             for (int k = 0; k < n; k++) {
                 const float x = ball[3 * k], y = ball[3 * k + 1], z_o = ball[3 * k + 2];
                 const float mirror = (x * rx + y * ry) + z_o * rz;
-                const float z = (pz + radius * linear_row(rows, 3, x, y, z_o)) - mirror * mz;
-                const float a = (pu + radius * linear_row(rows, 0, x, y, z_o)) - mirror * mu;
-                const float b = (pv + radius * linear_row(rows, 1, x, y, z_o)) - mirror * mv;
+                float z = (pz + radius * linear_row(rows, 3, x, y, z_o)) - mirror * mz;
+                float a = (pu + radius * linear_row(rows, 0, x, y, z_o)) - mirror * mu;
+                float b = (pv + radius * linear_row(rows, 1, x, y, z_o)) - mirror * mv;
+                if (tangent) {
+                    const float above = ((x * up[0] + y * up[1]) + z_o * up[2]) - mirror * across;
+                    if (above < 0)
+                        z -= above * lz, a -= above * lu, b -= above * lv;
+                }
                 float u, v;
-                if (project(&scene, a, b, z, &u, &v) && z - depth[(int64_t)(int)v * width + (int)u] > 0)
+                if (!project(&scene, a, b, z, &u, &v))
+                    continue;
+                const float before = z - depth[(int64_t)(int)v * width + (int)u];
+                if (before > 0 && before <= reach)
                     total += weights[k];
             }
             ao[at] = total < 1 ? total : 1;

@@ -2,13 +2,7 @@
  * peers of lfssao's numba kernels. Operations stand in lfssao's order; with -ffp-contract=off they give its bits.
  */
 #include <math.h>
-#include <omp.h>
 #include <stdint.h>
-
-void set_threads(int n)
-{
-    omp_set_num_threads(n);
-}
 
 static int find_msb(int h)
 {
@@ -16,7 +10,7 @@ static int find_msb(int h)
 }
 
 /* lines: u_c, a, b, c, d for x, then for y; m: rows of four, cast space -> world; first: place of each level. k: reach_u,
- * reach_v, inverse radius, bias, epsilon, scale. */
+ * reach_v, inverse radius, share, bias, bias of depth, origin of depth, epsilon, scale. */
 void sampling(int width, int height, const float *z, const float *pyramid, const int32_t *first, int levels,
               const float *positions, const float *normals, const float *rotations, const float *taps, int s,
               const float *lines, const float *m, const float *k, int log_q, float *visibility)
@@ -32,6 +26,7 @@ void sampling(int width, int height, const float *z, const float *pyramid, const
             r_u = r_u < 1048576.0f ? r_u : 1048576.0f;
             r_v = r_v < 1048576.0f ? r_v : 1048576.0f;
             float cosine = rotations[t], sine = rotations[(int64_t)width * height + t], total = 0;
+            const float less = k[4] + k[5] * (z[t] - k[6]);
             const float *c = positions + 3 * t, *n = normals + 3 * t;
             for (int tap = 0; tap < s; tap++) {
                 float tx = taps[3 * tap], ty = taps[3 * tap + 1], alpha = taps[3 * tap + 2];
@@ -54,12 +49,12 @@ void sampling(int width, int height, const float *z, const float *pyramid, const
                 float a = ((((m[0] * qx + m[1] * qy) + m[2] * d) + m[3]) - c[0]) * k[2];
                 float b = ((((m[4] * qx + m[5] * qy) + m[6] * d) + m[7]) - c[1]) * k[2];
                 float e = ((((m[8] * qx + m[9] * qy) + m[10] * d) + m[11]) - c[2]) * k[2];
-                float square = (a * a + b * b) + e * e, above = ((a * n[0] + b * n[1]) + e * n[2]) - k[3];
-                float left = 1 - square;
+                float square = (a * a + b * b) + e * e, above = ((a * n[0] + b * n[1]) + e * n[2]) - less;
+                float left = 1 - k[3] * square;
                 if (above > 0 && left > 0)
-                    total += ((left * left) * left) * (above / (square + k[4]));
+                    total += ((left * left) * left) * (above / (square + k[7]));
             }
-            float open = 1 - k[5] * total;
+            float open = 1 - k[8] * total;
             visibility[t] = open > 0 ? open : 0;
         }
 }
@@ -107,17 +102,4 @@ void quads(int width, int height, const float *visibility, const float *z, float
                     target[t] = target[o] = (target[t] + target[o]) * 0.5f;
             }
     }
-}
-
-void rotated_level(int width, int height, const float *source, float *target)
-{
-    int w = (width + 1) / 2, h = (height + 1) / 2;
-#pragma omp parallel for schedule(static)
-    for (int y = 0; y < h; y++)
-        for (int x = 0; x < w; x++) {
-            int i = 2 * x + ((y & 1) ^ 1), j = 2 * y + ((x & 1) ^ 1);
-            i = i < width ? i : width - 1;
-            j = j < height ? j : height - 1;
-            target[(int64_t)y * w + x] = source[(int64_t)j * width + i];
-        }
 }

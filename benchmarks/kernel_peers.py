@@ -1,0 +1,118 @@
+"""Which C function does what which kernel does, and how its arguments come from the kernel's."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from stages import Peer
+
+from lfssao.kernels.ssao import transform_offsets
+
+KERNELS = "lfssao.kernels."
+ESTIMATORS = "lfssao.estimators."
+FILTERS = ("rotated", "arithmetic", "harmonic", "min", "max")
+
+
+def _size(a: Any) -> list[int]:
+    return [a.shape[1], a.shape[0]]
+
+
+def _scene(a: Sequence[Any], flag: int) -> list[Any]:
+    """Depth, positions, directions, normals, (a flag and) the kind, rows, lens, right, radius."""
+    return [*_size(a[0]), *a[:4], *a[flag + 1 : flag + 5]]
+
+
+def _points(a: Sequence[Any]) -> list[Any]:
+    scene = [*_size(a[0]), *a[:4], a[6], a[7], a[6], a[8]]  # points have no use for the rightward direction
+    return [*scene, a[9], len(a[10]), a[10], a[11], int(a[4]), a[12], a[13]]
+
+
+def _ends(offsets: Any, kind: int, m: Any) -> Any:
+    return transform_offsets(offsets, kind, m)
+
+
+def _share(a: Sequence[Any]) -> list[Any]:
+    depth, positions, normals, offsets, kind, m, half = a[:7]
+    return [
+        *_size(depth),
+        len(offsets),
+        depth,
+        positions,
+        normals,
+        offsets,
+        _ends(offsets, kind, m),
+        m,
+        int(half),
+        a[10],
+    ]
+
+
+def _sampling(a: Sequence[Any]) -> list[Any]:
+    numbers = np.array([*a[9:12], *a[13:19]], np.float32)
+    return [*_size(a[0]), a[0], a[1], a[2], len(a[2]), *a[3:7], len(a[6]), a[7], a[8], numbers, a[12], a[19]]
+
+
+def _area(a: Sequence[Any]) -> list[Any]:
+    pyramid = [a[14], a[15], a[16], a[17], len(a[16]), float(a[18]), a[19]]
+    return [*_scene(a, 5), a[10], len(a[11]), *a[11:14], int(a[4]), *pyramid, a[20]]
+
+
+PEERS = (
+    Peer("lfssao.passes.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
+         lambda a: [*_size(a[0]), len(a[1]), a[0], _ends(a[1], 1, a[3]), a[2], a[3], a[4]], (4,)),
+    Peer("lfssao.passes.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
+         lambda a: [*_size(a[0]), len(a[2]), a[0], a[1], _ends(a[2], a[3], a[4]), a[4], a[5]], (5,)),
+    Peer("lfssao.passes.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
+         lambda a: [*_size(a[1]), len(a[0]), *a], (1,)),
+    Peer("lfssao.passes.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
+         lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
+    Peer("lfssao.passes.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
+         lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
+    Peer(KERNELS + "alchemy.alchemy", "Alchemy, taps", "alchemy",
+         lambda a: [*_size(a[0]), len(a[4]), *a[:5], a[6], a[7], *a[8:12], a[14]], (14,)),
+    Peer(ESTIMATORS + "texel_lines.linear_depth", "linear z", "linear_depth",
+         lambda a: [*_size(a[0]), a[0], *a[2:]], (5,)),
+    Peer(ESTIMATORS + "texel_lines.rebuild_positions", "positions from z", "positions",
+         lambda a: [*_size(a[0]), a[0], a[2], a[4], a[5]], (5,)),
+    Peer(ESTIMATORS + "scalable.face_normals", "face normals", "face_normals",
+         lambda a: [*_size(a[0]), a[0], a[1], a[3], a[5], a[6]], (6,)),
+    Peer(ESTIMATORS + "scalable.scalable.write_rotations", "SAO rotations (once a size)", "rotations",
+         lambda a: [a[1].shape[2], a[1].shape[1], a[1]], (1,)),
+    Peer(ESTIMATORS + "scalable.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (19,)),
+    Peer(ESTIMATORS + "scalable.average_quads", "2x2 average", "quads", lambda a: [*_size(a[0]), *a], (3,)),
+    Peer(ESTIMATORS + "scalable.packing.depth_keys", "bilateral keys", "depth_keys",
+         lambda a: [*_size(a[0]), *a], (3,)),
+    Peer(ESTIMATORS + "scalable.packing.pack", "packing", "pack", lambda a: [*_size(a[0]), *a], (2,)),
+    Peer(ESTIMATORS + "scalable.packing.unpack", "unpacking", "unpack", lambda a: [*_size(a[0]), *a], (1, 2)),
+    Peer(ESTIMATORS + "scalable.bilateral.bilateral_horizontal", "bilateral, rows", "bilateral",
+         lambda a: [*_size(a[0]), *a[:3], a[4], 0, a[5]], (5,)),
+    Peer(ESTIMATORS + "scalable.bilateral.bilateral_vertical", "bilateral, columns", "bilateral",
+         lambda a: [*_size(a[0]), *a[:3], a[4], 1, a[5]], (5,)),
+    Peer(ESTIMATORS + "scalable.scalable.occlusion_of", "occlusion of A", "occlusion_of",
+         lambda a: [*_size(a[0]), a[0], a[1], a[3]], (3,)),
+    Peer(ESTIMATORS + "volumetric.volumetric_points.point_occlusion", "VO points", "vo_points", _points, (13,)),
+    Peer(ESTIMATORS + "volumetric.volumetric_lines.line_occlusion", "VO lines", "vo_lines",
+         lambda a: [*_scene(a, 5), a[10], len(a[11]), *a[11:14], int(a[4]), a[14], a[15]], (15,)),
+    Peer(ESTIMATORS + "volumetric.volumetric_area.area_occlusion", "VO area", "vo_area", _area, (20,)),
+    Peer(ESTIMATORS + "volumetric.merge_product", "dual radii, product", "merge_product",
+         lambda a: [*_size(a[0]), *a], (2,)),
+    Peer(ESTIMATORS + "pyramid.kernels.write_base", "pyramid of moments", "moments_base",
+         lambda a: [*_size(a[0]), *a], (1,)),
+    Peer(ESTIMATORS + "pyramid.kernels.write_half", "pyramid of moments", "moments_half",
+         lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
+    Peer(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao",
+         lambda a: [*_scene(a, 4), a[9], len(a[10]), a[10], a[11], a[16]], (16,)),
+    Peer(KERNELS + "point.share_behind", "points with options", "share_behind", _share, (10,)),
+    Peer(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
+         lambda a: [*_size(a[0]), *a], (1,)),
+    Peer(KERNELS + "multiresolution.halve", "multiresolution, halve", "halve",
+         lambda a: [*_size(a[1]), *a], (2,)),
+    Peer(KERNELS + "multiresolution.level_occlusion", "multiresolution, levels", "level_occlusion",
+         lambda a: [*_size(a[0]), *a[:6]], (5,)),
+    Peer(KERNELS + "multiresolution.refine", "multiresolution, upsample", "refine",
+         lambda a: [*_size(a[0]), *a], (7, 8)),
+    Peer(KERNELS + "multiresolution.combine", "multiresolution, combine", "combine",
+         lambda a: [*_size(a[0]), *a[:3]], (0,)),
+    Peer(ESTIMATORS + "scalable.z_pyramid.next_level", "z hierarchy", "next_level",
+         lambda a: [*_size(a[0]), a[0], int(a[1]), a[2], a[3]], (3,)),
+)  # fmt: skip

@@ -1,0 +1,64 @@
+/* lfssao/kernels/elementary.py and spiral.py in C: the C library's functions would give other bits. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+static inline void sincospi_(double x, double *sine, double *cosine)
+{
+    const int64_t quadrant = x >= 0 ? (int64_t)(x * 2 + 0.5) : -(int64_t)(0.5 - x * 2);
+    const double a = 3.141592653589793 * (x - (double)quadrant * 0.5), a2 = a * a;
+    double s = 1.0 / 355687428096000.0, c = 1.0 / 20922789888000.0;
+    s = s * a2 - 1.0 / 1307674368000.0;
+    s = s * a2 + 1.0 / 6227020800.0;
+    s = s * a2 - 1.0 / 39916800.0;
+    s = s * a2 + 1.0 / 362880.0;
+    s = s * a2 - 1.0 / 5040.0;
+    s = s * a2 + 1.0 / 120.0;
+    s = s * a2 - 1.0 / 6.0;
+    s = s * a2 * a + a;
+    c = c * a2 - 1.0 / 87178291200.0;
+    c = c * a2 + 1.0 / 479001600.0;
+    c = c * a2 - 1.0 / 3628800.0;
+    c = c * a2 + 1.0 / 40320.0;
+    c = c * a2 - 1.0 / 720.0;
+    c = c * a2 + 1.0 / 24.0;
+    c = c * a2 - 0.5;
+    c = c * a2 + 1.0;
+    switch (quadrant & 3) {
+    case 0: *sine = s, *cosine = c; break;
+    case 1: *sine = c, *cosine = -s; break;
+    case 2: *sine = -s, *cosine = -c; break;
+    default: *sine = -c, *cosine = s;
+    }
+}
+
+static inline double log2_(double x)
+{
+    uint64_t bits;
+    double m;
+    x = x > 0x1p-1022 ? x : 0x1p-1022;
+    x = x < INFINITY ? x : INFINITY;
+    memcpy(&bits, &x, 8);
+    int64_t k = (int64_t)(bits >> 52) - 1023;
+    bits = (bits & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000;
+    memcpy(&m, &bits, 8);
+    if (m > 1.4142135623730951)
+        m *= 0.5, k++;
+    const double s = (m - 1) / (m + 1), s2 = s * s;
+    double y = 1.0 / 21.0;
+    for (int n = 19; n >= 3; n -= 2)
+        y = y * s2 + 1.0 / n;
+    y = (y * s2) * s + s;
+    return (double)k + 2.8853900817779268 * y;
+}
+
+/* SAO equation 8 as the paper prints it, as an angle in half-turns. */
+static inline double hash_angle(int64_t x, int64_t y)
+{
+    const int64_t word = (int32_t)((30 * x) ^ (y + 10 * x * y));
+    const uint64_t size = (uint64_t)(word < 0 ? -word : word);
+    const uint64_t low = size * 0x7F09D5F4 + ((size * 0x7D4D3770) >> 32);
+    uint64_t turn = size * 0x28BE60DB9391054A + (low >> 32);
+    turn = word < 0 ? -turn : turn;
+    return (double)(turn >> 11) * 0x1p-52;
+}

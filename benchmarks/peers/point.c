@@ -1,0 +1,142 @@
+/* LF's algorithms, the half ball and Alchemy AO on a flat display with the linear diffuser, float32, one loop nest per texel
+ * and sample, as a C programmer writes them down: the peers of lfssao's numba kernels.
+ *
+ * All write the operations in lfssao's order; compiled with -ffp-contract=off they give its bits.
+ */
+#include "elementary.h"
+
+/* Depth and texel of the image point of world point P + offset, (x, y, z) after the affine rows; -1 outside. */
+static inline int64_t texel_of(int width, int height, const float *m, float x, float y, float z)
+{
+    float u = m[14] + x / (m[12] - z), v = m[15] + y / (m[13] - z);
+    if (!(z < m[12] && z > m[13] && u >= 0 && u < width && v >= 0 && v < height))
+        return -1;
+    return (int64_t)(int)v * width + (int)u;
+}
+
+static inline float row(const float *m, int k, const float *p)
+{
+    return ((m[4 * k] * p[0] + m[4 * k + 1] * p[1]) + m[4 * k + 2] * p[2]) + m[4 * k + 3];
+}
+
+static inline float linear(const float *m, int k, const float *p)
+{
+    return (m[4 * k] * p[0] + m[4 * k + 1] * p[1]) + m[4 * k + 2] * p[2];
+}
+
+/* offsets: n x 3, world units. ends: n x 4, the same after the rows' linear part. half: turn those below the surface. */
+void share_behind(int width, int height, int n, const float *depth, const float *positions, const float *normals,
+                const float *offsets, const float *ends, const float *m, int half, float *ao)
+{
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++) {
+            const int64_t here = (int64_t)j * width + i;
+            const float *p = positions + 3 * here, *up = normals + 3 * here;
+            ao[here] = 0;
+            if (!(depth[here] < INFINITY))
+                continue;
+            float a = row(m, 0, p), b = row(m, 1, p), c = row(m, 2, p);
+            int count = 0;
+            for (int s = 0; s < n; s++) {
+                const float *o = offsets + 3 * s, *e = ends + 4 * s;
+                float t = half && (o[0] * up[0] + o[1] * up[1]) + o[2] * up[2] < 0 ? -1.0f : 1.0f;
+                float z = c + t * e[2];
+                int64_t q = texel_of(width, height, m, a + t * e[0], b + t * e[1], z);
+                count += q >= 0 && depth[q] < z;
+            }
+            ao[here] = (float)count / (float)n;
+        }
+}
+
+/* away: four numbers of the distance from the viewers. epsilon: squared world units; scale: 2 sigma / s; k is 1. */
+void alchemy(int width, int height, int n, const float *depth, const float *positions, const float *normals,
+             const float *directions, const float *taps, const float *m, const float *away, float radius, float beta,
+             float epsilon, float scale, float *ao)
+{
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++) {
+            const int64_t here = (int64_t)j * width + i;
+            const float *p = positions + 3 * here, *up = normals + 3 * here, *d = directions + 3 * here;
+            ao[here] = 0;
+            if (!(depth[here] < INFINITY))
+                continue;
+            double turn[2];
+            sincospi_(hash_angle(i, j), turn + 1, turn);
+            const float cosine = (float)turn[0], sine = (float)turn[1], sign = d[2] >= 0 ? 1 : -1, q = -1 / (sign + d[2]);
+            const float b = d[0] * d[1] * q;
+            const float one[3] = {radius * (1 + sign * d[0] * d[0] * q), radius * (sign * b), radius * (-sign * d[0])};
+            const float two[3] = {radius * b, radius * (sign + d[1] * d[1] * q), radius * -d[1]};
+            float far = ((away[0] * p[0] + away[1] * p[1]) + away[2] * p[2]) + away[3];
+            float bias = beta * (far > 0 ? far : 0), total = 0, at[3], first[3], second[3];
+            for (int k = 0; k < 3; k++) {
+                at[k] = row(m, k, p);
+                first[k] = linear(m, k, one);
+                second[k] = linear(m, k, two);
+            }
+            for (int s = 0; s < n; s++) {
+                float x = taps[2 * s] * cosine - taps[2 * s + 1] * sine;
+                float y = taps[2 * s] * sine + taps[2 * s + 1] * cosine;
+                int64_t q = texel_of(width, height, m, at[0] + (x * first[0] + y * second[0]),
+                                     at[1] + (x * first[1] + y * second[1]), at[2] + (x * first[2] + y * second[2]));
+                if (q < 0 || !(depth[q] < INFINITY))
+                    continue;
+                float vx = positions[3 * q] - p[0], vy = positions[3 * q + 1] - p[1], vz = positions[3 * q + 2] - p[2];
+                float above = ((vx * up[0] + vy * up[1]) + vz * up[2]) - bias;
+                float square = ((vx * vx + vy * vy) + vz * vz) + epsilon;
+                if (above > 0 && square > 0 && square < INFINITY)
+                    total += above / square;
+            }
+            float a = 1 - scale * total;
+            ao[here] = 1 - (a > 0 ? a : 0);
+        }
+}
+
+/* LF Algorithm 1: to_world, m: rows of four, screen -> world and world -> image. offsets: n x 4, after m's linear part. */
+void algorithm1(int width, int height, int n, const float *depth, const float *offsets, const float *to_world,
+                const float *m, float *ao)
+{
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++) {
+            const int64_t here = (int64_t)j * width + i;
+            ao[here] = 0;
+            if (!(depth[here] < INFINITY))
+                continue;
+            const float at[3] = {(float)i + 0.5f, (float)j + 0.5f, depth[here]}, w = row(to_world, 3, at);
+            const float p[3] = {row(to_world, 0, at) / w, row(to_world, 1, at) / w, row(to_world, 2, at) / w};
+            const float a = row(m, 0, p), b = row(m, 1, p), c = row(m, 2, p), d = row(m, 3, p);
+            int count = 0;
+            for (int s = 0; s < n; s++) {
+                const float *o = offsets + 4 * s, q = d + o[3];
+                const float u = (a + o[0]) / q, v = (b + o[1]) / q, z = (c + o[2]) / q;
+                if (q > 0 && u >= 0 && u < width && v >= 0 && v < height)
+                    count += depth[(int64_t)(int)v * width + (int)u] < z;
+            }
+            ao[here] = (float)count / (float)n;
+        }
+}
+
+/* LF Algorithm 2, the full ball. offsets: n x 4, after m's linear part. */
+void algorithm2(int width, int height, int n, const float *depth, const float *positions, const float *offsets,
+                const float *m, float *ao)
+{
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++) {
+            const int64_t here = (int64_t)j * width + i;
+            const float *p = positions + 3 * here;
+            ao[here] = 0;
+            if (!(depth[here] < INFINITY))
+                continue;
+            const float a = row(m, 0, p), b = row(m, 1, p), c = row(m, 2, p);
+            int count = 0;
+            for (int s = 0; s < n; s++) {
+                const float *o = offsets + 4 * s, z = c + o[2];
+                const int64_t q = texel_of(width, height, m, a + o[0], b + o[1], z);
+                count += q >= 0 && depth[q] < z;
+            }
+            ao[here] = (float)count / (float)n;
+        }
+}

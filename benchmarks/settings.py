@@ -1,0 +1,151 @@
+"""What the benchmark of the estimators runs: the papers' settings, on a scene with background and on one without."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate, find_display, module_views
+from lfssao.estimators import scalable
+from lfssao.estimators.texel_lines import linear_z, texel_lines
+from lfssao.passes import blur, merge
+from lfssao.rendering import diagonal
+from lfssao.samples import repulsion_table
+from lfssao.view import View
+
+WIDTH, HEIGHT = 1024, 768
+RADII = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4)  # shares of the scene's size, of the series over the radius
+RADIUS, SAO_RADIUS = 0.02, 0.05  # shares of the scene's size
+
+
+@dataclass(frozen=True)
+class Views:
+    """One scene in a module of a display and before an ordinary camera; its size, world units."""
+
+    module: Buffers
+    camera: Buffers
+    size: float
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name : str
+        Estimator and number of samples.
+    run : callable
+        What is timed, of ``Views``.
+    again : tuple of str
+        Stages that are listed for this setting although another setting has listed one of that name.
+    whole : bool
+        Whether it is an estimator's whole call, and not only there for its stages.
+    """
+
+    name: str
+    run: Callable[[Views], Any]
+    again: tuple[str, ...] = ()
+    whole: bool = True
+
+
+def gallery() -> Views:
+    """The default scene in the default display, and before a camera."""
+    mesh = builtin_scene()
+    seen = []
+    for view in (module_views(mesh, find_display("virtual"))[0], Camera.looking_at(mesh.bounds).view(WIDTH, HEIGHT)):
+        gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric")
+        seen.append(Buffers.of(gbuffer, view))
+    return Views(*seen, diagonal(mesh))
+
+
+def relief() -> Views:
+    """A wavy sheet that fills the textures, so that no texel can be skipped."""
+    module = find_display("virtual").view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
+    camera = Camera.looking_at(builtin_scene().bounds).view(WIDTH, HEIGHT)
+    return Views(_module_sheet(module), _camera_sheet(camera), 1.0)
+
+
+def _module_sheet(view: View) -> Buffers:
+    j, i = np.mgrid[0:HEIGHT, 0:WIDTH]
+    x, y = (i + 0.5 - WIDTH / 2) / WIDTH, (HEIGHT / 2 - j - 0.5) / WIDTH
+    z = 0.05 * np.sin(40 * x) * np.sin(30 * y)
+    # The point of each texel's ray at depth -z: the flat forms with m = (0, 0, 0.7), observers at -2.
+    positions = np.stack([x * (0.7 + z) / 0.7, y * (2.0 - z) / 2.0, z], axis=-1).astype(np.float32)
+    slopes = np.stack([-2 * np.cos(40 * x) * np.sin(30 * y), -1.5 * np.sin(40 * x) * np.cos(30 * y), 1 + 0 * x], -1)
+    normals = (slopes / np.linalg.norm(slopes, axis=-1, keepdims=True)).astype(np.float32)
+    return Buffers(view, (-z).astype(np.float32), positions, normals)
+
+
+def _camera_sheet(view: View) -> Buffers:
+    near, far = view.lens[4:6]
+    v, u = np.mgrid[:HEIGHT, :WIDTH] / 100.0
+    z = 0.5 * (near + far) * (1 + 0.02 * np.sin(3 * u) * np.sin(4 * v))
+    depth = (far / (far - near) * (1 - near / z)).astype(np.float32)
+    positions = np.zeros((HEIGHT, WIDTH, 3), np.float32)  # estimators of depth alone do not read them
+    return Buffers(view, depth, positions, positions)
+
+
+def _module(name: str, views: Views, **parameters: Any) -> Any:
+    return estimate(name, views.module, RADIUS * views.size, **parameters)
+
+
+def _samples(name: str, domain: str, n: int, views: Views, **parameters: Any) -> Any:
+    table = repulsion_table(domain, n)
+    return estimate(name, views.module, RADIUS * views.size, table.points, table.weights, **parameters)
+
+
+def _lf_camera(views: Views) -> Any:
+    return estimate("lf", views.camera, RADIUS * views.size)
+
+
+def sao(views: Views, name: str = "sao", share: float = SAO_RADIUS, **parameters: Any) -> Any:
+    """A form of SAO before the camera; the radius as a share of the scene's size."""
+    return estimate(name, views.camera, share * views.size, **parameters)
+
+
+def _filter(mip: str, views: Views) -> Any:
+    z = linear_z(views.camera)
+    return scalable.z_hierarchy(z, mip, 5, texel_lines(views.camera.view, z.dtype).origin)
+
+
+def _rotations(views: Views) -> Any:
+    """SAO's rotations, which an estimate makes once for a size of textures."""
+    return scalable._rotations.__wrapped__(*views.camera.depth.shape, 0, views.camera.depth.dtype)
+
+
+def _merged(views: Views) -> Any:
+    """LF's last passes: the largest of five radii and the blur."""
+    layers = np.stack([_module("lf", views).texture] * 5)
+    return blur(merge(layers), 1.0)
+
+
+SETTINGS = (
+    Setting("lf, 8", partial(_module, "lf")),
+    Setting("lf, 8, camera", _lf_camera),
+    Setting("point, 8", partial(_module, "point"), ("points with options",)),
+    Setting("hemisphere, 8", partial(_module, "hemisphere"), ("points with options",)),
+    Setting("alchemy, 12", partial(_module, "alchemy")),
+    Setting("vo-lines, 5", partial(_samples, "vo-lines", "disk", 5)),
+    Setting("vo-lines, 9", partial(_samples, "vo-lines", "disk", 9), ("VO lines",)),
+    Setting("vo-lines-normal, 5", partial(_samples, "vo-lines-normal", "disk", 5), ("VO lines",)),
+    Setting("vo-lines, 5, two radii", partial(_samples, "vo-lines", "disk", 5, second=0.25)),
+    Setting("vo-points, 12", partial(_samples, "vo-points", "ball", 12)),
+    Setting("vo-points, 33", partial(_samples, "vo-points", "ball", 33), ("VO points",)),
+    Setting("vo-points-normal, 12", partial(_samples, "vo-points-normal", "ball", 12), ("VO points",)),
+    Setting("vo-area, 1", partial(_module, "vo-area")),
+    Setting("vo-area-normal, 1", partial(_module, "vo-area-normal"), ("VO area",)),
+    Setting("hbao, 8 x 8", partial(_module, "hbao")),
+    Setting("multiresolution", partial(_module, "multiresolution")),
+    Setting("SAO's rotations", _rotations, (), False),
+    Setting("sao, 9", sao),
+    Setting("sao-equation-1, 9", partial(sao, name="sao-equation-1"), ("SAO taps",)),
+    *(
+        Setting(f"filter {mip}", partial(_filter, mip), ("z hierarchy",), False)
+        for mip in scalable.FILTERS
+        if mip != "none"
+    ),
+    Setting("merge and blur", _merged, (), False),
+)

@@ -1,0 +1,171 @@
+"""Kernel calls of public functions, recorded, and the same loops in C on copies of the same arrays."""
+
+import ctypes
+import os
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+FOLDER = Path(__file__).with_name("peers")
+Run = Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A kernel's peer in C.
+
+    Attributes
+    ----------
+    where : str
+        Module and name by which the library calls the kernel.
+    label : str
+        The stage that it belongs to.
+    name : str
+        The C function's name.
+    arguments : callable
+        The C function's arguments from the kernel's.
+    outputs : tuple of int
+        Which of the kernel's arguments both write.
+    """
+
+    where: str
+    label: str
+    name: str
+    arguments: Callable[[Sequence[Any]], list[Any]]
+    outputs: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Call:
+    """A recorded call: its peer, the kernel, the arguments, copies of the outputs from before it, seconds it took."""
+
+    peer: Peer
+    kernel: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    before: tuple[np.ndarray, ...]
+    seconds: float
+
+
+@contextmanager
+def recorded(peers: Sequence[Peer]) -> Iterator[list[Call]]:
+    """Record the calls of the peers' kernels that the library makes inside."""
+    calls: list[Call] = []
+
+    def recorder(peer: Peer, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            before = tuple(arguments[k].copy() for k in peer.outputs)
+            start = time.perf_counter()
+            result = kernel(*arguments)
+            calls.append(Call(peer, kernel, arguments, before, time.perf_counter() - start))
+            return result
+
+        return call
+
+    with ExitStack() as stack:
+        for peer in peers:
+            module, attribute = peer.where.rsplit(".", 1)
+            kernel = getattr(resolve_name(module), attribute)
+            stack.enter_context(patch(f"{module}.{attribute}", recorder(peer, kernel)))
+        yield calls
+
+
+class Arrays:
+    """Outputs of calls on copies, so that two programs work on the same inputs without meeting."""
+
+    def __init__(self, calls: Sequence[Call]) -> None:
+        self.copies: dict[int, np.ndarray] = {}
+        for call in calls:
+            for k, before in zip(call.peer.outputs, call.before, strict=True):
+                self.copies.setdefault(id(call.arguments[k]), before.copy())
+
+    def of(self, call: Call) -> list[Any]:
+        """The call's arguments, each array that one of the calls writes replaced by its copy."""
+        return [self.copies.get(id(a), a) if isinstance(a, np.ndarray) else a for a in call.arguments]
+
+
+def ours(calls: Sequence[Call], arrays: Arrays) -> Run:
+    bound = [(call.kernel, arrays.of(call)) for call in calls]
+
+    def run() -> None:
+        for kernel, arguments in bound:
+            kernel(*arguments)
+
+    return run
+
+
+def in_c(calls: Sequence[Call], arrays: Arrays, library: ctypes.CDLL) -> Run:
+    bound = [
+        (getattr(library, call.peer.name), [_converted(a) for a in call.peer.arguments(arrays.of(call))])
+        for call in calls
+    ]
+
+    def run(kept: Arrays = arrays) -> None:
+        for function, arguments in bound:
+            function(*arguments)
+
+    return run
+
+
+def _converted(a: Any) -> Any:
+    if isinstance(a, np.ndarray):
+        assert a.flags.c_contiguous
+        return a.ctypes.data_as(ctypes.c_void_p)
+    kinds = {np.float32: ctypes.c_float, float: ctypes.c_double, np.float64: ctypes.c_double}
+    return kinds.get(type(a), ctypes.c_int)(a)
+
+
+def differing(calls: Sequence[Call], library: ctypes.CDLL) -> list[str]:
+    """Peers whose outputs differ in a bit from the kernels'."""
+    one, other = Arrays(calls), Arrays(calls)
+    ours(calls, one)()
+    in_c(calls, other, library)()
+    same = {key: one.copies[key].tobytes() == other.copies[key].tobytes() for key in one.copies}
+    return sorted({call.peer.name for call in calls for k in call.peer.outputs if not same[id(call.arguments[k])]})
+
+
+def bytes_moved(calls: Sequence[Call]) -> int:
+    """Bytes of all arrays that the calls read or write, each once: the least that must pass between memory and core."""
+    arrays = {id(a): a.nbytes for call in calls for a in call.arguments if isinstance(a, np.ndarray)}
+    return sum(arrays.values())
+
+
+def copying(size: int, library: ctypes.CDLL) -> Run:
+    """Reading and writing so many bytes in all, half each, by memcpy on all threads."""
+    source, target = (np.ones(size // 2, np.uint8) for _ in range(2))
+    pointers = [_converted(a) for a in (source, target)]
+
+    def run(kept: tuple[np.ndarray, ...] = (source, target)) -> None:
+        library.copy(*pointers, ctypes.c_int64(len(kept[0])))
+
+    return run
+
+
+def compile_peers(folder: Path, threads: int, *options: str) -> ctypes.CDLL:
+    """All C files in one library, by gcc -O3 -march=native with OpenMP and the options given."""
+    library = folder / f"peers{len(options)}.so"
+    command = [os.environ.get("CC", "gcc"), "-O3", "-march=native", "-fopenmp", "-shared", "-fPIC", *options]
+    subprocess.run([*command, "-o", str(library), *map(str, sorted(FOLDER.glob("*.c"))), "-lm"], check=True)
+    loaded = ctypes.CDLL(str(library))
+    loaded.set_threads(threads)
+    return loaded
+
+
+def interleaved(runs: dict[str, Run], repeats: int, clock: Callable[[], float]) -> dict[str, np.ndarray]:
+    """Milliseconds of every run, the runs in turn, so that a slow moment of the machine meets all of them."""
+    for run in runs.values():
+        run()
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(repeats):
+        for name, run in runs.items():
+            start = clock()
+            run()
+            times[name].append(1e3 * (clock() - start))
+    return {name: np.array(values) for name, values in times.items()}

@@ -18,7 +18,7 @@ from lfssao.estimators.registry import check_samples, estimate, find_estimator, 
 from lfssao.neighbours import DepthCache, Neighbour, nearest_modules
 from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
-from lfssao.view import View
+from lfssao.view import View, check_positions
 
 # LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
@@ -248,7 +248,8 @@ def module_views(
     Raises
     ------
     InputError
-        If the range holds a module that the display does not have, or none.
+        If the range holds a module that the display does not have, or none; if the box is too far from the world's
+        origin for float32 positions (``lfssao.view.check_positions``).
     """
     count = len(display.modules)
     wanted = range(count) if modules is None else modules
@@ -256,7 +257,10 @@ def module_views(
         raise InputError(
             f"modules {wanted.start}:{wanted.stop} are not a part of 0:{count}, the modules of {display.name}"
         )
-    physical_from_world = fit_roi(mesh.bounds if bounds is None else bounds, display.roi)
+    box = mesh.bounds if bounds is None else bounds
+    physical_from_world = fit_roi(box, display.roi)
+    texels = max(display.modules[index].width for index in wanted) / display.screen_width
+    check_positions(box, texels * float(physical_from_world[0, 0]))
     return [display.view(index, physical_from_world, guard) for index in wanted]
 
 

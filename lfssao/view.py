@@ -107,3 +107,27 @@ class View:
         row = np.array(self.cast_from_world[2], np.float64)
         row[3] -= observers
         return row * sqrt((x * x + y * y) + z * z)
+
+
+def check_positions(box: NDArray[np.float64], texels_per_unit: float) -> None:
+    """Refuse a scene so far from the world's origin that float32 cannot say at which texel a point of it is.
+
+    Parameters
+    ----------
+    box : (2, 3) float64
+        Lower and upper corner of the scene, world units.
+    texels_per_unit : float
+        How many texels a world unit is.
+
+    Raises
+    ------
+    InputError
+        If rounding a coordinate can move it by half a texel.
+    """
+    farthest = float(np.abs(box).max())
+    if float(np.spacing(np.float32(farthest))) * texels_per_unit >= 1.0:
+        size = float((box[1] - box[0]).max())
+        raise InputError(
+            f"the scene is {size:g} large and reaches {farthest:g} from the world's origin, where float32 positions "
+            f"are off by half a texel and more: move it to the origin"
+        )

@@ -7,6 +7,7 @@ import os
 import pty
 import re
 import select
+import shutil
 import signal
 import struct
 import subprocess
@@ -221,7 +222,7 @@ def test_help_names_every_option(capsys):
 
 def test_extreme_meshes_give_textures_without_nan(tmp_path, capsys):
     mesh = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
-    for scale, offset in ((9e29, 0.0), (2e-30, 0.0), (1.0, 1e8)):
+    for scale, offset in ((9e29, 0.0), (2e-30, 0.0), (1.0, 1e5)):
         corners = "".join("v {!r} {!r} {!r}\n".format(*v) for v in (mesh * scale + offset).tolist())
         (tmp_path / "a.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
         words = ["render", str(tmp_path / "a.obj"), "--resolution", "16x12", "-o", str(tmp_path / "out")]
@@ -236,6 +237,21 @@ def test_extreme_meshes_give_textures_without_nan(tmp_path, capsys):
             source.close()
             assert count > 5
     assert capsys.readouterr().err == ""
+
+
+def test_a_scene_too_far_from_the_origin_is_refused(tmp_path, capsys):
+    """At 1e6 float32 positions are 0.06 apart: a texel of 1 / 16 knows its place, one of 1 / 64 does not."""
+    corners = "v 1e6 0 0\nv 1000001 0 0\nv 1e6 1 0\nf 1 2 3\n"
+    (tmp_path / "a.obj").write_text(corners)
+    words = ["render", str(tmp_path / "a.obj"), "-o", str(tmp_path / "out")]
+    for more in (["--display", "virtual"], ["--camera"]):
+        assert main([*words, *more, "--resolution", "64x64"]) == 2
+        error = capsys.readouterr().err
+        assert "the scene is 1 large and reaches 1e+06 from the world's origin" in error
+        assert error.count("\n") == 1
+        assert not (tmp_path / "out").exists()
+        assert main([*words, *more, "--resolution", "12x12"]) == 0
+        shutil.rmtree(tmp_path / "out")
 
 
 # --- in a process of its own

@@ -1,6 +1,7 @@
 """Stiff and extreme cases: every row of the table, and that the table would notice."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -8,30 +9,52 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lfssao.bench import curved, measure, probes, stability
-from lfssao.bench.running_error import Arithmetic, Tracked
+from lfssao.bench import cases, displays, measure, probes, slits
+from lfssao.bench.cameras import Eye
+from lfssao.bench.cases import CASES
+from lfssao.bench.displays import AnyDisplay, display_image
+from lfssao.bench.exact import flat_image
+from lfssao.bench.inputs import along_rays, display, near_lens, on_surface, scene
+from lfssao.bench.running_error import EXACT, Arithmetic, Tracked
 from lfssao.bench.sequences import curves
-from lfssao.bench.stability import BROKEN, CASES, DEGRADED, REFUSED, WITHIN, Case, Refusal
+from lfssao.bench.stability import DEGRADED, REFUSED, WITHIN, Case, Refusal
 from lfssao.cli import main
+from lfssao.display_file import find_display
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 MAPPED = [case for case in CASES if isinstance(case, Case)]
+ROWS = [
+    pytest.param(case, text, run, path, id=f"{case.name}, {text}, {path}")
+    for case in MAPPED
+    for text, run in case.inputs()
+    for path in measure.PATHS
+]
 number = st.floats(-1e6, 1e6, width=32)
 normal = st.one_of(st.just(0.0), number.filter(lambda x: abs(x) > 1e-6))
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_every_row_is_what_it_states(case):
-    rows = list(case.rows())
-    assert rows
-    assert [(row.input, row.path, row.reason) for row in rows if row.verdict == BROKEN] == []
-    if isinstance(case, Refusal):
-        assert {row.verdict for row in rows} == {REFUSED}
-        return
-    for path in measure.PATHS:  # what is said to degrade does, and nothing else
-        verdicts = {row.verdict for row in rows if row.path == path}
-        assert verdicts <= {WITHIN, DEGRADED}
-        assert (DEGRADED in verdicts) == (path in case.degraded)
+@pytest.mark.parametrize(("case", "text", "run", "path"), ROWS)
+def test_every_row_is_what_it_states(case, text, run, path):
+    row = case.row(text, run, path)
+    assert row.verdict in (WITHIN, DEGRADED), row
+    assert row.measured.decisions > 0
+    assert (row.reason != "") == (row.verdict == DEGRADED)
+
+
+@pytest.mark.parametrize("case", [c for c in CASES if isinstance(c, Refusal)], ids=lambda c: f"{c.name}, {c.text}")
+def test_what_cannot_be_served_is_refused(case):
+    (row,) = case.rows()
+    assert row.verdict == REFUSED, row
+
+
+@pytest.mark.parametrize(
+    ("case", "path"),
+    [(case, path) for case in MAPPED for path in case.degraded],
+    ids=lambda part: getattr(part, "name", part),
+)
+def test_what_is_said_to_degrade_does(case, path):
+    inputs = list(case.inputs())[::-1]  # the most extreme comes last
+    assert any(case.row(*each, path).verdict == DEGRADED for each in inputs)
 
 
 # The error analysis
@@ -83,7 +106,7 @@ def test_near_a_slit_ours_keeps_its_digits_and_the_straightforward_formula_does_
 
 
 def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
-    case = stability.near_lens(18)
+    case = near_lens(18)
     assert measure.measure(case, "float32").exceeded == 0
 
     def lossy(a, b, c, z_module, z_observer, u_0, v_0):
@@ -91,25 +114,23 @@ def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
         return u_0 + a / z_module / (one - c / z_module), v_0 + b / (z_observer - c)
 
     lossy.py_func = lossy
-    monkeypatch.setattr(measure.mapping, "project_crossed_slits", lossy)
+    monkeypatch.setattr(slits.mapping, "project_crossed_slits", lossy)
     assert measure.measure(case, "float32").exceeded > 0
 
 
 def test_a_wrong_decision_breaks_a_row(monkeypatch):
     real = measure.passes.algorithm2
-    for case in MAPPED:
-        if case.name in ("ordinary", "texel edges"):
-            _, stiff = next(case.inputs())
+    for stiff in (scene(np.random.default_rng(1).uniform(-0.3, 0.3, (8, 8, 3))), on_surface(np.array([0, 0, 0.1]))):
 
-            def wrong(*inputs):
-                found = real(*inputs)
-                found.texture[3, 3] = 1 - found.texture[3, 3]
-                return found
+        def wrong(*inputs):
+            found = real(*inputs)
+            found.texture[3, 3] = 1 - found.texture[3, 3]
+            return found
 
-            monkeypatch.setattr(measure.passes, "algorithm2", wrong)
-            assert measure.measure(stiff, "float64").exceeded == 1
-            monkeypatch.setattr(measure.passes, "algorithm2", real)
-            assert measure.measure(stiff, "float64").exceeded == 0
+        monkeypatch.setattr(measure.passes, "algorithm2", wrong)
+        assert measure.measure(stiff, "float64").exceeded == 1
+        monkeypatch.setattr(measure.passes, "algorithm2", real)
+        assert measure.measure(stiff, "float64").exceeded == 0
 
 
 # The command
@@ -117,7 +138,7 @@ def test_a_wrong_decision_breaks_a_row(monkeypatch):
 
 def test_the_command_prints_the_table_and_writes_the_files(tmp_path, capsys, monkeypatch):
     kept = tuple(case for case in CASES if case.name in ("ordinary", "offset") or isinstance(case, Refusal))
-    monkeypatch.setattr(stability, "CASES", kept)
+    monkeypatch.setattr(cases, "CASES", kept)
     table, picture = tmp_path / "a.json", tmp_path / "a.png"
     assert main(["bench", "stability", "--json", str(table), "--plot", str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -125,7 +146,7 @@ def test_the_command_prints_the_table_and_writes_the_files(tmp_path, capsys, mon
     assert len(lines) == 1 + len(rows)
     assert picture.read_bytes().startswith(b"\x89PNG")
     broken = Refusal("x", "x", "x", lambda: None, "")
-    monkeypatch.setattr(stability, "CASES", (broken,))
+    monkeypatch.setattr(cases, "CASES", (broken,))
     assert main(["bench", "stability"]) == 1
     assert "it was served" in capsys.readouterr().out
 
@@ -136,15 +157,58 @@ def test_a_picture_of_another_kind_is_refused(capsys):
 
 
 def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
-    real = curved.land
+    real = displays.land
+    case = along_rays(find_display("picoarray"), 0, 0.5)
+    case = replace(case, texels=case.texels[:5])
+    j, i = case.texels[3]
 
     def off(kind, m, points, image):
         real(kind, m, points, image)
-        image[0, 0] += 1e-9
+        image[j * case.depth.shape[1] + i, 0] += 1e-9
 
-    assert curved.picoarray(0.5, "float64").exceeded == 0
-    monkeypatch.setattr(curved, "land", off)
-    assert curved.picoarray(0.5, "float64").exceeded == 2  # the first point of each of two modules
+    assert measure.measure(case, "float64").exceeded == 0
+    monkeypatch.setattr(displays, "land", off)
+    assert measure.measure(case, "float64").exceeded == 1
+
+
+# What is exact
+
+
+def test_both_exact_mappings_of_a_flat_display_are_one():
+    shown_by = display()
+    numbers = shown_by.module_numbers(0)
+    for point in np.random.default_rng(2).uniform(-1, 1, (20, 3)) * [0.9, 0.5, 3.9]:
+        x, y, z = (Fraction(float(n)) for n in point)
+        ours, other = flat_image(shown_by, 0, (x, y, z)), display_image(numbers, (x, y, z))
+        assert (ours is None) == (other is None)
+        if ours is not None:
+            # The homography's float64 numbers are rounded.
+            assert [float(n) for n in other] == pytest.approx([float(n) for n in ours[:2]], rel=1e-14)
+
+
+@pytest.mark.parametrize("diffuser", ["linear", "conical"])
+def test_exact_images_of_points_on_a_rays_line_are_its_texel(diffuser):
+    shown_by = replace(display(), diffuser=diffuser)
+    shown_by = replace(shown_by, modules=(replace(shown_by.modules[0], k1=-0.05, k2=0.01),))
+    for share in (0.1, 0.5, 0.9):
+        case = along_rays(shown_by, 0, share)
+        for j, i in case.texels[::7]:
+            x, y, z = (Fraction(float(n)) for n in case.positions[j, i])
+            image = AnyDisplay(shown_by).exact((x, y, z), (Fraction(0),) * 3)
+            assert [float(n) for n in image[:2]] == pytest.approx([i + 0.5, j + 0.5], abs=1e-11)
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_the_steps_of_a_camera_are_its_matrices(projection):
+    eye = Eye(projection, 3.0, 1.25, 0.3, 7.0, 8, 6)
+    steps = eye.steps(Arithmetic.of("float64"))
+    for tracked, matrix in ((steps.forth, eye.to_image.numbers.reshape(4, 4)), (steps.back, eye.back)):
+        for ours, number in zip(np.ravel(tracked), np.ravel(matrix), strict=True):
+            assert abs(ours.value - Fraction(float(number))) <= Fraction(ours.error)
+    nothing = (Fraction(0),) * 3
+    point = (Fraction(7, 2), Fraction(5, 4), Fraction(3, 8))
+    assert eye.exact(point, nothing) == point
+    assert [a.value for a in eye.steps(EXACT).image(point, nothing)[:3]] == list(point)
 
 
 def test_a_blur_that_loses_a_hundred_thousandth_breaks_a_row(monkeypatch):

@@ -1,25 +1,58 @@
 """One stiff case on both paths: what the kernels make of it, what is exact, and what rounding may do in between."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor, inf
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import passes
-from lfssao.bench.exact import Point, flat_image, rational, to_physical
-from lfssao.bench.running_error import Arithmetic, Tracked
-from lfssao.bench.slits import EXACT, SlitsAnalysis
-from lfssao.display import Display
-from lfssao.kernels import mapping
+from lfssao.bench.exact import Point, rational
+from lfssao.bench.running_error import EXACT, PROBE, Arithmetic, Tracked
 from lfssao.matrix import Matrix
+from lfssao.view import WorldToImage
 
 PATHS = ("float32", "float64")
 
 # Beyond 2^-8 texel a path counts as degraded: what the texture samplers of GPUs resolve.
 FINE = 2.0**-8
+
+
+class Steps(Protocol):
+    """A mapping as the kernels compute it, each number with a bound of its error."""
+
+    def image(self, point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+        """u, v and z of a sample, and whether it lies in the mapping's domain; None where rounding may decide."""
+        ...
+
+
+class Mapping(Protocol):
+    """What a case is looked at through: what is exact, what the kernels make of it, and what rounding can do."""
+
+    @property
+    def to_image(self) -> WorldToImage:
+        """World to image, as the kernels take it."""
+        ...
+
+    @property
+    def back(self) -> Matrix | None:
+        """A camera's inverse: points are then u, v and depth of the screen, and AO is Algorithm 1."""
+        ...
+
+    def exact(self, point: Point, offset: Point) -> Point | None:
+        """u, v and z of point + offset; None outside the mapping's domain."""
+        ...
+
+    def steps(self, arithmetic: Arithmetic, probe: bool = False) -> Steps:
+        """What rounding can do; with ``probe`` what a relative error PROBE of every input does, without rounding."""
+        ...
+
+    def landed(self, positions: NDArray[Any], offset: NDArray[Any]) -> NDArray[Any]:
+        """U and v, (..., 2), of positions + offset, by the kernels, in their dtype."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +61,10 @@ class Stiff:
 
     Attributes
     ----------
-    display : Display
-        Flat, linear diffuser, one module.
-    physical_from_world : (3, 4) float64
-        World -> physical.
+    mapping : Mapping
+        One module or camera.
     positions : (H, W, 3) float64
-        World points, one a texel of the module.
+        World points, one a texel of the module; for a camera its texels' u, v and depth.
     offset : (3,) float64
         The sample's offset from each, world units.
     depth : (H, W) float32
@@ -42,15 +73,17 @@ class Stiff:
         The same as a file of less depth holds it, which the kernels get instead.
     step : float
         How far the two can be apart.
+    texels : sequence of (int, int) or None
+        Rows and columns of those that are measured; None: all.
     """
 
-    display: Display
-    physical_from_world: Matrix
+    mapping: Mapping
     positions: NDArray[np.float64]
     offset: NDArray[np.float64]
     depth: NDArray[np.float32]
     stored: NDArray[np.float32] | None = None
     step: float = 0.0
+    texels: Sequence[tuple[int, int]] | None = None
 
 
 @dataclass(frozen=True)
@@ -82,76 +115,77 @@ class Measured:
 
 
 def measure(case: Stiff, path: str) -> Measured:
-    """Errors and decisions of a case in 'float32' or 'float64', against rational arithmetic."""
+    """Errors and decisions of a case in 'float32' or 'float64', against exact arithmetic."""
     dtype = np.dtype(path)
-    analysis = SlitsAnalysis(case.display, case.physical_from_world, Arithmetic.of(dtype))
-    probe = SlitsAnalysis(case.display, case.physical_from_world, EXACT, probe=True)
+    analysis, probe = case.mapping.steps(Arithmetic.of(dtype)), case.mapping.steps(EXACT, probe=True)
     image, occluded = computed(case, dtype)
     offset = rational(case.offset)
-    depth = [[_depth(float(d)) for d in row] for row in case.depth]
-    conditions, ulps, texels, bounds = [0.0], [0.0], [0.0], [0.0]
+    texels = list(np.ndindex(case.depth.shape)) if case.texels is None else case.texels
+    conditions, ulps, errors, bounds = [0.0], [0.0], [0.0], [0.0]
     exceeded = flipped = unsure = 0
-    for texel in np.ndindex(case.depth.shape):
+    for texel in texels:
         if np.isinf(case.depth[texel]):  # no surface, no samples
             exceeded += bool(occluded[texel])
             continue
         point = rational(case.positions[texel])
-        there: Point = tuple(a + b for a, b in zip(point, offset, strict=True))  # type: ignore[assignment]
-        exact = flat_image(case.display, 0, to_physical(case.physical_from_world, there))
-        tracked = analysis.image(point, offset)
-        in_domain = analysis.in_domain(tracked[2])
-        is_open = _is_open(tracked, in_domain, depth, case.step)
-        wrong = bool(occluded[texel]) != _is_occluded(exact, depth)
+        exact = case.mapping.exact(point, offset)
+        u, v, z, in_domain = analysis.image(point, offset)
+        is_open = _is_open((u, v, z), in_domain, case.depth, case.step)
+        wrong = bool(occluded[texel]) != _is_occluded(exact, case.depth)
         flipped, unsure = flipped + wrong, unsure + is_open
         over = wrong and not is_open
         if in_domain is None:
             bounds.append(inf)
         if exact is not None and in_domain:
-            conditions.append(probe.condition(point, offset))
-            for ours, right, bound in zip(image[texel], exact[:2], tracked[:2], strict=True):
+            conditions.append(_condition(probe.image(point, offset)[:2]))
+            for ours, right, bound in zip(image[texel], exact[:2], (u, v), strict=True):
                 error = abs(float(Fraction(float(ours)) - right)) if np.isfinite(ours) else inf
                 over = over or not error <= bound.error
-                texels.append(error)
+                errors.append(error)
                 ulps.append(error / float(np.spacing(dtype.type(max(abs(float(right)), 1.0)))))
                 bounds.append(bound.error)
         exceeded += over
     return Measured(
-        max(conditions), max(ulps), max(texels), max(bounds), exceeded, flipped, unsure, case.depth.size
+        max(conditions), max(ulps), max(errors), max(bounds), exceeded, flipped, unsure, len(texels)
     )  # fmt: skip
 
 
+def _condition(coordinates: tuple[Tracked, ...]) -> float:
+    """The larger of u's and v's relative error over the inputs'.
+
+    Relative to the coordinate, or to one texel where that is more: a coordinate of 0 is no harder than another.
+    """
+    return max(a.error / (PROBE * max(abs(float(a.value)), 1.0)) for a in coordinates)
+
+
 def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
-    """Image coordinates (H, W, 2) and decisions (H, W) of the kernels; Algorithm 2 of one sample decides 0 or 1."""
-    to_image = case.display.view(0, case.physical_from_world).world_to_image
+    """Image coordinates (H, W, 2) and decisions (H, W) of the kernels; AO of one sample is 0 or 1."""
+    to_image, back = case.mapping.to_image, case.mapping.back
     surface = case.depth if case.stored is None else case.stored
     positions, depth = case.positions.astype(dtype), surface.astype(dtype)
     samples, radius = case.offset[None, :], 1.0
-    decided = passes.algorithm2(depth, positions, to_image, samples, radius).texture
-    m, offset = to_image.as_type(dtype), case.offset.astype(dtype)
-    rows = [
-        mapping.affine_row.py_func(m, row, *np.moveaxis(positions, -1, 0)) + mapping.linear_row.py_func(m, row, *offset)
-        for row in range(3)
-    ]  # the kernels' own lines, on arrays
-    with np.errstate(all="ignore"):  # outside the domain
-        u, v, *_ = mapping.project_crossed_slits.py_func(*rows, *m[12:16])
-    return np.stack([u, v], axis=-1), decided > 0
+    if back is None:
+        decided = passes.algorithm2(depth, positions, to_image, samples, radius).texture
+    else:
+        decided = passes.algorithm1(depth, back, to_image.numbers.reshape(4, 4), samples, radius).texture
+    return case.mapping.landed(positions, case.offset.astype(dtype)), decided > 0
 
 
 def _depth(number: float) -> Fraction:
     """A depth as what it is; one far beyond all others for infinity, which is beyond all samples."""
-    return Fraction(number) if number < inf else Fraction(2) ** 900
+    return Fraction(float(number)) if number < inf else Fraction(2) ** 900
 
 
-def _is_occluded(exact: Point | None, depth: list[list[Fraction]]) -> bool:
+def _is_occluded(exact: Point | None, depth: NDArray[np.float32]) -> bool:
     if exact is None:
         return False
     u, v, z = exact
-    inside = 0 <= u < len(depth[0]) and 0 <= v < len(depth)
-    return inside and depth[floor(v)][floor(u)] < z
+    inside = 0 <= u < depth.shape[1] and 0 <= v < depth.shape[0]
+    return inside and _depth(depth[floor(v), floor(u)]) < z
 
 
 def _is_open(
-    tracked: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, depth: list[list[Fraction]], step: float
+    tracked: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, depth: NDArray[np.float32], step: float
 ) -> bool:
     """Whether rounding can move the sample into another texel, across its surface or out of the domain."""
     if in_domain is False:
@@ -159,11 +193,12 @@ def _is_open(
     u, v, z = tracked
     if in_domain is None:
         return True
-    columns, rows = _reach(u, len(depth[0])), _reach(v, len(depth))
+    height, width = depth.shape
+    columns, rows = _reach(u, width), _reach(v, height)
     if columns is None or rows is None:
         return True
     outcomes = {
-        Tracked(depth[j][i], step).surely(z) if 0 <= i < len(depth[0]) and 0 <= j < len(depth) else False
+        Tracked(_depth(depth[j, i]), step).surely(z) if 0 <= i < width and 0 <= j < height else False
         for j in rows
         for i in columns
     }

@@ -6,8 +6,10 @@ import numpy as np
 
 from lfssao import passes
 from lfssao.display import Display, Module
+from lfssao.display_file import find_display
+from lfssao.rendering import module_views
 from lfssao.scene.mesh import Mesh
-from lfssao.view import WorldToImage
+from lfssao.view import View, WorldToImage
 
 _TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
@@ -41,6 +43,16 @@ def _roi_at_the_lens() -> Display:
     return Display("bench", 2.0, 1.0, 0.0, -4.0, (Module(0.0, 0.0, 2.0, 8, 8),), roi)
 
 
+def _folded() -> Display:
+    lens = Module(0.0, 0.0, 2.0, 8, 8, k1=-2 / 27 - 2.0**-30)
+    roi = ((-1.0, -1.0, -0.1), (1.0, 1.0, 0.1))
+    return Display("bench", 2.0, 1.0, 0.0, -4.0, (lens,), roi)
+
+
+def _far_from_the_origin() -> list[View]:
+    return module_views(_mesh(_TRIANGLE * 1.4 + 1e8), find_display("virtual"))
+
+
 # Name, what is stiff, input, attempt, a part of the sentence.
 REFUSALS: tuple[tuple[str, str, str, Callable[[], object], str], ...] = (
     ("scene scale", "numbers far from 1", "a mesh of size 1e31", lambda: _mesh(_TRIANGLE * 1e31), "beyond 1e+30"),
@@ -67,6 +79,11 @@ REFUSALS: tuple[tuple[str, str, str, Callable[[], object], str], ...] = (
     ),
     ("blur", "sigma", "sigma = 1e7", lambda: passes.gaussian_kernel(1e7), "between 0 and 1e+06"),
     ("blur", "sigma", "sigma = -1", lambda: passes.gaussian_kernel(-1.0), "between 0 and 1e+06"),
+    (
+        "offset", "world coordinates far from 0", "a scene of 1.4 at 1e8, 1024 texels across", _far_from_the_origin,
+        "move it to the origin",
+    ),
+    ("distortion", "radial, near where it folds", "k1 = -2/27 - 2^-30", _folded, "folds inside the texture"),
     ("wide module", "rays along the screen", "a lens on the screen", _lens_on_the_screen, "behind the screen"),
     ("near the lens", "z within 2^-k of m_z", "a ROI that reaches the lens", _roi_at_the_lens, "reaches the lens"),
     (

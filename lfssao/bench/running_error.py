@@ -59,13 +59,14 @@ class Arithmetic:
         """A quantity as one number; without error where it was exact and is a number of the format."""
         if a.error == 0 and self._holds(a.value):
             return a
+        a = _shortened(a)
         if a.error == inf or not _size(a.value) + a.error < self.largest:
             return Tracked(a.value, inf)
         return Tracked(a.value, _up(a.error + self.unit * (_size(a.value) + a.error) + self.tiny))
 
     def _holds(self, value: Fraction) -> bool:
         """Whether a number needs no more digits than there are, and is of normal size."""
-        if value == 0 or self.unit == 0:
+        if not value or self.unit == 0:
             return True
         odd = value.numerator >> ((value.numerator & -value.numerator).bit_length() - 1)
         is_binary = value.denominator & (value.denominator - 1) == 0
@@ -73,7 +74,11 @@ class Arithmetic:
         return is_binary and fits and self.tiny / self.unit <= _size(value) < self.largest
 
     def add(self, a: Tracked, b: Tracked) -> Tracked:
-        """The sum."""
+        """The sum; of nothing and a number it is that number."""
+        if not a.value and a.error == 0:
+            return b
+        if not b.value and b.error == 0:
+            return a
         return self.rounded(Tracked(a.value + b.value, a.error + b.error))
 
     def subtract(self, a: Tracked, b: Tracked) -> Tracked:
@@ -88,7 +93,7 @@ class Arithmetic:
     def divide(self, a: Tracked, b: Tracked) -> Tracked:
         """The quotient; of unbounded error where the divisor may be 0."""
         least = _size(b.value) - b.error
-        if b.value == 0 or not least > 0:
+        if not b.value or not least > 0:
             return Tracked(Fraction(0), inf)
         quotient = a.value / b.value
         return self.rounded(Tracked(quotient, (a.error + _size(quotient) * b.error) / least))
@@ -99,6 +104,31 @@ class Arithmetic:
             return Tracked(Fraction(0), inf)
         value = Fraction(isqrt((a.value.numerator << 600) // a.value.denominator), 1 << 300)
         return self.rounded(Tracked(value, a.error / float(value)))
+
+
+DOUBLE = Arithmetic.of("float64")
+EXACT = Arithmetic()
+
+# For condition numbers: a relative error of the inputs so small that its products do not count.
+PROBE = 2.0**-200
+
+
+def all_of(*facts: bool | None) -> bool | None:
+    """Whether all are true; None where one is not known and none is false."""
+    if False in facts:
+        return False
+    return None if None in facts else True
+
+
+def _shortened(a: Tracked) -> Tracked:
+    """A quantity, its value of many digits cut to 2^-400 of it: fractions grow with each step."""
+    top, bottom = a.value.numerator.bit_length(), a.value.denominator.bit_length()
+    if top + bottom < 1200 or a.error == inf:
+        return a
+    shift = 400 - top + bottom
+    digits = round(a.value * 2**shift) if shift >= 0 else round(a.value / 2**-shift)
+    value = Fraction(digits, 2**shift) if shift >= 0 else Fraction(digits * 2**-shift)
+    return Tracked(value, a.error + _size(value) * 2.0**-398)
 
 
 def _size(value: Fraction) -> float:

@@ -1,16 +1,19 @@
 """Two formulas for the same image point while it nears a slit: ours, and the one that is written down first."""
 
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 
-from lfssao.bench.exact import flat_image, rational, to_physical
+from lfssao.bench.exact import rational
+from lfssao.bench.inputs import STEPS, near_lens, near_observers
 from lfssao.bench.measure import PATHS, Stiff, computed
-from lfssao.bench.stability import STEPS, near_lens, near_observers
+from lfssao.bench.slits import Slits
 
 SLITS = {"lens": (near_lens, 0), "observers": (near_observers, 1)}
 
 
+@cache
 def curves() -> dict[str, list[tuple[int, float, float]]]:
     """Errors of both formulas near both slits.
 
@@ -34,18 +37,19 @@ def curves() -> dict[str, list[tuple[int, float, float]]]:
 
 
 def _errors(case: Stiff, axis: int, path: str) -> tuple[float, float]:
-    dtype = np.dtype(path)
+    dtype, flat = np.dtype(path), case.mapping
+    assert isinstance(flat, Slits)
     ours = computed(case, dtype)[0][..., axis]
-    slit = dtype.type(case.display.modules[0].z if axis == 0 else case.display.observer_z)
+    slit = dtype.type(flat.display.modules[0].z if axis == 0 else flat.display.observer_z)
     place, z = case.positions[..., axis].astype(dtype), case.positions[..., 2].astype(dtype)
-    numbers = case.display.view(0, case.physical_from_world).world_to_image.as_type(dtype)
+    numbers = flat.to_image.as_type(dtype)
     scale, middle = numbers[5 * axis] / slit, numbers[14 + axis]
     with np.errstate(divide="ignore", invalid="ignore"):  # 1 - z / m_z may be 0: that is what is shown
         straightforward = middle + scale * (place / (dtype.type(1) - z / slit))
     largest = [0.0, 0.0]
     for texel in np.ndindex(case.depth.shape):
         point = [Fraction(float(n)) for n in case.positions[texel].astype(dtype)]
-        exact = flat_image(case.display, 0, to_physical(case.physical_from_world, rational(point)))
+        exact = flat.exact(rational(point), rational(case.offset))
         if exact is None:
             continue
         ulp = float(np.spacing(dtype.type(max(abs(float(exact[axis])), 1.0))))

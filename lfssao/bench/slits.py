@@ -1,17 +1,65 @@
-"""What rounding can do to the mapping of CROSSED_SLITS, step by step as display and kernels compute it."""
+"""The mapping of CROSSED_SLITS, exact and step by step as display and kernels compute it."""
 
+from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
-from lfssao.bench.exact import Point
-from lfssao.bench.running_error import Arithmetic, Tracked
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.bench.exact import Point, flat_image, to_physical
+from lfssao.bench.running_error import DOUBLE, EXACT, PROBE, Arithmetic, Tracked, all_of
 from lfssao.display import Display
+from lfssao.kernels import mapping
 from lfssao.matrix import Matrix
+from lfssao.view import WorldToImage
 
-DOUBLE = Arithmetic.of("float64")
-EXACT = Arithmetic()
 
-# Condition numbers: a relative error of the inputs so small that its products do not count.
-_PROBE = 2.0**-200
+@dataclass(frozen=True, eq=False)
+class Slits:
+    """A flat display with the linear diffuser and one module (``lfssao.bench.measure.Mapping``).
+
+    Attributes
+    ----------
+    display : Display
+        The display.
+    physical_from_world : (3, 4) float64
+        The affine map.
+    """
+
+    display: Display
+    physical_from_world: Matrix
+
+    @property
+    def to_image(self) -> WorldToImage:
+        """As the kernels take it."""
+        return self.display.view(0, self.physical_from_world).world_to_image
+
+    @property
+    def back(self) -> None:
+        """A module's mapping has no inverse."""
+        return
+
+    def exact(self, point: Point, offset: Point) -> Point | None:
+        """Image of point + offset, in rational numbers."""
+        x, y, z = (a + b for a, b in zip(point, offset, strict=True))
+        return flat_image(self.display, 0, to_physical(self.physical_from_world, (x, y, z)))
+
+    def steps(self, arithmetic: Arithmetic, probe: bool = False) -> "SlitsAnalysis":
+        """What rounding can do."""
+        return SlitsAnalysis(self.display, self.physical_from_world, arithmetic, probe)
+
+    def landed(self, positions: NDArray[np.floating[Any]], offset: NDArray[np.floating[Any]]) -> NDArray[Any]:
+        """U and v by the kernels' own lines, on arrays."""
+        m = self.to_image.as_type(positions.dtype)
+        rows = [
+            mapping.affine_row.py_func(m, row, *np.moveaxis(positions, -1, 0))
+            + mapping.linear_row.py_func(m, row, *offset)
+            for row in range(3)
+        ]
+        with np.errstate(all="ignore"):  # outside the domain
+            u, v, *_ = mapping.project_crossed_slits.py_func(*rows, *m[12:16])
+        return np.stack([u, v], axis=-1)
 
 
 class SlitsAnalysis:
@@ -32,7 +80,7 @@ class SlitsAnalysis:
     def __init__(
         self, display: Display, physical_from_world: Matrix, arithmetic: Arithmetic, probe: bool = False
     ) -> None:
-        self._probe = _PROBE if probe else 0.0
+        self._probe = PROBE if probe else 0.0
         self._work = EXACT if probe else arithmetic
         make = EXACT if probe else DOUBLE
         module = display.modules[0]
@@ -60,30 +108,18 @@ class SlitsAnalysis:
     def _input(self, number: float) -> Tracked:
         return Tracked(Fraction(number), abs(number) * self._probe)
 
-    def image(self, point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked]:
-        """u, v and z of point + offset as the kernels compute them; world coordinates, rounded on their way in."""
+    def image(self, point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+        """u, v and z of point + offset as the kernels compute them; world coordinates, rounded on their way in.
+
+        And whether z lies between the slits; None where rounding may decide.
+        """
         work = self._work
         place = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in point]
         way = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in offset]
         a, b, c = (work.add(self._affine(row, place), self._linear(row, way)) for row in self._rows)
         u = work.add(self._middle[0], work.divide(a, work.subtract(self._slits[0], c)))
         v = work.add(self._middle[1], work.divide(b, work.subtract(self._slits[1], c)))
-        return u, v, c
-
-    def in_domain(self, z: Tracked) -> bool | None:
-        """Whether z lies between the slits; None where rounding may decide."""
-        below, above = z.surely(self._slits[0]), self._slits[1].surely(z)
-        if below is False or above is False:
-            return False
-        return None if below is None or above is None else True
-
-    def condition(self, point: Point, offset: Point) -> float:
-        """The larger of u's and v's relative error over the inputs', of an analysis with ``probe``.
-
-        Relative to the coordinate, or to one texel where that is more: a coordinate of 0 is no harder than another.
-        """
-        u, v, _ = self.image(point, offset)
-        return max(a.error / (self._probe * max(abs(float(a.value)), 1.0)) for a in (u, v))
+        return u, v, c, all_of(c.surely(self._slits[0]), self._slits[1].surely(c))
 
     def _linear(self, row: list[Tracked], p: list[Tracked]) -> Tracked:
         work = self._work

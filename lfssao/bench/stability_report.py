@@ -11,7 +11,7 @@ from lfssao.bench.sequences import curves
 from lfssao.bench.stability import Row
 from lfssao.files import write_whole
 
-# A sequence of more inputs than this is one line a path in the text: its worst.
+# Of more inputs than this the text has, for each path and verdict, the worst.
 _MANY = 8
 
 
@@ -33,14 +33,13 @@ def as_text(rows: Iterable[Row]) -> str:
 
 def _shown(rows: list[Row]) -> list[tuple[Row, int]]:
     """The rows of a case that its text has, each with how many it stands for."""
-    paths = {row.path: [other for other in rows if other.path == row.path] for row in rows}
-    if max(len(group) for group in paths.values()) <= _MANY:
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row.path, row.verdict), []).append(row)
+    if len(rows) <= _MANY * len({row.path for row in rows}):
         return [(row, 1) for row in rows]
-    order = ("within bound", "refused", "degraded as stated", "broken")
-    worst = [
-        max(g, key=lambda r: (order.index(r.verdict), r.measured.ulp if r.measured else 0)) for g in paths.values()
-    ]
-    return [(row, len(paths[row.path])) for row in worst]
+    worst = [max(group, key=lambda row: row.measured.ulp if row.measured else 0) for group in groups.values()]
+    return [(row, len(groups[row.path, row.verdict])) for row in worst]
 
 
 def write_json(rows: Iterable[Row], path: Path) -> None:
@@ -93,7 +92,8 @@ def save_plot(path: Path) -> None:
     figure = Figure(figsize=(12, 8), layout="constrained")
     for number, (name, points) in enumerate(curves().items(), start=1):
         axes = figure.add_subplot(2, 2, number, title=f"near the {name}", xlabel="k: z is within 2^-k of the slit",
-                                  ylabel="largest error, ulp", yscale="log")  # fmt: skip
+                                  ylabel="largest error, ulp")  # fmt: skip
+        axes.set_yscale("symlog", linthresh=1)  # errors may be 0
         k, ours, straightforward = zip(*points, strict=True)
         axes.plot(k, ours, label="m_z - z, as in the kernels" if "lens" in name else "z_o - z, as in the kernels")
         axes.plot(k, straightforward, label="1 - z / m_z" if "lens" in name else "1 - z / z_o")

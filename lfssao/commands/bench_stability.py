@@ -32,7 +32,7 @@ def _stability(options: argparse.Namespace) -> int:
     except ImportError as error:
         raise MissingPackageError("bench stability needs the package mpmath: install lfssao[bench]") from error
     from lfssao.bench import stability_report  # late: --help needs none of it
-    from lfssao.bench.stability import CASES
+    from lfssao.bench.cases import CASES
 
     rows = [row for case in CASES for row in case.rows()]
     print(stability_report.as_text(rows))

@@ -288,10 +288,12 @@ def _views(
 ) -> "list[View]":
     from lfssao.camera import Camera
     from lfssao.rendering import module_views
+    from lfssao.view import check_positions
 
     if options.camera is not None:
         camera = Camera.looking_at(bounds, options.camera)
         width, height = options.resolution or CAMERA_RESOLUTION
+        check_positions(bounds, height / camera.extent)
         return [camera.view(width, height, options.guard)]
     if options.resolution is not None:
         display = display.with_resolution(*options.resolution)

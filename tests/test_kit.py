@@ -29,6 +29,7 @@ from lfssao.testing import assert_conforms
 TESTS = Path(__file__).parent
 DIGESTS = json.loads(kit_digests.PATH.read_text())
 SPECIFIED = [recipe.name for recipe in RECIPES.values() if recipe.specified]
+BOUNDED = ("algorithm1", "algorithm2", "blur", "shade", "frame")  # as section 15 of the specification has it
 FEW = ("algorithm2_conical", "blur_usual", "frame", "samples_latin")
 
 
@@ -101,6 +102,8 @@ def test_every_stage_sampler_and_estimator_has_a_case():
     text = specification()
     for stage in STAGES:
         assert f"| `{stage}` |" in text
+    for name in ESTIMATORS:
+        assert f"\n### Estimator `{name}`\n" in text or name == "lf"
 
 
 @pytest.mark.parametrize("name", case_names())
@@ -112,6 +115,7 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(name):
         assert not np.isnan(array).any()
         if array.dtype == np.float32:  # shaders flush subnormal numbers
             assert not ((array != 0) & (np.abs(array) < np.finfo(np.float32).tiny)).any()
+    assert bool(case.bounds) == (case.stage in BOUNDED)
     for output, (lower, upper) in case.bounds.items():
         made = case.outputs[output]
         assert lower.dtype == upper.dtype == made.dtype

@@ -21,7 +21,7 @@ def specification() -> str:
     """The text of SPECIFICATION.md: the stages, then the estimators that are specified, by name."""
     folder = files("lfssao.kit")
     sections = [path for path in folder.iterdir() if path.name.startswith("estimator_")]
-    texts = [folder.joinpath("SPECIFICATION.md"), *sorted(sections, key=lambda path: path.name)]
+    texts = [folder.joinpath("SPECIFICATION.md"), *sorted(sections, key=lambda path: path.name.removesuffix(".md"))]
     whole = "\n".join(text.read_text(encoding="utf-8") for text in texts)
     weights = "\n".join(f"    {weight!s}" for weight in gaussian_kernel(1.0).astype(np.float32))
     lines = [BEST_TURNS[k : k + _TURNS_A_LINE] for k in range(0, len(BEST_TURNS), _TURNS_A_LINE)]

@@ -26,7 +26,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     items : sequence of Item
         In this order.
     threads : int
-        How many threads write files; with 1 the calling thread writes each file before the next item.
+        How many threads compute; with 1 the calling thread writes each file before the next item.
     ahead : int
         How many items may wait for their file at the same time: memory is bounded by so many views.
 
@@ -46,7 +46,8 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
             yield item, write_view(work, item, *renderer.textures(item))
         return
     waiting: deque[tuple[Item, Future[Result]]] = deque()
-    with ThreadPoolExecutor(threads) as pool:
+    # One more than processors: a thread that waits for the disk computes nothing.
+    with ThreadPoolExecutor(threads + 1) as pool:
         for item in items:
             while len(waiting) >= ahead or (waiting and waiting[0][1].done()):
                 yield _next(waiting)

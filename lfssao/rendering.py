@@ -218,9 +218,7 @@ def base_image(color: FloatTexture | None, surface: NDArray[np.bool_]) -> FloatT
     """What AO is multiplied into, (H, W, 3): the colour texture, or white wherever there is a surface, (H, W)."""
     if color is not None:
         return color
-    white = np.empty((*surface.shape, 3), np.float32)
-    white[...] = surface[..., None]
-    return white
+    return np.repeat(surface.astype(np.float32), 3).reshape(*surface.shape, 3)
 
 
 def module_views(

@@ -13,7 +13,7 @@ from types import FrameType
 from typing import NoReturn
 
 from lfssao import __version__
-from lfssao.commands import bench, compare, display, estimators, kit, render, samples, view
+from lfssao.commands import bench, compare, display, estimators, kit, plan, render, samples, view
 from lfssao.commands.terminal import say
 from lfssao.errors import InputError, LfssaoError
 
@@ -120,6 +120,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (render, display, estimators, view, kit, compare, samples, bench):
+    for command in (render, plan, display, estimators, view, kit, compare, samples, bench):
         command.add_to(commands)
     return parser

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from lfssao.kernels import footprints
 from lfssao.kernels.rays import DISPLAY
 from lfssao.view import View
+from lfssao.window import Window
 
 # Beyond so many tries a texel the tree is faster, by measurement.
 TRIES_A_TEXEL = 8.0
@@ -22,6 +23,7 @@ def hits_by_footprint(
     order: NDArray[np.int64],
     bounds: NDArray[np.float64],
     tries: float,
+    window: Window | None = None,
 ) -> Hits | None:
     """The first triangle of every texel's ray, if no more than so many tries a texel find it.
 
@@ -35,25 +37,28 @@ def hits_by_footprint(
         A box around them.
     tries : float
         How many tries a texel, on average, are worth it.
+    window : Window, optional
+        Which texels; all by default.
 
     Returns
     -------
-    triangle, z, weights : (H * W,) int32, (H * W,) float64, (H * W, 2) float64, or None
+    triangle, z, weights : (n,) int32, (n,) float64, (n, 2) float64, or None
         As ``lfssao.kernels.visibility.first_hits`` has them; None where it takes more tries, or where rays do not fall
         into a half for columns and a half for rows (curved screens, conical diffusers, calibrated optics).
     """
     if view.ray_kind == DISPLAY:
         return None
-    columns, rows = np.empty((view.width, 2)), np.empty((view.height, 2))
-    near, far = footprints.ray_tables(view.ray_kind, view.lens, columns, rows)
-    bands = -(-view.height // footprints.BAND)
+    left, top, _, _ = window = window or Window.whole(view)
+    columns, rows = np.empty((window.width, 2)), np.empty((window.height, 2))
+    near, far = footprints.ray_tables(view.ray_kind, view.lens, columns, rows, left, top)
+    bands = -(-window.height // footprints.BAND)
     boxes, counts = np.empty((len(corners), 4), np.int32), np.empty((_CHUNKS, bands), np.int64)
     tests = np.empty(_CHUNKS, np.int64)
     footprints.bound_triangles(
-        view.ray_kind, view.lens, view.width, view.height, *_scales(bounds, columns, rows, far), corners, boxes,
-        counts, tests,
+        view.ray_kind, view.lens, window.width, window.height, *_scales(bounds, columns, rows, far), corners, boxes,
+        counts, tests, left, top,
     )  # fmt: skip
-    size = view.width * view.height
+    size = window.texels
     if tests.sum() > tries * size:
         return None
     ends = np.cumsum(counts.T).reshape(bands, _CHUNKS)

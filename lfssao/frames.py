@@ -112,8 +112,8 @@ def moved(mesh: Mesh, transform: Matrix) -> Mesh:
     return Mesh(vertices, mesh.faces, mesh.paint, normals, mesh.name, mesh.degenerate, mesh.notes)
 
 
-def swept_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> NDArray[np.float64]:
-    """Smallest and largest world coordinates of a mesh over all frames, (2, 3) float64: what a display must hold.
+def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.float64]]:
+    """Smallest and largest world coordinates of a mesh in each frame, (2, 3) float64.
 
     Raises
     ------
@@ -126,4 +126,9 @@ def swept_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> NDArray[np.float64
             boxes.append(moved(mesh, transform).bounds)
         except InputError as error:
             raise InputError(f"frame {number}: {error}") from None
+    return boxes
+
+
+def swept_bounds(boxes: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The box around the boxes of all frames, (2, 3) float64: what a display must hold."""
     return np.stack([np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)])

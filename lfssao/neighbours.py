@@ -9,6 +9,7 @@ from lfssao.display import Display
 from lfssao.errors import InputError
 from lfssao.raycast import RayCaster
 from lfssao.view import View, WorldToImage
+from lfssao.window import cast_box, seen_window
 
 Neighbour = tuple[WorldToImage, NDArray[np.float32]]
 
@@ -43,11 +44,14 @@ class DepthCache:
         The scene, in the views' cast space.
     size : int
         How many to keep: twice the neighbours of a module and one, where modules come one after the other.
+    plan : bool
+        Whether only rays that may hit the scene's box are cast.
     """
 
-    def __init__(self, caster: RayCaster, size: int) -> None:
+    def __init__(self, caster: RayCaster, size: int, plan: bool = True) -> None:
         self._caster = caster
         self._size = size
+        self._plan = plan
         self._kept: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 
     def neighbours(self, views: tuple[View, ...]) -> list[Neighbour]:
@@ -56,7 +60,9 @@ class DepthCache:
 
     def _depth(self, view: View) -> NDArray[np.float32]:
         if view.name not in self._kept:
-            self._kept[view.name] = self._caster.gbuffer(view, color=None).depth
+            box = cast_box(view.cast_from_world, self._caster.bounds)
+            window = seen_window(view, box) if self._plan else None
+            self._kept[view.name] = self._caster.gbuffer(view, color=None, window=window).depth
         self._kept.move_to_end(view.name)
         while len(self._kept) > self._size:
             self._kept.popitem(last=False)

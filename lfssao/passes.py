@@ -205,11 +205,16 @@ def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     """
     if not 0 <= sigma <= MAX_SIGMA:
         raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
-    radius = ceil(3 * sigma)
+    radius = blur_reach(sigma)
     weights = np.ones(2 * radius + 1)
     if radius > 0:
         blur_kernels.gaussian_weights(float(sigma), radius, weights)
     return weights
+
+
+def blur_reach(sigma: float) -> int:
+    """How many texels to each side the Gaussian blur reads, ceil(3 sigma)."""
+    return ceil(3 * sigma)
 
 
 def blur(occlusion: Texture, sigma: float) -> Texture:

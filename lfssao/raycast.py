@@ -15,8 +15,9 @@ from lfssao.footprints import Hits, hits_by_footprint
 from lfssao.kernels import bvh, hits, paint, rays, visibility
 from lfssao.kernels import normals as normal_kernels
 from lfssao.matrix import Matrix
-from lfssao.scene.mesh import Mesh, Paint
+from lfssao.scene.mesh import Mesh, Paint, used_bounds
 from lfssao.view import View
+from lfssao.window import Window
 
 # Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
 _CHUNK = 65_536
@@ -81,6 +82,7 @@ class RayCaster:
 
     def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:
         self.mesh = mesh
+        self.bounds = mesh.bounds
         self.threads = threads
         vertices = np.empty_like(mesh.vertices)
         rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
@@ -88,7 +90,13 @@ class RayCaster:
         self._tree = TriangleTree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
 
-    def gbuffer(self, view: View, color: str | None = "bilinear", normals: str | None = None) -> GBuffer:
+    def gbuffer(
+        self,
+        view: View,
+        color: str | None = "bilinear",
+        normals: str | None = None,
+        window: Window | None = None,
+    ) -> GBuffer:
         """Cast one ray through the centre of each texel of a view.
 
         Parameters
@@ -100,6 +108,8 @@ class RayCaster:
         normals : str or None
             'geometric' (of the triangle), or 'smooth' (interpolated from the vertices where the mesh came with normals
             there, else geometric); None: no normals texture.
+        window : Window, optional
+            The texels whose rays are cast; all others see nothing. All by default.
 
         Returns
         -------
@@ -113,61 +123,70 @@ class RayCaster:
         for name, value, choices in (("color", color, COLOR_FILTERS), ("normals", normals, NORMALS)):
             if value is not None and value not in choices:
                 raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
-        triangle, z, weights = self._first_hits(view)
+        window, shape = window or Window.whole(view), (view.height, view.width)
+        if not window.texels:
+            return _background(shape, color is not None and self._paint is not None, normals is not None)
+        triangle, z, weights = self._first_hits(view, window)
         depth, positions = np.empty(len(triangle), np.float32), np.empty((len(triangle), 3), np.float32)
-        world_from_cast = np.ravel(view.world_from_cast)
-        hits.write_surface(view.ray_kind, view.lens, world_from_cast, view.width, triangle, z, depth, positions)
+        hits.write_surface(
+            view.ray_kind, view.lens, np.ravel(view.world_from_cast), window.width, triangle, z, depth, positions,
+            window.left, window.top,
+        )  # fmt: skip
         rgb = None
         if color is not None and self._paint is not None:
             rgb = self._paint.color(triangle, weights, self.mesh.faces, color == "nearest")
-        directions = None if normals is None else self._normals(view, triangle, weights, normals == "smooth")
-        shape = view.height, view.width
+        directions = None if normals is None else self._normals(view, window, triangle, weights, normals == "smooth")
+
+        def texture(values: NDArray[Any], background: float) -> NDArray[Any]:
+            part = values.reshape(window.height, window.width, *values.shape[1:])
+            return window.paste(part, (*shape, *values.shape[1:]), background)
+
         return GBuffer(
-            depth=depth.reshape(shape),
-            positions=positions.reshape(*shape, 3),
-            color=None if rgb is None else rgb.reshape(*shape, 3),
-            triangle=triangle.reshape(shape),
-            normals=None if directions is None else directions.reshape(*shape, 3),
+            depth=texture(depth, np.inf),
+            positions=texture(positions, np.inf),
+            color=None if rgb is None else texture(rgb, 0),
+            triangle=texture(triangle, -1),
+            normals=None if directions is None else texture(directions, 0),
         )
 
-    def _first_hits(self, view: View) -> Hits:
-        """Triangle, z and weights of each texel, by the way that is faster; both give the same bits."""
+    def _first_hits(self, view: View, window: Window) -> Hits:
+        """Triangle, z and weights of each texel of a window, by the way that is faster; both give the same bits."""
         tree = self._tree
-        hits = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, footprints.TRIES_A_TEXEL)
+        hits = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, footprints.TRIES_A_TEXEL, window)
         if hits is not None:
             return hits
-        size = view.height * view.width
+        size = window.texels
         triangle, z, weights = np.empty(size, np.int32), np.empty(size), np.empty((size, 2))
         visibility.first_hits(
-            view.ray_kind, view.lens, view.width, view.height, tree.corners, tree.order, tree.boxes, tree.place_of,
-            self._proposals(view), triangle, z, weights,
+            view.ray_kind, view.lens, window.width, window.height, tree.corners, tree.order, tree.boxes, tree.place_of,
+            self._proposals(view, window), triangle, z, weights, window.left, window.top,
         )  # fmt: skip
         return triangle, z, weights
 
     def _normals(
-        self, view: View, triangle: NDArray[np.int32], weights: NDArray[np.float64], smooth: bool
+        self, view: View, window: Window, triangle: NDArray[np.int32], weights: NDArray[np.float64], smooth: bool
     ) -> NDArray[np.float32]:
-        """Unit normals of each texel, (n, 3) float32."""
+        """Unit normals of each texel of a window, (n, 3) float32."""
         mesh = self.mesh
         at_vertices = mesh.normals if smooth and mesh.normals is not None else np.zeros((0, 3))
         out = np.empty((len(triangle), 3), np.float32)
         normal_kernels.write_normals(
-            view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, triangle, weights, mesh.vertices,
-            mesh.faces, at_vertices, out,
+            view.ray_kind, view.lens, np.ravel(view.world_from_cast), window.width, triangle, weights, mesh.vertices,
+            mesh.faces, at_vertices, out, window.left, window.top,
         )  # fmt: skip
         return out
 
-    def _proposals(self, view: View) -> NDArray[np.int32]:
+    def _proposals(self, view: View, window: Window) -> NDArray[np.int32]:
         """The triangle that Embree sees in the middle of each tile, -1 where it sees none or the box is missed."""
         step = visibility.TILE
-        shape = -(-view.height // step), -(-view.width // step)
+        shape = -(-window.height // step), -(-window.width // step)
         counts = np.empty(shape[0], np.int64)
-        grid = view.ray_kind, view.lens, self._tree.bounds, view.width, view.height, step, shape[1]
-        rays.count_rays(*grid, counts)
+        grid = view.ray_kind, view.lens, self._tree.bounds, window.width, window.height, step, shape[1]
+        rays.count_rays(*grid, counts, window.left, window.top)
         starts, n = np.cumsum(counts) - counts, int(counts.sum())
         cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
         origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
-        rays.make_rays(*grid, starts, cells, origins, directions, lengths)
+        rays.make_rays(*grid, starts, cells, origins, directions, lengths, window.left, window.top)
         proposals = np.full(shape, -1, np.int32)
         proposals.reshape(-1)[cells] = self._trace(origins, directions, lengths)
         return proposals
@@ -185,6 +204,17 @@ class RayCaster:
 
         _run_chunks(trace, len(origins), self.threads)
         return hit
+
+
+def _background(shape: tuple[int, int], color: bool, normals: bool) -> GBuffer:
+    """The G-buffer of a view that sees nothing."""
+    return GBuffer(
+        depth=np.full(shape, np.inf, np.float32),
+        positions=np.full((*shape, 3), np.inf, np.float32),
+        color=np.zeros((*shape, 3), np.float32) if color else None,
+        triangle=np.full(shape, -1, np.int32),
+        normals=np.zeros((*shape, 3), np.float32) if normals else None,
+    )
 
 
 def _run_chunks(work: Callable[[int, int], None], n: int, threads: int) -> None:
@@ -232,8 +262,7 @@ class TriangleTree:
     """
 
     def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
-        used = vertices[np.unique(faces)]
-        low, high = used.min(axis=0), used.max(axis=0)
+        low, high = used_bounds(vertices, faces)
         codes = np.empty(len(faces), np.uint64)
         bvh.morton_codes(vertices, faces, low, high - low, codes)
         self.order = np.argsort(codes, kind="stable")

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import sqrt
 from typing import TypeVar
 
@@ -19,6 +19,8 @@ from lfssao.neighbours import DepthCache, Neighbour, nearest_modules
 from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View, check_positions
+from lfssao.view_plan import ViewPlan
+from lfssao.window import Window
 
 # LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
@@ -147,7 +149,13 @@ class Textures:
         return image_png(contact.strip(self.image, self.blurred, self.shaded, 320))
 
 
-def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:
+def render_view(
+    caster: RayCaster,
+    view: View,
+    settings: Settings,
+    neighbours: Sequence[Neighbour] = (),
+    plan: ViewPlan | None = None,
+) -> Textures:
     """Run all passes for one view.
 
     Parameters
@@ -160,6 +168,8 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
         Estimator, radii, samples and blur.
     neighbours : sequence of (WorldToImage, (H, W) float32)
         Mapping and depth texture of each other module that is asked.
+    plan : ViewPlan, optional
+        What is not needed and left out; made here by default. The textures do not depend on it.
 
     Returns
     -------
@@ -173,21 +183,28 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
         seconds[name] = time.perf_counter() - start
         return result
 
-    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals))
-    buffers = Buffers.of(gbuffer, view)
-    ao = timed("ao", lambda: [_occlusion(buffers, radius, settings, neighbours) for radius in settings.radii])
-    merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
-    blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
-    image, occlusion = timed("image", lambda: _cropped(view, _image(gbuffer))), _cropped(view, blurred)
-    shaded = timed("shade", lambda: passes.shade(image, occlusion))
+    plan = plan or ViewPlan.of(view, caster.bounds, settings)
+    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals, plan.window))
+    surface = plan.surface(gbuffer.triangle >= 0)
+    # Behind the AO everything is +0 outside of this window.
+    window = plan.reached(surface, passes.blur_reach(settings.blur))
+    ao = timed("ao", lambda: _occlusions(Buffers.of(gbuffer, view), settings, neighbours, plan, surface))
+    merged = timed("merge", lambda: _merge([window.crop(a.texture) for a in ao], plan))
+    blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
+    image = timed("image", lambda: _image(gbuffer, window))
+    shaded = timed("shade", lambda: passes.shade(window.crop(image), blurred) if window.texels else window.crop(image))
+
+    def texture(part: FloatTexture) -> FloatTexture:
+        return _cropped(view, window.paste(part, (view.height, view.width, *part.shape[2:])))
+
     return Textures(
         view=view,
         gbuffer=gbuffer,
         ao=tuple(_cropped(view, a.texture) for a in ao),
-        merged=_cropped(view, merged),
-        blurred=occlusion,
-        image=image,
-        shaded=shaded,
+        merged=texture(merged),
+        blurred=texture(blurred),
+        image=_cropped(view, image),
+        shaded=texture(shaded),
         outside=tuple(a.outside for a in ao),
         seconds=seconds,
     )
@@ -197,6 +214,28 @@ def _cropped(view: View, texture: FloatTexture) -> FloatTexture:
     """A texture without the view's guard band (SAO section 2.3)."""
     g = view.guard
     return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
+
+
+def _occlusions(
+    buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour], plan: ViewPlan, surface: Window
+) -> list[passes.Occlusion]:
+    """Occlusion of each radius, as far as the plan has it computed."""
+    out: list[passes.Occlusion] = []
+    for number, radius in enumerate(settings.radii):
+        if not surface.texels:
+            out.append(passes.Occlusion(np.zeros_like(buffers.depth), 0))
+        elif plan.same_as[number] < number:
+            out.append(out[plan.same_as[number]])
+        elif plan.one_sample[number] and settings.samples is not None:
+            one = _occlusion(buffers, radius, replace(settings, samples=settings.samples[:1]), neighbours)
+            out.append(passes.Occlusion(one.texture, one.outside * len(settings.samples)))
+        else:
+            out.append(_occlusion(buffers, radius, settings, neighbours))
+    return out
+
+
+def _merge(layers: list[FloatTexture], plan: ViewPlan) -> FloatTexture:
+    return layers[0] if plan.cut and (len(set(plan.same_as)) == 1 or not layers[0].size) else passes.merge(layers)
 
 
 def _occlusion(
@@ -210,8 +249,12 @@ def _occlusion(
     return estimate(settings.estimator, buffers, radius, settings.samples, settings.weights, **settings.parameters)
 
 
-def _image(gbuffer: GBuffer) -> FloatTexture:
-    return base_image(gbuffer.color, gbuffer.triangle >= 0)
+def _image(gbuffer: GBuffer, window: Window) -> FloatTexture:
+    """``base_image`` of a G-buffer that has no surface outside of a window."""
+    if gbuffer.color is not None:
+        return gbuffer.color
+    white = base_image(None, window.crop(gbuffer.triangle) >= 0)
+    return window.paste(white, (*gbuffer.triangle.shape, 3))
 
 
 def base_image(color: FloatTexture | None, surface: NDArray[np.bool_]) -> FloatTexture:
@@ -290,6 +333,7 @@ def render(
     settings: Settings | None = None,
     modules: range | None = None,
     threads: int = 1,
+    plan: bool = True,
 ) -> Iterator[Textures]:
     """Render the modules of a display one after the other.
 
@@ -305,6 +349,8 @@ def render(
         Which modules; all by default.
     threads : int
         Threads of the ray caster (numba's are set by ``numba.set_num_threads``).
+    plan : bool
+        Whether what the scene does not need is left out; the textures do not depend on it.
 
     Yields
     ------
@@ -322,6 +368,14 @@ def render(
     views = module_views(mesh, display, modules)
     asked = neighbour_views(mesh, display, settings.neighbours, modules)
     caster = RayCaster(mesh, views[0].cast_from_world, threads)
-    cache = DepthCache(caster, 2 * settings.neighbours + 1)
+    cache = DepthCache(caster, 2 * settings.neighbours + 1, plan)
     for view, others in zip(views, asked, strict=True):
-        yield render_view(caster, view, settings, cache.neighbours(others))
+        yield render_planned(caster, view, settings, cache, others, plan)
+
+
+def render_planned(
+    caster: RayCaster, view: View, settings: Settings, cache: DepthCache, others: tuple[View, ...], plan: bool
+) -> Textures:
+    """``render_view`` with a plan, or without one, and the depth of the views beside it where the plan needs it."""
+    chosen = ViewPlan.of(view, caster.bounds, settings) if plan else ViewPlan.everything(view, settings)
+    return render_view(caster, view, settings, cache.neighbours(others if chosen.window.texels else ()), chosen)

@@ -17,7 +17,9 @@ from lfssao.errors import InputError
 from lfssao.exr import read_exr, write_exr
 from lfssao.exr_file import Part
 from lfssao.manifest import describe_view, digest
+from lfssao.passes import blur_reach
 from lfssao.rendering import Settings, Textures, base_image
+from lfssao.view_plan import ViewPlan
 from lfssao.work import Item, Work
 
 if TYPE_CHECKING:
@@ -171,10 +173,23 @@ def _entry(work: Work, item: Item, parts: Iterable[Part], seconds: dict[str, flo
         "bytes": path.stat().st_size,
         "view": describe_view(view),
         "surface_texels": int(np.isfinite(by_name["depth"].pixels).sum()),
+        "left_out": _left_out(work, item, by_name["depth"]),
         "samples_outside": [int(by_name[f"ao_{k}"].attributes["outside"]) for k in radii],
         "seconds": seconds,
         "textures": {part.name: _describe_part(part) for part in by_name.values()},
     }
+
+
+def _left_out(work: Work, item: Item, depth: Part) -> dict[str, Any] | None:
+    """What came of the view's plan: its windows (left, top, right, bottom; None for none); None without a plan."""
+    if not work.plan:
+        return None
+    view = work.views[item.view]
+    plan = ViewPlan.of(view, work.boxes[item.frame], work.settings)
+    surface = plan.surface(np.isfinite(depth.pixels[..., 0]))
+    run = plan.reached(surface, blur_reach(work.settings.blur))
+    windows = {"cast": plan.window, "surface": surface, "blurred": run}
+    return {name: list(window) if window.texels else None for name, window in windows.items()}
 
 
 def _describe_part(part: Part) -> dict[str, Any]:

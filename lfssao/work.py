@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
-from lfssao.frames import moved
+from lfssao.frames import frame_bounds, moved
 from lfssao.manifest import describe_settings, describe_view, short_digest
 from lfssao.matrix import Matrix
 from lfssao.neighbours import DepthCache
 from lfssao.raycast import RayCaster
-from lfssao.rendering import Settings, Textures, render_view
+from lfssao.rendering import Settings, Textures, render_planned
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
 
@@ -48,6 +49,10 @@ class Work:
         The affine map world -> world of each frame; None for a still.
     neighbours : tuple of tuple of View
         For each view those of the modules that are asked beside it; empty where none are.
+    plan : bool
+        Whether what the scene does not need is left out; no texture depends on it.
+    boxes : tuple of (2, 3) float64
+        The box around the scene in each frame, world units; made here where not given.
     """
 
     mesh: Mesh
@@ -57,6 +62,13 @@ class Work:
     scene: Mapping[str, Any]
     transforms: tuple[Matrix, ...] | None = None
     neighbours: tuple[tuple[View, ...], ...] = ()
+    plan: bool = True
+    boxes: tuple[NDArray[np.float64], ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.boxes:
+            boxes = [self.mesh.bounds] if self.transforms is None else frame_bounds(self.mesh, self.transforms)
+            object.__setattr__(self, "boxes", tuple(boxes))
 
     @property
     def frame_count(self) -> int:
@@ -143,7 +155,7 @@ class Renderer:
             start = time.perf_counter()
             mesh, view = moved(self.work.mesh, transform), self.work.views[item.view]
             self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
-            self._depths = DepthCache(self._caster, 2 * self.work.settings.neighbours + 1)
+            self._depths = DepthCache(self._caster, 2 * self.work.settings.neighbours + 1, self.work.plan)
             self._build_seconds += time.perf_counter() - start
         return self._caster
 
@@ -153,7 +165,7 @@ class Renderer:
             numba.set_num_threads(self._threads)  # of the calling thread
             caster, view = self.prepare(item), self.work.views[item.view]
             others = self.work.neighbours[item.view] if self.work.neighbours else ()
-            depths = self._depths.neighbours(others) if self._depths else []
-            textures = render_view(caster, view, self.work.settings, depths)
+            assert self._depths is not None  # made with the caster
+            textures = render_planned(caster, view, self.work.settings, self._depths, others, self.work.plan)
             seconds, self._build_seconds = self._build_seconds, 0.0
             return textures, seconds

@@ -14,7 +14,7 @@ from lfssao.cli import main
 from lfssao.display_file import find_display
 from lfssao.errors import InputError
 from lfssao.exr import read_exr
-from lfssao.frames import MOST_FRAMES, moved, read_transforms, swept_bounds, turntable
+from lfssao.frames import MOST_FRAMES, frame_bounds, moved, read_transforms, swept_bounds, turntable
 from lfssao.raycast import RayCaster
 from lfssao.rendering import Settings, module_views, render_view
 from lfssao.scene.builtin import builtin_scene
@@ -70,7 +70,7 @@ def test_a_mesh_that_does_not_move_is_the_mesh():
 
 def test_swept_bounds_hold_all_frames():
     transforms = turntable(CUBE.bounds, 8)
-    low, high = swept_bounds(CUBE, transforms)
+    low, high = swept_bounds(frame_bounds(CUBE, transforms))
     reach = math.sqrt(2**2 + 1**2)
     assert (low[1], high[1]) == (0, 5)
     assert 2 <= high[0] - 1 <= reach
@@ -80,7 +80,7 @@ def test_swept_bounds_hold_all_frames():
         assert (low <= box[0]).all()
         assert (box[1] <= high).all()
     with pytest.raises(InputError, match="frame 1: mesh: vertex 4 is beyond 1e\\+30"):
-        swept_bounds(CUBE, [np.eye(3, 4), np.diag([1e30, 1, 1, 1])[:3]])
+        frame_bounds(CUBE, [np.eye(3, 4), np.diag([1e30, 1, 1, 1])[:3]])
 
 
 IDENTITY = np.eye(4).tolist()
@@ -189,7 +189,7 @@ def test_frames_are_folders_with_all_that_a_still_has(animated):
 def test_each_frame_shows_the_moved_mesh_through_the_same_views(animated):
     folder, transforms, _ = animated
     mesh = builtin_scene("ammonite")
-    bounds = swept_bounds(mesh, transforms)
+    bounds = swept_bounds(frame_bounds(mesh, transforms))
     settings = Settings((0.05, 0.1))
     for k in range(4):
         out = moved(mesh, transforms[k])

@@ -4,6 +4,7 @@ import argparse
 import os
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from lfssao.rendering import Settings
     from lfssao.scene.mesh import Mesh
     from lfssao.view import View
+    from lfssao.work import Work
 
 CAMERA_RESOLUTION = (1024, 768)
 
@@ -36,7 +38,17 @@ def add_to(commands: Any) -> None:
         "file a module, manifest.json and contact.png.",
     )
     render.set_defaults(run=_render)
-    add = render.add_argument
+    add_options(render, output=True)
+    render.add_argument(
+        "--no-plan",
+        action="store_true",
+        help="run everything, needed or not ('lfssao plan' shows what is not); the textures are the same",
+    )
+
+
+def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
+    """Add the options that say what is rendered, from what, how and where to; the folder is required for output."""
+    add = command.add_argument
     add(
         "scene",
         nargs="?",
@@ -45,7 +57,7 @@ def add_to(commands: Any) -> None:
         help="a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, statue, ammonite, armadillo "
         "(default: gallery)",
     )
-    add("-o", "--output", required=True, metavar="DIR", help="folder to write to; made if not there, files replaced")
+    add("-o", "--output", required=output, metavar="DIR", help="folder to write to; made if not there, files replaced")
     add(
         "--texture",
         metavar="IMAGE",
@@ -160,25 +172,85 @@ def add_to(commands: Any) -> None:
     )
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """A job that is ready to run.
+
+    Attributes
+    ----------
+    work : Work
+        What is rendered.
+    display : Display
+        Where it is shown, unless there is a camera.
+    sampling : dict
+        What the manifest says of the samples.
+    loaded : float
+        Seconds that it took.
+    """
+
+    work: "Work"
+    display: "Display"
+    sampling: dict[str, Any]
+    loaded: float
+
+
+def prepare(options: argparse.Namespace) -> Prepared:
+    """Check everything that can be checked, then load the scene."""
+    start = time.perf_counter()
+    display = _display(options)
+    sampling, settings_of = _settings_maker(options)
+    _check_size(options, display)
+    if options.output is not None:
+        from lfssao.files import check_folder
+
+        check_folder(Path(options.output))
+    mesh = load(options.scene, options.texture)
+    loaded = time.perf_counter() - start
+    _say_what_was_left_out(mesh)
+    from lfssao import manifest
+    from lfssao.frames import frame_bounds, swept_bounds
+    from lfssao.work import Work
+
+    settings = settings_of(mesh)
+    transforms = _transforms(options.frames, mesh)
+    # One box for all frames, so that the scene's scale on the display stays what it is.
+    boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
+    bounds = swept_bounds(boxes)
+    views = tuple(_views(options, mesh, display, bounds))
+    asked = tuple(_neighbours(options, mesh, display, bounds))
+    scene, folder = manifest.describe_scene(mesh), Path(options.output or ".")
+    plan = not getattr(options, "no_plan", False)
+    work = Work(mesh, views, settings, folder, scene, transforms, asked, plan, tuple(boxes))
+    return Prepared(work, display, sampling, loaded)
+
+
 def _render(options: argparse.Namespace) -> None:
     """``lfssao render``: check everything that can be checked, then load, then make the folder, cast and write."""
-    start = time.perf_counter()
     threads = min(options.threads or MOST_THREADS, _core_count())
     if not options.output:
         raise InputError("--output is empty, it must name a folder")
     if options.threads is not None and (options.scheduler or "local") != "local":
         raise InputError("--threads does not go with a scheduler's address: its workers have their own")
-    folder = Path(options.output)
-    display = _display(options)
-    sampling, settings_of = _settings_maker(options)
-    _check_size(options, display)
-    from lfssao.files import check_folder
+    prepared = prepare(options)
+    work = prepared.work
+    from lfssao import manifest
+    from lfssao.commands.run_items import run_items
+    from lfssao.plan import make_plan
 
-    check_folder(folder)
-    mesh = load(options.scene, options.texture)
-    loaded = time.perf_counter() - start
-    _say_what_was_left_out(mesh)
-    _run_job(options, mesh, display, settings_of(mesh), sampling, folder, threads, loaded)
+    head = {
+        "machine": manifest.describe_machine(threads, options.command),
+        "scene": work.scene,
+        "display": None if options.camera is not None else manifest.describe_display(prepared.display),
+        "camera": options.camera,
+        "sampling": prepared.sampling,
+        "settings": manifest.describe_settings(work.settings),
+        "plan": make_plan(work.mesh, work.views, work.settings, work.boxes).summary() if work.plan else None,
+    }
+    run_items(work, head, {"load": prepared.loaded}, threads, options.resume, options.scheduler)
+    written = f"{len(work.views)} EXR file{'s' * (len(work.views) > 1)}, manifest.json, contact.png"
+    if work.transforms is not None:
+        written = f"{len(work.transforms)} frame{'s' * (len(work.transforms) > 1)}, each {written}"
+    print(printable(f"{work.folder}: {written}"), flush=True)
 
 
 def _core_count() -> int:
@@ -324,39 +396,3 @@ def _transforms(frames: int | Path | None, mesh: "Mesh") -> "tuple[Matrix, ...] 
         return tuple(read_transforms(frames))
     except InputError as error:
         raise InputError(f"--frames: {error}") from None
-
-
-def _run_job(
-    options: argparse.Namespace,
-    mesh: "Mesh",
-    display: "Display",
-    settings: "Settings",
-    sampling: dict[str, Any],
-    folder: Path,
-    threads: int,
-    loaded: float,
-) -> None:
-    from lfssao import manifest
-    from lfssao.commands.run_items import run_items
-    from lfssao.frames import swept_bounds
-    from lfssao.work import Work
-
-    transforms = _transforms(options.frames, mesh)
-    # One box for all frames, so that the scene's scale on the display stays what it is.
-    bounds = mesh.bounds if transforms is None else swept_bounds(mesh, transforms)
-    views = tuple(_views(options, mesh, display, bounds))
-    asked = tuple(_neighbours(options, mesh, display, bounds))
-    work = Work(mesh, views, settings, folder, manifest.describe_scene(mesh), transforms, asked)
-    head = {
-        "machine": manifest.describe_machine(threads, options.command),
-        "scene": work.scene,
-        "display": None if options.camera is not None else manifest.describe_display(display),
-        "camera": options.camera,
-        "sampling": sampling,
-        "settings": manifest.describe_settings(settings),
-    }
-    run_items(work, head, {"load": loaded}, threads, options.resume, options.scheduler)
-    written = f"{len(views)} EXR file{'s' * (len(views) > 1)}, manifest.json, contact.png"
-    if transforms is not None:
-        written = f"{len(transforms)} frame{'s' * (len(transforms) > 1)}, each {written}"
-    print(printable(f"{folder}: {written}"), flush=True)

@@ -71,7 +71,7 @@ def _bounds(kind, lens, corners, p, scale_x, scale_y):
 
 
 @kernel(parallel=True)
-def bound_triangles(kind, lens, width, height, scale_x, scale_y, corners, boxes, counts, tests):
+def bound_triangles(kind, lens, width, height, scale_x, scale_y, corners, boxes, counts, tests, left=0, top=0):
     """The texels that each triangle may cover, and how many triangles each band has.
 
     Parameters
@@ -90,6 +90,8 @@ def bound_triangles(kind, lens, width, height, scale_x, scale_y, corners, boxes,
         Out: how many triangles of each chunk, ceil(F / chunks) of them, reach into each band of rows.
     tests : (chunks,) int64
         Out: how many texels the triangles of each chunk may cover.
+    left, top : int
+        The column and the row of the view that column and row 0 here are: a window of a larger texture.
     """
     chunks, bands = counts.shape
     size = (corners.shape[0] + chunks - 1) // chunks
@@ -99,8 +101,8 @@ def bound_triangles(kind, lens, width, height, scale_x, scale_y, corners, boxes,
         area = 0
         for p in range(chunk * size, min((chunk + 1) * size, corners.shape[0])):
             u0, u1, v0, v1 = _bounds(kind, lens, corners, p, scale_x, scale_y)
-            i0, i1 = centres_between(u0, u1, width)
-            j0, j1 = centres_between(v0, v1, height)
+            i0, i1 = centres_between(u0 - left, u1 - left, width)
+            j0, j1 = centres_between(v0 - top, v1 - top, height)
             boxes[p, 0], boxes[p, 1], boxes[p, 2], boxes[p, 3] = i0, i1, j0, j1
             if i0 <= i1 and j0 <= j1:
                 area += np.int64(i1 - i0 + 1) * np.int64(j1 - j0 + 1)
@@ -133,12 +135,15 @@ def sort_into_bands(boxes, starts, members):
 
 
 @kernel
-def ray_tables(kind, lens, columns, rows):
-    """Out: o and d of the x half of each column's rays, (W, 2), of the y half of each row's, (H, 2); near and far."""
+def ray_tables(kind, lens, columns, rows, left=0, top=0):
+    """Out: o and d of the x half of each column's rays, (W, 2), of the y half of each row's, (H, 2); near and far.
+
+    Columns are counted from ``left`` on, rows from ``top`` on.
+    """
     for i in range(columns.shape[0]):
-        columns[i, 0], _, _, columns[i, 1], _, _, _, _ = texel_ray(kind, lens, i + 0.5, 0.5)
+        columns[i, 0], _, _, columns[i, 1], _, _, _, _ = texel_ray(kind, lens, (left + i) + 0.5, 0.5)
     for j in range(rows.shape[0]):
-        _, rows[j, 0], _, _, rows[j, 1], _, _, _ = texel_ray(kind, lens, 0.5, j + 0.5)
+        _, rows[j, 0], _, _, rows[j, 1], _, _, _ = texel_ray(kind, lens, 0.5, (top + j) + 0.5)
     _, _, _, _, _, _, near, far = texel_ray(kind, lens, 0.5, 0.5)
     return near, far
 

@@ -85,9 +85,10 @@ def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
 
 
 @kernel(inline=True)
-def _grid_ray(kind, lens, box, width, height, step, i, j):
+def _grid_ray(kind, lens, box, width, height, step, i, j, left, top):
     """The ray of the texel in the middle of cell (i, j) of step x step texels, clipped to a box: empty for t0 > t1."""
-    u, v = min(i * step + step // 2, width - 1) + 0.5, min(j * step + step // 2, height - 1) + 0.5
+    u = (left + min(i * step + step // 2, width - 1)) + 0.5
+    v = (top + min(j * step + step // 2, height - 1)) + 0.5
     ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, u, v)
     t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
     return ox, oy, oz, dx, dy, dz, t0, t1
@@ -95,18 +96,23 @@ def _grid_ray(kind, lens, box, width, height, step, i, j):
 
 # Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
 @kernel
-def count_rays(kind, lens, box, width, height, step, columns, counts):
-    """How many cells of each row of cells have a ray that meets the box; counts: (rows of cells,) int64."""
+def count_rays(kind, lens, box, width, height, step, columns, counts, left=0, top=0):
+    """How many cells of each row of cells have a ray that meets the box; counts: (rows of cells,) int64.
+
+    Arguments as of make_rays.
+    """
     for j in range(counts.shape[0]):
         n = 0
         for i in range(columns):
-            _, _, _, _, _, _, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j)
+            _, _, _, _, _, _, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, left, top)
             n += np.int64(t0 <= t1)
         counts[j] = n
 
 
 @kernel
-def make_rays(kind, lens, box, width, height, step, columns, starts, cells, origins, directions, lengths):
+def make_rays(
+    kind, lens, box, width, height, step, columns, starts, cells, origins, directions, lengths, left=0, top=0
+):
     """The rays that count_rays counted, from where they enter the box.
 
     Parameters
@@ -128,11 +134,13 @@ def make_rays(kind, lens, box, width, height, step, columns, starts, cells, orig
         surfaces are.
     lengths : (n,) float32
         Out: the t, from the origin, at which the ray has left the box.
+    left, top : int
+        The column and the row of the view that column and row 0 here are: a window of a larger texture.
     """
     for j in range(starts.shape[0]):
         n = starts[j]
         for i in range(columns):
-            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j)
+            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, left, top)
             if t0 <= t1:
                 cells[n] = j * columns + i
                 origins[n, 0] = ox + t0 * dx

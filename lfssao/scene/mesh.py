@@ -1,6 +1,7 @@
 """A triangle mesh with its diffuse colour, checked once when it is made."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,8 +95,8 @@ class Mesh:
         keep = _has_area(vertices, faces)
         if not keep.any():
             raise InputError(f"{self.name}: the mesh has no face with an area")
-        used = vertices[np.unique(faces[keep])]
-        size = float((used.max(axis=0) - used.min(axis=0)).max())
+        low, high = used_bounds(vertices, faces[keep])
+        size = float((high - low).max())
         if size < SMALLEST:
             raise InputError(f"{self.name}: the mesh is {size:g} scene units large, it must be at least {SMALLEST:g}")
         dropped = len(faces) - int(keep.sum())
@@ -109,8 +110,15 @@ class Mesh:
     @property
     def bounds(self) -> FloatArray:
         """Smallest and largest world coordinates of the vertices that faces use, (2, 3) float64."""
-        used = self.vertices[np.unique(self.faces)]
-        return np.stack([used.min(axis=0), used.max(axis=0)])
+        return used_bounds(self.vertices, self.faces)
+
+
+def used_bounds(vertices: FloatArray, faces: NDArray[np.integer[Any]]) -> FloatArray:
+    """Smallest and largest coordinates, (2, 3) float64, of those of (V, 3) vertices that (F, 3) faces name."""
+    used = np.zeros(len(vertices), np.bool_)
+    used[faces] = True
+    named = vertices if used.all() else vertices[used]
+    return np.stack([named.min(axis=0), named.max(axis=0)])
 
 
 def _replace_face_material(paint: Paint, face_material: NDArray[np.int32]) -> Paint:

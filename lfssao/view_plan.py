@@ -1,0 +1,100 @@
+"""What a view does not need, decided from scene, view and settings before anything runs; every bit stays.
+
+The rules, and why the textures are the same without what they leave out:
+
+- Rays: only texels in the image of the scene's box are cast (``lfssao.window.seen_window``): no other ray can hit. A
+  view that does not see the box has the textures of nothing, and no pass runs.
+- Border: behind the ray caster the passes run on the smallest window that holds every texel with a surface, grown by
+  the blur's reach. AO is +0 where there is no surface, so the maximum over radii is, and a blur adds products of
+  positive weights with +0 to +0. Taps beyond the grown window read the texel on its border, which is +0, or lies on
+  the texture's own border. Beyond the blur's reach the image, +0 without a surface, is +0 (1 - 0) = +0. (Within it
+  1 - AO may round below 0 and make -0 of +0; that is why the grown window is multiplied too.)
+- Equal radii: an estimator is a function of its arguments, so a radius that comes again is not computed again.
+- Radius 0: the offsets 0 s are all (+-0, +-0, +-0). Algorithms 1 and 2 add them to coordinates, of which only the
+  sign of a zero can change, and compare: all n samples have one outcome, and n / n = 1 / 1, 0 / n = 0 / 1.
+- Merge of one radius, blur with the one weight 1: what goes in comes out.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.view import View
+from lfssao.window import Window, cast_box, seen_window, surface_window
+
+if TYPE_CHECKING:
+    from lfssao.rendering import Settings
+
+# A window that holds more of the texture than this is not worth copying textures for.
+_WORTH_CUTTING = 0.8
+
+
+@dataclass(frozen=True)
+class ViewPlan:
+    """What runs for one view.
+
+    Attributes
+    ----------
+    window : Window
+        Texels whose rays are cast; empty for a view that cannot see the scene.
+    whole : Window
+        All of the view's texels.
+    same_as : tuple of int
+        For each radius the first one that gives the same texture: its own place, or an earlier one.
+    one_sample : tuple of bool
+        For each radius, whether one sample stands for all.
+    cut : bool
+        False where everything runs, whether it is needed or not.
+    """
+
+    window: Window
+    whole: Window
+    same_as: tuple[int, ...]
+    one_sample: tuple[bool, ...]
+    cut: bool = True
+
+    @classmethod
+    def of(cls, view: View, bounds: NDArray[np.float64], settings: "Settings") -> "ViewPlan":
+        """The plan of a view.
+
+        Parameters
+        ----------
+        view : View
+            Which.
+        bounds : (2, 3) float64
+            Lower and upper corner of a box around the scene, world units (``Mesh.bounds``).
+        settings : Settings
+            What the AO passes are run with.
+        """
+        radii = settings.radii
+        return cls(
+            window=seen_window(view, cast_box(view.cast_from_world, bounds)),
+            whole=Window.whole(view),
+            same_as=tuple(radii.index(radius) for radius in radii),
+            one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
+        )
+
+    @classmethod
+    def everything(cls, view: View, settings: "Settings") -> "ViewPlan":
+        """The plan that leaves out nothing."""
+        whole, count = Window.whole(view), len(settings.radii)
+        return cls(whole, whole, tuple(range(count)), (False,) * count, cut=False)
+
+    def surface(self, seen: NDArray[np.bool_]) -> Window:
+        """The window that the passes behind the ray caster run on, before the blur's reach; empty for no surface.
+
+        Parameters
+        ----------
+        seen : (H, W) bool
+            Which texels see a surface.
+        """
+        if not self.cut:
+            return self.whole
+        return surface_window(seen) if self.window.texels else self.window
+
+    def reached(self, surface: Window, reach: int) -> Window:
+        """A window with so many texels more on each side; the whole texture where that is nearly it."""
+        grown = surface.grown(reach, self.whole)
+        return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole

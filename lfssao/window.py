@@ -1,0 +1,173 @@
+"""Windows of textures: which texels can see a box at all, and passes that run on a part of a texture only."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
+from lfssao.matrix import Matrix
+from lfssao.view import View
+
+# Rounding of a ray's and a corner's place in the image, in units of the largest numbers they are made of, as
+# lfssao.kernels.footprints has it, and how near to the singular planes that holds.
+_ULPS = 64 * 2.0**-53
+_NEAREST = 2.0**-8
+
+
+class Window(NamedTuple):
+    """Columns left to right - 1 and rows top to bottom - 1 of a texture; empty where there are none."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @classmethod
+    def whole(cls, view: View) -> "Window":
+        """All of a view's texels."""
+        return cls(0, 0, view.width, view.height)
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return max(self.right - self.left, 0)
+
+    @property
+    def height(self) -> int:
+        """Number of rows."""
+        return max(self.bottom - self.top, 0)
+
+    @property
+    def texels(self) -> int:
+        """Number of texels."""
+        return self.width * self.height
+
+    def grown(self, reach: int, within: "Window") -> "Window":
+        """The window with so many texels more on each side, as far as the other window goes; an empty one stays."""
+        if not self.texels:
+            return self
+        return Window(
+            max(self.left - reach, within.left),
+            max(self.top - reach, within.top),
+            min(self.right + reach, within.right),
+            min(self.bottom + reach, within.bottom),
+        )
+
+    def crop(self, texture: NDArray[Any]) -> NDArray[Any]:
+        """The window of a texture, (H, W) or (H, W, c), as an array of its own unless it is all of it."""
+        return np.ascontiguousarray(texture[self.top : self.bottom, self.left : self.right])
+
+    def paste(self, part: NDArray[Any], shape: tuple[int, ...], background: float = 0.0) -> NDArray[Any]:
+        """A texture that is ``part`` in the window and ``background`` elsewhere; ``part`` itself if there is no else.
+
+        Zeros are not written but asked of the system, which has them for nothing until somebody reads them.
+        """
+        if part.shape == shape:
+            return part
+        texture = np.zeros(shape, part.dtype) if background == 0 else np.full(shape, background, part.dtype)
+        texture[self.top : self.bottom, self.left : self.right] = part
+        return texture
+
+
+def cast_box(cast_from_world: Matrix, bounds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The box in cast space around a box of the world, (2, 3) float64 both, with room for how the map rounds."""
+    size = np.abs(bounds).max(axis=0)
+    out = np.empty((2, 3))
+    for row in range(3):
+        a, b, c, d = cast_from_world[row].tolist()
+        corners = [((a * x + b * y) + c * z) + d for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]]
+        room = _ULPS * (((abs(a) * size[0] + abs(b) * size[1]) + abs(c) * size[2]) + abs(d))
+        out[0, row], out[1, row] = min(corners) - room, max(corners) + room
+    return out
+
+
+def seen_window(view: View, box: NDArray[np.float64]) -> Window:
+    """The texels whose rays may hit a triangle inside a box.
+
+    On flat screens with the linear diffuser and in cameras u and v are quotients of affine functions with one sign in
+    the divisor, so over a box they are largest and smallest in its corners, and a ray hits a triangle only between the
+    images of the triangle's corners, up to the rounding that ``lfssao.kernels.footprints`` bounds; a texel is added for
+    it on each side. Where that bound does not hold, and for all other displays, it is the whole texture.
+
+    Parameters
+    ----------
+    view : View
+        Whose texels.
+    box : (2, 3) float64
+        Lower and upper corner, cast space.
+
+    Returns
+    -------
+    Window
+    """
+    whole = Window.whole(view)
+    if view.ray_kind == DISPLAY:
+        return whole
+    scale_x, scale_y = _scales(view, box)
+    us, vs = [], []
+    for x in box[:, 0].tolist():
+        for y in box[:, 1].tolist():
+            for z in box[:, 2].tolist():
+                place = _image(view, x, y, z)
+                if place is None:
+                    return whole
+                u, v, slope_u, slope_v = place
+                if not (_ULPS * scale_x < 0.5 * slope_u and _ULPS * scale_y < 0.5 * slope_v):
+                    return whole
+                us.append(u)
+                vs.append(v)
+    left, right = _between(min(us), max(us), view.width)
+    top, bottom = _between(min(vs), max(vs), view.height)
+    window = Window(left, top, right, bottom)
+    return window if window.texels else Window(0, 0, 0, 0)
+
+
+def _image(view: View, x: float, y: float, z: float) -> tuple[float, float, float, float] | None:
+    """Where a corner appears, u and v, and by how much x and y change a texel there; None near singular planes."""
+    lens = view.lens.tolist()
+    if view.ray_kind == FLAT_LINEAR:
+        m_x, m_z, y_o, z_o = lens[:4]
+        a, b = 1.0 - z / m_z, 1.0 - z / z_o
+        if not min(a, b) > _NEAREST:
+            return None
+        u = lens[4] * (m_x + (x - m_x) / a) + lens[5]
+        v = lens[6] * (y_o + (y - y_o) / b) + lens[7]
+        return u, v, a / abs(lens[4]), b / abs(lens[6])
+    depth = z if view.ray_kind == PERSPECTIVE else 1.0
+    if not depth > 0.0:
+        return None
+    u, v = lens[0] * (x / depth) + lens[2], lens[3] - lens[1] * (y / depth)
+    return u, v, depth / abs(lens[0]), depth / abs(lens[1])
+
+
+def _scales(view: View, box: NDArray[np.float64]) -> tuple[float, float]:
+    """Bounds of the numbers that x and y of corners and rays are made of."""
+    lens = view.lens.tolist()
+    x, y, z = np.abs(box).max(axis=0).tolist()
+    if view.ray_kind == FLAT_LINEAR:
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
+        s_x = max(abs(u_0), abs(view.width - u_0)) / abs(u_scale)
+        s_y = max(abs(v_0), abs(view.height - v_0)) / abs(v_scale)
+        far = max(abs(m_z), abs(z_o))
+        steep_x, steep_y = (abs(m_x) + s_x) / abs(m_z), (abs(y_o) + s_y) / abs(z_o)
+        return x + 2 * (s_x + abs(m_x) + steep_x * (z + far)), y + 2 * (s_y + abs(y_o) + steep_y * (z + far))
+    s_x = max(abs(lens[2]), abs(view.width - lens[2])) / abs(lens[0])
+    s_y = max(abs(lens[3]), abs(view.height - lens[3])) / abs(lens[1])
+    reach = z + lens[5] if view.ray_kind == PERSPECTIVE else 1.0
+    return x + 2 * s_x * reach, y + 2 * s_y * reach
+
+
+def _between(low: float, high: float, size: int) -> tuple[int, int]:
+    """First of the texels that reach from ``low`` - 1 to ``high`` + 1, and the one behind the last."""
+    first = int(min(max(np.floor(low) - 1.0, 0.0), size))
+    last = int(max(min(np.ceil(high) + 1.0, size), 0.0))
+    return first, last
+
+
+def surface_window(seen: NDArray[np.bool_]) -> Window:
+    """The smallest window that holds all texels of a (H, W) texture that are True; empty for none."""
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    if len(rows) == 0:
+        return Window(0, 0, 0, 0)
+    return Window(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)

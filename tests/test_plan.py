@@ -1,0 +1,300 @@
+"""What a plan leaves out changes no bit: with and without it, on displays of every kind, cameras and estimators."""
+
+import json
+
+import numpy as np
+import pytest
+import raycast_scenes as scenes
+import raycast_twin
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lfssao import Camera, Mesh, RayCaster, Settings, builtin_scene, display_names, find_display, passes, rendering
+from lfssao.cli import main
+from lfssao.estimators.registry import ESTIMATORS
+from lfssao.neighbours import DepthCache
+from lfssao.plan import make_plan
+from lfssao.rendering import module_views, neighbour_views, render_planned, render_view
+from lfssao.view_plan import ViewPlan
+from lfssao.window import Window, cast_box, seen_window, surface_window
+
+pytest.importorskip("embreex", reason="rays are cast by Embree, which has no wheel here")
+pytestmark = pytest.mark.usefixtures("one_thread")
+
+
+@pytest.fixture(scope="module")
+def statue():
+    return builtin_scene("statue")
+
+
+def bits(array):
+    return array.view(np.int32) if array.dtype == np.float32 else array
+
+
+def assert_same(one, other):
+    """All textures bit for bit, their shapes and dtypes, and what they count."""
+    layers = [(t.merged, t.blurred, t.image, t.shaded, *t.ao, t.gbuffer.depth, t.gbuffer.positions, t.gbuffer.triangle,
+               t.gbuffer.color, t.gbuffer.normals) for t in (one, other)]  # fmt: skip
+    for a, b in zip(*layers, strict=True):
+        assert (a is None) == (b is None)
+        if a is not None:
+            assert (a.shape, a.dtype, a.flags.c_contiguous) == (b.shape, b.dtype, True)
+            np.testing.assert_array_equal(bits(a), bits(b))
+    assert one.outside == other.outside
+
+
+def check(caster, view, options, neighbours=()):
+    """Render with and without a plan; the cover and the plan."""
+    plan = ViewPlan.of(view, caster.bounds, options)
+    made = render_view(caster, view, options, neighbours, plan)
+    assert_same(made, render_view(caster, view, options, neighbours, ViewPlan.everything(view, options)))
+    return (made.gbuffer.triangle >= 0).mean(), plan
+
+
+def placed(box, size, moved):
+    """A box ``size`` times as large around the scene's, moved by shares of the scene's size: the scene gets smaller."""
+    middle = 0.5 * (box[0] + box[1])
+    return middle + (box - middle) * size + np.array(moved) * (box[1] - box[0])
+
+
+# Where the scene is in the texture: all over it, in a corner, across its border, beside it.
+PLACES = {"fitted": (1, (0, 0, 0)), "corner": (4, (1, 1, 0.3)), "border": (3, (-1.5, 0, 0)), "beside": (3, (40, 0, 0))}
+
+
+@pytest.mark.parametrize("name", display_names())
+@pytest.mark.parametrize("place", PLACES)
+def test_displays_of_every_kind(statue, name, place):
+    display, guard = find_display(name).with_resolution(48, 36), 5 * (place == "corner")
+    views = module_views(statue, display, None, guard, placed(statue.bounds, *PLACES[place]))
+    radii = 0.0, 0.05, 0.05, 0.2
+    options = Settings(radii, blur=1.4, normals="smooth" if place == "border" else None)
+    caster = RayCaster(statue, views[0].cast_from_world)
+    for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
+        cover, plan = check(caster, view, options)
+        assert (cover > 0) == (place != "beside")
+        if place == "beside" and view.ray_kind != raycast_twin.FLAT_LINEAR + 3:
+            assert not plan.window.texels
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+@pytest.mark.parametrize("place", PLACES)
+def test_cameras(statue, projection, place):
+    view = Camera.looking_at(placed(statue.bounds, *PLACES[place]), projection).view(48, 36, 3)
+    options = Settings((0.1, 0.0), blur=0.5 * (place != "border"))
+    cover, plan = check(RayCaster(statue, view.cast_from_world), view, options)
+    assert (cover > 0) == (plan.window.texels > 0) == (place != "beside")
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_every_estimator(statue, name):
+    view = module_views(statue, find_display("sample-a").with_resolution(32, 24), range(4, 5), 0,
+                        placed(statue.bounds, 2, (0.5, 0.2, 0)))[0]  # fmt: skip
+    cover, plan = check(RayCaster(statue, view.cast_from_world), view, Settings((0.0, 0.1, 0.1), estimator=name))
+    assert 0.01 < cover < 0.3
+    assert plan.same_as == (0, 1, 1)
+
+
+@pytest.mark.parametrize("place", ["border", "beside"])
+def test_neighbours_whose_rays_are_cut_and_modules_that_see_nothing(statue, place):
+    display = find_display("sample-a").with_resolution(40, 30)
+    box = placed(statue.bounds, *PLACES[place])
+    views, asked = module_views(statue, display, None, 0, box), neighbour_views(statue, display, 3, None, 0, box)
+    caster, options = RayCaster(statue, views[0].cast_from_world), Settings((0.0, 0.2), neighbours=3)
+    for index in (0, 10):
+        made = [
+            render_planned(caster, views[index], options, DepthCache(caster, 7, plan), asked[index], plan)
+            for plan in (True, False)
+        ]
+        assert_same(*made)
+
+
+@settings(max_examples=60)
+@given(
+    corner=st.tuples(st.integers(0, 19), st.integers(0, 14)),
+    size=st.tuples(st.integers(0, 20), st.integers(0, 15)),
+    sigma=st.sampled_from([0.0, 0.3, 0.8, 2.0, 9.0]),
+    full=st.booleans(),
+    seed=st.integers(0, 2**32),
+)
+def test_merge_blur_and_image_run_on_a_window(corner, size, sigma, full, seed):
+    """Any AO in any window: plateaus of 1 too, whose blur may round above 1 and make -0 of a black texel."""
+    view = scenes.VIEWS["virtual"](20, 15)
+    rng = np.random.default_rng(seed)
+    seen = np.zeros((15, 20), np.bool_)
+    seen[corner[1] : corner[1] + size[1], corner[0] : corner[0] + size[0]] = True
+    layers = [(seen * (1 if full else rng.random(seen.shape) < p)).astype(np.float32) for p in (0.3, 0.6)]
+
+    class Caster:
+        bounds = np.array([[-0.3, -0.3, -0.3], [0.3, 0.3, 0.3]])
+
+        def gbuffer(self, *_):
+            color = seen[..., None] * rng.random((15, 20, 3), np.float32)
+            depth = np.where(seen, np.float32(0), np.float32(np.inf))
+            return rendering.GBuffer(depth, np.repeat(depth[..., None], 3, axis=2), color, seen.astype(np.int32) - 1)
+
+    options, made = Settings((1.0, 2.0), blur=sigma), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rendering, "estimate", lambda _, __, r, *___: passes.Occlusion(layers[int(r) - 1], 7))
+        for plan in (ViewPlan(Window.whole(view), Window.whole(view), (0, 1), (False,) * 2),
+                     ViewPlan.everything(view, options)):  # fmt: skip
+            rng = np.random.default_rng(1)
+            made.append(render_view(Caster(), view, options, (), plan))
+    if seen.any():
+        assert_same(*made)
+    else:  # no estimator is asked
+        assert made[0].outside == (0, 0)
+        assert not made[0].shaded.any()
+
+
+def test_a_blur_of_ones_makes_negative_zeros_that_stay():
+    """The reason for the blur's reach, not the surface's window alone: without it -0 would become +0."""
+    view, seen = scenes.VIEWS["virtual"](64, 48), np.zeros((48, 64), np.float32)
+    seen[:, :40] = 1
+    for sigma in np.arange(0.34, 3.0, 0.01):
+        blurred = passes.blur(seen, float(sigma))
+        if (blurred > 1).any():
+            break
+    assert (blurred > 1).any()
+    assert np.signbit(passes.shade(np.zeros((48, 64, 3), np.float32), blurred)).any()
+    assert view.width == 64
+
+
+# Windows
+
+
+def cast(view, vertices, faces):
+    hits = raycast_twin.first_hits(
+        raycast_twin.texel_rays(view.ray_kind, view.lens, view.width, view.height), vertices[faces]
+    )
+    return hits.triangle.reshape(view.height, view.width) >= 0
+
+
+BOX_FACES = np.array([(0, 1, 3), (0, 3, 2), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 3, 7), (2, 7, 6),
+                      (0, 2, 6), (0, 6, 4), (1, 3, 7), (1, 7, 5)])  # fmt: skip
+
+
+@settings(max_examples=80)
+@given(
+    name=st.sampled_from(list(scenes.VIEWS)),
+    size=st.sampled_from([(20, 15), (33, 9), (1, 1), (24, 18)]),
+    seed=st.integers(0, 2**32),
+)
+def test_no_ray_outside_the_window_hits_what_is_in_the_box(name, size, seed):
+    """Boxes anywhere, drawn as their six sides, by brute force; the window is at most 3 texels too large."""
+    view, rng = scenes.VIEWS[name](*size), np.random.default_rng(seed)
+    points = scenes.anywhere(view, rng, 2, 0.6)
+    points = points[0] + (points - points[0]) * rng.choice([1.0, 0.3, 0.02])
+    box = np.stack([points.min(axis=0), points.max(axis=0)])
+    x, y, z = (n.ravel() for n in np.meshgrid(*box.T, indexing="ij"))
+    hit = cast(view, np.column_stack([x, y, z]), BOX_FACES)
+    window, tight = seen_window(view, box), surface_window(hit)
+    whole = Window.whole(view)
+    if tight.texels:
+        assert tight.grown(0, window) == tight
+        if window.grown(1, whole).grown(-1, window.grown(1, whole)) == window:  # not cut off by the texture's border
+            assert window.grown(0, tight.grown(3, whole)) == window
+
+
+def test_a_box_at_the_eye_has_no_window():
+    for name, view in ((name, make(20, 15)) for name, make in scenes.VIEWS.items()):
+        far = view.lens[5] if name in ("perspective", "orthographic") else view.lens[1]
+        around = np.array([[-9.0, -9.0, -9.0], [9.0, 9.0, far + 9.0]])
+        assert seen_window(view, around) == Window.whole(view)
+
+
+@settings(max_examples=100)
+@given(seed=st.integers(0, 2**32), offset=st.sampled_from([0.0, 1.0, 1e8]), scale=st.sampled_from([1e-6, 1.0, 1e6]))
+def test_a_cast_box_holds_all_vertices(seed, offset, scale):
+    """Maps that turn and stretch, worlds far from 0: every moved vertex lies in the box."""
+    rng = np.random.default_rng(seed)
+    points = (rng.uniform(-1, 1, (50, 3)) + offset * rng.uniform(-1, 1, 3)) * scale
+    matrix = np.hstack([rng.uniform(-1, 1, (3, 3)), rng.uniform(-1, 1, (3, 1)) * offset * scale])
+    box = cast_box(matrix, np.stack([points.min(axis=0), points.max(axis=0)]))
+    moved = np.stack(raycast_twin.affine(matrix, *points.T), axis=1)
+    assert (box[0] <= moved).all()
+    assert (moved <= box[1]).all()
+
+
+@settings(max_examples=100)
+@given(st.integers(0, 2**32), st.integers(1, 9), st.integers(1, 9), st.sampled_from([0.0, 0.02, 0.2, 1.0]))
+def test_surface_windows(seed, width, height, share):
+    seen = np.random.default_rng(seed).random((height, width)) < share
+    window = surface_window(seen)
+    assert window.crop(seen).sum() == seen.sum()
+    assert bool(window.texels) == seen.any()
+    for smaller in ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, -1, 0), (0, 0, 0, -1)) if seen.any() else ():
+        assert Window(*(a + b for a, b in zip(window, smaller, strict=True))).crop(seen).sum() < seen.sum()
+
+
+@pytest.mark.parametrize("way", scenes.WAYS)
+@pytest.mark.parametrize("name", scenes.VIEWS)
+def test_gbuffers_cast_in_a_window(way, name):
+    """Any window: inside it the texture of the whole, outside it nothing; by the tree and by footprints."""
+    rng = np.random.default_rng(2)
+    view = scenes.VIEWS[name](37, 26)
+    vertices, faces = scenes.sheet(view, rng, 3)
+    caster = RayCaster(Mesh(scenes.to_world(view, vertices), faces, normals=vertices), view.cast_from_world)
+    whole = caster.gbuffer(view, normals="smooth")
+    for window in (Window(5, 9, 30, 22), Window(36, 0, 37, 26), Window(0, 25, 37, 26), Window(3, 3, 3, 9)):
+        with scenes.way(way):
+            seen = caster.gbuffer(view, normals="smooth", window=window)
+        inside = np.zeros((26, 37), np.bool_)
+        inside[window.top : window.bottom, window.left : window.right] = True
+        for part, background in (("depth", np.inf), ("positions", np.inf), ("normals", 0), ("triangle", -1)):
+            got, want = getattr(seen, part), getattr(whole, part).copy()
+            want[~inside] = background
+            np.testing.assert_array_equal(bits(got), bits(want))
+
+
+# The command and the manifest
+
+RENDER = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii",
+          "0,0.1,0.1", "--blur", "0.7", "--threads", "1"]  # fmt: skip
+
+
+def test_render_with_and_without_a_plan(tmp_path):
+    made = {}
+    for name, more in (("with", []), ("without", ["--no-plan"])):
+        assert main([*RENDER, *more, "-o", str(tmp_path / name)]) == 0
+        made[name] = json.loads((tmp_path / name / "manifest.json").read_text())
+    one, other = made["with"], made["without"]
+    assert other["plan"] is None
+    assert {cut["what"] for cut in one["plan"]} >= {"modules", "rays", "radii", "samples", "merge", "blur", "border"}
+    for a, b in zip(one["views"], other["views"], strict=True):
+        assert {n: t["sha256"] for n, t in a["textures"].items()} == {n: t["sha256"] for n, t in b["textures"].items()}
+        assert a["samples_outside"] == b["samples_outside"]
+        assert b["left_out"] is None
+        cast, surface, blurred = (Window(*a["left_out"][name]) for name in ("cast", "surface", "blurred"))
+        assert surface.grown(0, cast) == surface
+        assert surface.grown(3, Window(0, 0, 48, 36)) == blurred
+
+
+def test_a_plan_takes_a_renders_options_and_renders_nothing(monkeypatch, capsys):
+    def no(*_):
+        raise AssertionError
+
+    monkeypatch.setattr(RayCaster, "__init__", no)
+    assert main(["plan", *RENDER[1:], "-o", "/nonexistent/never"]) == 0
+    text = capsys.readouterr().out
+    assert all(word in text for word in ("modules", "rays", "radii", "samples", "left out", "saved", "planned"))
+    assert main(["plan", *RENDER[1:], "--json"]) == 0
+    made = json.loads(capsys.readouterr().out)
+    cuts = {cut["what"]: cut for cut in made["cuts"]}
+    assert cuts["radii"]["left_out"] == 2
+    assert cuts["samples"]["left_out"] == 7
+    assert cuts["rays"]["run"] + cuts["rays"]["left_out"] == 2 * 48 * 36
+    assert cuts["rays"]["run"] == sum(Window(*view["window"]).texels for view in made["views"])
+    assert [view["name"] for view in made["views"]] == ["module_002", "module_003"]
+    assert made["views"][0]["size"] == [48, 36]
+
+
+def test_modules_that_miss_the_scene_are_named(statue):
+    display = find_display("sample-a").with_resolution(48, 36)
+    views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["beside"]))
+    made = make_plan(statue, views, Settings((0.1,)))
+    modules = next(cut for cut in made.cuts if cut.what == "modules")
+    assert (modules.run, modules.left_out, modules.saving) == (0, 21, 1.0)
+    assert "module_000" in modules.where
+    merge = next(cut for cut in made.cuts if cut.what == "merge")
+    assert merge.run == 0
+    assert sum(plan.window.texels for _, plan in made.views) == 0

@@ -31,6 +31,7 @@ from lfssao import (
     footprints,
 )
 from lfssao.kernels import visibility
+from lfssao.window import Window
 
 pytest.importorskip("embreex", reason="rays are cast by Embree, which has no wheel here")
 
@@ -236,7 +237,7 @@ def test_embree_proposes_what_is_seen():
     caster = RayCaster(mesh, world)
     middles = slice(visibility.TILE // 2, None, visibility.TILE)
     seen = caster.gbuffer(view).triangle[middles, middles]
-    proposals = caster._proposals(view)
+    proposals = caster._proposals(view, Window.whole(view))
     assert proposals.shape == seen.shape
     assert (seen >= 0).mean() > 0.2
     assert (proposals == seen).mean() > 0.99

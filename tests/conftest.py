@@ -1,5 +1,11 @@
 """Settings of every test run."""
 
+import gc
+import os
+
+# A thread that waits must not turn in circles where another process of the run could work. OpenMP reads this once.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
 import numba
 import pytest
 from hypothesis import HealthCheck, settings
@@ -9,6 +15,28 @@ settings.register_profile(
     "lfssao", derandomize=True, deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("lfssao")
+
+# The compiler makes millions of objects: to look for garbage as often as by default takes a twentieth of the run.
+gc.set_threshold(20_000, 20, 20)
+
+
+def pytest_collection_modifyitems(items):
+    """Tests that compile for minutes come first, so that no process is left alone with them at the end."""
+    items.sort(key=lambda item: {"generic_cpu", "kit"}.isdisjoint(item.fixturenames))
+
+
+@pytest.fixture(scope="session")
+def generic_cpu(tmp_path_factory):
+    """What tells a process to compile for a CPU without extensions; all of a run share the code."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    return {
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CPU_FEATURES": "",
+        "NUMBA_NUM_THREADS": "2",
+        "NUMBA_CACHE_DIR": str(folder / "generic_cpu"),
+    }
 
 
 @pytest.fixture(scope="module")

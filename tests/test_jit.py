@@ -2,8 +2,9 @@
 
 import llvmlite.binding
 import numpy as np
+from numba import types
 
-from lfssao.kernels import jit
+from lfssao.kernels import ball, jit, philox
 
 
 def double(values, out):
@@ -34,3 +35,21 @@ def test_wide_vectors_are_as_wide_as_the_processor_has_them():
     assert ("zmm" in machine) == bool(llvmlite.binding.get_host_cpu_features().get("avx512f"))
     np.testing.assert_array_equal(result, expected)
     np.testing.assert_array_equal(result, 2 * np.arange(100))
+
+
+def test_literal_numbers_do_not_compile_a_callee_again():
+    assert philox.random_below(np.uint64(3), 1, 2, 10) < 10  # it calls philox4x32(block, ..., 0, 0, ...)
+    signatures = philox.philox4x32.signatures
+    assert signatures
+    assert not any(isinstance(kind, types.Literal) for signature in signatures for kind in signature)
+
+
+def test_processes_that_compile_for_different_types_at_the_same_time_write_different_files(monkeypatch):
+    written = []
+    for key in ("float32", "float64", "float32"):
+        index = jit.kernel(ball.algorithm3.py_func)._cache._cache_file
+        monkeypatch.setattr(index, "_load_index", dict)  # the others have not written yet
+        monkeypatch.setattr(index, "_save_index", lambda overloads: None)
+        monkeypatch.setattr(index, "_save_data", lambda name, data: written.append(name))
+        index.save(key, None)
+    assert written[0] == written[2] != written[1]

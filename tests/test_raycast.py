@@ -275,9 +275,8 @@ def test_two_threads_see_the_same(digests):
         numba.set_num_threads(before)
 
 
-def test_a_cpu_without_extensions_sees_the_same(digests, tmp_path):
-    env = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
-    assert digests_of_a_process("2", env=env)[0] == digests
+def test_a_cpu_without_extensions_sees_the_same(digests, generic_cpu):
+    assert digests_of_a_process("2", env=generic_cpu)[0] == digests
 
 
 def cpu_flags():

@@ -15,6 +15,7 @@ FLAGS: dict[str, Any] = {
     "error_model": "numpy",  # division by zero is infinity, as on a GPU, and loops stay free of branches
     "boundscheck": False,
     "nogil": True,
+    "no_cfunc_wrapper": True,  # a second entry, for C, would be compiled with each; nobody takes a kernel's address
 }
 
 _FOLDER = Path(__file__).parent
@@ -74,8 +75,11 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     try:
         compiled = numba.njit(function, cache=True, **options)
     except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
-        return numba.njit(function, **options)
-    _key_by_sources(compiled)
+        compiled = numba.njit(function, **options)
+    else:
+        _key_by_sources(compiled)
+        _name_by_signature(compiled)
+    _share_among_literals(compiled)
     return compiled
 
 
@@ -95,6 +99,21 @@ def wide_vectors(_typing: Any) -> Any:
     return types.void(), request
 
 
+def _share_among_literals(compiled: Any) -> None:
+    """Let calls from other kernels with different literal numbers use one compiled function.
+
+    By itself numba compiles a callee once more for each literal that it is called with; LLVM puts those into the
+    inlined copy all the same, so that only the time to compile grows.
+    """
+    find = compiled.get_call_template
+
+    def template(arguments: Any, keywords: Any) -> Any:
+        plain = {name: types.unliteral(kind) for name, kind in keywords.items()}
+        return find(tuple(map(types.unliteral, arguments)), plain)
+
+    compiled.get_call_template = template
+
+
 def _key_by_sources(compiled: Any) -> None:
     """Make the cached code depend on every kernel file whose functions may be inlined into it.
 
@@ -103,3 +122,20 @@ def _key_by_sources(compiled: Any) -> None:
     """
     index = compiled._cache._cache_file
     index._source_stamp = (index._source_stamp, source_digest(Path(compiled.py_func.__code__.co_filename).stem))
+
+
+def _name_by_signature(compiled: Any) -> None:
+    """Give the code of each signature and processor a file name of its own.
+
+    numba numbers the files: processes that compile at the same time for different types take the same number, and
+    whoever writes last leaves his code under the other's entry in the index.
+    """
+    index = compiled._cache._cache_file
+    number, save = index._data_name_pattern, index.save
+
+    def save_by_name(key: Any, data: Any) -> None:
+        name = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
+        index._data_name_pattern = number.replace(".{number", f".{name}.{{number")
+        save(key, data)
+
+    index.save = save_by_name

@@ -13,6 +13,7 @@ from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
 from lfssao.files import remove_leftovers, write_whole
 from lfssao.manifest import FORMAT
+from lfssao.sums import sum_in_order
 from lfssao.view_file import Result
 from lfssao.work import Item, Work
 
@@ -112,7 +113,7 @@ class Job:
         write_whole(folder / "contact.png", sheet.save)
         seconds = {
             **self._seconds,
-            "build_bvh": sum(result.build_seconds for result in results),
+            "build_bvh": sum_in_order(result.build_seconds for result in results),
             "render": time.perf_counter() - self._start,
             "passes": _sums([entry["seconds"] for entry in entries]),
         }
@@ -134,4 +135,4 @@ def _write_text(path: Path, text: str) -> None:
 def _sums(rows: Sequence[dict[str, float]]) -> dict[str, float]:
     """Each pass's seconds over all views."""
     names: Iterable[str] = dict.fromkeys(name for row in rows for name in row)
-    return {name: sum(row.get(name, 0.0) for row in rows) for name in names}
+    return {name: sum_in_order(row.get(name, 0.0) for row in rows) for name in names}

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.sums import sum_in_order
+
 Plane = NDArray[Any]
 Planes = tuple[Plane, ...]
 
@@ -90,7 +92,7 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
         return Metrics(differing.size, 0)
     sums = [_plane_sums(a, b) for a, b in zip(mine, reference, strict=True)]
     finite = sum(s["finite"] for s in sums)
-    square = sum(s["square"] for s in sums)
+    square = sum_in_order(s["square"] for s in sums)
     peak = _peak(reference)
     rmse = sqrt(square / finite) if finite else 0.0
     return Metrics(
@@ -98,7 +100,7 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
         differing=count,
         max_ulp=max(s["ulp"] for s in sums),
         max_error=max(s["most"] for s in sums),
-        mean_error=sum(s["sum"] for s in sums) / finite if finite else 0.0,
+        mean_error=sum_in_order(s["sum"] for s in sums) / finite if finite else 0.0,
         rmse=rmse,
         psnr=float(20 * np.log10(peak / rmse)) if rmse > 0 and peak > 0 else None,
         ssim=_ssim(mine, reference, peak),
@@ -149,4 +151,4 @@ def _ssim(mine: Planes, reference: Planes, peak: float) -> float | None:
         fill = float(_wide(b[both]).mean()) if both.any() else 0.0
         x, y = np.where(both, a, fill).astype(np.float64), np.where(both, b, fill).astype(np.float64)
         values.append(float(structural_similarity(x, y, win_size=side, data_range=peak)))
-    return sum(values) / len(values)
+    return sum_in_order(values) / len(values)

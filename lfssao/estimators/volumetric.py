@@ -35,6 +35,7 @@ from lfssao.kernels import volumetric_area, volumetric_lines, volumetric_points
 from lfssao.kernels.elementary import log2
 from lfssao.kernels.merge import merge_product
 from lfssao.samples import repulsion_table
+from lfssao.sums import sum_in_order
 
 
 def points_run(tangent: bool) -> Run:
@@ -186,9 +187,7 @@ def _normalised(weights: FloatArray) -> FloatArray:
     """Weights over their sum, added from the first to the last."""
     if not (weights >= 0).all():
         raise InputError("weights: one is negative")
-    total = 0.0
-    for weight in weights.tolist():  # not sum(), which compensates rounding from Python 3.12 on
-        total += weight
+    total = sum_in_order(weights.tolist())
     if not 0 < total < inf:
         raise InputError(f"weights: their sum is {total}, it must be positive and finite")
     shares: FloatArray = weights / total

@@ -42,7 +42,7 @@ class Bench:
         self.gbuffers = [self.caster.gbuffer(view, color=None, normals="geometric") for view in self.views]
         self.middle = len(self.views) // 2
         self.points = agree.surface_points(self.gbuffers[self.middle], 5000)
-        self.world = self.views[0].cast_from_world
+        self.path = agree.path(self.display, mesh, self.views[0].cast_from_world, EYES, size[0])
         self.same = 2.0 * float(np.sqrt(((mesh.bounds[1] - mesh.bounds[0]) ** 2).sum())) / size[0]
 
     def shown(self, settings):
@@ -61,7 +61,7 @@ class Bench:
         """Spread over the modules and over the path."""
         over = agree.over_modules(self.points, self.views, self.gbuffers, textures, self.same)
         shown = dict(zip(MODULES, textures, strict=True))
-        path = agree.along_path(self.points, self.display, shown, self.mesh, self.world, EYES, self.same)
+        path = agree.along_path(self.points, self.display, shown, self.path, self.same)
         return agree.spread(over), agree.spread(path)
 
     def truth(self, radius, rounds):

@@ -9,7 +9,7 @@ reading itself.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,13 +90,47 @@ def over_modules(
     return np.stack(read, axis=1)
 
 
+class Stop(NamedTuple):
+    """A place on a viewer's path and what is seen from there: metres along the observer line, view and G-buffer."""
+
+    eye: float
+    view: View
+    gbuffer: GBuffer
+
+
+def path(display: Display, mesh: Mesh, world: NDArray[np.float64], eyes: Iterable[float], width: int) -> list[Stop]:
+    """What an eye that walks along the observer line sees of the surface itself.
+
+    Parameters
+    ----------
+    display : Display
+        A display with the linear diffuser and a flat screen.
+    mesh : Mesh
+        The scene.
+    world : (3, 4) float64
+        World -> physical.
+    eyes : floats
+        Places along the observer line, metres.
+    width : int
+        Texels of each view.
+
+    Raises
+    ------
+    InputError
+        As ``eye_view``.
+    """
+    stops = []
+    for eye in eyes:
+        view = eye_view(display, world, eye, width)
+        stops.append(Stop(eye, view, RayCaster(mesh, view.cast_from_world).gbuffer(view, color=None)))
+    return stops
+
+
 def along_path(
     points: Points,
     display: Display,
     textures: dict[int, Texture],
-    mesh: Mesh,
-    world: NDArray[np.float64],
-    eyes: Iterable[float],
+    stops: Iterable[Stop],
     same: float,
     blend: str = "linear",
 ) -> Values:
@@ -110,12 +144,8 @@ def along_path(
         A display with the linear diffuser and a flat screen, of at least two modules.
     textures : dict of (H, W) float32
         What each module shows; values outside surfaces are shown as they are.
-    mesh : Mesh
-        The scene.
-    world : (3, 4) float64
-        World -> physical.
-    eyes : floats
-        Places along the observer line, metres.
+    stops : iterable of Stop
+        The path (``path``).
     same : float
         As for ``read_at``.
     blend : str
@@ -124,17 +154,15 @@ def along_path(
     Raises
     ------
     InputError
-        As ``LightField`` and ``eye_view``.
+        As ``LightField``.
     """
     shown = LightField(display, textures, channels=1)
     for index, texture in textures.items():
         shown.put(index, np.ascontiguousarray(texture[..., None], np.float32))
-    width = max(texture.shape[1] for texture in textures.values())
-    read = []
-    for eye in eyes:
-        view = eye_view(display, world, eye, width)
-        seen = RayCaster(mesh, view.cast_from_world).gbuffer(view, color=None)
-        read.append(read_at(points, view, seen, shown.photograph(eye, width, blend).image[..., 0], same))
+    read = [
+        read_at(points, view, seen, shown.photograph(eye, view.width, blend).image[..., 0], same)
+        for eye, view, seen in stops
+    ]
     return np.stack(read, axis=1)
 
 

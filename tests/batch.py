@@ -1,6 +1,7 @@
 """One batch of inputs through every kernel, and the SHA-256 of each output: the same code for every process.
 
-As a program it takes the name of a group of kernels and prints a JSON list: its digests with one thread, with two.
+As a program it takes the name of a group of kernels and prints a JSON list: its digests with one thread, with two, and
+where a kernel that it had to compile widens float32 without saying so.
 """
 
 import gc
@@ -12,6 +13,7 @@ from dataclasses import replace
 import analytic_scenes
 import numba
 import numpy as np
+import widening
 
 from lfssao import (
     Camera,
@@ -269,4 +271,4 @@ def digests(group, threads):
 if __name__ == "__main__":
     assert numba.config.NUMBA_NUM_THREADS >= 2
     gc.set_threshold(20_000, 20, 20)  # as in the tests' own processes
-    print(json.dumps([digests(sys.argv[1], 1), digests(sys.argv[1], 2)]))
+    print(json.dumps([digests(sys.argv[1], 1), digests(sys.argv[1], 2), widening.widened()]))

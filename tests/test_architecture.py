@@ -18,6 +18,7 @@ import batch
 import numba
 import numpy as np
 import pytest
+import widening
 
 import lfssao
 from lfssao.kernels import ball, jit, merge, ssao
@@ -257,10 +258,26 @@ def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
     """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""
     path = os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
     env = {**generic_cpu, "PYTHONPATH": path}
-    one_generic, two_generic = json.loads(run(sys.executable, str(TESTS / "batch.py"), group, env=env))
+    one_generic, two_generic, widened = json.loads(run(sys.executable, str(TESTS / "batch.py"), group, env=env))
     one = batch.digests(group, 1)
     most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)
     assert len(one) >= 8
     assert one == most
     assert one == one_generic
     assert one == two_generic
+    assert widened == []  # a run's groups compile each kernel once among them
+
+
+def times_column(texture, out):
+    for j in numba.prange(texture.shape[0]):
+        for i in range(texture.shape[1]):
+            wide = texture[j, i] * i  # float64: an integer has as many bits
+            out[j, i] = wide + np.float64(texture[j, i])
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_widening_that_is_not_asked_for_is_found(parallel):
+    function = numba.njit(times_column, parallel=parallel)
+    function(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
+    (found,) = set(widening.widened_in(function))
+    assert re.fullmatch(r"times_column, line \d+: wide = .* \* .*", found)

@@ -16,8 +16,8 @@ import termios
 import time
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
+from exr_parts import read_parts
 
 from lfssao import __version__
 from lfssao.cli import main
@@ -229,13 +229,9 @@ def test_extreme_meshes_give_textures_without_nan(tmp_path, capsys):
         for more in ([], ["--camera"], ["--radii", "1e30,0"]):
             assert main([*words, *more]) == 0
         for name in ("module_000", "camera"):
-            source = oiio.ImageInput.open(str(tmp_path / "out" / f"{name}.exr"))
-            count = 0
-            while source.seek_subimage(count, 0):
-                assert not np.isnan(source.read_image(count, 0, 0, source.spec().nchannels, oiio.FLOAT)).any()
-                count += 1
-            source.close()
-            assert count > 5
+            parts = read_parts(tmp_path / "out" / f"{name}.exr")
+            assert len(parts) > 5
+            assert not any(np.isnan(pixels).any() for _, pixels in parts)
     assert capsys.readouterr().err == ""
 
 
@@ -336,17 +332,6 @@ def test_message_after_a_bar_has_a_line_of_its_own(tmp_path):
     assert "module_001.exr: it cannot be written" in last
 
 
-def whole_exr(path):
-    source = oiio.ImageInput.open(str(path))
-    assert source is not None, oiio.geterror()
-    count = 0
-    while source.seek_subimage(count, 0):
-        assert source.read_image(count, 0, 0, source.spec().nchannels, oiio.FLOAT) is not None
-        count += 1
-    source.close()
-    return count
-
-
 @pytest.mark.parametrize("after", [0, 1, 4])
 def test_interrupt_leaves_whole_files_only(tmp_path, after):
     out = tmp_path / "out"
@@ -365,7 +350,7 @@ def test_interrupt_leaves_whole_files_only(tmp_path, after):
     assert files == [f"module_{k:03d}.exr" for k in range(len(files))]
     assert len(files) >= after
     for file in files:
-        assert whole_exr(out / file) == 8  # shaded, depth, positions, color, two of AO, merged, blurred
+        assert len(read_parts(out / file)) == 8  # shaded, depth, positions, color, two of AO, merged, blurred
 
 
 def test_interrupt_inside_a_callback_from_llvm_is_not_lost(monkeypatch, capsys):

@@ -7,6 +7,7 @@ import exr_twin
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from exr_parts import by_channel, read_parts
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
@@ -50,16 +51,9 @@ def reader(request):
 
 def independent(path):
     """Part name -> channel name -> (H, W) array, by OpenImageIO alone."""
-    source = oiio.ImageInput.open(str(path))
-    assert source is not None, oiio.geterror()
-    found = {}
-    while source.seek_subimage(len(found), 0):
-        spec = source.spec()
-        data = source.read_image(len(found), 0, 0, spec.nchannels, oiio.UNKNOWN)
-        assert data.dtype == np.float32
-        found[spec["name"]] = {name: data[..., k] for k, name in enumerate(spec.channelnames)}
-    source.close()
-    return found
+    parts = read_parts(path)
+    assert all(pixels.dtype == np.float32 for _, pixels in parts)
+    return {spec["name"]: by_channel(spec, pixels) for spec, pixels in parts}
 
 
 @pytest.mark.usefixtures("reader")

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 from compare_folders import changed, nudge, poke
+from exr_parts import read_parts, write_parts
 from hostile_worker import SECONDS, mutated
 from PIL import Image
 
@@ -24,22 +24,10 @@ COMMAND = ["render", "statue", "--display", "sample-a", "--modules", "3:4", "--r
 
 
 def uncompress(path):
-    source = oiio.ImageInput.open(str(path))
-    images = []
-    while source.seek_subimage(len(images), 0):
-        spec = source.spec().copy()
-        images.append((spec, source.read_image(len(images), 0, 0, spec.nchannels, oiio.FLOAT)))
-    source.close()
-    for spec, _ in images:
+    parts = read_parts(path)
+    for spec, _ in parts:
         spec.attribute("compression", "none")
-    target = oiio.ImageOutput.create(str(path))
-    opened = target.open(str(path), tuple(spec for spec, _ in images))
-    for number, (spec, pixels) in enumerate(images):
-        if number:
-            opened = target.open(str(path), spec, "AppendSubimage")
-        assert opened
-        assert target.write_image(pixels)
-    assert target.close()
+    write_parts(path, parts)
 
 
 @pytest.fixture(scope="module")

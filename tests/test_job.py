@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
+from exr_parts import by_channel, read_parts
 from PIL import Image
 
 from lfssao import exr
@@ -53,16 +53,10 @@ def manifest(folder):
 
 def read(path):
     """Part name -> (attributes, channel name -> (H, W) array), by OpenImageIO alone."""
-    source = oiio.ImageInput.open(str(path))
-    assert source is not None, oiio.geterror()
-    found = {}
-    while source.seek_subimage(len(found), 0):
-        spec = source.spec()
-        data = source.read_image(len(found), 0, 0, spec.nchannels, oiio.UNKNOWN)
-        channels = {name: data[..., k] for k, name in enumerate(spec.channelnames)}
-        found[spec["name"]] = ({a.name: a.value for a in spec.extra_attribs}, channels)
-    source.close()
-    return found
+    return {
+        spec["name"]: ({a.name: a.value for a in spec.extra_attribs}, by_channel(spec, pixels))
+        for spec, pixels in read_parts(path)
+    }
 
 
 def test_folder_holds_what_is_promised(folder):

@@ -20,7 +20,7 @@ from lfssao.testing import radii as drawn_radii
 EVERY = [(domain, name) for domain, methods in METHODS.items() for name in methods]
 every_method = pytest.mark.parametrize(("domain", "name"), EVERY)
 seeds = st.one_of(st.integers(0, 2**64 - 1), st.sampled_from([0, 1, 2**32, 2**63, 2**64 - 1]))
-counts = st.one_of(st.integers(1, 64), st.integers(1, 600), st.sampled_from([1, 2, 31, 64, 97, 256]))
+counts = st.one_of(st.integers(1, 64), st.integers(1, 4096), st.sampled_from([1, 2, 31, 64, 97, 256, 4096]))
 
 
 def bits(a):

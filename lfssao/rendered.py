@@ -62,30 +62,48 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
         if manifest["display"] is None:
             raise InputError(f"{path}: it describes a camera's view (--camera), but an eye looks at a display")
         entries = {int(e["name"].removeprefix("module_")): e for e in manifest["views"]}
-        return _display(path, manifest["display"], entries, layer), entries
+        display = display_of(manifest["display"], entries)
+        _check_layer(path, entries, layer)
+        return display, entries
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise InputError(f"{path}: it is not what 'lfssao render' writes ({type(error).__name__}: {error})") from error
 
 
-def _display(path: Path, values: dict[str, Any], entries: dict[int, dict[str, Any]], layer: str) -> Display:
-    """The display of a manifest (``lfssao.manifest.describe_display``) in the resolution it was rendered in."""
+def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
+    """The display of a manifest (``lfssao.manifest.describe_display``) in the resolution of its views.
+
+    Parameters
+    ----------
+    values : dict
+        What the manifest says of the display.
+    entries : dict
+        Its entries of the modules, by number.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError, InputError
+        If they are not what a manifest has.
+    """
     lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
     modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
     display = Display(**{**lists, "modules": tuple(Module(**m) for m in modules)})
     if not entries or not set(entries) <= set(range(len(modules))):
-        raise InputError(f"{path}: its views are not modules of {display.name}: {sorted(entries)}")
+        raise ValueError(f"views are not modules of {display.name}: {sorted(entries)}")
     guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}
     sizes = {k: (e["view"]["width"] - guards[k], e["view"]["height"] - guards[k]) for k, e in entries.items()}
     if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
         if len(set(sizes.values())) > 1:
-            raise InputError(f"{path}: the sizes of its views are not those of the display's modules")
+            raise ValueError("the sizes of its views are not those of the display's modules")
         display = display.with_resolution(*next(iter(sizes.values())))
+    return display
+
+
+def _check_layer(path: Path, entries: dict[int, dict[str, Any]], layer: str) -> None:
     for entry in entries.values():
         named = {name: t["channels"] for name, t in entry["textures"].items()}
         shown = [name for name, c in named.items() if c[0].endswith("AO") or c[0][-1] == "R"]
         if layer not in shown:
             raise InputError(f"--layer: {path.parent} has no '{layer}' to show, choose one of {', '.join(shown)}")
-    return display
 
 
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:

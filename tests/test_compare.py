@@ -1,6 +1,7 @@
 """``lfssao compare``: verdicts, figures, exit codes, matching of channels, reports; that idiff's traps are not here."""
 
 import json
+import shutil
 import subprocess
 import sys
 import zlib
@@ -10,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from compare_folders import LAYERS, MODULES, changed, compare, copied, nudge, poke, rendered
+from compare_folders import LAYERS, MODULES, changed, compare, copied, nudge, poke, rendered, with_pixels
 from PIL import Image
 
 import lfssao
@@ -23,6 +24,8 @@ from lfssao.image_file import read_image_file
 from lfssao.kit.cases import make_case
 from lfssao.kit.folder import write_kit
 from lfssao.oracle import bounds
+from lfssao.oracle.depth import displaced, stray_limit
+from lfssao.raycast import RayCaster
 from lfssao.view import KINDS, WorldToImage
 
 
@@ -577,6 +580,135 @@ def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing)
     compare(reference, reference, "--picture", path)
     with Image.open(path) as picture:
         assert [255, 0, 255] not in np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+
+
+def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, reference):
+    """Half a texel beside: at silhouettes one side is infinite, which is no number of a colour bar."""
+
+    def shifted(parts):
+        depth = parts["depth"]
+        return {**parts, "depth": replace(depth, pixels=np.roll(depth.pixels, 2, axis=1))}
+
+    mine = changed(reference, tmp_path / "mine", "module_003", shifted)
+    assert compare(mine, reference, "--picture", tmp_path / "a.png") == 2
+    (row,) = lfssao.compare(mine, reference).panels.rows
+    assert np.isinf(row["difference"]).any()
+    assert np.max(row["difference"], where=np.isfinite(row["difference"]), initial=0) < 1
+    with Image.open(tmp_path / "a.png") as picture:
+        assert [255, 0, 255] in np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+
+
+# The mesh
+
+
+def beside(reference, target, du, dv, scene="statue"):
+    """The reference's depth texture, looked at so many texels beside its texels' centres."""
+    mesh = lfssao.builtin_scene(scene)
+    views = lfssao.module_views(mesh, lfssao.find_display("sample-a").with_resolution(48, 32), range(3, 6))
+    depth = RayCaster(mesh, views[1].cast_from_world).gbuffer(displaced(views[1], du, dv), color=None).depth
+
+    def change(parts):
+        parts["depth"] = replace(parts["depth"], pixels=depth[..., None])
+
+    return changed(reference, target, "module_004", change)
+
+
+def without_scene(reference, target):
+    """The same folder of a mesh file that is not at hand."""
+    shutil.copytree(reference, target)
+    manifest = json.loads((target / "manifest.json").read_text())
+    manifest["scene"]["name"] = "mine.obj"
+    (target / "manifest.json").write_text(json.dumps(manifest))
+    return target
+
+
+def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
+    near, half = beside(reference, tmp_path / "near", 0.0035, -0.003), beside(reference, tmp_path / "half", 0.5, 0.5)
+    report = lfssao.compare(near, reference)
+    assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
+    assert report.exit_code == 0
+    assert report.first_difference.worst[0].reason.startswith("the mesh has these depths within 0.0039 texel")
+    report = lfssao.compare(half, reference)
+    assert ("module_004", "depth") in {(r.module, r.layer) for r in report.results if r.verdict is Verdict.OUTSIDE}
+    reasons = {texel.reason for texel in report.first_failure.worst}
+    assert "the mesh shows nothing within 0.0039 texel of the texel's centre" in reasons
+    assert compare(near, without_scene(reference, tmp_path / "file"), "--mesh", "statue") == 0
+    assert compare(near, reference, "--mesh", "ammonite") == 4
+    assert "ammonite is not the scene that the reference was rendered of, statue" in capsys.readouterr().err
+    assert compare(near / "module_003.exr", near / "module_004.exr", "--mesh", "statue") == 4
+    assert "is not what 'lfssao render' writes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "code"),
+    [
+        (("scene", "name"), "ammonite", 1),  # another version's scene of that name: as if there were none
+        (("scene", "name"), [], 4),
+        (("scene",), None, 4),
+        (("display", "modules"), [], 4),
+        (("display", "screen_width"), "x", 4),
+        (("views", 1, "view", "cast_from_world"), [[1]], 4),
+        (("views", 1, "view", "width"), 10**9, 1),
+        (("frame",), {"world_from_scene": 5}, 4),
+        (("settings", "color_filter"), 7, 4),
+    ],
+    ids=str,
+)
+def test_a_manifest_that_does_not_give_the_mesh_its_view(tmp_path, capsys, reference, place, value, code):
+    folder = tmp_path / "reference"
+    shutil.copytree(reference, folder)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    entry = manifest
+    for key in place[:-1]:
+        entry = entry[key]
+    entry[place[-1]] = value
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    surface = np.argwhere(np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40]
+    mine = changed(reference, tmp_path / "mine", "module_004", poke("depth", tuple(surface), 2.0))
+    assert compare(mine, folder, "--layers", "depth") == code
+    assert ("manifest" in capsys.readouterr().err) == (code == 4)
+
+
+def test_another_estimators_occlusion_is_said_to_have_no_interval(tmp_path, capsys, reference):
+    folder = tmp_path / "reference"
+    shutil.copytree(reference, folder)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["settings"]["estimator"] = "hbao"
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    mine = changed(reference, tmp_path / "mine", "module_004", nudge("ao_1"))
+    assert compare(mine, folder) == 2
+    text = capsys.readouterr().out
+    assert "of estimator hbao must have equal values" in text
+    assert "module_004, ao_1: different" in text
+    assert compare(mine, reference) == 0
+    assert "must have equal values" not in capsys.readouterr().out
+
+
+def test_without_the_mesh_a_texel_that_cannot_be_judged_is_a_warning_and_many_are_a_failure(tmp_path, reference):
+    unknown = without_scene(reference, tmp_path / "file")
+    limit = stray_limit(single(reference, "module_004", "depth")[..., 0])
+    assert limit > 0
+    for count in (limit, limit + 1):
+
+        def change(parts, count=count):
+            def put(pixels):
+                surface = np.argwhere(np.isfinite(pixels[..., 0]))[5::15][:count]
+                assert len(surface) == count
+                pixels[surface[:, 0], surface[:, 1], 0] = -1.5
+
+            parts["depth"] = with_pixels(parts["depth"], put)
+
+        mine = changed(reference, tmp_path / f"mine_{count}", "module_004", change)
+        report = lfssao.compare(mine, unknown)
+        if count == limit:
+            assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
+            assert report.notes == (
+                f"module_004, depth: {limit} texels cannot be judged without the mesh (--mesh FILE)",
+            )
+            assert report.exit_code == 1
+        else:
+            assert different(report) == {("module_004", "depth"): Verdict.OUTSIDE}
+        assert lfssao.compare(mine, reference).first_failure.layer == "depth"
 
 
 def test_one_wrong_texel_of_a_large_texture_is_in_the_picture(tmp_path):

@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle_scenes import ROI, WORLD_BOX, critical_scene, drawn_view, world_points
 
-from lfssao import Display, Mesh, Module, Paint, RayCaster, fit_roi, passes
+from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views, passes
 from lfssao.kernels import bilateral, outcomes
 from lfssao.oracle import bounds as oracle
 from lfssao.oracle.bilateral import bilateral_bounds
-from lfssao.oracle.depth import color_bounds, depth_bounds, displaced
+from lfssao.oracle.depth import color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.oracle.error_model import MODELS
 from lfssao.oracle.judge import Case, Stages, positions_outside
 
@@ -163,6 +163,33 @@ def test_no_ray_beside_a_centre_leaves_the_depth_bounds(data):
         assert np.count_nonzero(allowed.outside(seen.depth)) <= 1
         assert np.count_nonzero(allowed_color.outside(seen.color).any(axis=-1)) <= 1
         assert not positions_outside(seen.positions, seen.depth, case, MODELS["shader"]).any()
+
+
+def test_triangles_smaller_than_a_texel_leave_no_depth_out():
+    """Where two surfaces show in a texel, the triangles of the limb between them may show, too: between the rays."""
+    mesh = builtin_scene("gallery")
+    view = module_views(mesh, find_display("sample-a").with_resolution(96, 64))[4]
+    caster = RayCaster(mesh, view.cast_from_world)
+    seen = caster.gbuffer(displaced(view, 0.9 * 2.0**-8, -0.7 * 2.0**-8), color=None).depth
+    assert not depth_bounds(caster, view).outside(seen).any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_edges_are_met_beside_centres_on_average_no_more_often_than_the_limit_says(seed):
+    """Straight edges in every direction: texels whose box of half width c an edge crosses, against the mean's bound."""
+    rng, reach, size = np.random.default_rng(seed), 2.0**-4, 64
+    model = dataclasses.replace(MODELS["shader"], centre=reach)
+    v, u = np.indices((size, size)) + 0.5
+    met = limits = 0
+    for _ in range(40):
+        angle = rng.uniform(0, 2 * np.pi)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        away = cosine * u + sine * v - (cosine + sine) * size / 2 - rng.uniform(-10, 10)
+        depth = np.where(away > 0, np.float32(1), np.float32(2))
+        crossed = np.abs(away) <= reach * (abs(cosine) + abs(sine))
+        met, limits = met + np.count_nonzero(crossed), limits + stray_limit(depth, model)
+    assert met <= limits < 16 * met
+    assert stray_limit(np.ones((9, 9), np.float32)) == stray_limit(depth, "strict") == 0
 
 
 @settings(max_examples=20)

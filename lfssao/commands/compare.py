@@ -25,7 +25,8 @@ with or without parts. Outputs of a kit's cases are CASE_OUTPUT.npy."""
 _CODES = """exit codes, as of idiff:
   0  every texture of REFERENCE is there, with equal bits or inside its interval (a renderer that conforms passes;
      --exact asks for equal bits)
-  1  as 0, but MINE holds modules, layers or channels that REFERENCE does not have; they were not compared
+  1  as 0, but MINE holds modules, layers or channels that REFERENCE does not have, which were not compared, or a few
+     texels of depth or colour cannot be judged without the mesh (--mesh)
   2  a texture is outside its interval, differs where no interval is known, or is missing; so is a whole module
   3  sizes, data windows, channels or data types differ
   4  a file cannot be read, a manifest is of a newer version, or an option is wrong
@@ -65,6 +66,12 @@ def add_to(commands: Any) -> None:
         metavar="NAME",
         help="what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
     )
+    add(
+        "--mesh",
+        metavar="FILE",
+        help="the mesh that REFERENCE was rendered of: by it depth and colour are judged without exceptions at "
+        "silhouettes (of an embedded scene it is at hand)",
+    )
     add("--json", metavar="FILE", help="write all figures as JSON")
     add("--junit", metavar="FILE", help="write JUnit XML: a test suite a module, a test case a layer")
     add("--picture", metavar="FILE", help="draw the first module that fails or differs (.png, .svg or .pdf)")
@@ -95,8 +102,9 @@ def _report(options: argparse.Namespace) -> "Report":
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers = None if options.layers is None else options.layers.split(",")
     comparison = Comparison(
-        Path(options.mine), Path(options.reference), _rules(options.map), layers, options.exact, options.model
-    )
+        Path(options.mine), Path(options.reference), _rules(options.map), layers, options.exact, options.model,
+        options.mesh,
+    )  # fmt: skip
     # disable=None: a bar on a terminal, nothing in a pipe.
     with tqdm(comparison.modules, unit="module", disable=None, **bar_size()) as bar:
         for module in bar:

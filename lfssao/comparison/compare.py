@@ -1,7 +1,9 @@
 """A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from lfssao.comparison.intervals import Oracle, Parameters
 from lfssao.comparison.kit_case import CaseOracle, case_layers
@@ -9,10 +11,19 @@ from lfssao.comparison.layers import Layer, Matcher, MismatchError, check_compar
 from lfssao.comparison.picture import Panels
 from lfssao.comparison.report import Report
 from lfssao.comparison.source import Mine, Reference
+from lfssao.comparison.surface import Surface
 from lfssao.comparison.verdict import Judged, Result, Verdict, judge
 from lfssao.errors import InputError
+from lfssao.oracle.bounds import Bounds
+from lfssao.oracle.depth import DepthBounds
 from lfssao.oracle.error_model import find_model
 from lfssao.oracle.judge import StageVerdict
+
+# Of the reference's mesh, before it is first asked for.
+_UNREAD = object()
+
+# What a manifest that is none leads to.
+_MALFORMED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError)
 
 
 def compare(
@@ -23,6 +34,7 @@ def compare(
     layers: Sequence[str] | None = None,
     exact: bool = False,
     model: str = "shader",
+    mesh: str | None = None,
 ) -> Report:
     """Compare another renderer's textures with a reference.
 
@@ -39,6 +51,9 @@ def compare(
         Whether all but equal bits fails.
     model : str
         What the renderer's arithmetic may do (``lfssao.oracle.error_model.MODELS``).
+    mesh : str, optional
+        File of the mesh that the reference was rendered of, by which depth and colour are judged; the embedded scenes
+        need none.
 
     Returns
     -------
@@ -51,7 +66,7 @@ def compare(
         If there is nothing to compare, or the manifest or an argument is wrong. What is wrong with single files and
         layers is in the report.
     """
-    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model)
+    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, mesh)
     for module in comparison.modules:
         comparison.add(module)
     return comparison.report()
@@ -64,7 +79,7 @@ class Comparison:
     ----------
     mine, reference : Path
         Two folders or two files.
-    rules, layers, exact, model
+    rules, layers, exact, model, mesh
         As of ``compare``.
 
     Raises
@@ -81,11 +96,18 @@ class Comparison:
         layers: Sequence[str] | None,
         exact: bool,
         model: str,
+        mesh: str | None = None,
     ) -> None:
         self._model = find_model(model)
         self._reference = Reference.open(reference)
         self._mine = Mine.open(mine, self._reference)
         self._rules, self._wanted, self._exact = dict(rules), layers, exact
+        self._mesh = mesh
+        self._surface: object = _UNREAD
+        if mesh is not None:
+            if self._reference.manifest is None:
+                raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
+            self._known_surface(self._reference.manifest)
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
@@ -126,7 +148,7 @@ class Comparison:
         right = {layer.name: layer for layer in reference}
         oracle: Oracle | CaseOracle | None = None
         if parameters is not None:
-            oracle = Oracle(parameters, found, right, self._model)
+            oracle = Oracle(parameters, found, right, self._model, partial(self._from_mesh, module, _shape(right)))
         elif case is not None:
             oracle = CaseOracle(case, found)
         self._compare(module, oracle, found, refused, reference)
@@ -138,6 +160,35 @@ class Comparison:
         if source.manifest is None:
             return None
         return Parameters.of(source.path, source.manifest, source.entries[module])
+
+    def _from_mesh(self, module: str, shape: tuple[int, ...]) -> tuple[DepthBounds, Bounds | None] | None:
+        """Bounds of a module's depth and colour, of that shape, from the reference's mesh where it is known."""
+        source = self._reference
+        assert source.manifest is not None  # there is an oracle
+        entry = source.entries[module]
+        surface = self._known_surface(source.manifest)
+        if surface is None or shape != (entry["view"]["height"], entry["view"]["width"]):
+            return None
+        try:
+            return surface.bounds(entry, self._model)
+        except InputError:
+            raise
+        except _MALFORMED as error:
+            raise self._not_a_manifest(error) from error
+
+    def _known_surface(self, manifest: dict[str, Any]) -> Surface | None:
+        if self._surface is _UNREAD:
+            try:
+                self._surface = Surface.of(manifest, self._mesh)
+            except InputError:
+                raise
+            except _MALFORMED as error:
+                raise self._not_a_manifest(error) from error
+        return self._surface if isinstance(self._surface, Surface) else None
+
+    def _not_a_manifest(self, error: Exception) -> InputError:
+        what = f"{type(error).__name__}: {error}"
+        return InputError(f"{self._reference.path}: it is not what 'lfssao render' writes ({what:.80})")
 
     def _compare(
         self,
@@ -159,9 +210,18 @@ class Comparison:
                 continue
             judged = self._judge(module, oracle, found[right.name], right)
             self._results.append(judged.result)
+            self._note_strays(judged.result)
             panels.offer(found[right.name], right, judged)
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
+
+    def _note_strays(self, result: Result) -> None:
+        """Warn of texels that only the mesh could tell right from wrong."""
+        if result.verdict is Verdict.INSIDE and result.outside:
+            some = f"{result.outside} texel{'s' * (result.outside != 1)}"
+            self._notes.append(
+                f"{result.module}, {result.layer}: {some} cannot be judged without the mesh (--mesh FILE)"
+            )
 
     def _judge(self, module: str, oracle: Oracle | CaseOracle | None, mine: Layer, reference: Layer) -> Judged:
         name = reference.name
@@ -194,11 +254,21 @@ class Comparison:
             reference=str(self._reference.path),
             model=self._reference.kit_model if self._reference.manifest is None else self._model.name,
             exact=self._exact,
+            estimator=self._other_estimator(),
             modules=len(self._reference.files),
             results=tuple(self._results),
             notes=tuple(self._notes),
             panels=self._panels,
         )
+
+    def _other_estimator(self) -> str | None:
+        """The reference's estimator where no intervals of its occlusion are known."""
+        if self._reference.manifest is None:
+            return None
+        chosen = self._reference.manifest.get("settings")
+        if not isinstance(chosen, dict) or (chosen.get("estimator") == "lf" and not chosen.get("neighbours")):
+            return None
+        return f"{chosen.get('estimator')}{' with neighbours' if chosen.get('neighbours') else ''}"
 
 
 def _found_layers(
@@ -221,6 +291,11 @@ def _found_layers(
         except MismatchError as error:
             refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
     return found, refused
+
+
+def _shape(layers: dict[str, Layer]) -> tuple[int, ...]:
+    """Of the depth texture; () where there is none."""
+    return layers["depth"].planes[0].shape if "depth" in layers else ()
 
 
 def _channel_names(layer: Layer) -> list[str]:

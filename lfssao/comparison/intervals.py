@@ -1,6 +1,6 @@
 """A module as the oracle takes it: the manifest's parameters, and textures of both sides by stage."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from lfssao.comparison.layers import Layer
 from lfssao.comparison.metrics import equal_bits
 from lfssao.errors import InputError
+from lfssao.oracle.bounds import Bounds
+from lfssao.oracle.depth import DepthBounds
 from lfssao.oracle.error_model import ErrorModel
 from lfssao.oracle.explain import explain
 from lfssao.oracle.judge import Case, Stages, StageVerdict, judge
@@ -19,7 +21,7 @@ from lfssao.view import KINDS, WorldToImage
 
 _MOST_BLUR = 1024.0  # texels; 'lfssao render' takes no more
 _REASONS = {
-    "depth": "right are the depths of the surface there and of one beside it",
+    "depth": "right are, as far as can be told without the mesh, the depths of the surface there and of one beside it",
     "positions": "right is the point of the texel's ray at the depth of the depth texture",
     "color": "right are the colours of the texel and those around it",
     "blurred": "right is the blur of the renderer's own merged texture",
@@ -114,12 +116,15 @@ class Oracle:
         Textures by stage, the renderer's and the right ones.
     model : ErrorModel
         What float32 arithmetic may do.
+    from_mesh : callable
+        Bounds of depth and colour from the mesh, None where there is none; called where one of them differs.
     """
 
     parameters: Parameters
     mine: Layers
     reference: Layers
     model: ErrorModel
+    from_mesh: Callable[[], tuple[DepthBounds, Bounds | None] | None]
 
     def verdict(self, name: str) -> StageVerdict | None:
         """What the oracle says of a stage; None where it knows nothing of it.
@@ -133,15 +138,21 @@ class Oracle:
         return None if unknown else self._found.get(name)
 
     @cached_property
+    def _made(self) -> tuple[DepthBounds, Bounds | None] | None:
+        return self.from_mesh()
+
+    @cached_property
     def _found(self) -> dict[str, StageVerdict]:
         # What has the reference's bits is right, and judging it takes most of the time.
         differing = {name for name, layer in self.mine.items() if not _same(layer, self.reference[name])}
-        known = judge(self._stages(self.mine), self._case(), self.model, differing).stages
+        made = self._made if {"depth", "color"} & differing else None
+        known = judge(self._stages(self.mine), self._case(made), self.model, differing).stages
         return {stage.name: stage for stage in known if stage.wrong is not None}
 
-    def _case(self) -> Case:
+    def _case(self, from_mesh: tuple[DepthBounds, Bounds | None] | None) -> Case:
         p = self.parameters
-        return Case(p.mapping, p.back, p.samples, p.radii, p.sigma, self._stages(self.reference), p.guard)
+        reference = self._stages(self.reference)
+        return Case(p.mapping, p.back, p.samples, p.radii, p.sigma, reference, p.guard, *(from_mesh or (None, None)))
 
     def _stages(self, layers: Layers) -> Stages:
         """One side's textures; LF's image is the colour, or white where there is a surface."""
@@ -169,6 +180,10 @@ class Oracle:
             layers = [self.mine.get(layer, self.reference.get(layer)) for layer in numbers]
             values = ", ".join(f"{layer.planes[0][j, i]:.7g}" for layer in layers if layer is not None)
             return f"the radii have {values}" if values else ""
+        if name == "depth" and self._made is not None:
+            nothing = self._made[0].lower[j, i] == np.inf
+            shown = "shows nothing" if nothing else "has these depths"
+            return f"the mesh {shown} within {self.model.centre:.2g} texel of the texel's centre"
         if name not in numbers or p.samples is None:
             return _REASONS.get(name, "")
         depth, positions = (_first_whole(side, self.mine, self.reference) for side in ("depth", "positions"))

@@ -14,7 +14,7 @@ from lfssao.files import write_whole
 from lfssao.srgb import to_codes
 
 _WIDTH = 480  # pixels of each panel, at most
-_MOST_ROWS = 8
+_MOST_ROWS = 12
 _FORMATS = (".png", ".svg", ".pdf")
 _COLORS = ("#e6e6e6", "#5b8def", "#d62728")
 _MEANINGS = ("equal bits", "differs, right", "outside, or differs where no interval is known")
@@ -87,7 +87,7 @@ def _difference(mine: Layer, reference: Layer) -> NDArray[np.float64]:
         for a, b in zip(mine.planes, reference.planes, strict=True):
             error = np.abs(a.astype(np.float64) - b.astype(np.float64))
             error[equal_values(a, b)] = 0
-            most = np.maximum(most, np.nan_to_num(error, nan=np.inf))
+            most = np.maximum(most, np.where(np.isnan(error), np.inf, error))
     return most
 
 
@@ -136,7 +136,7 @@ def save_panels(panels: Panels | None, path: Path) -> None:
 
 
 def _draw_difference(figure: Any, axes: Any, difference: NDArray[np.float64]) -> None:
-    """Magnitudes on a logarithmic scale; 0 is grey, infinite magenta."""
+    """Magnitudes on a logarithmic scale of at most ten decades; 0 is grey, infinite magenta."""
     from matplotlib import colormaps
     from matplotlib.colors import LogNorm
 
@@ -144,8 +144,9 @@ def _draw_difference(figure: Any, axes: Any, difference: NDArray[np.float64]) ->
     colors = colormaps["viridis"].with_extremes(bad="#e6e6e6", over="magenta")
     finite = difference[(difference > 0) & np.isfinite(difference)]
     high = float(finite.max(initial=0)) or 1.0
-    low = min(float(finite.min(initial=high)), 0.999 * high)
+    low = min(max(float(finite.min(initial=high)), 1e-10 * high), 0.9 * high)
     # Masked: what is equal, where a logarithm has no place; `over`: what is infinite.
-    shown = np.ma.masked_equal(np.where(np.isfinite(difference), difference, 2 * high), 0)
+    held = np.where(np.isfinite(difference), np.clip(difference, low, high), 2 * high)
+    shown = np.ma.masked_array(held, difference == 0)
     image = axes.imshow(shown, cmap=colors, norm=LogNorm(low, high), interpolation="nearest")
     figure.colorbar(image, ax=axes, shrink=0.8)

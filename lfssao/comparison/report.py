@@ -33,6 +33,8 @@ class Report:
         The error model of the intervals; None where none is known.
     exact : bool
         Whether all but equal bits fails.
+    estimator : str or None
+        The reference's estimator where it is one of whose occlusion no intervals are known.
     modules : int
         How many the reference has.
     results : tuple of Result
@@ -47,6 +49,7 @@ class Report:
     reference: str
     model: str | None
     exact: bool
+    estimator: str | None
     modules: int
     results: tuple[Result, ...]
     notes: tuple[str, ...] = ()
@@ -81,6 +84,8 @@ class Report:
         many = f"{self.modules} module{'s' * (self.modules != 1)}"
         known = "no interval is known" if self.model is None else f"intervals of the error model '{self.model}'"
         yield f"{self.mine} against {self.reference}: {many}, {known}"
+        if self.estimator is not None:
+            yield f"ao_1, ... of estimator {self.estimator} must have equal values: intervals are known of 'lf' alone"
         yield ""
         yield from _table(self.summary())
         failing = [r for r in self.results if self.code(r) != SAME]
@@ -98,7 +103,7 @@ class Report:
             yield f"first that fails: {_place(self.first_failure)} ({self.first_failure.verdict.title})"
         if shown is not None and shown.worst:
             yield f"worst texels (column, row) of {_place(shown)}:"
-            yield from (f"  {_texel_line(texel)}" for texel in shown.worst)
+            yield from (f"  {_texel_line(texel)}" for texel in _blamed(shown))
         yield f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
 
     def summary(self) -> list[list[str]]:
@@ -168,7 +173,7 @@ class Report:
                 if code != SAME:
                     kind = "failure" if code == FAILED else "error"
                     wrong = ElementTree.SubElement(case, kind, message=_xml_text(_sentence(result)))
-                    wrong.text = _xml_text("\n".join(_texel_line(texel) for texel in result.worst))
+                    wrong.text = _xml_text("\n".join(_texel_line(texel) for texel in _blamed(result)))
         return top
 
     def save_picture(self, path: Path) -> None:
@@ -211,6 +216,11 @@ def _sentence(result: Result) -> str:
         if count:
             words.append(f"{count} {kind} on one side only" if kind == "NaN" else f"{count} mismatched infinities")
     return ", ".join(words)
+
+
+def _blamed(result: Result) -> list[Texel]:
+    """The worst texels that are outside; all of the worst where none is."""
+    return [texel for texel in result.worst if texel.outside] or list(result.worst)
 
 
 def _texel_line(texel: Texel) -> str:

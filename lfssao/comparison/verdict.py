@@ -182,7 +182,7 @@ def _worst_places(
             beyond = np.maximum(low.astype(np.float64) - x, x - high.astype(np.float64))
             distance = np.where(outside, np.maximum(beyond, 0), np.abs(x - y))
             distance[equal_values(a, b)] = 0
-            off = np.maximum(off, np.nan_to_num(distance, nan=np.inf))
+            off = np.maximum(off, np.where(np.isnan(distance), np.inf, distance))
     places = np.flatnonzero(differing | outside)
     order = np.lexsort((places, -off.ravel()[places], ~outside.ravel()[places]))[:WORST]
     width = differing.shape[1]

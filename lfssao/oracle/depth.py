@@ -1,23 +1,26 @@
 """The depth stage's bounds: a texel's surface may be looked at a little beside its centre.
 
 ``ErrorModel.centre`` is how far, in texels: float32 rays and rasterisers that snap corners do not meet centres exactly.
-On a slope that moves the depth; at a silhouette another triangle is as right. So a texel has several ranges of depth,
-and what lies between them is wrong.
+On a slope that moves the depth; at a silhouette another triangle is as right.
 
 From a mesh: rays are cast through the centre, corners and edge middles of the box of that half width; every triangle
-that one of them hits gives a range. Limit: a triangle that shows in the box and that none of the nine rays hits is not
-found (one thinner than 1/256 of a texel for ``shader``).
+that one of them hits gives a range. All between the nearest and the farthest is right, as small triangles that join
+them may show between the rays. Limit: a triangle in front of all that the rays hit, and thinner than their distance
+(1/256 of a texel for ``shader``), is not found.
 
 From a reference depth texture alone: the texel's slope is that of its neighbours, and beside a jump the neighbour's
-surface, carried on, is as right. No such bound can be sound: the judge lets STRAYS of the surface's texels leave it.
-Limits: what is thinner than a texel, or more than ``SLOPES`` times steeper in it than
-around it, is not seen; at silhouettes a shift by less than a texel is not noticed.
+surface, carried on, is as right, and what lies between them is wrong. No such bound can be sound: what is thinner than
+a texel, or more than ``SLOPES`` times steeper in it than around it, is not seen. So the judge lets as many texels leave
+it as may look across an edge beside their centres (``stray_limit``). At silhouettes a shift by less than a texel is not
+noticed.
 
 Both allow for the rounding of the depth itself: 16 operations on numbers of the size of the largest coordinate.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -31,9 +34,6 @@ from lfssao.raycast import RayCaster
 from lfssao.view import View
 
 ROUNDINGS = 16
-
-# Without a mesh, the share of the surface's texels that may be right and outside of bounds.
-STRAYS = 2e-3
 
 # Without a mesh: how much steeper a surface may be inside a texel than from it to its neighbours.
 SLOPES = 8
@@ -103,7 +103,9 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     )
     error = _rounding(view, vertices, chosen)
     slack = error if view.screen_to_world is None else error * _screen_slope(view)
-    return _from_ranges((lower - slack).reshape(9, *shape), (upper + slack).reshape(9, *shape))
+    least, most = np.min(lower - slack, axis=0).reshape(shape), np.max(upper + slack, axis=0).reshape(shape)
+    nothing = np.empty(0, np.float32)
+    return DepthBounds(up_to_single(least), down_to_single(most), np.empty(0, np.int64), nothing, nothing)
 
 
 def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:
@@ -191,28 +193,70 @@ def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Depth
     reference = depth.astype(np.float64)
     if chosen.exact:
         return _from_ranges(reference[None], reference[None])
-    padded = np.pad(reference, 2, mode="edge")
-    height, width = depth.shape
-
-    def shifted(j: int, i: int) -> FloatArray:
-        return padded[2 + j : 2 + j + height, 2 + i : 2 + i + width]
-
-    finite = np.abs(reference[np.isfinite(reference)])
-    slack = ROUNDINGS * chosen.operation * float(finite.max(initial=0.0))
-    lower, upper = [], []
+    slack = _slack(reference, chosen)
     with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
-        slope = np.max([_finite(shifted(*n) - reference) for n in _NEIGHBOURS], axis=0)
+        slope = np.max([_finite(near - reference) for near, *_ in _around(reference)], axis=0)
         room = slope * SLOPES * chosen.centre + slack
-        lower.append(reference - room)
-        upper.append(reference + room)
-        for j, i in _NEIGHBOURS:
-            near, next_one, opposite = shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
-            step, other = np.abs(near - reference), _finite(next_one - near) + _finite(reference - opposite)
-            jump = (near != reference) & ~(step <= 4 * (other + slack))
+        lower, upper = [reference - room], [reference + room]
+        for near, next_one, opposite in _around(reference):
+            jump = _jumps(reference, near, next_one, opposite, slack)
             on = np.where(np.isfinite(next_one) & np.isfinite(near), 2 * near - next_one, near)
             lower.append(np.where(jump, np.minimum(near, on) - room, lower[0]))
             upper.append(np.where(jump, np.maximum(near, on) + room, upper[0]))
     return _from_ranges(np.array(lower), np.array(upper))
+
+
+def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
+    """How many texels of a right depth or colour texture may leave the bounds that the reference's own gives.
+
+    A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
+    centre. Of an edge that is L texels long, in any direction, at most 2 sqrt(2) c L boxes are met on average, and no
+    more than L of the texels beside it are counted here. So the mean number m is at most 2 sqrt(2) c times the texels
+    at a jump of depth; the limit is m + 4 sqrt(m), four standard deviations above it.
+
+    Parameters
+    ----------
+    depth : (H, W) float32
+        The reference.
+    model : str or ErrorModel
+        What a renderer may do; 0 for an exact one.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        return 0
+    reference = depth.astype(np.float64)
+    slack = _slack(reference, chosen)
+    with np.errstate(invalid="ignore"):
+        jumps = [_jumps(reference, *places, slack) for places in _around(reference)]
+    mean = 2 * sqrt(2) * chosen.centre * int(np.count_nonzero(np.any(jumps, axis=0)))
+    return int(mean + 4 * sqrt(mean))
+
+
+def _slack(reference: FloatArray, model: ErrorModel) -> float:
+    """Rounding of a depth, of the size of the largest."""
+    finite = np.abs(reference[np.isfinite(reference)])
+    return ROUNDINGS * model.operation * float(finite.max(initial=0.0))
+
+
+def _around(reference: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
+    """For each of the eight directions the next texel's depth, that of the one behind it, and the opposite one's."""
+    padded = np.pad(reference, 2, mode="edge")
+    height, width = reference.shape
+
+    def shifted(j: int, i: int) -> FloatArray:
+        return padded[2 + j : 2 + j + height, 2 + i : 2 + i + width]
+
+    for j, i in _NEIGHBOURS:
+        yield shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
+
+
+def _jumps(
+    reference: FloatArray, near: FloatArray, next_one: FloatArray, opposite: FloatArray, slack: float
+) -> NDArray[np.bool_]:
+    """Where the step to the next texel is more than the slopes before and behind it explain."""
+    step, other = np.abs(near - reference), _finite(next_one - near) + _finite(reference - opposite)
+    found: NDArray[np.bool_] = (near != reference) & ~(step <= 4 * (other + slack))
+    return found
 
 
 _NEIGHBOURS = tuple((j, i) for j, i in product((-1, 0, 1), repeat=2) if (j, i) != (0, 0))

@@ -13,7 +13,7 @@ positions and color are the reference's, and any occlusion within its bounds wil
     shaded      ``bounds.shade_bounds`` of color and blurred
 
 Depth and color want the mesh. Where there is none they are judged by the reference's textures alone, color by the
-texels around, and a share of STRAYS of the surface's texels may leave these bounds.
+texels around, and as many texels as ``depth.stray_limit`` says may leave these bounds.
 """
 
 from collections.abc import Callable, Collection
@@ -29,7 +29,7 @@ from lfssao.kernels import outcomes
 from lfssao.matrix import Matrix
 from lfssao.oracle import bounds as stages
 from lfssao.oracle.bounds import Bounds, FloatArray, SampleScene, Texture
-from lfssao.oracle.depth import ROUNDINGS, SLOPES, STRAYS, DepthBounds, depth_bounds_of
+from lfssao.oracle.depth import ROUNDINGS, SLOPES, DepthBounds, depth_bounds_of, stray_limit
 from lfssao.oracle.error_model import ErrorModel, find_model
 from lfssao.rendering import Settings, Textures
 from lfssao.view import WorldToImage
@@ -143,7 +143,7 @@ class StageVerdict:
         'same' (the reference's bits), 'inside' its bounds, 'outside' them, 'missing', or of another 'shape'.
     wrong : bool array or None
         Which texels are outside, (H, W); None where there is nothing to compare. Without a mesh a few of depth and
-        color may be (STRAYS).
+        color may be (``depth.stray_limit``).
     bounds : Bounds, DepthBounds or None
         What they were compared with; None for positions.
     """
@@ -244,7 +244,7 @@ class _Judge:
         from_mesh = {"depth": self._case.depth, "color": self._case.color}
         if name not in from_mesh or from_mesh[name] is not None or self._model.exact:
             return 0
-        return int(STRAYS * np.count_nonzero(self._right("depth") < np.inf))
+        return stray_limit(self._right("depth"), self._model)
 
     def _texture(self, name: str) -> Texture:
         texture = self._given[name]

@@ -8,7 +8,6 @@ import argparse
 import ctypes
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -19,12 +18,12 @@ import numba
 import numpy as np
 
 from lfssao import builtin_scene, find_display, make_samples, module_views
+from lfssao.bench.peers.c import SOURCE, compile_library
 from lfssao.kernels import ssao
 from lfssao.manifest import describe_machine
 from lfssao.raycast import RayCaster
 from lfssao.rendering import diagonal
 
-SOURCE = Path(__file__).with_name("algorithm2.c")
 RADIUS = 0.02  # share of the scene's diagonal
 
 Case = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -49,13 +48,6 @@ def relief_case() -> Case:
     positions = np.stack([x * (0.7 + z) / 0.7, y * (2.0 - z) / 2.0, z], axis=-1).astype(np.float32)
     offsets = (0.02 * make_samples()).astype(np.float32)
     return (-z).astype(np.float32), positions, offsets, view.world_to_image.as_type(np.float32)
-
-
-def compile_peers(folder: Path, *options: str) -> ctypes.CDLL:
-    library = folder / f"peers{len(options)}.so"
-    command = ["gcc", "-O3", "-march=native", "-fopenmp", "-shared", "-fPIC", *options]
-    subprocess.run([*command, "-o", str(library), str(SOURCE)], check=True)
-    return ctypes.CDLL(str(library))
 
 
 def peer(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray] | None:
@@ -102,7 +94,7 @@ def interleaved(runs: dict[str, Callable[[], np.ndarray]], repeats: int) -> dict
 
 
 def bench(case: Case, folder: Path, repeats: int) -> dict[str, dict[str, float]]:
-    fast, exact = compile_peers(folder), compile_peers(folder, "-ffp-contract=off")
+    fast, exact = compile_library(folder, SOURCE), compile_library(folder, SOURCE, "-ffp-contract=off")
     runs: dict[str, Callable[[], np.ndarray]] = {"lfssao": ours(case)}
     reference = runs["lfssao"]().copy()
     for name in ("plain_c", "avx2_c", "avx512_c"):

@@ -2,14 +2,17 @@
 
 import json
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
-from lfssao.bench import plans, plots, work_precision
+from lfssao.bench import page, paper_tables, plans, plots, work_precision
 from lfssao.bench.advise import FORMAT, advice, pareto_front, points_of
 from lfssao.bench.bench_scene import BenchScene
 from lfssao.bench.face_counts import LF_MILLISECONDS, measure_face_counts, spread_per_cent
+from lfssao.bench.peers import embree, registry
+from lfssao.bench.peers.case import Case
 from lfssao.bench.sampling_error import Reference, combine, rmse
 from lfssao.bench.setting_times import setting_times
 from lfssao.bench.slopes import THEORY, fitted_slope, law_slope
@@ -28,6 +31,7 @@ SEEDS = 400
 def point(ms, model, sampling=None, serves=None, **more):
     return {
         "estimator": "lf", "sampler": "latin", "samples": 8, "radii": 1, "blur": 0.0, "dtype": "float32", "ms": ms,
+        "time_of": "latin",
         "model": model, "sampling": sampling, "reference_error": None if sampling is None else 0.001,
         "reference_serves": serves, **more,
     }  # fmt: skip
@@ -36,7 +40,14 @@ def point(ms, model, sampling=None, serves=None, **more):
 def result(*points):
     machine = {"processor": "a processor", "threads": 2}
     setup = {"scene": "statue", "width": 32, "height": 24, "machine": machine}
-    return {"work_precision": FORMAT, "setup": setup, "estimators": {"lf": {"points": points}}, "face_counts": None}
+    return {
+        "work_precision": FORMAT,
+        "setup": setup,
+        "estimators": {"lf": {"points": points}},
+        "face_counts": None,
+        "paper_tables": None,
+        "peers": None,
+    }
 
 
 MADE_UP = result(
@@ -320,7 +331,71 @@ def test_plots_are_drawn_from_the_json_only(tmp_path):
     assert [list(line.get_xdata()) for line in hollow] == [[3.0]]
     plots.save_plots(MADE_UP, tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["work-precision.png", "work-precision.svg"]
-    assert "1 of 5 points are less than ten" in plots.as_text(MADE_UP)
+
+
+def test_the_page_says_what_to_take_and_names_the_points_that_references_do_not_serve():
+    text = page.as_text(json.loads(json.dumps(MADE_UP)))
+    assert text.count("Error of at most 0.12: Take lf, 16 samples by latin") == 1
+    assert "At most 3 ms: Take lf, 16 samples by latin" in text
+    assert "- lf, 32 samples by latin, 1 radius, no blur, float32: 0.005, reference 0.001" in text
+    assert "4 of 5" in text
+    assert "LF table" not in text
+
+
+def test_the_papers_tables_are_their_own():
+    """Sums and ratios that the papers print."""
+    sao = paper_tables.SAO_MILLISECONDS
+    for whole in ("Alchemy", "SAO"):
+        parts = [ms for name, ms in sao.items() if name.startswith(whole) and not name.endswith("total")]
+        assert sum(parts) == pytest.approx(sao[f"{whole}, total"])
+    assert sao["Alchemy, total"] / sao["SAO, total"] == pytest.approx(7.1, abs=0.05)
+    columns = np.array([[0.71, 1.01, 1.18, 3.11], [0.71, 1.03, 1.31, 3.55], [0.54, 0.77, 1.14, 2.32],
+                        [0.59, 0.82, 0.97, 2.52]])  # fmt: skip
+    assert list(paper_tables.VO_MILLISECONDS.values())[:4] == pytest.approx(columns.mean(axis=0).tolist(), abs=0.006)
+
+
+def test_a_papers_table_has_ratios_and_orders():
+    class Textures:
+        depth = np.zeros((3, 4))
+
+    warm = {"a": np.array([2.0, 2.0, 9.0]), "b": np.array([1.0, 1.0, 1.0])}
+    table = paper_tables._table(Textures(), warm, {"a": 10.0, "b": 30.0})
+    assert [(row["ratio"], row["paper_ratio"]) for row in table["rows"]] == [(1, 1), (0.5, 3)]
+    assert table["orders"] == [["b", "a"], ["a", "b"]]
+    assert "Order: b < a; paper: a < b." in page._paper_table(table)
+
+
+# Peers
+
+
+@pytest.mark.parametrize("name", ["c", "glsl"])
+def test_peers_of_algorithm_2_have_its_bits(name, monkeypatch):
+    small = Case.of(1, 64, 48)
+    peer = import_module(f"lfssao.bench.peers.{name}")
+    monkeypatch.setattr(peer.Case, "of", lambda _threads: small)
+    measured = peer.measure(1, 1)["rows"]
+    shares = [row["equal_bits"] for row in measured.values() if "equal_bits" in row]
+    assert shares
+    assert set(shares) == {1.0}
+    assert 0.1 < small.ours().mean() < 0.5
+
+
+def test_embrees_occlusion_is_ours(monkeypatch):
+    """256 rays of each of two independent estimates: each texel's standard error is at most 0.044."""
+    small = find_display("virtual").with_resolution(160, 120)
+    monkeypatch.setattr(embree, "find_display", lambda _name: small)
+    monkeypatch.setattr(embree, "_EVERY", 4)
+    rows = embree.measure(1, 2)["rows"]
+    assert 0 < rows["embree"]["rmse_to_lfssao"] < 0.044
+
+
+def test_a_peer_is_skipped_with_the_reason(monkeypatch):
+    monkeypatch.setattr("shutil.which", lambda _name: None)
+    for name in ("OMP_NUM_THREADS", "LP_NUM_THREADS"):
+        monkeypatch.setenv(name, "1")
+    assert registry._measure("c", 1, 1) == {"skipped": "there is no C compiler (gcc, clang, cc)"}
+    text = page._peers({"c": {"title": "in C", "skipped": "there is none"}})
+    assert text == ["", "in C: skipped, there is none."]
 
 
 def refused(capsys, *words):
@@ -364,7 +439,9 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
     assert main(command) == 0
     assert measured == ["lf", "vo-lines", "vo-lines", "sao"]
     made = json.loads(file.read_text())
-    assert sorted(p.name for p in file.parent.iterdir()) == [f"work-precision.{e}" for e in ("json", "png", "svg")]
+    assert sorted(p.name for p in file.parent.iterdir()) == [
+        f"work-precision.{e}" for e in ("json", "md", "png", "svg")
+    ]
     points = points_of(made)
     assert len(points) == 2 * (3 + 3 + 6)
     assert [p["samples"] for p in points[-12::2]] == [None, 1, 4, 16, 64, 256]

@@ -54,7 +54,9 @@ class Plan:
     own_counts : bool
         Whether estimators that make their own taps are measured with other numbers of them than their default.
     frames : int
-        Frames of the table of face counts; 0: no tables of the papers.
+        Frames of the table of face counts; 0: no tables of the papers and no peers.
+    table_scale : int
+        What the sizes of the papers' other tables are divided by.
     """
 
     width: int
@@ -72,6 +74,7 @@ class Plan:
     timed: int
     own_counts: bool
     frames: int
+    table_scale: int
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -85,11 +88,11 @@ TIMED_FOR_ALL = "random"
 
 FULL = Plan(
     320, 240, (1, 4, 16, 64, 256, 1024, 4096), ((0.02,), (0.01, 0.02, 0.035)), ("float32", "float64"), (0.0, 1.0),
-    None, ("sobol", "jittered", "r2"), "float64", 65_536, 4, 20, 256, True, 200,
+    None, ("sobol", "jittered", "r2"), "float64", 65_536, 4, 20, 256, True, 200, 1,
 )  # fmt: skip
 QUICK = Plan(
     256, 192, (4, 16, 64), ((0.02,),), ("float32",), (0.0, 1.0), ("random", "latin", "poisson"), ("sobol", "r2"),
-    "float32", 65_536, 4, 20, 64, False, 10,
+    "float32", 65_536, 4, 20, 64, False, 10, 2,
 )  # fmt: skip
 
 

@@ -50,7 +50,8 @@ def _measure(options: argparse.Namespace) -> None:
     import numba  # late: --help needs none of it
     from tqdm import tqdm
 
-    from lfssao.bench import plots, work_precision
+    from lfssao.bench import page, plots, work_precision
+    from lfssao.bench.advise import read_result
     from lfssao.bench.plans import FULL, QUICK
     from lfssao.files import check_folder, output_folder, write_whole
 
@@ -62,13 +63,14 @@ def _measure(options: argparse.Namespace) -> None:
     result = _started(file, work_precision.start(mesh, plan, options.threads))
     numba.set_num_threads(options.threads)
 
+    def write(path: Path, text: str) -> None:
+        def into(part: Path) -> None:
+            part.write_text(f"{text}\n", encoding="utf-8")
+
+        write_whole(path, into)
+
     def save() -> None:
-        text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-
-        def write(part: Path) -> None:
-            part.write_text(text, encoding="utf-8")
-
-        write_whole(file, write)
+        write(file, json.dumps(result, indent=1, allow_nan=False))
 
     with output_folder(options.output):
         steps = work_precision.steps(plan, result)
@@ -79,8 +81,10 @@ def _measure(options: argparse.Namespace) -> None:
                 bar.update()
 
             work_precision.run(mesh, plan, options.threads, result, save, tick)
-        plots.save_plots(result, options.output)
-    print(plots.as_text(result))
+        measured = read_result(file)
+        plots.save_plots(measured, options.output)
+        write(file.with_suffix(".md"), page.as_text(measured))
+    print(page.as_text(measured))
 
 
 def _started(file: Path, fresh: dict[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,185 @@
+"""The page of a work-precision run, Markdown made from its JSON alone."""
+
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from typing import Any
+
+from lfssao.bench.advise import ERRORS, Point, advice, describe, pareto_front, points_of, usable
+from lfssao.bench.slopes import BEFORE_THE_LIMIT, THEORY, fitted_slope
+
+TITLES = {"model": "model error: against ray-cast occlusion", "sampling": "sampling error: against many samples"}
+
+# What the page says a sentence for: RMSE, and milliseconds.
+_ERRORS = {"model": (0.15, 0.12, 0.1), "sampling": (0.05, 0.02, 0.01)}
+_TIMES = (0.5, 1.0, 3.0, 10.0)
+
+
+def as_text(result: dict[str, Any]) -> str:
+    """Which setting to take, both fronts, what references are worth, slopes beside theory, papers' tables, peers."""
+    points = points_of(result)
+    out = ["# Error against run time", "", _about(result), "", "![both errors over the time](work-precision.png)"]
+    out += ["", "## Which setting to take", *_sentences(result, points)]
+    for error in ERRORS:
+        out += ["", f"## Pareto front, {TITLES[error]}", "", *_front(points, error)]
+    sampled = [p for p in points if p["reference_error"] is not None]
+    if sampled:
+        out += ["", "## References", "", *_references(sampled), "", "## Slopes", "", *_slopes(sampled)]
+        out += ["", "## Time by sampler", "", *_samplers(sampled)]
+    if result["face_counts"] is not None:
+        out += ["", "## LF table 1", "", *_face_counts(result["face_counts"])]
+    if result["paper_tables"] is not None:
+        out += ["", "## SAO table 2", "", *_paper_table(result["paper_tables"]["sao"])]
+        out += ["", "## VO table 1", "", *_paper_table(result["paper_tables"]["vo"])]
+    if result["peers"] is not None:
+        out += ["", "## Peers", *_peers(result["peers"])]
+    return "\n".join(out)
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """A Markdown table whose columns are aligned; the first is text, the others are numbers."""
+    lines = [list(head), *map(list, rows)]
+    widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
+    rule = ["-" * widths[0], *("-" * (w - 1) + ":" for w in widths[1:])]
+    aligned = [[line[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(line[1:], widths[1:], strict=True))]
+               for line in lines]  # fmt: skip
+    return ["| " + " | ".join(line) + " |" for line in (aligned[0], rule, *aligned[1:])]
+
+
+def _about(result: dict[str, Any]) -> str:
+    setup, machine = result["setup"], result["setup"]["machine"]
+    parts = [part for part in result["estimators"].values() if "load_average" in part]
+    load = max((part["load_average"] for part in parts), default=0.0)
+    loaded = f" The machine was loaded, up to {load:.1f}: times are no good." if load > machine["threads"] + 0.5 else ""
+    return (
+        f"{setup['scene']}, {setup['width']}x{setup['height']}, {machine['threads']} threads of "
+        f"{machine['processor']}, commit {str(setup.get('commit'))[:10]}. Times are of ao, merge and blur, compiled."
+        f"{loaded}"
+    )
+
+
+def _sentences(result: dict[str, Any], points: Sequence[Point]) -> list[str]:
+    """One for each error or time, each said once."""
+    out = []
+    for error in ERRORS:
+        if usable(points, error):
+            said = [advice(result, error, max_error=limit) for limit in _ERRORS[error]]
+            said = [f"Error of at most {limit:g}: {text}" for limit, text in zip(_ERRORS[error], said, strict=True)]
+            said += [f"At most {limit:g} ms: {advice(result, error, max_ms=limit)}" for limit in _TIMES]
+            out += ["", *(f"- {text}" for text in said)]
+    return out
+
+
+def _front(points: Sequence[Point], error: str) -> list[str]:
+    rows = [(describe(p), f"{p['ms']:.3f}", f"{p[error]:.5f}") for p in pareto_front(points, error)]
+    return _table(("setting", "ms", "RMSE"), rows)
+
+
+def _references(points: Sequence[Point]) -> list[str]:
+    """What is wrong with references, by estimator, and which points they do not serve."""
+    rows, failing = [], []
+    for name, group in groupby(sorted(points, key=lambda p: p["estimator"]), key=lambda p: p["estimator"]):
+        own = list(group)
+        told = [p["sampling"] for p in own if p["reference_serves"]]
+        worst = max(p["reference_error"] for p in own)
+        served = f"{min(told):.2g}" if told else "-"
+        rows.append((name, f"{worst:.2g}", served, f"{len(told)} of {len(own)}"))
+        failing += [p for p in own if not p["reference_serves"]]
+    out = _table(("estimator", "largest own error", "smallest error told", "points told"), rows)
+    if failing:
+        out += ["", "Errors below ten times their reference's own, hollow in the plot, in no front and no slope:", ""]
+        out += [f"- {describe(p)}: {p['sampling']:.2g}, reference {p['reference_error']:.2g}" for p in failing]
+    return out
+
+
+def _slopes(points: Sequence[Point]) -> list[str]:
+    """Slopes of one radius without blur; points whose reference does not serve are left out."""
+    rows = []
+
+    def key(p: Point) -> tuple[str, str]:
+        return p["estimator"], p["sampler"]
+
+    plain = [p for p in points if p["radii"] == 1 and not p["blur"] and p["dtype"] == "float32"]
+    for (estimator, sampler), group in groupby(sorted(plain, key=key), key=key):
+        told = [p for p in group if p["reference_serves"]]
+        fitted = fitted_slope([p["samples"] for p in told], [p["sampling"] for p in told])
+        measured = "-" if fitted is None else f"{fitted[0]:.2f} +- {fitted[1]:.2f}"
+        edge, smooth = (f"{s:g}" for s in THEORY[sampler]) if sampler in THEORY else ("-", "-")
+        rows.append((estimator, sampler, measured, edge, smooth, BEFORE_THE_LIMIT.get(sampler, "")))
+    head = ("estimator", "sampler", "slope", "theory, edge", "smooth", "")
+    return [*_table(head, rows), "", "Theory is of two dimensions and in the limit; texels and the spread of distances "
+            "in the ball are in the measured ones."]  # fmt: skip
+
+
+def _samplers(points: Sequence[Point]) -> list[str]:
+    """How far the samplers' times are apart at equal counts, of the points that have a time of their own."""
+    plain = [p for p in points if p["radii"] == 1 and not p["blur"] and p["dtype"] == "float32"]
+    own = [p for p in plain if p["time_of"] == p["sampler"]]
+    samplers = sorted({p["sampler"] for p in own})
+    rows = []
+    for name, group in groupby(sorted(own, key=lambda p: p["estimator"]), key=lambda p: p["estimator"]):
+        most = {p["sampler"]: p for p in sorted(group, key=lambda p: p["samples"])}
+        cells = [f"{most[s]['ms']:.2f} ({most[s]['samples']})" if s in most else "-" for s in samplers]
+        rows.append((name, *cells))
+    out = ["Milliseconds of one radius without blur, float32, at the largest number of samples that each has a time of "
+           "its own for (in brackets); the order of the points is the order in which memory is read.", ""]  # fmt: skip
+    shared = sorted({p["samples"] for p in plain} - {p["samples"] for p in own})
+    out += _table(("estimator", *samplers), rows)
+    if shared:
+        told, of = ", ".join(map(str, shared)), next(p["time_of"] for p in plain if p["samples"] == shared[0])
+        out += ["", f"Of {told} samples the time is that of sampler '{of}' for all."]
+    return out
+
+
+def _face_counts(table: dict[str, Any]) -> list[str]:
+    out = [f"1024x768, mean of {table['frames']} frames, milliseconds; LF's are of a graphics card, 1000 frames."]
+    for key, what in (("as_shown", "As shown"), ("equal_cover", "All as small as the one that covers least")):
+        part = table[key]
+        rows: list[tuple[str, ...]] = []
+        for row in part["rows"]:
+            before, after = table["lf_ms"][row["model"]]
+            rows.append((
+                row["model"], str(row["faces"]), f"{row['cover']:.1%}", f"{row['without_ms']:.2f}",
+                f"{row['with_ms']:.2f}", f"{row['ssao_ms']:.2f}", f"{row['ssao_median_ms']:.2f}",
+                f"{row['ns_per_covered_texel']:.0f}", f"{before:.2f}", f"{after:.2f}", f"{after - before:.2f}",
+            ))  # fmt: skip
+        rows.append((
+            "spread", "", "", "", "", *(f"{part[f'{k}_spread_per_cent']:.1f} %" for k in
+            ("ssao_ms", "ssao_median_ms", "ns_per_covered_texel")), "", "", f"{table['lf_spread_per_cent']:.1f} %",
+        ))  # fmt: skip
+        head = ("model", "faces", "cover", "without", "with", "SSAO", "its median", "ns a covered texel",
+                "LF without", "LF with", "LF SSAO")  # fmt: skip
+        out += ["", f"{what}:", "", *_table(head, rows)]
+    return [*out, "", "A shader runs at every texel, so LF's time is the same for all models; lfssao leaves out texels "
+            "without a surface, and its time follows the cover. Where the cover is the same, so is the time, whatever "
+            "the number of faces."]  # fmt: skip
+
+
+def _paper_table(table: dict[str, Any]) -> list[str]:
+    rows = [
+        (row["name"], f"{row['ms']:.2f}", f"{row['ratio']:.2f}", f"{row['paper_ms']:.2f}", f"{row['paper_ratio']:.2f}")
+        for row in table["rows"]
+    ]
+    ours, theirs = table["orders"]
+    same = "The order is the paper's." if ours == theirs else f"Order: {' < '.join(ours)}; paper: {' < '.join(theirs)}."
+    head = ("", "ms", "to the first", "paper's ms", "to the first")
+    return [f"{table['width']}x{table['height']}.", "", *_table(head, rows), "", same]
+
+
+def _peers(peers: dict[str, Any]) -> list[str]:
+    out = []
+    for peer in peers.values():
+        out += ["", f"{peer['title']}:"]
+        if "skipped" in peer:
+            out[-1] += f" skipped, {peer['skipped']}."
+            continue
+        rows = []
+        for name, row in peer["rows"].items():
+            more = [f"equal bits {row['equal_bits']:.2%}"] if "equal_bits" in row else []
+            more += [f"model error {row['model']:.3f}"] if "model" in row else []
+            more += [f"{row['ns_per_ray']:.0f} ns a ray"] if "ns_per_ray" in row else []
+            more += [f"RMSE to ours {row['rmse_to_lfssao']:.3f}"] if "rmse_to_lfssao" in row else []
+            more += [row["renderer"]] if "renderer" in row else []
+            quartiles = f"{row['low']:.2f} to {row['high']:.2f}"
+            rows.append((name, f"{row['median']:.2f}", quartiles, f"{row['times_lfssao']:.2f}", ", ".join(more)))
+        out += ["", *_table(("", "ms", "quartiles", "times lfssao", ""), rows)]
+    return out

@@ -200,7 +200,7 @@ def test_no_sampler_is_compared_with_a_reference_of_its_own(monkeypatch):
     many = {name: {0: np.full(3, float(k))} for k, name in enumerate(plan.reference_samplers)}
     made = work_precision._references(Scene(), many, plan, (*many, "latin"))
     means = {sampler: reference.texture[0] for (sampler, _, _), reference in made.items()}
-    assert means == {"sobol": 1.5, "jittered": 1.0, "r2": 0.5, "latin": 1.0}
+    assert means == {"sobol": 1.5, "halton": 1.0, "fibonacci": 0.5, "latin": 1.0}
 
 
 @pytest.mark.parametrize("plan", [plans.FULL, plans.QUICK])
@@ -210,6 +210,7 @@ def test_every_sampler_has_two_references_of_many_samples_by_others(plan):
             for sampler in plans.samplers_of(estimator, plan):
                 assert len(set(plan.reference_samplers) - {sampler}) >= 2
     assert plan.reference_count >= 65_536
+    assert plan.reference_count.bit_count() == 1
     assert plan.repeats >= 20
 
 

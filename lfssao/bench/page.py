@@ -31,7 +31,7 @@ def as_text(result: dict[str, Any]) -> str:
         out += ["", "## SAO table 2", "", *_paper_table(result["paper_tables"]["sao"])]
         out += ["", "## VO table 1", "", *_paper_table(result["paper_tables"]["vo"])]
     if result["peers"] is not None:
-        out += ["", "## Peers", *_peers(result["peers"])]
+        out += ["", "## Peers", *_peers(result["peers"]["measured"])]
     return "\n".join(out)
 
 

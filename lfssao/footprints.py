@@ -24,6 +24,7 @@ def hits_by_footprint(
     bounds: NDArray[np.float64],
     tries: float,
     window: Window | None = None,
+    triangle: NDArray[np.int32] | None = None,
 ) -> Hits | None:
     """The first triangle of every texel's ray, if no more than so many tries a texel find it.
 
@@ -39,6 +40,8 @@ def hits_by_footprint(
         How many tries a texel, on average, are worth it.
     window : Window, optional
         Which texels; all by default.
+    triangle : (n,) int32, optional
+        Where to write the triangles.
 
     Returns
     -------
@@ -65,7 +68,8 @@ def hits_by_footprint(
     starts = np.ascontiguousarray((ends - counts.T).T)
     members = np.empty(ends[-1, -1], np.int32)
     footprints.sort_into_bands(boxes, starts, members)
-    triangle, z, weights = np.empty(size, np.int32), np.empty(size), np.empty((size, 2))
+    triangle = np.empty(size, np.int32) if triangle is None else triangle
+    z, weights = np.empty(size), np.empty((size, 2))
     footprints.first_hits_by_footprint(
         columns, rows, near, far, corners, order, boxes, members, ends[:, -1].copy(), triangle, z, weights
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lfssao import footprints
 from lfssao.errors import InputError, MissingPackageError
-from lfssao.footprints import Hits, hits_by_footprint
+from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import bvh, hits, paint, rays, visibility
 from lfssao.kernels import normals as normal_kernels
 from lfssao.matrix import Matrix
@@ -109,7 +109,7 @@ class RayCaster:
             'geometric' (of the triangle), or 'smooth' (interpolated from the vertices where the mesh came with normals
             there, else geometric); None: no normals texture.
         window : Window, optional
-            The texels whose rays are cast; all others see nothing. All by default.
+            Texels outside of which nothing is seen: only its rows are cast. All by default.
 
         Returns
         -------
@@ -123,58 +123,59 @@ class RayCaster:
         for name, value, choices in (("color", color, COLOR_FILTERS), ("normals", normals, NORMALS)):
             if value is not None and value not in choices:
                 raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
-        window, shape = window or Window.whole(view), (view.height, view.width)
-        if not window.texels:
-            return _background(shape, color is not None and self._paint is not None, normals is not None)
-        triangle, z, weights = self._first_hits(view, window)
-        depth, positions = np.empty(len(triangle), np.float32), np.empty((len(triangle), 3), np.float32)
-        hits.write_surface(
-            view.ray_kind, view.lens, np.ravel(view.world_from_cast), window.width, triangle, z, depth, positions,
-            window.left, window.top,
-        )  # fmt: skip
-        rgb = None
-        if color is not None and self._paint is not None:
-            rgb = self._paint.color(triangle, weights, self.mesh.faces, color == "nearest")
-        directions = None if normals is None else self._normals(view, window, triangle, weights, normals == "smooth")
+        # Whole rows, which are cast into their place: columns would have to be copied there, for more than they save.
+        window = Window.whole(view) if window is None else window.rows(view)
+        shape, rows = (view.height, view.width), slice(window.top, window.bottom)
+        colored = color is not None and self._paint is not None
+        depth, positions = window.texture(np.inf, shape), window.texture(np.inf, (*shape, 3))
+        triangle = window.texture(-1, shape, np.int32)
+        rgb = window.texture(0, (*shape, 3)) if colored else None
+        directions = None if normals is None else window.texture(0, (*shape, 3))
+        if window.texels:
+            z, weights = self._first_hits(view, window, triangle[rows].reshape(-1))
+            seen, world_from_cast = triangle[rows].reshape(-1), np.ravel(view.world_from_cast)
+            hits.write_surface(
+                view.ray_kind, view.lens, world_from_cast, window.width, seen, z, depth[rows].reshape(-1),
+                positions[rows].reshape(-1, 3), window.left, window.top,
+            )  # fmt: skip
+            if rgb is not None and self._paint is not None:
+                self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[rows].reshape(-1, 3))
+            if directions is not None:
+                self._normals(view, window, seen, weights, normals == "smooth", directions[rows].reshape(-1, 3))
+        return GBuffer(depth=depth, positions=positions, color=rgb, triangle=triangle, normals=directions)
 
-        def texture(values: NDArray[Any], background: float) -> NDArray[Any]:
-            part = values.reshape(window.height, window.width, *values.shape[1:])
-            return window.paste(part, (*shape, *values.shape[1:]), background)
-
-        return GBuffer(
-            depth=texture(depth, np.inf),
-            positions=texture(positions, np.inf),
-            color=None if rgb is None else texture(rgb, 0),
-            triangle=texture(triangle, -1),
-            normals=None if directions is None else texture(directions, 0),
-        )
-
-    def _first_hits(self, view: View, window: Window) -> Hits:
-        """Triangle, z and weights of each texel of a window, by the way that is faster; both give the same bits."""
+    def _first_hits(
+        self, view: View, window: Window, triangle: NDArray[np.int32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Triangle, written, z and weights of each texel of a window, by the faster way; both give the same bits."""
         tree = self._tree
-        hits = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, footprints.TRIES_A_TEXEL, window)
-        if hits is not None:
-            return hits
-        size = window.texels
-        triangle, z, weights = np.empty(size, np.int32), np.empty(size), np.empty((size, 2))
+        tries = footprints.TRIES_A_TEXEL
+        found = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, tries, window, triangle)
+        if found is not None:
+            return found[1:]
+        z, weights = np.empty(window.texels), np.empty((window.texels, 2))
         visibility.first_hits(
             view.ray_kind, view.lens, window.width, window.height, tree.corners, tree.order, tree.boxes, tree.place_of,
             self._proposals(view, window), triangle, z, weights, window.left, window.top,
         )  # fmt: skip
-        return triangle, z, weights
+        return z, weights
 
     def _normals(
-        self, view: View, window: Window, triangle: NDArray[np.int32], weights: NDArray[np.float64], smooth: bool
-    ) -> NDArray[np.float32]:
-        """Unit normals of each texel of a window, (n, 3) float32."""
+        self,
+        view: View,
+        window: Window,
+        triangle: NDArray[np.int32],
+        weights: NDArray[np.float64],
+        smooth: bool,
+        out: NDArray[np.float32],
+    ) -> None:
+        """Write the unit normals of each texel of a window, (n, 3) float32."""
         mesh = self.mesh
         at_vertices = mesh.normals if smooth and mesh.normals is not None else np.zeros((0, 3))
-        out = np.empty((len(triangle), 3), np.float32)
         normal_kernels.write_normals(
             view.ray_kind, view.lens, np.ravel(view.world_from_cast), window.width, triangle, weights, mesh.vertices,
             mesh.faces, at_vertices, out, window.left, window.top,
         )  # fmt: skip
-        return out
 
     def _proposals(self, view: View, window: Window) -> NDArray[np.int32]:
         """The triangle that Embree sees in the middle of each tile, -1 where it sees none or the box is missed."""
@@ -204,17 +205,6 @@ class RayCaster:
 
         _run_chunks(trace, len(origins), self.threads)
         return hit
-
-
-def _background(shape: tuple[int, int], color: bool, normals: bool) -> GBuffer:
-    """The G-buffer of a view that sees nothing."""
-    return GBuffer(
-        depth=np.full(shape, np.inf, np.float32),
-        positions=np.full((*shape, 3), np.inf, np.float32),
-        color=np.zeros((*shape, 3), np.float32) if color else None,
-        triangle=np.full(shape, -1, np.int32),
-        normals=np.zeros((*shape, 3), np.float32) if normals else None,
-    )
 
 
 def _run_chunks(work: Callable[[int, int], None], n: int, threads: int) -> None:
@@ -293,12 +283,15 @@ class _PaintTables:
         self._source = source
 
     def color(
-        self, triangle: NDArray[np.int32], weights: NDArray[np.float64], faces: NDArray[np.int32], nearest: bool
-    ) -> NDArray[np.float32]:
-        """Diffuse colour of each texel, (n, 3) float32 linear RGB."""
-        rgb = np.empty((len(triangle), 3), np.float32)
+        self,
+        triangle: NDArray[np.int32],
+        weights: NDArray[np.float64],
+        faces: NDArray[np.int32],
+        nearest: bool,
+        rgb: NDArray[np.float32],
+    ) -> None:
+        """Write the diffuse colour of each texel, (n, 3) float32 linear RGB."""
         paint.paint_hits(
             triangle, weights, faces, self._source.factors, self._source.face_material, self._vertex_colors,
             self._uv, self._table, self._texels, rgb, nearest,
         )  # fmt: skip
-        return rgb

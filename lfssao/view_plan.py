@@ -2,8 +2,8 @@
 
 The rules, and why the textures are the same without what they leave out:
 
-- Rays: only texels in the image of the scene's box are cast (``lfssao.window.seen_window``): no other ray can hit. A
-  view that does not see the box has the textures of nothing, and no pass runs.
+- Rays: only the rows in which the image of the scene's box lies are cast (``lfssao.window.seen_window``): no other ray
+  can hit. A view that does not see the box has the textures of nothing, and no pass runs.
 - Border: behind the ray caster the passes run on the smallest window that holds every texel with a surface, grown by
   the blur's reach. AO is +0 where there is no surface, so the maximum over radii is, and a blur adds products of
   positive weights with +0 to +0. Taps beyond the grown window read the texel on its border, which is +0, or lies on
@@ -27,8 +27,8 @@ from lfssao.window import Window, cast_box, seen_window, surface_window
 if TYPE_CHECKING:
     from lfssao.rendering import Settings
 
-# A window that holds more of the texture than this is not worth copying textures for.
-_WORTH_CUTTING = 0.8
+# A window that holds more of the texture than this is not worth copying textures for, by measurement.
+_WORTH_CUTTING = 0.5
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class ViewPlan:
     Attributes
     ----------
     window : Window
-        Texels whose rays are cast; empty for a view that cannot see the scene.
+        Texels whose rays are cast, whole rows; empty for a view that cannot see the scene.
     whole : Window
         All of the view's texels.
     same_as : tuple of int
@@ -70,7 +70,7 @@ class ViewPlan:
         """
         radii = settings.radii
         return cls(
-            window=seen_window(view, cast_box(view.cast_from_world, bounds)),
+            window=seen_window(view, cast_box(view.cast_from_world, bounds)).rows(view),
             whole=Window.whole(view),
             same_as=tuple(radii.index(radius) for radius in radii),
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
@@ -95,6 +95,6 @@ class ViewPlan:
         return surface_window(seen) if self.window.texels else self.window
 
     def reached(self, surface: Window, reach: int) -> Window:
-        """A window with so many texels more on each side; the whole texture where that is nearly it."""
+        """A window with so many texels more on each side; the whole texture where that is more than half of it."""
         grown = surface.grown(reach, self.whole)
         return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole

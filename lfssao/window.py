@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.matrix import Matrix
@@ -43,6 +43,10 @@ class Window(NamedTuple):
         """Number of texels."""
         return self.width * self.height
 
+    def rows(self, view: View) -> "Window":
+        """All columns of the window's rows; empty for an empty one."""
+        return Window(0, self.top, view.width, self.bottom) if self.texels else Window(0, 0, 0, 0)
+
     def grown(self, reach: int, within: "Window") -> "Window":
         """The window with so many texels more on each side, as far as the other window goes; an empty one stays."""
         if not self.texels:
@@ -58,14 +62,23 @@ class Window(NamedTuple):
         """The window of a texture, (H, W) or (H, W, c), as an array of its own unless it is all of it."""
         return np.ascontiguousarray(texture[self.top : self.bottom, self.left : self.right])
 
-    def paste(self, part: NDArray[Any], shape: tuple[int, ...], background: float = 0.0) -> NDArray[Any]:
-        """A texture that is ``part`` in the window and ``background`` elsewhere; ``part`` itself if there is no else.
+    def texture(self, background: float, shape: tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
+        """A texture of that shape with ``background`` in the rows above and below the window, anything in its own.
 
         Zeros are not written but asked of the system, which has them for nothing until somebody reads them.
         """
+        if background == 0 and self.height < shape[0]:
+            return np.zeros(shape, dtype)
+        texture = np.empty(shape, dtype)
+        texture[: self.top] = background
+        texture[self.bottom if self.height else self.top :] = background
+        return texture
+
+    def paste(self, part: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+        """A texture that is ``part`` in the window and 0 elsewhere; ``part`` itself if there is no else."""
         if part.shape == shape:
             return part
-        texture = np.zeros(shape, part.dtype) if background == 0 else np.full(shape, background, part.dtype)
+        texture = np.zeros(shape, part.dtype)
         texture[self.top : self.bottom, self.left : self.right] = part
         return texture
 
@@ -167,7 +180,8 @@ def _between(low: float, high: float, size: int) -> tuple[int, int]:
 
 def surface_window(seen: NDArray[np.bool_]) -> Window:
     """The smallest window that holds all texels of a (H, W) texture that are True; empty for none."""
-    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    ones = seen.view(np.uint8)  # of which maxima are taken faster than any() of truth values
+    rows, columns = np.flatnonzero(ones.max(axis=1)), np.flatnonzero(ones.max(axis=0))
     if len(rows) == 0:
         return Window(0, 0, 0, 0)
     return Window(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)

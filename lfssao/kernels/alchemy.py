@@ -8,9 +8,9 @@ from lfssao.kernels.frames import disk_axes
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.power import power
 from lfssao.kernels.rows import affine_rows, linear_rows, load_row, project_rows
+from lfssao.kernels.runs import surface_span
 from lfssao.kernels.schedule import spread
 from lfssao.kernels.spiral import hash_angle, rotated
-from lfssao.kernels.ssao import surface_span
 
 
 @kernel(inline=True)

@@ -10,8 +10,9 @@ from numba import prange
 
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
+from lfssao.kernels.runs import next_run
 from lfssao.kernels.schedule import spread
-from lfssao.kernels.ssao import finish_row, surface_span, transform_offsets
+from lfssao.kernels.ssao import finish_run, transform_offsets
 
 
 @kernel(inline=True)
@@ -57,29 +58,34 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
     moves = np.empty((views, samples, 4), numbers.dtype)
     for v in range(views):
         moves[v] = transform_offsets(offsets, kinds[v], numbers[v])
-    total = numbers.dtype.type(max(samples, 1))
     for k in prange(height):
         j = spread(k, height)
         points, base = np.empty((3, width), numbers.dtype), np.empty((views, 4, width), numbers.dtype)
         rows, z = np.empty((4, width), numbers.dtype), np.empty(width, numbers.dtype)
         texel, inside = np.empty(width, np.uint32), np.empty(width, np.bool_)
         seen, clear = np.empty(width, np.bool_), np.empty(width, np.bool_)
-        count, missed = np.zeros(width, np.int32), np.zeros(width, np.int32)
-        start, n = surface_span(visible, j * width, width)
-        load_row(places, start, n, points)
-        for v in range(views):
-            affine_rows(kinds[v], numbers[v], n, points, base[v])
-        for s in range(samples):
+        count, found = np.empty(width, np.int32), np.empty(width, np.int32)
+        at, end = j * width, (j + 1) * width
+        outside[j] = 0
+        while at < end:
+            start, n = next_run(visible, at, end)
             for i in range(n):
-                seen[i], clear[i] = False, False
+                count[i], found[i] = 0, 0
+            load_row(places, np.uint64(start), n, points)
             for v in range(views):
-                wide, high = numbers.dtype.type(sizes[v, 0]), numbers.dtype.type(sizes[v, 1])
-                look(kinds[v], numbers[v], wide, high, n, base, v, moves[v, s], rows, texel, z, inside)
+                affine_rows(kinds[v], numbers[v], n, points, base[v])
+            for s in range(samples):
                 for i in range(n):
-                    before = not depths[starts[v] + texel[i]] < z[i]
-                    seen[i] |= inside[i]
-                    clear[i] |= inside[i] & before
-            for i in range(n):
-                count[i] += np.int32(seen[i] & (not clear[i]))
-                missed[i] += np.int32(not seen[i])
-        outside[j] = finish_row(visible, j * width, width, start, n, total, count, missed, shares)
+                    seen[i], clear[i] = False, False
+                for v in range(views):
+                    wide, high = numbers.dtype.type(sizes[v, 0]), numbers.dtype.type(sizes[v, 1])
+                    look(kinds[v], numbers[v], wide, high, n, base, v, moves[v, s], rows, texel, z, inside)
+                    for i in range(n):
+                        before = not depths[starts[v] + texel[i]] < z[i]
+                        seen[i] |= inside[i]
+                        clear[i] |= inside[i] & before
+                for i in range(n):
+                    count[i] += np.int32(seen[i] & (not clear[i]))
+                    found[i] += np.int32(seen[i])
+            outside[j] += finish_run(visible, at, start, n, samples, count, found, shares)
+            at = start + n

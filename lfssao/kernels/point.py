@@ -11,8 +11,9 @@ from numba import prange
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import MATRIX, affine_row
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
+from lfssao.kernels.runs import surface_span
 from lfssao.kernels.schedule import spread
-from lfssao.kernels.ssao import surface_span, transform_offsets
+from lfssao.kernels.ssao import transform_offsets
 
 
 @kernel(inline=True)

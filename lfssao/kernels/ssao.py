@@ -8,8 +8,12 @@ How the kernels get their speed, with the bits of the plain double loop over tex
   gathers of it only where it knows that no other array overlaps ``depth``; numba tells it so for the arrays of a
   ``prange`` body as long as the body makes no views. Hence texel numbers where slices would read better; unsigned
   ones, so that numba need not ask whether they count from the end.
-- Helpers that take arrays are called once a row, not once a point: numba counts references at each call.
-- ``finish_row`` is not inlined: with it in the same function LLVM gives the loop of look-ups up.
+- Where a sample lies outside, texel 0 is read: a load without a branch, and never of a number that has no texel.
+- Positions are read as one flat array, 3 t + k: so LLVM takes three vectors apart with shuffles; of a second index it
+  makes gathers, which take as long as two samples.
+- Only runs of texels that see a surface are computed (``lfssao.kernels.runs``).
+- Helpers that take arrays are called once a run, not once a point: numba counts references at each call.
+- ``finish_run`` is not inlined: with it in the same function LLVM gives the loop of look-ups up.
 """
 
 import numpy as np
@@ -25,7 +29,9 @@ from lfssao.kernels.mapping import (
     nearest_texel,
     project_crossed_slits,
     project_matrix,
+    texel_number,
 )
+from lfssao.kernels.runs import next_run
 from lfssao.kernels.schedule import spread
 
 # Rows that share one set of scratch arrays: enough that allocating them costs nothing, few enough that the rows
@@ -44,21 +50,7 @@ def transform_offsets(offsets, kind, m):
 
 
 @kernel(inline=True)
-def surface_span(depth, row, width):
-    """The texels of a row, which starts at texel number ``row``, that see a surface: first texel number and length.
-
-    Texels without a surface may lie between them.
-    """
-    first, last = 0, width
-    while first < width and not depth[row + first] < np.inf:
-        first += 1
-    while last > first and not depth[row + last - 1] < np.inf:
-        last -= 1
-    return np.uint64(row + first), last - first
-
-
-@kernel(inline=True)
-def start_row(kind, m, n, a, b, c, q, count, missed):
+def start_run(kind, m, n, a, b, c, q, count, inside):
     """Begin n points: the affine half of line 6, in place, and no samples counted.
 
     a, b, c: in, world coordinates; out, rows 0 to 2 of M (a, b, c, 1). q: out, row 3 of a camera's.
@@ -67,14 +59,14 @@ def start_row(kind, m, n, a, b, c, q, count, missed):
         x, y, z = a[i], b[i], c[i]
         a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
         count[i] = 0
-        missed[i] = 0
+        inside[i] = 0
         if kind == MATRIX:
             q[i] = affine_row(m, 3, x, y, z)
 
 
 @kernel(inline=True)
-def count_crossed_slits(m, depth, width, height, n, a, b, c, offsets, count, missed):
-    """Algorithm 2, lines 4 to 9, for the points of one row.
+def count_crossed_slits(m, depth, width, height, n, a, b, c, offsets, count, inside):
+    """Algorithm 2, lines 4 to 9, for the points of one run.
 
     Parameters
     ----------
@@ -91,37 +83,40 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, offsets, count, mis
         compare lets through.
     offsets : (samples, 4) array
         The samples likewise, linear part only.
-    count, missed : (>= n,) int32
-        In and out: how many samples lie behind the surface; how many outside the texture or the mapping's domain.
+    count, inside : (>= n,) int32
+        In and out: how many samples lie behind the surface; how many in the texture and the mapping's domain.
     """
     wide, high = m.dtype.type(width), m.dtype.type(height)
+    zero = m.dtype.type(0)
     z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
     for s in range(offsets.shape[0]):
         oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
         for i in range(n):
-            u, v, z, valid = project_crossed_slits(a[i] + oa, b[i] + ob, c[i] + oc, z_module, z_observer, u_0, v_0)
-            inside, texel = nearest_texel(u, v, wide, high)
-            surface = depth[texel]  # line 7
-            count[i] += np.int32((surface < z) & inside & valid)  # lines 8 and 9
-            missed[i] += np.int32(not (inside & valid))
+            u, v, z, _ = project_crossed_slits(a[i] + oa, b[i] + ob, c[i] + oc, z_module, z_observer, u_0, v_0)
+            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            column, row = u if there else zero, v if there else zero
+            surface = depth[texel_number(column, row, wide)]  # line 7
+            count[i] += np.int32((surface < z) & there)  # lines 8 and 9
+            inside[i] += np.int32(there)
 
 
 @kernel(inline=True)
-def count_matrix(m, depth, width, height, n, a, b, c, q, offsets, count, missed):
+def count_matrix(m, depth, width, height, n, a, b, c, q, offsets, count, inside):
     """Algorithm 1, lines 5 to 10; arguments of count_crossed_slits, with q, row 3 of M."""
     wide, high = m.dtype.type(width), m.dtype.type(height)
     for s in range(offsets.shape[0]):
         oa, ob, oc, oq = offsets[s, 0], offsets[s, 1], offsets[s, 2], offsets[s, 3]
         for i in range(n):
             u, v, z, valid = project_matrix(a[i] + oa, b[i] + ob, c[i] + oc, q[i] + oq)
-            inside, texel = nearest_texel(u, v, wide, high)
+            there, texel = nearest_texel(u, v, wide, high)
+            there = there & valid
             surface = depth[texel]  # line 8
-            count[i] += np.int32((surface < z) & inside & valid)  # lines 9 and 10
-            missed[i] += np.int32(not (inside & valid))
+            count[i] += np.int32((surface < z) & there)  # lines 9 and 10
+            inside[i] += np.int32(there)
 
 
 @kernel(inline=True)
-def count_display(d, depth, width, height, n, a, b, c, offsets, count, missed):
+def count_display(d, depth, width, height, n, a, b, c, offsets, count, inside):
     """Algorithm 2, lines 4 to 9, for any display; arguments of count_crossed_slits, with d, the module's numbers."""
     wide, high = d.dtype.type(width), d.dtype.type(height)
     for s in range(offsets.shape[0]):
@@ -129,24 +124,29 @@ def count_display(d, depth, width, height, n, a, b, c, offsets, count, missed):
         for i in range(n):
             z = c[i] + oc
             u, v, answer = physical_to_image(d, a[i] + oa, b[i] + ob, z)
-            inside, texel = nearest_texel(u, v, wide, high)
-            inside = inside & (answer == VALID)
-            count[i] += np.int32((depth[texel] < z) & inside)
-            missed[i] += np.int32(not inside)
+            there, texel = nearest_texel(u, v, wide, high)
+            there = there & (answer == VALID)
+            count[i] += np.int32((depth[texel] < z) & there)
+            inside[i] += np.int32(there)
 
 
 @kernel
-def finish_row(depth, row, width, start, n, samples, count, missed, occlusion):
-    """Write a row's occlusion, count / samples; return how many samples of its visible points were outside."""
-    for texel in range(row, row + width):
-        occlusion[texel] = 0
-    outside = 0
+def finish_run(depth, at, start, n, samples, count, inside, occlusion):
+    """Write occlusion, 0 of the texels from number ``at`` to the run's start and count / samples of the n in the run.
+
+    Returns how many samples of the run's visible points were outside.
+    """
+    zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
+    for texel in range(np.uint64(at), np.uint64(start)):
+        occlusion[texel] = zero
+    visible = found = 0
     for i in range(n):
-        texel = start + np.uint64(i)
+        texel = np.uint64(start + i)
         there = depth[texel] < np.inf
-        occlusion[texel] = depth.dtype.type(count[i]) / samples if there else depth.dtype.type(0)
-        outside += missed[i] if there else 0
-    return outside
+        occlusion[texel] = depth.dtype.type(count[i]) / total if there else zero
+        visible += there
+        found += inside[i] if there else 0
+    return visible * samples - found
 
 
 @kernel(parallel=True)
@@ -169,31 +169,35 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
         Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
     """
     height, width = depth.shape
-    surface, places = depth.reshape(height * width), positions.reshape(height * width, 3)
+    surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
     shares = occlusion.reshape(height * width)
     module = m[12:].copy()
     image_offsets = transform_offsets(offsets, kind, m)
-    samples, nothing = m.dtype.type(max(offsets.shape[0], 1)), m.dtype.type(np.nan)
+    samples, nothing = offsets.shape[0], m.dtype.type(np.nan)
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
         a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
-        q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
+        q, count, inside = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
-            start, n = surface_span(surface, j * width, width)
-            for i in range(n):
-                texel = start + np.uint64(i)  # line 1
-                a[i], b[i], c[i] = places[texel, 0], places[texel, 1], places[texel, 2]  # line 2
-                a[i] = a[i] if surface[texel] < np.inf else nothing
-            start_row(kind, m, n, a, b, c, q, count, missed)
-            if kind == CROSSED_SLITS:
-                count_crossed_slits(m, surface, width, height, n, a, b, c, image_offsets, count, missed)
-            elif kind == MATRIX:
-                count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, missed)
-            else:
-                count_display(module, surface, width, height, n, a, b, c, image_offsets, count, missed)
-            outside[j] = finish_row(surface, j * width, width, start, n, samples, count, missed, shares)
+            at, end = j * width, (j + 1) * width
+            outside[j] = 0
+            while at < end:
+                start, n = next_run(surface, at, end)
+                for i in range(n):
+                    t = 3 * (start + i)  # line 1
+                    x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
+                    a[i], b[i], c[i] = x if surface[np.uint64(start + i)] < np.inf else nothing, y, z
+                start_run(kind, m, n, a, b, c, q, count, inside)
+                if kind == CROSSED_SLITS:
+                    count_crossed_slits(m, surface, width, height, n, a, b, c, image_offsets, count, inside)
+                elif kind == MATRIX:
+                    count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, inside)
+                else:
+                    count_display(module, surface, width, height, n, a, b, c, image_offsets, count, inside)
+                outside[j] += finish_run(surface, at, start, n, samples, count, inside, shares)
+                at = start + n
 
 
 @kernel(parallel=True)
@@ -206,24 +210,27 @@ def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
     height, width = depth.shape
     surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
     image_offsets = transform_offsets(offsets, MATRIX, m)
-    samples = m.dtype.type(max(offsets.shape[0], 1))
-    half, nothing = m.dtype.type(0.5), m.dtype.type(np.nan)
+    samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
         a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
-        q, count, missed = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
+        q, count, inside = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
-            start, n = surface_span(surface, j * width, width)
-            first = m.dtype.type(start - np.uint64(j * width)) + half
-            for i in range(n):
-                u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
-                d = surface[start + np.uint64(i)]  # line 2
-                w = affine_row(screen_to_world, 3, u, v, d)  # line 3
-                a[i] = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
-                b[i] = affine_row(screen_to_world, 1, u, v, d) / w
-                c[i] = affine_row(screen_to_world, 2, u, v, d) / w
-            start_row(MATRIX, m, n, a, b, c, q, count, missed)
-            count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, missed)
-            outside[j] = finish_row(surface, j * width, width, start, n, samples, count, missed, shares)
+            at, end = j * width, (j + 1) * width
+            outside[j] = 0
+            while at < end:
+                start, n = next_run(surface, at, end)
+                first = m.dtype.type(start - j * width) + half
+                for i in range(n):
+                    u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
+                    d = surface[np.uint64(start + i)]  # line 2
+                    w = affine_row(screen_to_world, 3, u, v, d)  # line 3
+                    a[i] = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
+                    b[i] = affine_row(screen_to_world, 1, u, v, d) / w
+                    c[i] = affine_row(screen_to_world, 2, u, v, d) / w
+                start_run(MATRIX, m, n, a, b, c, q, count, inside)
+                count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, inside)
+                outside[j] += finish_run(surface, at, start, n, samples, count, inside, shares)
+                at = start + n

@@ -1,0 +1,56 @@
+"""Which texels of a row see a surface: estimators compute those, and write 0 for the rest."""
+
+import numpy as np
+
+from lfssao.kernels.jit import kernel
+
+# Texels looked at together: two of the widest vectors. Runs are of whole groups, except where the row ends.
+_GROUP = 32
+
+
+@kernel(inline=True)
+def sees_surface(depth, first, end):
+    """Whether one of the texels from number ``first`` to before ``end`` sees a surface."""
+    some = 0
+    for texel in range(first, end):
+        some |= depth[texel] < np.inf
+    return some != 0
+
+
+@kernel
+def next_run(depth, at, end):
+    """The next texels worth computing of a row.
+
+    Parameters
+    ----------
+    depth : (H * W,) array
+        The depth texture, +infinity where there is no surface.
+    at, end : int
+        Texel numbers: where to look from; the row's end.
+
+    Returns
+    -------
+    start, n : int
+        Texel number and length of the run; between runs no texel sees a surface, within one not every texel need.
+        (end, 0) where there is no more.
+    """
+    while at < end and not sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
+        at += _GROUP
+    start = min(at, end)
+    while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
+        at += _GROUP
+    return start, min(at, end) - start
+
+
+@kernel(inline=True)
+def surface_span(depth, row, width):
+    """The texels of a row, which starts at texel number ``row``, that see a surface: first texel number and length.
+
+    Texels without a surface may lie between them.
+    """
+    first, last = 0, width
+    while first < width and not depth[row + first] < np.inf:
+        first += 1
+    while last > first and not depth[row + last - 1] < np.inf:
+        last -= 1
+    return np.uint64(row + first), last - first

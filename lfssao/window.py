@@ -84,14 +84,16 @@ class Window(NamedTuple):
 
 
 def cast_box(cast_from_world: Matrix, bounds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The box in cast space around a box of the world, (2, 3) float64 both, with room for how the map rounds."""
-    size = np.abs(bounds).max(axis=0)
+    """The box in cast space around a box of the world, (2, 3) float64 both.
+
+    It holds what ``lfssao.kernels.rays.transform_points`` makes of any point of the box, to the last bit: rounding
+    keeps the order of numbers, so corners mapped by the same operations bound what lies between them.
+    """
     out = np.empty((2, 3))
     for row in range(3):
         a, b, c, d = cast_from_world[row].tolist()
         corners = [((a * x + b * y) + c * z) + d for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]]
-        room = _ULPS * (((abs(a) * size[0] + abs(b) * size[1]) + abs(c) * size[2]) + abs(d))
-        out[0, row], out[1, row] = min(corners) - room, max(corners) + room
+        out[0, row], out[1, row] = min(corners), max(corners)
     return out
 
 

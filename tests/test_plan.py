@@ -1,6 +1,7 @@
 """What a plan leaves out changes no bit: with and without it, on displays of every kind, cameras and estimators."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from lfssao.estimators.registry import ESTIMATORS
 from lfssao.neighbours import DepthCache
 from lfssao.plan import make_plan
 from lfssao.rendering import module_views, neighbour_views, render_planned, render_view
+from lfssao.view import WorldToImage
 from lfssao.view_plan import ViewPlan
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
@@ -106,6 +108,18 @@ def test_neighbours_whose_rays_are_cut_and_modules_that_see_nothing(statue, plac
             for plan in (True, False)
         ]
         assert_same(*made)
+
+
+def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
+    """A mapping that is shifted by more than the texture, so that every sample is outside."""
+    view = module_views(statue, find_display("virtual").with_resolution(48, 36))[0]
+    numbers = view.world_to_image.numbers.copy()
+    numbers[14] += 99
+    view = replace(view, world_to_image=WorldToImage(view.world_to_image.kind, numbers))
+    options = Settings((0.0,))
+    check(RayCaster(statue, view.cast_from_world), view, options)
+    made = render_view(RayCaster(statue, view.cast_from_world), view, options)
+    assert made.outside == (8 * (made.gbuffer.triangle >= 0).sum(),)
 
 
 @settings(max_examples=60)

@@ -1,11 +1,11 @@
 """The bytes of a multi-part OpenEXR file of float32 scan lines, zip-compressed (openexr.com, "OpenEXR File Layout").
 
-OpenImageIO could write them, too, in three times the time: its packages for Python change the order of bytes one by
-one. And what OpenEXR cannot write while it closes a file, on a full disk, it loses without an error.
+OpenImageIO's packages for Python take six times the processor time to write them, OpenEXR's own four times: they change
+the order of bytes one by one, and deflate with zlib's means. And what OpenEXR cannot write while it closes a file, on
+a full disk, it loses without an error.
 """
 
 import struct
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from isal import isal_zlib
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
@@ -23,8 +24,8 @@ _LINES = 16  # in a chunk of compression 'zip'
 _SHORT_NAME, _LONGEST_NAME = 31, 255  # bytes
 _PREFIX = "lfssao:"  # of the names of our attributes
 
-# Deflate's level: the higher ones take twice the time for files 4 % smaller.
-_LEVEL = 3
+# Deflate's level. ISA-L's takes a quarter of the time of zlib's fastest level, and its files are not larger.
+_LEVEL = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ def check_format(path: Path, part: Part) -> None:
 
 
 def write_parts(path: Path, parts: Sequence[Part]) -> None:
-    """Write parts to a file; the same parts make the same bytes.
+    """Write parts to a file; the same parts make the same bytes on one processor.
 
     Parameters
     ----------
@@ -181,5 +182,5 @@ def _chunks(part: Part) -> Iterator[tuple[int, bytes]]:
         size = min(_LINES, height - first) * width * channels
         gather_lines(pixels, order, first, words[:size])
         split_and_difference(words[:size], packed[: 2 * size])
-        data = zlib.compress(packed[: 2 * size].astype("<u2", copy=False).data, _LEVEL)
+        data = isal_zlib.compress(packed[: 2 * size].astype("<u2", copy=False).data, _LEVEL)
         yield first, data if len(data) < 4 * size else words[:size].astype("<u4", copy=False).tobytes()

@@ -12,9 +12,11 @@ Level l has ceil(W / 2^l) x ceil(H / 2^l) texels.
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 
 BEFORE, BORDER = 1, 3
+
+_ROWS_A_BLOCK = 16
 
 
 @kernel(parallel=True)
@@ -29,6 +31,17 @@ def write_base(depth, moments):
             moments[first + i, 0] = 1.0 if there else 0.0
             moments[first + i, 1] = z if there else 0.0
             moments[first + i, 2] = z * z if there else 0.0
+
+
+@kernel(inline=True)
+def add_across(numbers, start, wide, outer, inner, sums, first):
+    """Sums along a row for ``wide`` texels of the next level, three moments each, into sums from place ``first`` on."""
+    for i in range(wide):
+        for m in range(3):
+            a, b, c, d = start + 6 * i + m, start + 6 * i + m + 3, start + 6 * i + m + 6, start + 6 * i + m + 9
+            sums[np.uint64(first + 3 * i + m)] = (
+                (outer * numbers[np.uint64(a)] + inner * numbers[np.uint64(b)]) + inner * numbers[np.uint64(c)]
+            ) + outer * numbers[np.uint64(d)]
 
 
 @kernel(parallel=True)
@@ -51,16 +64,20 @@ def write_half(moments, source, width, height, target, outer, inner):
         Weights of the taps: 0 and 1/2 average, 1/8 and 3/8 blur by [1 2 1] / 4 before.
     """
     pitch, wide, high = width + BORDER, (width + 1) // 2, (height + 1) // 2
-    for j in prange(high):
-        for i in range(wide):
-            corner = source + 2 * j * pitch + 2 * i  # of the 4 x 4 taps
-            place = target + (j + BEFORE) * (wide + BORDER) + i + BEFORE
-            for m in range(3):
-                total = 0.0
-                for row in range(4):
-                    at = corner + row * pitch
-                    across = (
-                        (outer * moments[at, m] + inner * moments[at + 1, m]) + inner * moments[at + 2, m]
-                    ) + outer * moments[at + 3, m]
-                    total += (outer if row in (0, 3) else inner) * across
-                moments[place, m] = total
+    n = 3 * wide
+    numbers = moments.reshape(-1)
+    blocks = (high + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    for k in prange(blocks):
+        wide_vectors()
+        sums = np.empty(4 * n)  # of four rows: each is read by two rows of the next level
+        made = 2 * np.int64(k) * _ROWS_A_BLOCK
+        for j in range(k * _ROWS_A_BLOCK, min(high, (k + 1) * _ROWS_A_BLOCK)):
+            while made < 2 * j + 4:
+                add_across(numbers, 3 * (source + made * pitch), wide, outer, inner, sums, (made % 4) * n)
+                made += 1
+            place, a, b = 3 * (target + (j + BEFORE) * (wide + BORDER) + BEFORE), (2 * j % 4) * n, ((2 * j + 1) % 4) * n
+            c, d = ((2 * j + 2) % 4) * n, ((2 * j + 3) % 4) * n
+            for i in range(n):
+                total = 0.0 + outer * sums[np.uint64(a + i)]
+                total = (total + inner * sums[np.uint64(b + i)]) + inner * sums[np.uint64(c + i)]
+                numbers[np.uint64(place + i)] = total + outer * sums[np.uint64(d + i)]

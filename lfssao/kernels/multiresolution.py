@@ -2,32 +2,52 @@
 
 A level is a texture of texel numbers: which texel of the full textures each of its texels stands for, -1 for none. So
 every position and normal that is read is one that the G-buffer holds.
-"""
 
-from math import sqrt
+Rows of texels are the inner loops, without branches, so that LLVM makes vectors of them. What the texels of a level
+stand for is read over and over: its positions and normals are copied, once, into arrays of their own, one a coordinate.
+"""
 
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 
 BOTH, MAXIMUM, AVERAGE = 0, 1, 2
 
 
-@kernel
+@kernel(parallel=True)
 def first_level(depth, level):
     """The finest level, every texel for itself; depth: (H, W), level: (H, W) int32, out."""
     height, width = depth.shape
-    for j in range(height):
+    for j in prange(height):
         for i in range(width):
-            level[j, i] = j * width + i if depth[j, i] < np.inf else -1
+            number = np.int32(np.int64(j) * width + i)
+            level[j, i] = number if depth[j, i] < np.inf else np.int32(-1)
 
 
 @kernel(inline=True)
-def _ranks_before(depth, width, one, k, other, n):
-    """Whether candidate ``other``, the n-th, comes before candidate ``one``, the k-th, by depth and then by order."""
-    a, b = depth[one // width, one % width], depth[other // width, other % width]
-    return (b < a) | ((b == a) & (n < k))
+def depth_at(surface, texel):
+    """Depth of a texel number, +infinity of -1."""
+    there = texel >= np.int32(0)
+    depth = surface[np.uint32(texel if there else np.int32(0)) & np.uint32(0x7FFFFFFF)]
+    return depth if there else surface.dtype.type(np.inf)
+
+
+@kernel(inline=True)
+def lower_median(surface, a, b, c, d):
+    """Of up to four texel numbers (-1: none) the lower median by depth, of equal depths the first; -1 of none.
+
+    Each one's rank is how many come before it; what is not there comes last.
+    """
+    at_a, at_b, at_c, at_d = depth_at(surface, a), depth_at(surface, b), depth_at(surface, c), depth_at(surface, d)
+    ba, ca, da = np.int32(at_b < at_a), np.int32(at_c < at_a), np.int32(at_d < at_a)
+    cb, db, dc = np.int32(at_c < at_b), np.int32(at_d < at_b), np.int32(at_d < at_c)
+    none = np.int32(0)
+    seen = np.int32(a >= none) + np.int32(b >= none) + np.int32(c >= none) + np.int32(d >= none)
+    rank = np.int32(seen > 2)
+    found = c if cb + ca + rank == 2 + dc else d
+    found = b if cb + db + 1 == ba + rank else found
+    return a if ba + ca + da == rank else found
 
 
 @kernel(parallel=True)
@@ -41,35 +61,69 @@ def halve(depth, fine, coarse):
     fine, coarse : (h, w), (ceil(h / 2), ceil(w / 2)) int32
         A level; out, the next.
     """
-    for j in prange(coarse.shape[0]):
-        for i in range(coarse.shape[1]):
-            seen = 0
-            for k in range(4):
-                y, x = 2 * j + k // 2, 2 * i + k % 2
-                seen += np.int64(y < fine.shape[0] and x < fine.shape[1] and fine[y, x] >= 0)
-            coarse[j, i] = -1
-            for k in range(4):
-                y, x = 2 * j + k // 2, 2 * i + k % 2
-                if not (y < fine.shape[0] and x < fine.shape[1] and fine[y, x] >= 0):
-                    continue
-                rank = 0
-                for n in range(4):
-                    v, u = 2 * j + n // 2, 2 * i + n % 2
-                    if n != k and v < fine.shape[0] and u < fine.shape[1] and fine[v, u] >= 0:
-                        rank += np.int64(_ranks_before(depth, depth.shape[1], fine[y, x], k, fine[v, u], n))
-                if rank == (seen - 1) // 2:
-                    coarse[j, i] = fine[y, x]
+    height, width = fine.shape
+    surface, numbers, chosen = depth.reshape(-1), fine.reshape(-1), coarse.reshape(-1)
+    wide = (width + 1) // 2
+    for j in prange((height + 1) // 2):
+        upper, lower = np.full(2 * wide, -1, np.int32), np.full(2 * wide, -1, np.int32)
+        for i in range(width):
+            upper[i] = numbers[np.uint64(2 * j * width + i)]
+        if 2 * j + 1 < height:
+            for i in range(width):
+                lower[i] = numbers[np.uint64((2 * j + 1) * width + i)]
+        for i in range(wide):
+            chosen[np.uint64(j * wide + i)] = lower_median(
+                surface, upper[2 * i], upper[2 * i + 1], lower[2 * i], lower[2 * i + 1]
+            )
 
 
 @kernel(inline=True)
 def obscured(vx, vy, vz, nx, ny, nz, squared):
     """What a point at v from a point of normal n takes: (1 - v.v / R^2) max(0, v.n) / sqrt(v.v) inside R, else 0."""
-    zero = type(vx)(0)
+    zero, one = type(vx)(0), type(vx)(1)
     d = (vx * vx + vy * vy) + vz * vz
     above = (vx * nx + vy * ny) + vz * nz
-    if not ((d > 0) & (d < squared) & (above > 0)):
-        return zero
-    return (type(d)(1) - d / squared) * (above / sqrt(d))
+    term = (one - d / squared) * (above / type(vx)(np.sqrt(d)))
+    return term if (d > zero) & (d < squared) & (above > zero) else zero
+
+
+@kernel(inline=True)
+def gather(numbers, texture, start, n, step, x, y, z, first):
+    """Vectors of n texels, the numbers from place ``start`` on, every ``step``-th; NaN where there is none.
+
+    numbers: (h * w,) int32; texture: (H * W, 3); x, y, z: from place ``first`` on, out.
+    """
+    nothing = texture.dtype.type(np.nan)
+    for i in range(n):
+        texel = numbers[np.uint64(start + step * i)]
+        there = texel >= np.int32(0)
+        at = np.uint32(texel if there else np.int32(0)) & np.uint32(0x7FFFFFFF)
+        a, b, c = texture[at, 0], texture[at, 1], texture[at, 2]
+        place = np.uint64(first + i)
+        x[place], y[place], z[place] = a if there else nothing, b if there else nothing, c if there else nothing
+
+
+@kernel(inline=True)
+def level_span(numbers, start, width):
+    """Columns from the first texel of a row that sees a surface to the last, (first, one past the last)."""
+    first, last = 0, width
+    while first < width and numbers[np.uint64(start + first)] < np.int32(0):
+        first += 1
+    while last > first and numbers[np.uint64(start + last - 1)] < np.int32(0):
+        last -= 1
+    return first, last
+
+
+@kernel(inline=True)
+def taps_beyond(numbers, j, width, height, reach):
+    """How many taps of the texels of row j that see a surface lie outside the texture."""
+    edge = 2 * reach + 1
+    rows = min(j + reach, height - 1) - max(j - reach, 0) + 1
+    beyond = 0
+    for i in range(width):
+        columns = min(i + reach, width - 1) - max(i - reach, 0) + 1
+        beyond += edge * edge - rows * columns if numbers[np.uint64(j * width + i)] >= np.int32(0) else 0
+    return beyond
 
 
 @kernel(parallel=True)
@@ -92,55 +146,55 @@ def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
         Out: taps of each row that lie outside the texture; they take nothing.
     """
     height, width = level.shape
-    zero = occlusion.dtype.type(0)
-    number = occlusion.dtype.type((2 * reach + 1) * (2 * reach + 1) - 1)
+    numbers, out, dtype = level.reshape(-1), occlusion.reshape(-1), occlusion.dtype.type
+    x, y, z = np.empty(level.size, places.dtype), np.empty(level.size, places.dtype), np.empty(level.size, places.dtype)
     for j in prange(height):
-        beyond = 0
+        gather(numbers, places, j * width, width, 1, x, y, z, j * width)
+    zero, number = dtype(0), dtype((2 * reach + 1) * (2 * reach + 1) - 1)
+    for row in prange(height):
+        wide_vectors()
+        j = np.int64(row)
+        nx, ny, nz = np.empty(width, places.dtype), np.empty(width, places.dtype), np.empty(width, places.dtype)
+        total = np.zeros(width, places.dtype)
+        gather(numbers, facing, j * width, width, 1, nx, ny, nz, 0)
+        left, right = level_span(numbers, j * width, width)
+        for line in range(max(j - reach, 0), min(j + reach, height - 1) + 1):
+            for shift in range(-reach, reach + 1):
+                first, last = max(left, -shift), min(right, width - shift)
+                here, tap = j * width + first, line * width + first + shift
+                for i in range(last - first):
+                    p, q, place = np.uint64(here + i), np.uint64(tap + i), np.uint64(first + i)
+                    total[place] += obscured(
+                        x[q] - x[p], y[q] - y[p], z[q] - z[p], nx[place], ny[place], nz[place], squared
+                    )  # fmt: skip
         for i in range(width):
-            occlusion[j, i] = zero
-            at = level[j, i]
-            if at < 0:
-                continue
-            px, py, pz = places[at, 0], places[at, 1], places[at, 2]
-            nx, ny, nz = facing[at, 0], facing[at, 1], facing[at, 2]
-            total = zero
-            for y in range(j - reach, j + reach + 1):
-                for x in range(i - reach, i + reach + 1):
-                    if not (0 <= y < height and 0 <= x < width):
-                        beyond += 1
-                        continue
-                    tap = level[y, x]
-                    if tap >= 0 and tap != at:
-                        total += obscured(
-                            places[tap, 0] - px, places[tap, 1] - py, places[tap, 2] - pz, nx, ny, nz, squared
-                        )  # fmt: skip
-            occlusion[j, i] = total / number
-        outside[j] = beyond
+            there = numbers[np.uint64(j * width + i)] >= np.int32(0)
+            out[np.uint64(j * width + i)] = total[i] / number if there else zero
+        outside[j] = taps_beyond(numbers, j, width, height, reach)
 
 
 @kernel(inline=True)
-def _weight(places, facing, p, q, radius):
-    """How much coarse texel q counts for fine texel p: by normals ((1 + n.m) / 2)^8, by depth (R / (R + s))^16.
+def upsampling_weight(vx, vy, vz, nx, ny, nz, mx, my, mz, radius):
+    """How much a coarse texel counts for a fine one: by normals ((1 + n.m) / 2)^8, by depth (R / (R + s))^16.
 
-    s is the distance of q from p's tangent plane. The powers are squarings.
+    v: the coarse texel's point less the fine one's; n and m: normals of the fine one and of the coarse one; s: the
+    distance of the coarse one from the fine one's tangent plane. The powers are squarings. 0 where there is no texel.
     """
-    one = radius - radius + places.dtype.type(1)
-    half = places.dtype.type(0.5)
-    s = (places[q, 0] - places[p, 0]) * facing[p, 0] + (places[q, 1] - places[p, 1]) * facing[p, 1]
-    s = abs(s + (places[q, 2] - places[p, 2]) * facing[p, 2])
-    a = (facing[p, 0] * facing[q, 0] + facing[p, 1] * facing[q, 1]) + facing[p, 2] * facing[q, 2]
-    a = half * (one + a)
+    zero, one, half, infinity = type(vx)(0), type(vx)(1), type(vx)(0.5), type(vx)(np.inf)
+    s = abs((vx * nx + vy * ny) + vz * nz)
+    a = half * (one + ((nx * mx + ny * my) + nz * mz))
     a = a * a
     a = a * a
     a = a * a
     sum_ = radius + s
-    b = radius / sum_ if (sum_ > 0) & (sum_ < np.inf) else one - one
+    b = radius / sum_
+    b = b if (sum_ > zero) & (sum_ < infinity) else zero
     b = b * b
     b = b * b
     b = b * b
     b = b * b
     w = a * b
-    return w if w < np.inf else one - one
+    return w if w < infinity else zero  # NaN is not
 
 
 @kernel(parallel=True)
@@ -159,30 +213,58 @@ def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, 
         Maximum and sum over the coarser levels.
     most, total : (h, w)
         In: the fine level's own occlusion, in both. Out: the maximum with, and the sum with, what comes from the four
-        coarse texels around, each weighed by 9, 3, 3 or 1 and by ``_weight``, over the sum of the weights; 0 from
-        there where that is 0.
+        coarse texels around, each weighed by 9, 3, 3 or 1 and by ``upsampling_weight``, over the sum of the weights; 0
+        from there where that is 0.
     """
-    zero = most.dtype.type(0)
-    for j in prange(fine.shape[0]):
-        for i in range(fine.shape[1]):
-            p = fine[j, i]
-            if p < 0:
-                continue
-            weights, high, mean = zero, zero, zero
+    height, width = fine.shape
+    high, wide = coarse.shape
+    dtype, kind = most.dtype.type, most.dtype
+    numbers, coarser, largest, sums = fine.reshape(-1), coarse.reshape(-1), most.reshape(-1), total.reshape(-1)
+    carried_most, carried_sum = coarse_most.reshape(-1), coarse_sum.reshape(-1)
+    qx, qy, qz = np.empty(coarse.size, kind), np.empty(coarse.size, kind), np.empty(coarse.size, kind)
+    mx, my, mz = np.empty(coarse.size, kind), np.empty(coarse.size, kind), np.empty(coarse.size, kind)
+    for j in prange(high):
+        gather(coarser, places, j * wide, wide, 1, qx, qy, qz, j * wide)
+        gather(coarser, facing, j * wide, wide, 1, mx, my, mz, j * wide)
+    zero = dtype(0)
+    for line in prange(height):
+        wide_vectors()
+        j = np.int64(line)
+        px, py, pz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+        nx, ny, nz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+        weights, peak, mean = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+        left, right = level_span(numbers, j * width, width)
+        for odd in range(2):  # columns: those of one parity have their coarse neighbours on the same side
+            skipped = left // 2
+            start, n = j * width + odd + 2 * skipped, max((right - odd + 1) // 2 - skipped, 0)
+            gather(numbers, places, start, n, 2, px, py, pz, 0)
+            gather(numbers, facing, start, n, 2, nx, ny, nz, 0)
+            for i in range(n):
+                weights[i], peak[i], mean[i] = zero, zero, zero
             for k in range(4):
                 # Row k // 2 = 0 is the texel's own coarse row, 1 the next on the side that the texel lies on.
-                y = j // 2 + (k // 2) * (2 * (j % 2) - 1)
-                x = i // 2 + (k % 2) * (2 * (i % 2) - 1)
-                if not (0 <= y < coarse.shape[0] and 0 <= x < coarse.shape[1]) or coarse[y, x] < 0:
+                row = j // 2 + (k // 2) * (2 * (j % 2) - 1)
+                shift = (k % 2) * (2 * odd - 1)
+                if not 0 <= row < high:
                     continue
-                share = most.dtype.type((3 - 2 * (k // 2)) * (3 - 2 * (k % 2)))
-                w = share * _weight(places, facing, p, coarse[y, x], radius)
-                weights += w
-                high += w * coarse_most[y, x]
-                mean += w * coarse_sum[y, x]
-            if weights > zero:
-                most[j, i] = max(most[j, i], high / weights)
-                total[j, i] = total[j, i] + mean / weights
+                share = dtype((3 - 2 * (k // 2)) * (3 - 2 * (k % 2)))
+                first, coarse_start = max(0, -shift - skipped), row * wide + skipped + shift
+                for i in range(min(n, wide - shift - skipped) - first):
+                    c, f = np.uint64(coarse_start + first + i), np.uint64(first + i)
+                    w = share * upsampling_weight(
+                        qx[c] - px[f], qy[c] - py[f], qz[c] - pz[f], nx[f], ny[f], nz[f], mx[c], my[c], mz[c], radius
+                    )  # fmt: skip
+                    weights[f] += w
+                    peak[f] += w * carried_most[c]
+                    mean[f] += w * carried_sum[c]
+            for i in range(n):
+                there = weights[i] > zero  # only where the fine texel sees a surface
+                peak[i], mean[i] = peak[i] / weights[i], mean[i] / weights[i]
+                peak[i], mean[i] = peak[i] if there else zero, mean[i] if there else zero
+            for i in range(n):
+                place = np.uint64(start + 2 * i)
+                largest[place] = max(largest[place], peak[i])
+                sums[place] = sums[place] + mean[i]
 
 
 @kernel(parallel=True)

@@ -69,16 +69,36 @@ def load(triples, first, n, scratch, k):
 
 
 @kernel(inline=True)
-def is_empty(depth, first, n, occlusion):
-    """Whether none of n texels from number ``first`` on sees a surface; if so their occlusion is written, 0."""
-    i = 0
-    while i < n and not depth[first + np.uint64(i)] < np.inf:
-        i += 1
-    if i < n:
-        return False
-    for k in range(n):
+def chunk_span(depth, first, n, occlusion):
+    """Of n texels, those from the first that sees a surface to the last; the occlusion of the others is written, 0.
+
+    Parameters
+    ----------
+    depth : (N,) array
+        +infinity where there is no surface.
+    first : uint64
+        Number of the first texel.
+    n : int
+        How many texels.
+    occlusion : (N,) array
+        Out.
+
+    Returns
+    -------
+    start, length : int
+        How many texels come before, a multiple of TILE, and how many there are.
+    """
+    start, end = 0, n
+    while start < n and not depth[first + np.uint64(start)] < np.inf:
+        start += 1
+    while end > start and not depth[first + np.uint64(end - 1)] < np.inf:
+        end -= 1
+    start -= start % TILE
+    for k in range(start):
         occlusion[first + np.uint64(k)] = 0
-    return True
+    for k in range(end, n):
+        occlusion[first + np.uint64(k)] = 0
+    return start, max(end - start, 0)
 
 
 @kernel(inline=True)

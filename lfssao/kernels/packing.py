@@ -9,7 +9,7 @@ G = B = 255 is kept for texels without a surface, so that the three bytes are al
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 
 
 @kernel(parallel=True)
@@ -30,19 +30,27 @@ def pack(visibility, keys, rgb):
     """Bytes of A and the key; visibility in [0, 1] and keys as of depth_keys, (H, W); rgb: (H, W, 3) uint8, out."""
     height, width = keys.shape
     dtype = keys.dtype.type
-    half, whole, steps = dtype(0.5), dtype(256), dtype(255)
+    half, whole, steps, zero = dtype(0.5), dtype(256), dtype(255), dtype(0)
+    shares, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
+    most = np.int32(255)
     for j in prange(height):
+        wide_vectors()
+        red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
         for i in range(width):
-            key = keys[j, i]
+            texel = np.uint64(j * width + i)
+            key = depths[texel]
             there = key < np.inf
-            scaled = (key if there else dtype(0)) * whole
-            high = min(np.int32(scaled), np.int32(255))
-            fraction = scaled - dtype(high)
-            low = min(np.int32(fraction * steps + half), np.int32(255))
-            low = min(low, np.int32(254)) if high == 255 else low  # 255, 255 is no surface
-            rgb[j, i, 0] = np.uint8(np.int32(visibility[j, i] * steps + half))
-            rgb[j, i, 1] = np.uint8(high) if there else np.uint8(255)
-            rgb[j, i, 2] = np.uint8(low) if there else np.uint8(255)
+            scaled = (key if there else zero) * whole
+            high = np.int32(scaled)
+            high = high if high < most else most
+            low = np.int32((scaled - dtype(high)) * steps + half)
+            last = np.int32(254) if high == most else most  # 255, 255 is no surface
+            low = low if low < last else last
+            red[i] = np.uint8(np.int32(shares[texel] * steps + half))
+            green[i], blue[i] = np.uint8(high if there else most), np.uint8(low if there else most)
+        for i in range(width):
+            place = np.uint64(3 * (j * width + i))
+            out[place], out[place + np.uint64(1)], out[place + np.uint64(2)] = red[i], green[i], blue[i]
 
 
 @kernel(parallel=True)
@@ -50,10 +58,17 @@ def unpack(rgb, visibility, keys):
     """A = R / 255 and key = (G + B / 255) / 256; key +infinity for G = B = 255. Shapes as in pack; both out."""
     height, width = keys.shape
     dtype = keys.dtype.type
-    whole, steps = dtype(1 / 256), dtype(255)
+    whole, steps, nothing = dtype(1 / 256), dtype(255), dtype(np.inf)
+    packed, shares, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
     for j in prange(height):
+        wide_vectors()
+        red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
         for i in range(width):
-            high, low = rgb[j, i, 1], rgb[j, i, 2]
+            place = np.uint64(3 * (j * width + i))
+            red[i], green[i], blue[i] = packed[place], packed[place + np.uint64(1)], packed[place + np.uint64(2)]
+        for i in range(width):
+            high, low = np.int32(green[i]), np.int32(blue[i])
             key = (dtype(high) + dtype(low) / steps) * whole
-            visibility[j, i] = dtype(rgb[j, i, 0]) / steps
-            keys[j, i] = dtype(np.inf) if (high == 255) & (low == 255) else key
+            texel = np.uint64(j * width + i)
+            shares[texel] = dtype(np.int32(red[i])) / steps
+            depths[texel] = nothing if high + low == np.int32(510) else key

@@ -16,8 +16,8 @@ from math import sqrt
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
-from lfssao.kernels.mapping import affine_row, linear_row
+from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.mapping import linear_row
 
 SEPARABLE = 0
 TABLE = 1
@@ -47,20 +47,33 @@ def rebuild_positions(z, kind, lines, table, m, positions):
     """
     height, width = z.shape
     half, nothing = m.dtype.type(0.5), m.dtype.type(np.inf)
+    depths, out = z.reshape(-1), positions.reshape(-1)
+    u_c, u_a, u_b, u_d, u_e = lines[0], lines[1], lines[2], lines[3], lines[4]
+    m0, m1, m2, m3, m4, m5 = m[0], m[1], m[2], m[3], m[4], m[5]
+    m6, m7, m8, m9, m10, m11 = m[6], m[7], m[8], m[9], m[10], m[11]
     for j in prange(height):
+        wide_vectors()
         v = m.dtype.type(j) + half
+        x, y = np.empty(width, m.dtype), np.empty(width, m.dtype)
         for i in range(width):
-            depth = z[j, i]
+            depth = depths[np.uint64(j * width + i)]
             if kind == SEPARABLE:
-                u = m.dtype.type(i) + half
-                x = line_point(lines[0], lines[1], lines[2], lines[3], lines[4], u, depth)
-                y = line_point(lines[5], lines[6], lines[7], lines[8], lines[9], v, depth)
+                x[i] = line_point(u_c, u_a, u_b, u_d, u_e, m.dtype.type(np.int32(i)) + half, depth)
+                y[i] = line_point(lines[5], lines[6], lines[7], lines[8], lines[9], v, depth)
             else:
-                texel = j * width + i
-                x = table[0, texel] + depth * table[1, texel]
-                y = table[2, texel] + depth * table[3, texel]
-            for row in range(3):
-                positions[j, i, row] = affine_row(m, row, x, y, depth) if depth < np.inf else nothing
+                texel = np.uint64(j * width + i)
+                x[i] = table[0, texel] + depth * table[1, texel]
+                y[i] = table[2, texel] + depth * table[3, texel]
+        for i in range(width):
+            depth = depths[np.uint64(j * width + i)]
+            there = depth < np.inf
+            place = np.uint64(3 * (j * width + i))
+            a = ((m0 * x[i] + m1 * y[i]) + m2 * depth) + m3
+            b = ((m4 * x[i] + m5 * y[i]) + m6 * depth) + m7
+            c = ((m8 * x[i] + m9 * y[i]) + m10 * depth) + m11
+            out[place] = a if there else nothing
+            out[place + np.uint64(1)] = b if there else nothing
+            out[place + np.uint64(2)] = c if there else nothing
 
 
 @kernel(inline=True)

@@ -356,6 +356,10 @@ def occlusion_of(visibility, z, k, occlusion):
     height, width = z.shape
     one, zero = z.dtype.type(1), z.dtype.type(0)
     for j in prange(height):
-        for i in range(width):
-            a = z.dtype.type(power(np.float64(visibility[j, i]), k))
-            occlusion[j, i] = one - a if z[j, i] < np.inf else zero
+        if k == 1.0:  # as power has it, but in vectors
+            for i in range(width):
+                occlusion[j, i] = one - visibility[j, i] if z[j, i] < np.inf else zero
+        else:
+            for i in range(width):
+                a = z.dtype.type(power(np.float64(visibility[j, i]), k))
+                occlusion[j, i] = one - a if z[j, i] < np.inf else zero

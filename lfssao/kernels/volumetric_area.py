@@ -17,7 +17,7 @@ from lfssao.kernels.neighbourhood import (
     STEEP,
     TILE,
     TOTAL,
-    is_empty,
+    chunk_span,
     place_on_disk,
     project,
     slot,
@@ -168,10 +168,11 @@ def area_occlusion(
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
             lost = 0
-            for column in range(0, width, CHUNK):
-                n, first = min(CHUNK, width - column), np.uint64(j * width + column)
-                if is_empty(surface, first, n, shares):
+            for chunk in range(0, width, CHUNK):
+                skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)
+                if n == 0:
                     continue
+                first = np.uint64(j * width + chunk + skipped)
                 start_frames(rows, right, radius, turns, np.uint64(j % TILE), surface, looks, first, n, scratch)
                 start_slopes(tangent, upright, first, n, scratch, edge_on)
                 start_points(rows, places, first, n, scratch)

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import hold_inside, last_below, texel_number
 from lfssao.kernels.neighbourhood import (
     CHUNK,
@@ -14,7 +14,7 @@ from lfssao.kernels.neighbourhood import (
     STEEP,
     TILE,
     TOTAL,
-    is_empty,
+    chunk_span,
     place_on_disk,
     project,
     slot,
@@ -78,14 +78,16 @@ def line_occlusion(
     right_edge, bottom_edge = last_below(dtype(width)), last_below(dtype(height))
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
+        wide_vectors()
         block = spread(k, blocks)
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
             lost = 0
-            for column in range(0, width, CHUNK):
-                n, first = min(CHUNK, width - column), np.uint64(j * width + column)
-                if is_empty(surface, first, n, shares):
+            for chunk in range(0, width, CHUNK):
+                skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)
+                if n == 0:
                     continue
+                first = np.uint64(j * width + chunk + skipped)
                 start_frames(rows, right, radius, turns, np.uint64(j % TILE), surface, looks, first, n, scratch)
                 start_slopes(tangent, upright, first, n, scratch, edge_on)
                 start_points(rows, places, first, n, scratch)

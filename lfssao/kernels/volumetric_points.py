@@ -3,7 +3,7 @@
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import hold_inside, last_below, linear_row, texel_number
 from lfssao.kernels.neighbourhood import (
     CHUNK,
@@ -12,7 +12,7 @@ from lfssao.kernels.neighbourhood import (
     SLOTS,
     TILE,
     TOTAL,
-    is_empty,
+    chunk_span,
     load,
     map_rows,
     project,
@@ -125,14 +125,16 @@ def point_occlusion(
     right_edge, bottom_edge = last_below(dtype(width)), last_below(dtype(height))
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
+        wide_vectors()
         block = spread(k, blocks)
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
             lost = 0
-            for column in range(0, width, CHUNK):
-                n, first = min(CHUNK, width - column), np.uint64(j * width + column)
-                if is_empty(surface, first, n, shares):
+            for chunk in range(0, width, CHUNK):
+                skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)
+                if n == 0:
                     continue
+                first = np.uint64(j * width + chunk + skipped)
                 phase = np.uint64(j % TILE)
                 start_reflections(rows, radius, mirrors, phase, tangent, upright, first, n, scratch, zero)
                 start_reach(rows, radius, thickness, looks, first, n, scratch)

@@ -205,9 +205,11 @@ def test_depths_are_cast_once_as_long_as_they_are_kept():
     cast = []
 
     class Counting:
-        def gbuffer(self, view, color):
+        bounds = caster.bounds
+
+        def gbuffer(self, view, color, window):
             cast.append(view.name)
-            return caster.gbuffer(view, color)
+            return caster.gbuffer(view, color, window=window)
 
     cache = DepthCache(Counting(), 3)
     for asked in ((0, 1), (1, 2), (0, 2), (5,), (1,)):

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from lfssao.kernels import footprints
 from lfssao.kernels.rays import DISPLAY
+from lfssao.tree import TriangleTree
 from lfssao.view import View
 from lfssao.window import Window
 
@@ -19,9 +20,7 @@ Hits = tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]
 
 def hits_by_footprint(
     view: View,
-    corners: NDArray[np.float64],
-    order: NDArray[np.int64],
-    bounds: NDArray[np.float64],
+    tree: TriangleTree,
     tries: float,
     window: Window | None = None,
     triangle: NDArray[np.int32] | None = None,
@@ -32,10 +31,8 @@ def hits_by_footprint(
     ----------
     view : View
         Where from.
-    corners, order : (F, 9) float64, (F,) int64
-        Corners of the triangles in cast space, and their numbers.
-    bounds : (2, 3) float64
-        A box around them.
+    tree : TriangleTree
+        The triangles, cast space.
     tries : float
         How many tries a texel, on average, are worth it.
     window : Window, optional
@@ -55,11 +52,11 @@ def hits_by_footprint(
     columns, rows = np.empty((window.width, 2)), np.empty((window.height, 2))
     near, far = footprints.ray_tables(view.ray_kind, view.lens, columns, rows, left, top)
     bands = -(-window.height // footprints.BAND)
-    boxes, counts = np.empty((len(corners), 4), np.int32), np.empty((_CHUNKS, bands), np.int64)
-    tests = np.empty(_CHUNKS, np.int64)
+    reaches, boxes = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
+    counts, tests = np.empty((_CHUNKS, bands), np.int64), np.empty(_CHUNKS, np.int64)
     footprints.bound_triangles(
-        view.ray_kind, view.lens, window.width, window.height, *_scales(bounds, columns, rows, far), corners, boxes,
-        counts, tests, left, top,
+        view.ray_kind, view.lens, window.width, window.height, *_scales(tree.bounds, columns, rows, far),
+        tree.vertices, tree.faces, reaches, boxes, counts, tests, left, top,
     )  # fmt: skip
     size = window.texels
     if tests.sum() > tries * size:
@@ -71,7 +68,7 @@ def hits_by_footprint(
     triangle = np.empty(size, np.int32) if triangle is None else triangle
     z, weights = np.empty(size), np.empty((size, 2))
     footprints.first_hits_by_footprint(
-        columns, rows, near, far, corners, order, boxes, members, ends[:, -1].copy(), triangle, z, weights
+        columns, rows, near, far, tree.corners, tree.order, boxes, members, ends[:, -1].copy(), triangle, z, weights
     )
     return triangle, z, weights
 

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.estimators.buffers import Buffers
 from lfssao.passes import check_radius
-from lfssao.raycast import TriangleTree
 from lfssao.scene.mesh import Mesh
+from lfssao.tree import TriangleTree
 
 WEIGHTINGS = ("cosine", "uniform")
 FALLOFFS = ("constant", "linear", "quadratic")

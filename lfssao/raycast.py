@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from lfssao import footprints
 from lfssao.errors import InputError, MissingPackageError
 from lfssao.footprints import hits_by_footprint
-from lfssao.kernels import bvh, hits, paint, rays, visibility
+from lfssao.kernels import hits, paint, rays, visibility
 from lfssao.kernels import normals as normal_kernels
 from lfssao.matrix import Matrix
-from lfssao.scene.mesh import Mesh, Paint, used_bounds
+from lfssao.scene.mesh import Mesh, Paint
+from lfssao.tree import TriangleTree
 from lfssao.view import View
 from lfssao.window import Window
 
@@ -150,7 +151,7 @@ class RayCaster:
         """Triangle, written, z and weights of each texel of a window, by the faster way; both give the same bits."""
         tree = self._tree
         tries = footprints.TRIES_A_TEXEL
-        found = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, tries, window, triangle)
+        found = hits_by_footprint(view, tree, tries, window, triangle)
         if found is not None:
             return found[1:]
         z, weights = np.empty(window.texels), np.empty((window.texels, 2))
@@ -238,35 +239,6 @@ def _embree_scene(name: str, vertices: NDArray[np.float64], faces: NDArray[np.in
     # The first run builds the BVH; it must be over before several threads share the scene.
     scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
     return scene
-
-
-class TriangleTree:
-    """The float64 tree over a mesh's triangles, in any space (``lfssao.kernels.bvh``).
-
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-        Coordinates.
-    faces : (F, 3) int32
-        Vertex numbers.
-    """
-
-    def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
-        low, high = used_bounds(vertices, faces)
-        codes = np.empty(len(faces), np.uint64)
-        bvh.morton_codes(vertices, faces, low, high - low, codes)
-        self.order = np.argsort(codes, kind="stable")
-        self.place_of = np.empty_like(self.order)
-        self.place_of[self.order] = np.arange(len(faces))
-        self.corners = np.empty((len(faces), 9))
-        bvh.gather_corners(vertices, faces, self.order, self.corners)
-        self.boxes = np.empty((2 * bvh.leaf_count(len(faces)) - 1, 6))
-        # Rounding moves a ray, seen from a corner, by a few units in the last place of the largest coordinate.
-        margin = 1e-12 * float(np.maximum(np.abs(low), np.abs(high)).max())
-        bvh.build_boxes(self.corners, margin, self.boxes)
-        # Embree sees corners and rays in float32.
-        margin = 1e-6 * float(np.maximum(np.abs(low), np.abs(high)).max())
-        self.bounds = np.stack([low - margin, high + margin])
 
 
 class _PaintTables:

@@ -25,7 +25,6 @@ from lfssao import (
     make_samples,
     passes,
     ray_cast_occlusion,
-    raycast,
 )
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint
@@ -48,6 +47,7 @@ from lfssao.kit.cases import RECIPES
 from lfssao.kit.stages import STAGES
 from lfssao.oracle import bounds
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
+from lfssao.tree import TriangleTree
 
 HEIGHT, WIDTH = 43, 85
 FACES = np.arange(90, dtype=np.int32).reshape(30, 3)
@@ -192,7 +192,7 @@ def casts():
         yield f"rays {view.ray_kind}", rays_into(view, box + away)
         size = HEIGHT * WIDTH
         number, z, weights = np.empty(size, np.int32), np.zeros(size), np.zeros((size, 2))
-        tree = raycast.TriangleTree(vertices + away, faces)
+        tree = TriangleTree(vertices + away, faces)
         yield f"tree {view.ray_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
         shape = -(-HEIGHT // visibility.TILE), -(-WIDTH // visibility.TILE)
         visibility.first_hits(
@@ -200,7 +200,7 @@ def casts():
             rng.integers(-1, len(faces), shape).astype(np.int32), number, z, weights,
         )  # fmt: skip
         assert 100 < (number >= 0).sum() < size
-        with_footprints = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, np.inf)
+        with_footprints = hits_by_footprint(view, tree, np.inf)
         assert all(
             (a[number >= 0] == b[number >= 0]).all() for a, b in zip(with_footprints, (number, z, weights), strict=True)
         )

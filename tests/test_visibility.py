@@ -10,11 +10,12 @@ import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import find_display, raycast
+from lfssao import find_display
 from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import bvh, visibility
 from lfssao.kernels import footprints as footprint_kernels
 from lfssao.kernels.triangle import edge_function, exact_difference, hit_triangle, two_product, two_sum
+from lfssao.tree import TriangleTree
 
 VIEWS = list(scenes.VIEWS)
 # Their products, and the rests of those, stay far from the ends of float64.
@@ -160,7 +161,7 @@ def test_every_triangle_is_in_one_leaf_and_in_all_boxes_above(n):
     rng = np.random.default_rng(n)
     vertices = rng.uniform(-3, 5, (3 * n, 3))
     faces = rng.permutation(3 * n).reshape(n, 3).astype(np.int32)
-    tree = raycast.TriangleTree(vertices, faces)
+    tree = TriangleTree(vertices, faces)
     leaves = bvh.leaf_count(n)
     assert leaves & (leaves - 1) == 0
     assert leaves * bvh.LEAF >= n
@@ -223,7 +224,7 @@ def check(view, vertices, faces, rng, each=False):
     And by footprints.
     """
     want = raycast_twin.first_hits(texel_rays(view), vertices[faces])
-    tree = raycast.TriangleTree(vertices, faces)
+    tree = TriangleTree(vertices, faces)
     step, shape = visibility.TILE, tiles(view)
     textures = want.triangle.reshape(view.height, view.width)
     near = rng.integers(0, step, shape) + np.mgrid[: shape[0], : shape[1]] * step
@@ -238,7 +239,7 @@ def check(view, vertices, faces, rng, each=False):
         np.testing.assert_array_equal(triangle, want.triangle)
         np.testing.assert_array_equal(bits(z), bits(want.z))
         np.testing.assert_array_equal(bits(weights), bits(want.weights))
-    triangle, z, weights = hits_by_footprint(view, tree.corners, tree.order, tree.bounds, np.inf)
+    triangle, z, weights = hits_by_footprint(view, tree, np.inf)
     seen = want.triangle >= 0
     np.testing.assert_array_equal(triangle, want.triangle)
     np.testing.assert_array_equal(bits(z[seen]), bits(want.z[seen]))
@@ -311,7 +312,7 @@ def test_equal_depths_go_to_the_lower_number():
     other = np.array([[-2.0, 2.0, 0.1], [2.0, 2.0, 0.1], [0.0, -3.0, 0.1]])
     for corners in ([one, other], [other, one], [one, one, one[::-1]]):
         vertices = np.concatenate(corners)
-        tree = raycast.TriangleTree(vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3))
+        tree = TriangleTree(vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3))
         both = check(view, vertices, np.arange(len(vertices)).reshape(-1, 3).astype(np.int32), np.random.default_rng(0))
         assert both.met.max() == len(corners)
         triangle, z, _ = first_hits(view, tree, np.full(tiles(view), len(corners) - 1))
@@ -342,7 +343,7 @@ def test_a_sheet_over_the_view_has_no_cracks(name):
         for bumpy in (0.0, 0.05, 0.8):
             rng = np.random.default_rng(seed)
             vertices, faces = scenes.sheet(view, rng, step=1 + seed % 4, bumpy=bumpy)
-            triangle, _, _ = first_hits(view, raycast.TriangleTree(vertices, faces), np.full(tiles(view), -1))
+            triangle, _, _ = first_hits(view, TriangleTree(vertices, faces), np.full(tiles(view), -1))
             assert (triangle >= 0).all()
 
 
@@ -381,7 +382,7 @@ def test_the_silhouette_of_a_ball(name, dead_centre):
         if dead_centre:  # each corner to the ray of the nearest texel, half a texel at most
             vertices = moved_to_centres(view, vertices)
             inner = 0.9 - 0.04 / radius
-        tree = raycast.TriangleTree(vertices, faces.astype(np.int32))
+        tree = TriangleTree(vertices, faces.astype(np.int32))
         triangle, _, _ = first_hits(view, tree, np.full(tiles(view), -1))
         away = middle - np.column_stack([ox, oy, np.zeros_like(ox)])
         distance = np.linalg.norm(away - (away * direction).sum(axis=1)[:, None] * direction, axis=1)
@@ -430,9 +431,11 @@ def test_near_the_singular_planes_a_triangle_may_cover_anything():
 
 
 def tries(view, corners):
-    boxes, counts, tests = np.empty((len(corners), 4), np.int32), np.empty((1, 1), np.int64), np.empty(1, np.int64)
+    vertices, faces = corners.reshape(-1, 3), np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
+    reaches, boxes = np.empty((len(vertices), 4), np.int32), np.empty((len(faces), 4), np.int32)
+    counts, tests = np.empty((1, 1), np.int64), np.empty(1, np.int64)
     footprint_kernels.bound_triangles(
-        view.ray_kind, view.lens, view.width, view.height, 9.1, 9.1, corners, boxes, counts, tests
+        view.ray_kind, view.lens, view.width, view.height, 9.1, 9.1, vertices, faces, reaches, boxes, counts, tests
     )
     return tests[0]
 
@@ -452,9 +455,8 @@ def test_the_centres_between_two_bounds(low, high, want):
 def test_footprints_are_left_to_the_tree_where_they_are_large_or_curved():
     rng = np.random.default_rng(1)
     view = scenes.VIEWS["virtual"](20, 15)
-    tree = raycast.TriangleTree(*scenes.sheet(view, rng, step=1))
-    args = tree.corners, tree.order, tree.bounds
-    assert hits_by_footprint(view, *args, 0.5) is None
-    assert hits_by_footprint(view, *args, 50.0) is not None
+    tree = TriangleTree(*scenes.sheet(view, rng, step=1))
+    assert hits_by_footprint(view, tree, 0.5) is None
+    assert hits_by_footprint(view, tree, 50.0) is not None
     curved = find_display("picoarray").with_resolution(20, 15).view(3, scenes.IDENTITY)
-    assert hits_by_footprint(curved, *args, np.inf) is None
+    assert hits_by_footprint(curved, tree, np.inf) is None

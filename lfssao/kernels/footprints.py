@@ -56,23 +56,26 @@ def centres_between(low, high, size):
 
 
 @kernel(inline=True)
-def _bounds(kind, lens, corners, p, scale_x, scale_y):
-    """Bounds in the image of triangle p: smallest and largest u, smallest and largest v; NaN where there are none."""
-    u0, u1, v0, v1 = np.inf, -np.inf, np.inf, -np.inf
-    for k in range(0, 9, 3):
-        u, v, slope_u, slope_v = image_and_slopes(kind, lens, corners[p, k], corners[p, k + 1], corners[p, k + 2])
-        if not (slope_u > 0.0 and slope_v > 0.0):
-            return np.nan, np.nan, np.nan, np.nan
-        # The millionth of a texel is for the rounding of u and v, which matters only in and near the texture.
-        margin_u, margin_v = _ULPS * scale_x / slope_u + 1e-6, _ULPS * scale_y / slope_v + 1e-6
-        u0, u1 = min(u0, u - margin_u), max(u1, u + margin_u)
-        v0, v1 = min(v0, v - margin_v), max(v1, v + margin_v)
-    return u0, u1, v0, v1
+def _reach(kind, lens, x, y, z, width, height, scale_x, scale_y, left, top):
+    """Columns and rows, first and last, of the centres not farther from a corner's image than rounding may move it."""
+    u, v, slope_u, slope_v = image_and_slopes(kind, lens, x, y, z)
+    if not (slope_u > 0.0 and slope_v > 0.0):
+        u, v = np.nan, np.nan  # anywhere
+    # The millionth of a texel is for the rounding of u and v, which matters only in and near the texture.
+    margin_u, margin_v = _ULPS * scale_x / slope_u + 1e-6, _ULPS * scale_y / slope_v + 1e-6
+    i0, i1 = centres_between((u - margin_u) - left, (u + margin_u) - left, width)
+    j0, j1 = centres_between((v - margin_v) - top, (v + margin_v) - top, height)
+    return i0, i1, j0, j1
 
 
 @kernel(parallel=True)
-def bound_triangles(kind, lens, width, height, scale_x, scale_y, corners, boxes, counts, tests, left=0, top=0):
+def bound_triangles(
+    kind, lens, width, height, scale_x, scale_y, vertices, faces, reaches, boxes, counts, tests, left=0, top=0
+):
     """The texels that each triangle may cover, and how many triangles each band has.
+
+    Whole numbers are made of each vertex once; first ones rise with the bound that they are made of, so the first of a
+    triangle is the smallest of its corners', and the last the largest.
 
     Parameters
     ----------
@@ -82,8 +85,10 @@ def bound_triangles(kind, lens, width, height, scale_x, scale_y, corners, boxes,
         Size of the texture.
     scale_x, scale_y : float
         Upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
-    corners : (F, 9) float64
-        Corners of the triangles.
+    vertices, faces : (V, 3) float64, (F, 3) int32
+        The triangles.
+    reaches : (V, 4) int32
+        Out: first and last column, first and last row of each vertex, between which no centre need be.
     boxes : (F, 4) int32
         Out: first and last column, first and last row; the first after the last where there is no texel.
     counts : (chunks, bands) int64
@@ -93,20 +98,28 @@ def bound_triangles(kind, lens, width, height, scale_x, scale_y, corners, boxes,
     left, top : int
         The column and the row of the view that column and row 0 here are: a window of a larger texture.
     """
+    for k in prange(vertices.shape[0]):
+        reaches[k, 0], reaches[k, 1], reaches[k, 2], reaches[k, 3] = _reach(
+            kind, lens, vertices[k, 0], vertices[k, 1], vertices[k, 2], width, height, scale_x, scale_y, left, top
+        )
     chunks, bands = counts.shape
-    size = (corners.shape[0] + chunks - 1) // chunks
+    size = (faces.shape[0] + chunks - 1) // chunks
     for chunk in prange(chunks):
         for band in range(bands):
             counts[chunk, band] = 0
-        area = 0
-        for p in range(chunk * size, min((chunk + 1) * size, corners.shape[0])):
-            u0, u1, v0, v1 = _bounds(kind, lens, corners, p, scale_x, scale_y)
-            i0, i1 = centres_between(u0 - left, u1 - left, width)
-            j0, j1 = centres_between(v0 - top, v1 - top, height)
-            boxes[p, 0], boxes[p, 1], boxes[p, 2], boxes[p, 3] = i0, i1, j0, j1
+        area, first, end = 0, chunk * size, min((chunk + 1) * size, faces.shape[0])
+        # Two loops, as the first then has no branches: less time than in one.
+        for p in range(first, end):
+            a, b, c = np.uint64(faces[p, 0]), np.uint64(faces[p, 1]), np.uint64(faces[p, 2])
+            boxes[p, 0] = min(reaches[a, 0], reaches[b, 0], reaches[c, 0])
+            boxes[p, 1] = max(reaches[a, 1], reaches[b, 1], reaches[c, 1])
+            boxes[p, 2] = min(reaches[a, 2], reaches[b, 2], reaches[c, 2])
+            boxes[p, 3] = max(reaches[a, 3], reaches[b, 3], reaches[c, 3])
+        for p in range(first, end):
+            i0, i1, j0, j1 = boxes[p, 0], boxes[p, 1], boxes[p, 2], boxes[p, 3]
             if i0 <= i1 and j0 <= j1:
                 area += np.int64(i1 - i0 + 1) * np.int64(j1 - j0 + 1)
-                for band in range(j0 // BAND, j1 // BAND + 1):
+                for band in range(np.uint32(j0) // np.uint32(BAND), np.uint32(j1) // np.uint32(BAND) + 1):
                     counts[chunk, band] += 1
         tests[chunk] = area
 

@@ -21,15 +21,15 @@ from lfssao.view_plan import ViewPlan
 # When something is left out: by the plan, by a rule of the plan while it runs, or inside a kernel, plan or no plan.
 PLANNED, AT_RUN_TIME, BUILT_IN = "planned", "at run time", "built in"
 
-# Nanoseconds on one thread of a Xeon of 2.1 GHz, gallery on the virtual display (benchmarks/bench_plan.py): they tell
-# what is worth leaving out, not how long a job takes.
-_NS_A_TRIANGLE = 55.0  # its bounds in each view
-_NS_A_BACKGROUND_TEXEL = 9.0  # the G-buffer of a texel that sees nothing
-_NS_A_SAMPLE = 1.2
-_NS_A_BACKGROUND_AO = 1.4  # a radius
-_NS_A_MERGED_LAYER = 0.9  # a texel
-_NS_A_TAP = 0.35  # a texel
-_NS_SHADED = 2.2  # a texel
+# Nanoseconds of one thread's processor time, rounded from the passes' times in the scenes of benchmarks/bench_plan.py,
+# nothing left out, on one machine busy with other work. They tell what is worth leaving out, not how long a job takes:
+# a scene's texels and triangles cost up to twice as much or half, other machines have other numbers.
+_NS_A_TRIANGLE = 30.0  # its bounds in each view
+_NS_A_BACKGROUND_TEXEL = 5.0  # the G-buffer of a texel that sees nothing
+_NS_A_SAMPLE = 1.4
+_NS_A_MERGED_LAYER = 1.0  # a texel
+_NS_A_TAP = 0.42  # a texel, in both passes of the blur together
+_NS_SHADED = 2.5  # a texel
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def _behind(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
     plain = taps == 1
     blur = Cut("blur", "passes", count * (not plain), count * plain, float(plain), None, BUILT_IN,
                "sigma is 0: the blur is a copy" if plain else f"sigma is {settings.blur:g}")  # fmt: skip
-    ns = (0 if one else layers * _NS_A_MERGED_LAYER) + (0 if plain else 2 * taps * _NS_A_TAP / 2) + _NS_SHADED
+    ns = (0 if one else layers * _NS_A_MERGED_LAYER) + (0 if plain else taps * _NS_A_TAP) + _NS_SHADED
     border = Cut(
         "border", "merge, blur and shade", None, None, _share(outside, texels), outside * ns * 1e-6, AT_RUN_TIME,
         f"zeros stay zeros: they run within {taps // 2} texels of the window that holds all surface texels, if it is "

@@ -4,7 +4,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.elementary import PI, log2
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import hold_inside, last_below
 from lfssao.kernels.neighbourhood import (
     CHUNK,
@@ -38,47 +38,50 @@ _ACROSS = E1  # the image of e1' less that
 
 
 @kernel(inline=True)
-def look_up(moments, starts, pitches, level, u, v):
+def look_up(numbers, starts, pitches, level, u, v):
     """Share and moments of one level at image point (u, v), linearly between the four texels around it.
 
-    Columns first: a + f (b - a), then rows.
+    Columns first: a + f (b - a), then rows. numbers: the pyramid, flat.
     """
-    scale = 1.0 / np.float64(np.int64(1) << level)
+    scale = np.int64((np.int64(1023) - level) << np.int64(52)).view(np.float64)  # 2^-level
     x, y = np.float64(u) * scale + 0.5, np.float64(v) * scale + 0.5  # of texel centres, border included
     i, j = np.int64(x), np.int64(y)
     f, g = x - np.float64(i), y - np.float64(j)
-    upper = starts[level] + j * pitches[level] + i
-    lower = upper + pitches[level]
-    a0 = moments[upper, 0] + f * (moments[upper + 1, 0] - moments[upper, 0])
-    a1 = moments[upper, 1] + f * (moments[upper + 1, 1] - moments[upper, 1])
-    a2 = moments[upper, 2] + f * (moments[upper + 1, 2] - moments[upper, 2])
-    b0 = moments[lower, 0] + f * (moments[lower + 1, 0] - moments[lower, 0])
-    b1 = moments[lower, 1] + f * (moments[lower + 1, 1] - moments[lower, 1])
-    b2 = moments[lower, 2] + f * (moments[lower + 1, 2] - moments[lower, 2])
+    at = np.uint64(level)
+    upper = np.uint64(3 * (starts[at] + j * pitches[at] + i))
+    lower = upper + np.uint64(3 * pitches[at])
+    one, two, three, four, five = np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(4), np.uint64(5)
+    a0 = numbers[upper] + f * (numbers[upper + three] - numbers[upper])
+    a1 = numbers[upper + one] + f * (numbers[upper + four] - numbers[upper + one])
+    a2 = numbers[upper + two] + f * (numbers[upper + five] - numbers[upper + two])
+    b0 = numbers[lower] + f * (numbers[lower + three] - numbers[lower])
+    b1 = numbers[lower + one] + f * (numbers[lower + four] - numbers[lower + one])
+    b2 = numbers[lower + two] + f * (numbers[lower + five] - numbers[lower + two])
     return a0 + g * (b0 - a0), a1 + g * (b1 - a1), a2 + g * (b2 - a2)
 
 
 @kernel(inline=True)
-def depth_model(moments, starts, pitches, level, u, v):
+def depth_model(numbers, starts, pitches, level, u, v):
     """Share that sees a surface, and mean and standard deviation of its depth, float64, at a level and image point.
 
     The level is held between 0 and the coarsest; between two levels fine + part (coarse - fine). Means are moments
-    over the share; 0 where the share is.
+    over the share, and mean nothing where that is 0.
     """
-    coarsest = np.float64(starts.shape[0] - 1)
+    last = np.int64(starts.shape[0] - 1)
+    coarsest = np.float64(last)
     level = level if level > 0.0 else 0.0
     level = level if level < coarsest else coarsest
     fine = np.int64(level)
     part = level - np.float64(fine)
-    share, first, second = look_up(moments, starts, pitches, fine, u, v)
-    if part > 0.0:
-        a, b, c = look_up(moments, starts, pitches, fine + 1, u, v)
-        share, first, second = share + part * (a - share), first + part * (b - first), second + part * (c - second)
-    if not share > 0.0:
-        return 0.0, 0.0, 0.0
+    share, first, second = look_up(numbers, starts, pitches, fine, u, v)
+    a, b, c = look_up(numbers, starts, pitches, fine + np.int64(1) if fine < last else last, u, v)
+    between = part > 0.0
+    share = share + part * (a - share) if between else share
+    first = first + part * (b - first) if between else first
+    second = second + part * (c - second) if between else second
     mean = first / share
     variance = second / share - mean * mean
-    return share, mean, np.sqrt(variance) if variance > 0.0 else 0.0
+    return share, mean, np.sqrt(variance if variance > 0.0 else 0.0)
 
 
 @kernel(inline=True)
@@ -157,13 +160,14 @@ def area_occlusion(
     """
     height, width = depth.shape
     size = height * width
-    surface, shares = depth.reshape(size), occlusion.reshape(size)
+    surface, shares, numbers = depth.reshape(size), occlusion.reshape(size), moments.reshape(-1)
     places, looks, upright = positions.reshape(size, 3), directions.reshape(size, 3), normals.reshape(size, 3)
     dtype = type(radius)
     zero, one, edge_on = dtype(0), dtype(1), dtype(EDGE_ON)
     right_edge, bottom_edge = last_below(dtype(width)), last_below(dtype(height))
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
+        wide_vectors()
         block = spread(k, blocks)
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
@@ -190,24 +194,22 @@ def area_occlusion(
                         inside = (column_at == u) & (row_at == v)
                         missed[i] += np.int32(not inside)
                         steep = np.float64(scratch[slot(STEEP, i)])
-                        if not inside or np.isnan(steep):
-                            continue
                         plane = (x * scratch[slot(SLOPES, i)] + y * scratch[slot(SLOPES + 1, i)]) + scratch[
                             slot(SLOPES + 2, i)
                         ]
                         top = plane if plane < z_s else z_s
                         level = np.float64(scratch[slot(_LOD, i)]) + less
-                        share, mean, sigma = depth_model(moments, starts, pitches, level, u, v)
+                        share, mean, sigma = depth_model(numbers, starts, pitches, level, column_at, row_at)
                         middle = (mean - np.float64(scratch[slot(PLACE + 3, i)])) * steep
                         reach = (half_width * sigma) * steep
                         low = dtype(min(max(middle - reach, -FAR), FAR))
                         high = dtype(min(max(middle + reach, -FAR), FAR))
-                        if not (share > 0.0 and top > -z_s and low <= high):
-                            continue  # no surface, no line, or a depth that is not a number
                         length = hidden_by_box(low, high, -z_s, top) - hidden_by_box(
                             low + thickness, high + thickness, -z_s, top
                         )
-                        scratch[slot(TOTAL, i)] += (weight * dtype(share)) * length
+                        # No surface, no line, or a depth that is not a number count for nothing.
+                        counts = inside & (not np.isnan(steep)) & (share > 0.0) & (top > -z_s) & (low <= high)
+                        scratch[slot(TOTAL, i)] += (weight * dtype(share)) * length if counts else zero
                 for i in range(n):
                     total, seen = scratch[slot(TOTAL, i)], scratch[slot(STEEP, i)] == scratch[slot(STEEP, i)]
                     total = total if total > zero else zero

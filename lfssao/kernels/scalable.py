@@ -358,7 +358,8 @@ def occlusion_of(visibility, z, k, occlusion):
     for j in prange(height):
         if k == 1.0:  # as power has it, but in vectors
             for i in range(width):
-                occlusion[j, i] = one - visibility[j, i] if z[j, i] < np.inf else zero
+                a = one - visibility[j, i]
+                occlusion[j, i] = a if z[j, i] < np.inf else zero
         else:
             for i in range(width):
                 a = z.dtype.type(power(np.float64(visibility[j, i]), k))

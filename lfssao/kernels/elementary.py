@@ -47,14 +47,9 @@ def sincospi(x):
     c = c * a2 + 1.0 / 24.0
     c = c * a2 - 0.5
     c = c * a2 + 1.0
-    turn = quadrant & 3
-    if turn == 0:
-        return s, c
-    if turn == 1:
-        return c, -s
-    if turn == 2:
-        return -s, -c
-    return -c, s
+    odd, turn = quadrant & 1, quadrant & 3
+    sine, cosine = c if odd else s, s if odd else c  # selects, no branches: loops become vectors
+    return -sine if turn >= 2 else sine, -cosine if (turn == 1) | (turn == 2) else cosine
 
 
 @kernel

@@ -16,12 +16,12 @@ from lfssao.kernels.ssao import finish_run, transform_offsets
 
 
 @kernel(inline=True)
-def look(kind, m, wide, high, n, base, v, offset, rows, texel, z, inside):
+def look(kind, m, wide, high, n, base, v, offset, a, b, c, q, texel, z, inside):
     """Where one sample of n points lands in one texture: the sample's linear half is added to the points' rows."""
-    for row in range(4):
-        for i in range(n):
-            rows[row, i] = base[v, row, i] + offset[row]
-    project_rows(kind, m, m[12:], wide, high, n, rows, texel, z, inside)
+    for i in range(n):
+        a[i], b[i] = base[v, 0, i] + offset[0], base[v, 1, i] + offset[1]
+        c[i], q[i] = base[v, 2, i] + offset[2], base[v, 3, i] + offset[3]
+    project_rows(kind, m, m[12:], wide, high, n, a, b, c, q, texel, z, inside)
 
 
 @kernel(parallel=True)
@@ -53,7 +53,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
     """
     height, width = surface.shape
     views, samples = kinds.shape[0], offsets.shape[0]
-    visible, places = surface.reshape(height * width), positions.reshape(height * width, 3)
+    visible, places = surface.reshape(height * width), positions.reshape(3 * height * width)
     shares = occlusion.reshape(height * width)
     moves = np.empty((views, samples, 4), numbers.dtype)
     for v in range(views):
@@ -61,7 +61,8 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
     for k in prange(height):
         j = spread(k, height)
         points, base = np.empty((3, width), numbers.dtype), np.empty((views, 4, width), numbers.dtype)
-        rows, z = np.empty((4, width), numbers.dtype), np.empty(width, numbers.dtype)
+        a, b, c = np.empty(width, numbers.dtype), np.empty(width, numbers.dtype), np.empty(width, numbers.dtype)
+        q, z = np.empty(width, numbers.dtype), np.empty(width, numbers.dtype)
         texel, inside = np.empty(width, np.uint32), np.empty(width, np.bool_)
         seen, clear = np.empty(width, np.bool_), np.empty(width, np.bool_)
         count, found = np.empty(width, np.int32), np.empty(width, np.int32)
@@ -71,7 +72,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
             start, n = next_run(visible, at, end)
             for i in range(n):
                 count[i], found[i] = 0, 0
-            load_row(places, np.uint64(start), n, points)
+            load_row(places, start, n, points)
             for v in range(views):
                 affine_rows(kinds[v], numbers[v], n, points, base[v])
             for s in range(samples):
@@ -79,7 +80,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
                     seen[i], clear[i] = False, False
                 for v in range(views):
                     wide, high = numbers.dtype.type(sizes[v, 0]), numbers.dtype.type(sizes[v, 1])
-                    look(kinds[v], numbers[v], wide, high, n, base, v, moves[v, s], rows, texel, z, inside)
+                    look(kinds[v], numbers[v], wide, high, n, base, v, moves[v, s], a, b, c, q, texel, z, inside)
                     for i in range(n):
                         before = not depths[starts[v] + texel[i]] < z[i]
                         seen[i] |= inside[i]

@@ -1,19 +1,25 @@
 """Point sampling with options that LF does not have: hemisphere, range check, line 7's other form.
 
-One row of texels at a time, in two loops a sample: where the row's samples land (an arithmetic loop, a kind of mapping
-each), then what the textures hold there. The first writes texel numbers, so the options of the second need no loop for
-each kind of mapping.
+Runs of texels that see a surface, one sample at a time. A sample of the half ball is added to the points first; then it
+is looked up by the loops of Algorithms 1 and 2 where depth alone decides. The options that read the positions texture
+take two loops: where the samples land (one for each kind of mapping), then what the textures hold there. The first
+writes texel numbers, so that the second need not know the kind.
 """
 
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
-from lfssao.kernels.mapping import MATRIX, affine_row
+from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX, affine_row
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
-from lfssao.kernels.runs import surface_span
+from lfssao.kernels.runs import next_run
 from lfssao.kernels.schedule import spread
-from lfssao.kernels.ssao import transform_offsets
+from lfssao.kernels.ssao import count_crossed_slits, count_matrix, finish_run, transform_offsets
+
+# Rows that share one set of scratch arrays, and texels that are computed together: what they need fits the nearest
+# cache.
+_ROWS_A_BLOCK = 8
+_CHUNK = 256
 
 
 @kernel(inline=True)
@@ -27,33 +33,37 @@ def forward_depth(kind, m, x, y, z):
 
 
 @kernel(inline=True)
-def count_near(kind, m, depth, places, reach, forward, n, points, texel, z, inside, count):
-    """Lines 7 to 9 with the range check and line 7's other form; arguments of count_behind and share_behind."""
+def move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q):
+    """Line 5 and the affine half of line 6 of sample s for n points, turned where it is below the surface."""
+    x, y, z = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+    one, zero = type(x)(1), type(x)(0)
     for i in range(n):
-        t = texel[i]
-        x, y, w = places[t, 0], places[t, 1], places[t, 2]
-        surface = depth[t]
+        turn = -one if hemisphere & ((x * up[0, i] + y * up[1, i]) + z * up[2, i] < zero) else one
+        a[i], b[i] = rows[0, i] + turn * ends[s, 0], rows[1, i] + turn * ends[s, 1]
+        c[i], q[i] = rows[2, i] + turn * ends[s, 2], rows[3, i] + turn * ends[s, 3]
+
+
+@kernel(inline=True)
+def count_near(kind, m, depth, places, reach, forward, n, points, texel, z, inside, count, found):
+    """Lines 7 to 9 with the range check and line 7's other form; arguments of share_behind."""
+    for i in range(n):
+        t = np.uint64(3) * np.uint64(texel[i])
+        x, y, w = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
+        surface = depth[texel[i]]
         there = surface < np.inf
         surface = forward_depth(kind, m, x, y, w) if forward else surface
         dx, dy, dz = x - points[0, i], y - points[1, i], w - points[2, i]
         near = ((dx * dx + dy * dy) + dz * dz) <= reach
         count[i] += np.int32((surface < z[i]) & near & inside[i] & there)
+        found[i] += np.int32(inside[i])
 
 
-@kernel
-def finish_shares(depth, row, width, start, n, total, remap, count, missed, shares):
-    """Write a row's shares, count / total, remapped or not; return how many samples of its points were outside."""
-    zero, half, two = depth.dtype.type(0), depth.dtype.type(0.5), depth.dtype.type(2)
-    for texel in range(row, row + width):
-        shares[texel] = zero
-    outside = 0
-    for i in range(n):
-        texel = start + np.uint64(i)
-        if depth[texel] < np.inf:
-            share = depth.dtype.type(count[i]) / total
-            shares[texel] = two * max(zero, share - half) if remap else share
-            outside += missed[i]
-    return outside
+@kernel(inline=True)
+def remap_shares(shares, at, end):
+    """Map shares by 2 max(0, share - 1/2), from texel number ``at`` to before ``end``."""
+    for texel in range(np.uint64(at), np.uint64(end)):
+        above = shares[texel] - shares.dtype.type(0.5)
+        shares[texel] = shares.dtype.type(2) * max(shares.dtype.type(0), above)
 
 
 @kernel(parallel=True)
@@ -85,38 +95,44 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
         Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
     """
     height, width = depth.shape
-    surface, places = depth.reshape(height * width), positions.reshape(height * width, 3)
-    facing, shares = normals.reshape(normals.shape[0] * normals.shape[1], 3), occlusion.reshape(height * width)
+    surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
+    places, facing = positions.reshape(3 * height * width), normals.reshape(normals.size)
     module, ends, samples = m[12:].copy(), transform_offsets(offsets, kind, m), offsets.shape[0]
-    wide, high, total = m.dtype.type(width), m.dtype.type(height), m.dtype.type(samples)
-    one, zero = m.dtype.type(1), m.dtype.type(0)
-    reads = forward or reach < np.inf
-    for k in prange(height):
-        j = spread(k, height)
-        start, n = surface_span(surface, j * width, width)
-        points, up = np.empty((3, width), m.dtype), np.empty((3, width), m.dtype)
-        rows, moved = np.empty((4, width), m.dtype), np.empty((4, width), m.dtype)
-        z, turn = np.empty(width, m.dtype), np.ones(width, m.dtype)
-        texel, inside = np.empty(width, np.uint32), np.empty(width, np.bool_)
-        count, missed = np.zeros(width, np.int32), np.zeros(width, np.int32)
-        load_row(places, start, n, points)
-        if hemisphere:
-            load_row(facing, start, n, up)
-        affine_rows(kind, m, n, points, rows)
-        for s in range(samples):
-            ox, oy, oz = offsets[s, 0], offsets[s, 1], offsets[s, 2]
-            if hemisphere:
+    wide, high = m.dtype.type(width), m.dtype.type(height)
+    still = np.zeros((1, 4), m.dtype)  # samples are in a, b, c, q already
+    looks = not forward and reach == np.inf  # at depths alone
+    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    for k in prange(blocks):
+        wide_vectors()
+        block = spread(k, blocks)
+        points, up = np.empty((3, _CHUNK), m.dtype), np.zeros((3, _CHUNK), m.dtype)
+        rows, a, b = np.empty((4, _CHUNK), m.dtype), np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, m.dtype)
+        c, q = np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, m.dtype)
+        z, texel, inside = np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, np.uint32), np.empty(_CHUNK, np.bool_)
+        count, found = np.empty(_CHUNK, np.int32), np.empty(_CHUNK, np.int32)
+        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+            at, end = j * width, (j + 1) * width
+            outside[j] = 0
+            while at < end:
+                start, n = next_run(surface, at, min(at + _CHUNK, end))
+                load_row(places, start, n, points)
+                if hemisphere:
+                    load_row(facing, start, n, up)
+                affine_rows(kind, m, n, points, rows)
                 for i in range(n):
-                    turn[i] = -one if (ox * up[0, i] + oy * up[1, i]) + oz * up[2, i] < zero else one
-            for row in range(4):
-                for i in range(n):
-                    moved[row, i] = rows[row, i] + turn[i] * ends[s, row]
-            project_rows(kind, m, module, wide, high, n, moved, texel, z, inside)
-            if reads:
-                count_near(kind, m, surface, places, reach, forward, n, points, texel, z, inside, count)
-            else:
-                for i in range(n):
-                    count[i] += np.int32((surface[texel[i]] < z[i]) & inside[i])
-            for i in range(n):
-                missed[i] += np.int32(not inside[i])
-        outside[j] = finish_shares(surface, j * width, width, start, n, total, remap, count, missed, shares)
+                    count[i], found[i] = 0, 0
+                for s in range(samples):
+                    move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q)
+                    if looks and kind == CROSSED_SLITS:
+                        count_crossed_slits(m, surface, width, height, n, a, b, c, still, count, found)
+                    elif looks and kind == MATRIX:
+                        count_matrix(m, surface, width, height, n, a, b, c, q, still, count, found)
+                    else:
+                        project_rows(kind, m, module, wide, high, n, a, b, c, q, texel, z, inside)
+                        count_near(
+                            kind, m, surface, places, reach, forward, n, points, texel, z, inside, count, found
+                        )  # fmt: skip
+                outside[j] += finish_run(surface, at, start, n, samples, count, found, shares)
+                if remap:
+                    remap_shares(shares, at, start + n)
+                at = start + n

@@ -17,16 +17,20 @@ from lfssao.kernels.mapping import (
     linear_row,
     nearest_texel,
     project_crossed_slits,
+    project_matrix,
     texel_number,
 )
 
 
 @kernel(inline=True)
 def load_row(texture, start, n, row):
-    """The vectors of n texels from texel number ``start`` on, texture (H * W, 3), into row (3, >= n)."""
+    """The vectors of n texels from texel number ``start`` on, texture (3 H W,), into row (3, >= n).
+
+    One flat array, 3 t + k: so LLVM takes vectors apart with shuffles; of a second index it makes gathers.
+    """
     for i in range(n):
-        texel = start + np.uint64(i)
-        row[0, i], row[1, i], row[2, i] = texture[texel, 0], texture[texel, 1], texture[texel, 2]
+        t = np.uint64(3) * (np.uint64(start) + np.uint64(i))
+        row[0, i], row[1, i], row[2, i] = texture[t], texture[t + np.uint64(1)], texture[t + np.uint64(2)]
 
 
 @kernel(inline=True)
@@ -50,7 +54,7 @@ def linear_rows(kind, m, n, vectors, rows):
 
 
 @kernel(inline=True)
-def project_rows(kind, m, module, width, height, n, rows, texel, z, inside):
+def project_rows(kind, m, module, width, height, n, a, b, c, q, texel, z, inside):
     """Where n points land.
 
     Parameters
@@ -63,8 +67,8 @@ def project_rows(kind, m, module, width, height, n, rows, texel, z, inside):
         Size of the texture.
     n : int
         How many points.
-    rows : (4, >= n)
-        The points after the mapping's affine half.
+    a, b, c, q : (>= n,) arrays
+        The points after the mapping's affine half, an array a row of M; q is a camera's.
     texel, z, inside : (>= n,) uint32, dtype, bool
         Out: the texel (any one where the point lands outside); image z; whether it is in the texture and the domain.
     """
@@ -72,22 +76,19 @@ def project_rows(kind, m, module, width, height, n, rows, texel, z, inside):
     if kind == CROSSED_SLITS:
         z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
         for i in range(n):
-            u, v, w, _ = project_crossed_slits(
-                rows[0, i], rows[1, i], rows[2, i], z_module, z_observer, u_0, v_0
-            )  # fmt: skip
+            u, v, w, _ = project_crossed_slits(a[i], b[i], c[i], z_module, z_observer, u_0, v_0)
             column, row = hold_inside(u, last_u), hold_inside(v, last_v)
             texel[i], z[i] = texel_number(column, row, width), w
             inside[i] = (column == u) & (row == v) & (w < z_module) & (w > z_observer)
     elif kind == MATRIX:
         for i in range(n):
-            q = rows[3, i]
-            u, v = rows[0, i] / q, rows[1, i] / q
+            u, v, w, _ = project_matrix(a[i], b[i], c[i], q[i])
             column, row = hold_inside(u, last_u), hold_inside(v, last_v)
-            texel[i], z[i] = texel_number(column, row, width), rows[2, i] / q
-            inside[i] = (column == u) & (row == v) & (q > 0)
+            texel[i], z[i] = texel_number(column, row, width), w
+            inside[i] = (column == u) & (row == v) & (q[i] > 0)
     else:
         for i in range(n):
-            u, v, answer = physical_to_image(module, rows[0, i], rows[1, i], rows[2, i])
-            z[i] = rows[2, i]
+            u, v, answer = physical_to_image(module, a[i], b[i], c[i])
+            z[i] = c[i]
             there, texel[i] = nearest_texel(u, v, width, height)
             inside[i] = there & (answer == VALID)

@@ -40,17 +40,3 @@ def next_run(depth, at, end):
     while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
         at += _GROUP
     return start, min(at, end) - start
-
-
-@kernel(inline=True)
-def surface_span(depth, row, width):
-    """The texels of a row, which starts at texel number ``row``, that see a surface: first texel number and length.
-
-    Texels without a surface may lie between them.
-    """
-    first, last = 0, width
-    while first < width and not depth[row + first] < np.inf:
-        first += 1
-    while last > first and not depth[row + last - 1] < np.inf:
-        last -= 1
-    return np.uint64(row + first), last - first

@@ -226,8 +226,8 @@ print(ball.__file__, ball.algorithm3(0.0, 1.0)[0], sum(ball.algorithm3.stats.cac
     assert run(*command, env=env).split() == [home, "-1.0", "1"]
     callee = tmp_path / "lfssao" / "kernels" / "elementary.py"
     source = callee.read_text()
-    assert source.count("return -s, -c") == 1
-    callee.write_text(source.replace("return -s, -c", "return -s, -7.0"))
+    assert source.count("-cosine if") == 1
+    callee.write_text(source.replace("-cosine if", "-7.0 if"))
     assert run(*command, env=env).split() == [home, "-7.0", "0"]
 
 

@@ -1,42 +1,90 @@
-"""Alchemy AO: SAO equation 1 on points of the positions texture around each texel."""
+"""Alchemy AO: SAO equation 1 on points of the positions texture around each texel.
+
+Texels are computed by tiles, so that the surface around them, where the turned taps of neighbours land far apart, stays
+in the nearest caches. What belongs to a texel is in slots of one array (``lfssao.kernels.neighbourhood``): of arrays of
+their own LLVM would have to compare more addresses before a loop than it is willing to, and make no vectors.
+"""
 
 import numpy as np
 from numba import prange
 
+from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.elementary import sincospi
 from lfssao.kernels.frames import disk_axes
 from lfssao.kernels.jit import kernel, wide_vectors
-from lfssao.kernels.mapping import CROSSED_SLITS, project_crossed_slits, texel_number
+from lfssao.kernels.mapping import (
+    CROSSED_SLITS,
+    MATRIX,
+    affine_row,
+    linear_row,
+    nearest_texel,
+    project_crossed_slits,
+    project_matrix,
+    texel_number,
+)
+from lfssao.kernels.neighbourhood import CHUNK, slot
 from lfssao.kernels.power import power
-from lfssao.kernels.rows import affine_rows, linear_rows, load_row, project_rows
 from lfssao.kernels.runs import next_run
 from lfssao.kernels.schedule import spread
 from lfssao.kernels.spiral import hash_angle, rotated
 
-# Texels are computed by tiles, so that the surface around them, where the turned taps of neighbours land far apart,
-# stays in the nearest caches.
 _ROWS_A_BLOCK = 8
-_CHUNK = 128
+
+# Slots; of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
+_POINT = 0
+_NORMAL = 3
+_LOOK = 6  # the direction in which the texel looks
+_ROWS = 9  # of the point
+_ALONG = 13  # the linear rows of the disk's first axis, times R
+_ACROSS = 17
+_PLACE = 21  # the rows of the tap
+_SINE = 25
+_COSINE = 26
+_BIAS = 27
+_TOTAL = 28
+_SLOTS = 29
 
 
 @kernel(inline=True)
-def spread_axes(away, radius, n, first, second):
-    """The two axes, times radius, of the disks that face n texels' viewers; away: (3, >= n) their unit directions."""
+def load(texture, start, n, scratch, k):
+    """The vectors of n texels from texel number ``start`` on, texture (3 H W,), into slots k, k + 1 and k + 2."""
     for i in range(n):
-        ax, ay, az, bx, by, bz = disk_axes(away[0, i], away[1, i], away[2, i])
-        first[0, i], first[1, i], first[2, i] = radius * ax, radius * ay, radius * az
-        second[0, i], second[1, i], second[2, i] = radius * bx, radius * by, radius * bz
+        t = np.uint64(3) * (np.uint64(start) + np.uint64(i))
+        scratch[slot(k, i)] = texture[t]
+        scratch[slot(k + 1, i)] = texture[t + np.uint64(1)]
+        scratch[slot(k + 2, i)] = texture[t + np.uint64(2)]
 
 
 @kernel(inline=True)
-def move_taps(x, y, n, cosine, sine, rows, along, across, a, b, c, q):
-    """The mapping's affine half of the tap (x, y) of n points, turned at each, into a, b, c, q."""
+def start_texels(m, last, away, radius, beta, n, scratch, found):
+    """Begin n texels, whose points and directions are in their slots; last: row 3 of M is that of a camera, else 2."""
+    zero = radius - radius
     for i in range(n):
-        u, v = rotated(x, y, cosine[i], sine[i])
-        a[i] = rows[0, i] + (u * along[0, i] + v * across[0, i])
-        b[i] = rows[1, i] + (u * along[1, i] + v * across[1, i])
-        c[i] = rows[2, i] + (u * along[2, i] + v * across[2, i])
-        q[i] = rows[3, i] + (u * along[3, i] + v * across[3, i])
+        x, y, z = scratch[slot(_POINT, i)], scratch[slot(_POINT + 1, i)], scratch[slot(_POINT + 2, i)]
+        ax, ay, az, bx, by, bz = disk_axes(
+            scratch[slot(_LOOK, i)], scratch[slot(_LOOK + 1, i)], scratch[slot(_LOOK + 2, i)]
+        )
+        ax, ay, az = radius * ax, radius * ay, radius * az
+        bx, by, bz = radius * bx, radius * by, radius * bz
+        for k, row in ((0, 0), (1, 1), (2, 2), (3, last)):
+            scratch[slot(_ROWS + k, i)] = affine_row(m, row, x, y, z)
+            scratch[slot(_ALONG + k, i)] = linear_row(m, row, ax, ay, az)
+            scratch[slot(_ACROSS + k, i)] = linear_row(m, row, bx, by, bz)
+        far = ((away[0] * x + away[1] * y) + away[2] * z) + away[3]
+        scratch[slot(_BIAS, i)] = beta * max(far, zero)
+        scratch[slot(_TOTAL, i)] = zero
+        scratch[slot(_SINE, i)], scratch[slot(_COSINE, i)] = zero, type(radius)(1)
+        found[i] = 0
+
+
+@kernel(inline=True)
+def move_taps(x, y, n, scratch):
+    """The mapping's affine half of the tap (x, y) of n texels, turned at each."""
+    for i in range(n):
+        u, v = rotated(x, y, scratch[slot(_COSINE, i)], scratch[slot(_SINE, i)])
+        for k in range(4):
+            moved = u * scratch[slot(_ALONG + k, i)] + v * scratch[slot(_ACROSS + k, i)]
+            scratch[slot(_PLACE + k, i)] = scratch[slot(_ROWS + k, i)] + moved
 
 
 @kernel(inline=True)
@@ -55,41 +103,53 @@ def term(x, y, z, nx, ny, nz, bias, epsilon, surface):
 
 
 @kernel(inline=True)
-def add_crossed_slits(m, depth, places, width, height, n, points, up, bias, epsilon, a, b, c, total, found):
-    """Add the terms of one tap of n texels; found: how many of a texel's taps are in the texture, in and out."""
-    wide, high = m.dtype.type(width), m.dtype.type(height)
-    zero, nothing = m.dtype.type(0), m.dtype.type(np.inf)
-    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
-    for i in range(n):
-        u, v, z, _ = project_crossed_slits(a[i], b[i], c[i], z_module, z_observer, u_0, v_0)
-        there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
-        column, row = u if there else zero, v if there else zero
-        texel = texel_number(column, row, wide)
-        t = np.uint64(3) * np.uint64(texel)
-        x, y, w = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
-        surface = depth[texel]
-        surface = surface if there else nothing
-        x, y, w = x - points[0, i], y - points[1, i], w - points[2, i]
-        total[i] += term(x, y, w, up[0, i], up[1, i], up[2, i], bias[i], epsilon, surface)
-        found[i] += np.int32(there)
+def add_term(surface, places, texel, epsilon, i, scratch):
+    """Add the term of one tap of texel i, which lands in ``texel``, where the surface is at that depth."""
+    t = np.uint64(3) * np.uint64(texel)
+    x = places[t] - scratch[slot(_POINT, i)]
+    y = places[t + np.uint64(1)] - scratch[slot(_POINT + 1, i)]
+    z = places[t + np.uint64(2)] - scratch[slot(_POINT + 2, i)]
+    nx, ny, nz = scratch[slot(_NORMAL, i)], scratch[slot(_NORMAL + 1, i)], scratch[slot(_NORMAL + 2, i)]
+    scratch[slot(_TOTAL, i)] += term(x, y, z, nx, ny, nz, scratch[slot(_BIAS, i)], epsilon, surface)
 
 
 @kernel(inline=True)
-def add_terms(depth, places, n, points, up, bias, epsilon, texel, inside, total, found):
-    """The same of any mapping, after ``project_rows``."""
-    nothing = type(epsilon)(np.inf)
-    for i in range(n):
-        t = np.uint64(3) * np.uint64(texel[i])
-        x, y, z = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
-        surface = depth[texel[i]]
-        surface = surface if inside[i] else nothing
-        x, y, z = x - points[0, i], y - points[1, i], z - points[2, i]
-        total[i] += term(x, y, z, up[0, i], up[1, i], up[2, i], bias[i], epsilon, surface)
-        found[i] += np.int32(inside[i])
+def add_taps(kind, m, module, depth, places, wide, high, epsilon, n, scratch, found):
+    """Add the terms of one tap of n texels, in their places; found: how many are in the texture, in and out."""
+    zero, nothing = type(epsilon)(0), type(epsilon)(np.inf)
+    if kind == CROSSED_SLITS:
+        z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+        for i in range(n):
+            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+            u, v, z, _ = project_crossed_slits(a, b, c, z_module, z_observer, u_0, v_0)
+            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            column, row = u if there else zero, v if there else zero
+            texel = texel_number(column, row, wide)
+            surface = depth[texel]
+            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+            found[i] += np.int32(there)
+    elif kind == MATRIX:
+        for i in range(n):
+            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+            u, v, _, valid = project_matrix(a, b, c, scratch[slot(_PLACE + 3, i)])
+            there, texel = nearest_texel(u, v, wide, high)
+            there = there & valid
+            surface = depth[texel]
+            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+            found[i] += np.int32(there)
+    else:
+        for i in range(n):
+            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+            u, v, answer = physical_to_image(module, a, b, c)
+            there, texel = nearest_texel(u, v, wide, high)
+            there = there & (answer == VALID)
+            surface = depth[texel]
+            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+            found[i] += np.int32(there)
 
 
 @kernel
-def finish_alchemy(depth, at, start, n, taps, scale, k, total, found, occlusion):
+def finish_alchemy(depth, at, start, n, taps, scale, k, scratch, found, occlusion):
     """Write 0 from texel number ``at`` to the run's start and 1 - max(0, 1 - scale total)^k of the n in the run.
 
     Returns how many taps of the run's visible points were outside.
@@ -101,7 +161,7 @@ def finish_alchemy(depth, at, start, n, taps, scale, k, total, found, occlusion)
     for i in range(n):
         texel = np.uint64(start + i)
         there = depth[texel] < np.inf
-        a = one - scale * total[i]
+        a = one - scale * scratch[slot(_TOTAL, i)]
         a = a if a > zero else zero
         occlusion[texel] = one - depth.dtype.type(power(np.float64(a), k)) if there else zero
         outside += taps - found[i] if there else 0
@@ -157,63 +217,32 @@ def alchemy(
     height, width = depth.shape
     surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
     places, facing = positions.reshape(3 * height * width), normals.reshape(3 * height * width)
-    looking, module = directions.reshape(3 * height * width), m[12:].copy()
-    wide, high, zero, samples = m.dtype.type(width), m.dtype.type(height), m.dtype.type(0), taps.shape[0]
+    looking, module, last = directions.reshape(3 * height * width), m[12:].copy(), 3 if kind == MATRIX else 2
+    wide, high, samples = m.dtype.type(width), m.dtype.type(height), taps.shape[0]
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for block in prange(blocks):
         wide_vectors()
         top = spread(block, blocks) * _ROWS_A_BLOCK
         bottom = min(height, top + _ROWS_A_BLOCK)
-        points, up, seen = (
-            np.empty((3, _CHUNK), m.dtype),
-            np.empty((3, _CHUNK), m.dtype),
-            np.empty((3, _CHUNK), m.dtype),
-        )
-        first, second = np.empty((3, _CHUNK), m.dtype), np.empty((3, _CHUNK), m.dtype)
-        rows, along, across = (
-            np.empty((4, _CHUNK), m.dtype),
-            np.empty((4, _CHUNK), m.dtype),
-            np.empty((4, _CHUNK), m.dtype),
-        )
-        a, b, c, q = (
-            np.empty(_CHUNK, m.dtype),
-            np.empty(_CHUNK, m.dtype),
-            np.empty(_CHUNK, m.dtype),
-            np.empty(_CHUNK, m.dtype),
-        )
-        sine, cosine = np.zeros(_CHUNK, m.dtype), np.ones(_CHUNK, m.dtype)
-        z, bias, total = np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, m.dtype)
-        texel, inside, found = np.empty(_CHUNK, np.uint32), np.empty(_CHUNK, np.bool_), np.empty(_CHUNK, np.int32)
+        scratch, found = np.empty(_SLOTS * CHUNK, m.dtype), np.empty(CHUNK, np.int32)
         for j in range(top, bottom):
             outside[j] = 0
-        for column in range(0, width, _CHUNK):
+        for column in range(0, width, CHUNK):
             for j in range(top, bottom):
                 at = j * width + column
-                end = min(at + _CHUNK, (j + 1) * width)
+                end = min(at + CHUNK, (j + 1) * width)
                 while at < end:
                     start, n = next_run(surface, at, end)
-                    load_row(places, start, n, points)
-                    load_row(facing, start, n, up)
-                    load_row(looking, start, n, seen)
-                    spread_axes(seen, radius, n, first, second)
-                    affine_rows(kind, m, n, points, rows)
-                    linear_rows(kind, m, n, first, along)
-                    linear_rows(kind, m, n, second, across)
-                    for i in range(n):
-                        far = ((away[0] * points[0, i] + away[1] * points[1, i]) + away[2] * points[2, i]) + away[3]
-                        bias[i] = beta * max(far, zero)
-                        total[i], found[i] = zero, 0
+                    load(places, start, n, scratch, _POINT)
+                    load(facing, start, n, scratch, _NORMAL)
+                    load(looking, start, n, scratch, _LOOK)
+                    start_texels(m, last, away, radius, beta, n, scratch, found)
                     if turn >= 0:
                         for i in range(n):
-                            sine[i], cosine[i] = sincospi(hash_angle(start - j * width + i, j, turn))
+                            sine, cosine = sincospi(hash_angle(start - j * width + i, j, turn))
+                            scratch[slot(_SINE, i)], scratch[slot(_COSINE, i)] = sine, cosine
                     for s in range(samples):
-                        move_taps(taps[s, 0], taps[s, 1], n, cosine, sine, rows, along, across, a, b, c, q)
-                        if kind == CROSSED_SLITS:
-                            add_crossed_slits(
-                                m, surface, places, width, height, n, points, up, bias, epsilon, a, b, c, total, found
-                            )  # fmt: skip
-                        else:
-                            project_rows(kind, m, module, wide, high, n, a, b, c, q, texel, z, inside)
-                            add_terms(surface, places, n, points, up, bias, epsilon, texel, inside, total, found)
-                    outside[j] += finish_alchemy(surface, at, start, n, samples, scale, k, total, found, shares)
+                        move_taps(taps[s, 0], taps[s, 1], n, scratch)
+                        add_taps(kind, m, module, surface, places, wide, high, epsilon, n, scratch, found)
+                    outside[j] += finish_alchemy(surface, at, start, n, samples, scale, k, scratch, found, shares)
                     at = start + n

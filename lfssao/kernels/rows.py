@@ -14,7 +14,6 @@ from lfssao.kernels.mapping import (
     affine_row,
     hold_inside,
     last_below,
-    linear_row,
     nearest_texel,
     project_crossed_slits,
     project_matrix,
@@ -41,16 +40,6 @@ def affine_rows(kind, m, n, points, rows):
         rows[0, i], rows[1, i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z)
         rows[2, i] = affine_row(m, 2, x, y, z)
         rows[3, i] = affine_row(m, 3, x, y, z) if kind == MATRIX else rows[2, i]
-
-
-@kernel(inline=True)
-def linear_rows(kind, m, n, vectors, rows):
-    """The same of n vectors: the mapping's linear half."""
-    for i in range(n):
-        x, y, z = vectors[0, i], vectors[1, i], vectors[2, i]
-        rows[0, i], rows[1, i] = linear_row(m, 0, x, y, z), linear_row(m, 1, x, y, z)
-        rows[2, i] = linear_row(m, 2, x, y, z)
-        rows[3, i] = linear_row(m, 3, x, y, z) if kind == MATRIX else rows[2, i]
 
 
 @kernel(inline=True)

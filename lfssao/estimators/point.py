@@ -176,7 +176,7 @@ ENTRIES = (
     ),
     Estimator(
         name="point",
-        title="the same from the positions texture on every view, with options",
+        title="share of samples in the ball behind the surface, positions from a texture on every view",
         source="LF Algorithm 2, Mittring 2007",
         run=point,
         samples=_shell,

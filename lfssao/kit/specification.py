@@ -5,6 +5,7 @@ from importlib.resources import files
 
 import numpy as np
 
+from lfssao.estimators.registry import ESTIMATORS
 from lfssao.passes import gaussian_kernel
 from lfssao.samples.spiral import BEST_TURNS
 
@@ -18,11 +19,12 @@ def is_specified(estimator: str) -> bool:
 
 @cache
 def specification() -> str:
-    """The text of SPECIFICATION.md: the stages, then the estimators that are specified, by name."""
-    folder = files("lfssao.kit")
-    sections = [path for path in folder.iterdir() if path.name.startswith("estimator_")]
-    texts = [folder.joinpath("SPECIFICATION.md"), *sorted(sections, key=lambda path: path.name.removesuffix(".md"))]
-    whole = "\n".join(text.read_text(encoding="utf-8") for text in texts)
+    """The text of SPECIFICATION.md: the stages, then the estimators that are specified.
+
+    They stand in the order of the registry, where what others are made of comes first.
+    """
+    names = ["SPECIFICATION.md", *(f"estimator_{name}.md" for name in ESTIMATORS if is_specified(name))]
+    whole = "\n".join(files("lfssao.kit").joinpath(name).read_text(encoding="utf-8") for name in names)
     weights = "\n".join(f"    {weight!s}" for weight in gaussian_kernel(1.0).astype(np.float32))
     lines = [BEST_TURNS[k : k + _TURNS_A_LINE] for k in range(0, len(BEST_TURNS), _TURNS_A_LINE)]
     turns = "\n".join("    " + " ".join(map(str, line)) for line in lines)

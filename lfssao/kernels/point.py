@@ -3,7 +3,8 @@
 Runs of texels that see a surface, one sample at a time. A sample of the half ball is added to the points first; then it
 is looked up by the loops of Algorithms 1 and 2 where depth alone decides. The options that read the positions texture
 take two loops: where the samples land (one for each kind of mapping), then what the textures hold there. The first
-writes texel numbers, so that the second need not know the kind.
+writes texel numbers, so that the second need not know the kind. Both are in a function of their own, which is not
+inlined: beside them LLVM makes no vectors of the loops of Algorithms 1 and 2, and those take six times as long.
 """
 
 import numpy as np
@@ -43,9 +44,12 @@ def move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q):
         c[i], q[i] = rows[2, i] + turn * ends[s, 2], rows[3, i] + turn * ends[s, 3]
 
 
-@kernel(inline=True)
-def count_near(kind, m, depth, places, reach, forward, n, points, texel, z, inside, count, found):
-    """Lines 7 to 9 with the range check and line 7's other form; arguments of share_behind."""
+@kernel
+def count_near(
+    kind, m, module, depth, places, reach, forward, width, height, n, points, a, b, c, q, texel, z, inside, count, found
+):
+    """Lines 6 to 9 with the range check and line 7's other form; arguments of share_behind and project_rows."""
+    project_rows(kind, m, module, width, height, n, a, b, c, q, texel, z, inside)
     for i in range(n):
         t = np.uint64(3) * np.uint64(texel[i])
         x, y, w = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
@@ -128,9 +132,9 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
                     elif looks and kind == MATRIX:
                         count_matrix(m, surface, width, height, n, a, b, c, q, still, count, found)
                     else:
-                        project_rows(kind, m, module, wide, high, n, a, b, c, q, texel, z, inside)
                         count_near(
-                            kind, m, surface, places, reach, forward, n, points, texel, z, inside, count, found
+                            kind, m, module, surface, places, reach, forward, wide, high, n, points, a, b, c, q, texel,
+                            z, inside, count, found,
                         )  # fmt: skip
                 outside[j] += finish_run(surface, at, start, n, samples, count, found, shares)
                 if remap:

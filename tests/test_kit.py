@@ -111,8 +111,8 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(name):
     case = make_case(name)
     arrays = {**case.inputs, **case.outputs}
     assert all(array.size <= 64 * 48 * 3 for array in arrays.values())
-    for array in arrays.values():
-        assert not np.isnan(array).any()
+    for key, array in arrays.items():
+        assert key == "lines" or not np.isnan(array).any()  # a line that is none is four NaN
         if array.dtype == np.float32:  # shaders flush subnormal numbers
             assert not ((array != 0) & (np.abs(array) < np.finfo(np.float32).tiny)).any()
     assert bool(case.bounds) == (case.stage in BOUNDED)
@@ -141,7 +141,7 @@ def answers_of(name):
 @pytest.mark.parametrize(
     ("name", "singular"),
     [("behind_lens_and_observers", [1]), ("conical_beyond", [1, 2]), ("convex_missed", [2, 3]), ("folded", [4]),
-     ("algorithm2_concave", [3]), ("outside", [5])],
+     ("algorithm2_concave", [3]), ("outside", [5]), ("behind_homography", [4])],
 )  # fmt: skip
 def test_singular_cases_have_their_singularity(name, singular):
     answers = answers_of(name)

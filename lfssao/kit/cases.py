@@ -73,6 +73,10 @@ DISPLAYS = {
     "calibrated": _display(
         replace(_MODULE, homography=(32.5, 0.6, 16.2, -0.4, -31.2, 12.3, 0.02, -0.03, 1.0), k1=-0.06, k2=0.01)
     ),
+    # All nine numbers of the other sign, w = 0 at a place that samples reach, and a fold that k2 alone makes.
+    "negated": _display(
+        replace(_MODULE, homography=(-32.5, -0.6, -16.2, 0.4, 31.2, -12.3, -0.9, 0.03, -1.0), k2=-0.02)
+    ),
 }
 _DISPLAY_TITLES = {
     "crossed_slits": "flat screen, linear diffuser, texture aligned to the screen",
@@ -81,6 +85,7 @@ _DISPLAY_TITLES = {
     "concave": "concave screen, observers on an arc",
     "projector": "module turned, with a field of view",
     "calibrated": "homography and radial distortion of a calibration",
+    "negated": "homography whose ninth number is negative, distortion by k2 alone",
 }
 
 
@@ -173,6 +178,9 @@ _NEAR = _display(replace(_MODULE, z=0.42), observer_z=-0.5)
 
 # A lens outside the screen's cylinder: lines from it can pass beside it.
 _MISSED = _display(replace(_MODULE, z=1.4), screen_curvature=1.8, observer_z=-0.5)
+
+# The same with texels that look past the cylinder, along no line at all.
+_WIDE = _display(replace(_MODULE, z=1.4, field_of_view=80.0), screen_curvature=1.8, observer_z=-0.5)
 
 
 def _folding() -> Display:
@@ -353,6 +361,7 @@ def _singular() -> Iterator[Recipe]:
         ),
         ("convex_missed", "convex screen: samples that no point of it shows", _MISSED),
         ("folded", "samples beyond where the distortion folds", _folding()),
+        ("behind_homography", "samples behind the line w = 0 of a homography", DISPLAYS["negated"]),
     ):
         small = display if name == "folded" else display.with_resolution(16, 12)
         yield Recipe(name, "algorithm2", title, partial(_beyond, small))
@@ -375,6 +384,20 @@ def _pictures() -> Iterator[Recipe]:
 
 def _occlusion_ramp() -> NDArray[np.float32]:
     return (np.arange(48, dtype=np.float32) / np.float32(47)).reshape(6, 8)
+
+
+def _remap_problem() -> Problem:
+    """Depths so far before their positions that in some texels most samples are occluded, in others few."""
+    estimator = ESTIMATORS["point"]
+    tables = {"points": make_samples("latin", 8, 1)}
+    view = _module_view(_small())
+    parameters, inputs = _on_view(estimator, view, SCENE, _RADIUS, {"remap": True}, tables)
+    return parameters, {**inputs, "depth": inputs["depth"] - _noise(12, *inputs["depth"].shape) * np.float32(0.1)}
+
+
+def _remapped() -> Iterator[Recipe]:
+    yield Recipe("remapped", "estimator", "remap where more than half of the samples are behind the surface, and fewer",
+                 _remap_problem, is_specified("point"))  # fmt: skip
 
 
 def _more(estimator: Estimator, option: str, value: float) -> float:
@@ -476,6 +499,15 @@ def _lines_problem(estimator: Estimator, display: Display, changes: Mapping[str,
     return parameters, {**inputs, "lines": np.ascontiguousarray(lines.T).reshape(*inputs["depth"].shape, 4)}
 
 
+def _no_line_problem(estimator: Estimator) -> Problem:
+    """Surfaces also in texels that have no line, as no caster of rays along the lines would give them."""
+    parameters, inputs = _lines_problem(estimator, _WIDE.with_resolution(20, 15), {})
+    there = np.isnan(inputs["lines"][..., 0]) & (_noise(10, *inputs["depth"].shape) < 0.5)
+    depth = np.where(there, _noise(12, *there.shape), inputs["depth"])
+    positions = np.where(there[..., None], _noise(13, *there.shape, 3), inputs["positions"])
+    return parameters, {**inputs, "depth": depth, "positions": positions}
+
+
 def _passes() -> Iterator[Recipe]:
     """Estimators that pass over texels and their levels."""
     for name in ("sao", "sao-equation-1", "multiresolution"):
@@ -494,6 +526,7 @@ def _passes() -> Iterator[Recipe]:
             for kind in ("convex", "conical"):
                 display = DISPLAYS[kind].with_resolution(20, 15)
                 builds[kind] = partial(_lines_problem, estimator, display, {"mip": "harmonic", "log_q": 0})
+            builds["no_line"] = partial(_no_line_problem, estimator)
         for suffix, build in builds.items():
             yield Recipe(f"passes_{name}_{suffix}", "estimator", f"{estimator.title}: {suffix.replace('_', ' ')}",
                          build, specified)  # fmt: skip
@@ -501,7 +534,7 @@ def _passes() -> Iterator[Recipe]:
 
 RECIPES = {
     recipe.name: recipe
-    for family in (_numbers, _views, _singular, _pictures, _estimators, _disks, _passes)
+    for family in (_numbers, _views, _singular, _pictures, _estimators, _remapped, _disks, _passes)
     for recipe in family()
 }  # fmt: skip
 

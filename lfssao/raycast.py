@@ -133,8 +133,8 @@ class RayCaster:
         rgb = window.texture(0, (*shape, 3)) if colored else None
         directions = None if normals is None else window.texture(0, (*shape, 3))
         if window.texels:
-            z, weights = self._first_hits(view, window, triangle[rows].reshape(-1))
             seen, world_from_cast = triangle[rows].reshape(-1), np.ravel(view.world_from_cast)
+            z, weights = self._first_hits(view, window, seen)
             hits.write_surface(
                 view.ray_kind, view.lens, world_from_cast, window.width, seen, z, depth[rows].reshape(-1),
                 positions[rows].reshape(-1, 3), window.left, window.top,

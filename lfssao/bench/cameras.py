@@ -138,18 +138,10 @@ class _Steps:
         work = self._work
         screen = [work.rounded(self._input(n)) for n in point]
         way = [work.rounded(self._input(n)) for n in offset]
-        x, y, z, w = (self._affine(row, screen) for row in self.back)
+        x, y, z, w = (work.affine(row, screen) for row in self.back)
         place = [work.divide(n, w) for n in (x, y, z)]
-        a, b, c, q = (work.add(self._affine(row, place), self._linear(row, way)) for row in self.forth)
+        a, b, c, q = (work.add(work.affine(row, place), work.linear(row, way)) for row in self.forth)
         return work.divide(a, q), work.divide(b, q), work.divide(c, q), ZERO.surely(q)
-
-    def _linear(self, row: list[Tracked], p: list[Tracked]) -> Tracked:
-        work = self._work
-        x, y, z = (work.multiply(entry, coordinate) for entry, coordinate in zip(row, p, strict=False))
-        return work.add(work.add(x, y), z)
-
-    def _affine(self, row: list[Tracked], p: list[Tracked]) -> Tracked:
-        return self._work.add(self._linear(row, p), row[3])
 
 
 def _minus(a: Tracked) -> Tracked:

@@ -1,5 +1,6 @@
 """Running error analysis: each quantity of a computation as its exact value and a bound of what rounding does to it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, isqrt, log2
@@ -97,6 +98,15 @@ class Arithmetic:
             return Tracked(Fraction(0), inf)
         quotient = a.value / b.value
         return self.rounded(Tracked(quotient, (a.error + _size(quotient) * b.error) / least))
+
+    def linear(self, row: Sequence[Tracked], p: Sequence[Tracked]) -> Tracked:
+        """(row_0 x + row_1 y) + row_2 z of p = (x, y, z): what a matrix does to a direction."""
+        x, y, z = (self.multiply(entry, coordinate) for entry, coordinate in zip(row, p, strict=False))
+        return self.add(self.add(x, y), z)
+
+    def affine(self, row: Sequence[Tracked], p: Sequence[Tracked]) -> Tracked:
+        """The same + row_3: what a matrix does to a point."""
+        return self.add(self.linear(row, p), row[3])
 
     def root(self, a: Tracked) -> Tracked:
         """The square root, its value to 2^-300; of unbounded error where its operand may be 0."""

@@ -116,15 +116,7 @@ class SlitsAnalysis:
         work = self._work
         place = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in point]
         way = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in offset]
-        a, b, c = (work.add(self._affine(row, place), self._linear(row, way)) for row in self._rows)
+        a, b, c = (work.add(work.affine(row, place), work.linear(row, way)) for row in self._rows)
         u = work.add(self._middle[0], work.divide(a, work.subtract(self._slits[0], c)))
         v = work.add(self._middle[1], work.divide(b, work.subtract(self._slits[1], c)))
         return u, v, c, all_of(c.surely(self._slits[0]), self._slits[1].surely(c))
-
-    def _linear(self, row: list[Tracked], p: list[Tracked]) -> Tracked:
-        work = self._work
-        x, y, z = (work.multiply(entry, coordinate) for entry, coordinate in zip(row, p, strict=False))
-        return work.add(work.add(x, y), z)
-
-    def _affine(self, row: list[Tracked], p: list[Tracked]) -> Tracked:
-        return self._work.add(self._linear(row, p), row[3])

@@ -191,14 +191,24 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
             share * len(radii) * a_layer, PLANNED, reason)
     ]  # fmt: skip
     zero = 0.0 in radii and settings.estimator == "lf"
-    saved = (samples - 1) * zero
-    reason = "no radius is 0" if not zero else "around a point all samples of radius 0 have one outcome: one is asked"
+    once = [number for number in range(len(radii)) if first[number]]
+    decided = sum(plan.behind[number] is not None for plan in plans for number in once)
+    looked_up = count * samples * sum(first)
+    saved = decided * samples + count * (samples - 1) * zero
+    each = [plan.window.texels * sum(plan.behind[number] is not None for number in once) for plan in plans]
+    ms = (sum(each) * samples + texels * (samples - 1) * zero) * _NS_A_SAMPLE * 1e-6
+    reasons = ["around a point all samples of radius 0 have one outcome: one is asked"] * zero
+    if decided:
+        reasons.append(
+            f"{decided} times a radius' ball appears smaller than half a texel everywhere in the scene's box: its "
+            "samples read the depth of their own point, which decides them"
+        )
+    reason = "; ".join(reasons) or "no radius is 0, and no ball is known to appear smaller than half a texel everywhere"
     if settings.estimator != "lf":
         reason = f"samples of estimator {settings.estimator} are its own affair"
-    total = samples * sum(first)
     cuts.append(
-        Cut("samples", "a texel and all radii", total - saved, saved, _share(saved, total),
-            _share(saved, samples) * a_layer, PLANNED, reason)
+        Cut("samples", "of each radius and view", looked_up - saved, saved, _share(saved, looked_up), ms, PLANNED,
+            reason)
     )  # fmt: skip
     cuts.append(
         Cut("AO", "texels without a surface", None, None, None, None, BUILT_IN,

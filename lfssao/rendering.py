@@ -226,12 +226,20 @@ def _occlusions(
             out.append(passes.Occlusion(np.zeros_like(buffers.depth), 0))
         elif plan.same_as[number] < number:
             out.append(out[plan.same_as[number]])
+        elif (behind := plan.behind[number]) is not None and settings.samples is not None:
+            out.append(passes.Occlusion(_everywhere(buffers.depth, behind, len(settings.samples)), 0))
         elif plan.one_sample[number] and settings.samples is not None:
             one = _occlusion(buffers, radius, replace(settings, samples=settings.samples[:1]), neighbours)
             out.append(passes.Occlusion(one.texture, one.outside * len(settings.samples)))
         else:
             out.append(_occlusion(buffers, radius, settings, neighbours))
     return out
+
+
+def _everywhere(depth: FloatTexture, behind: int, samples: int) -> FloatTexture:
+    """Occlusion where so many of all samples lie behind every visible point; the quotient is the kernels'."""
+    share = np.float32(behind) / np.float32(samples)
+    return np.where(depth < np.inf, share, np.float32(0))
 
 
 def _merge(layers: list[FloatTexture], plan: ViewPlan) -> FloatTexture:

@@ -12,6 +12,9 @@ The rules, and why the textures are the same without what they leave out:
 - Equal radii: an estimator is a function of its arguments, so a radius that comes again is not computed again.
 - Radius 0: the offsets 0 s are all (+-0, +-0, +-0). Algorithms 1 and 2 add them to coordinates, of which only the
   sign of a zero can change, and compare: all n samples have one outcome, and n / n = 1 / 1, 0 / n = 0 / 1.
+- Radii whose ball appears smaller than half a texel everywhere: every sample reads the depth of its own point, which
+  lies behind it or before it by more than float32 can be off, so all texels have one count
+  (``lfssao.small_balls``, which proves it).
 - Merge of one radius, blur with the one weight 1: what goes in comes out.
 """
 
@@ -21,6 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.small_balls import decided_radii
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
@@ -45,6 +49,9 @@ class ViewPlan:
         For each radius the first one that gives the same texture: its own place, or an earlier one.
     one_sample : tuple of bool
         For each radius, whether one sample stands for all.
+    behind : tuple of (int or None)
+        For each radius how many samples lie behind the surface around every visible point, where that is known; none
+        of them is outside then.
     cut : bool
         False where everything runs, whether it is needed or not.
     """
@@ -53,6 +60,7 @@ class ViewPlan:
     whole: Window
     same_as: tuple[int, ...]
     one_sample: tuple[bool, ...]
+    behind: tuple[int | None, ...]
     cut: bool = True
 
     @classmethod
@@ -68,19 +76,25 @@ class ViewPlan:
         settings : Settings
             What the AO passes are run with.
         """
-        radii = settings.radii
+        radii, window = settings.radii, seen_window(view, cast_box(view.cast_from_world, bounds)).rows(view)
+        behind: tuple[int | None, ...] = (None,) * len(radii)
+        # A neighbour may still see such a sample in the open.
+        if settings.estimator == "lf" and settings.samples is not None and not settings.neighbours and window.texels:
+            decided = decided_radii(view, bounds, settings.samples)
+            behind = tuple(decided.behind if radius in decided else None for radius in radii)
         return cls(
-            window=seen_window(view, cast_box(view.cast_from_world, bounds)).rows(view),
+            window=window,
             whole=Window.whole(view),
             same_as=tuple(radii.index(radius) for radius in radii),
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
+            behind=behind,
         )
 
     @classmethod
     def everything(cls, view: View, settings: "Settings") -> "ViewPlan":
         """The plan that leaves out nothing."""
         whole, count = Window.whole(view), len(settings.radii)
-        return cls(whole, whole, tuple(range(count)), (False,) * count, cut=False)
+        return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False)
 
     def surface(self, seen: NDArray[np.bool_]) -> Window:
         """The window that the passes behind the ray caster run on, before the blur's reach; empty for no surface.

@@ -119,7 +119,7 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
     whole = Window.whole(view)
     if view.ray_kind == DISPLAY:
         return whole
-    scale_x, scale_y = _scales(view, box)
+    error_x, error_y = ray_errors(view, box).tolist()
     us, vs = [], []
     for x in box[:, 0].tolist():
         for y in box[:, 1].tolist():
@@ -128,7 +128,7 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
                 if place is None:
                     return whole
                 u, v, slope_u, slope_v = place
-                if not (_ULPS * scale_x < 0.5 * slope_u and _ULPS * scale_y < 0.5 * slope_v):
+                if not (error_x < 0.5 * slope_u and error_y < 0.5 * slope_v):
                     return whole
                 us.append(u)
                 vs.append(v)
@@ -154,6 +154,11 @@ def _image(view: View, x: float, y: float, z: float) -> tuple[float, float, floa
         return None
     u, v = lens[0] * (x / depth) + lens[2], lens[3] - lens[1] * (y / depth)
     return u, v, depth / abs(lens[0]), depth / abs(lens[1])
+
+
+def ray_errors(view: View, box: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far, (2,) float64, rounding may move x and y of rays and corners in a box of cast space; no DISPLAY's."""
+    return _ULPS * np.array(_scales(view, box))
 
 
 def _scales(view: View, box: NDArray[np.float64]) -> tuple[float, float]:

@@ -68,13 +68,16 @@ PLACES = {"fitted": (1, (0, 0, 0)), "corner": (4, (1, 1, 0.3)), "border": (3, (-
 def test_displays_of_every_kind(statue, name, place):
     display, guard = find_display(name).with_resolution(48, 36), 5 * (place == "corner")
     views = module_views(statue, display, None, guard, placed(statue.bounds, *PLACES[place]))
-    radii = 0.0, 0.05, 0.05, 0.2
+    radii = 0.0, 2e-4, 0.05, 0.05, 0.2
     options = Settings(radii, blur=1.4, normals="smooth" if place == "border" else None)
     caster = RayCaster(statue, views[0].cast_from_world)
     for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
         cover, plan = check(caster, view, options)
         assert (cover > 0) == (place != "beside")
-        if place == "beside" and view.ray_kind != raycast_twin.FLAT_LINEAR + 3:
+        flat = view.ray_kind == raycast_twin.FLAT_LINEAR
+        decided = 4 if flat and place != "beside" else None  # half of LF's samples lie behind
+        assert plan.behind[:2] == (None, decided)
+        if place == "beside" and flat:
             assert not plan.window.texels
 
 
@@ -82,9 +85,10 @@ def test_displays_of_every_kind(statue, name, place):
 @pytest.mark.parametrize("place", PLACES)
 def test_cameras(statue, projection, place):
     view = Camera.looking_at(placed(statue.bounds, *PLACES[place]), projection).view(48, 36, 3)
-    options = Settings((0.1, 0.0), blur=0.5 * (place != "border"))
+    options = Settings((0.1, 0.0, 1e-3), blur=0.5 * (place != "border"))
     cover, plan = check(RayCaster(statue, view.cast_from_world), view, options)
     assert (cover > 0) == (plan.window.texels > 0) == (place != "beside")
+    assert plan.behind[1:] == (None, 4 if place != "beside" else None)
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
@@ -149,7 +153,7 @@ def test_merge_blur_and_image_run_on_a_window(corner, size, sigma, full, seed):
     options, made = Settings((1.0, 2.0), blur=sigma), []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rendering, "estimate", lambda _, __, r, *___: passes.Occlusion(layers[int(r) - 1], 7))
-        for plan in (ViewPlan(Window.whole(view), Window.whole(view), (0, 1), (False,) * 2),
+        for plan in (ViewPlan(Window.whole(view), Window.whole(view), (0, 1), (False,) * 2, (None,) * 2),
                      ViewPlan.everything(view, options)):  # fmt: skip
             rng = np.random.default_rng(1)
             made.append(render_view(Caster(), view, options, (), plan))
@@ -303,7 +307,7 @@ def test_a_plan_takes_a_renders_options_and_renders_nothing(monkeypatch, capsys)
     made = json.loads(capsys.readouterr().out)
     cuts = {cut["what"]: cut for cut in made["cuts"]}
     assert cuts["radii"]["left_out"] == 2
-    assert cuts["samples"]["left_out"] == 7
+    assert cuts["samples"]["left_out"] == 2 * 7
     assert cuts["rays"]["run"] + cuts["rays"]["left_out"] == 2 * 48 * 36
     assert cuts["rays"]["run"] == sum(Window(*view["window"]).texels for view in made["views"])
     assert [view["name"] for view in made["views"]] == ["module_002", "module_003"]

@@ -58,24 +58,6 @@ def test_flat_and_convex_surfaces_are_open_at_every_resolution(sight, surface):
     assert estimate("multiresolution", seen, 0.3).texture.max() < 1e-12
 
 
-def test_the_limit_of_one_level_is_the_mean_over_a_square():
-    """By the midpoint rule; within 0.01: a texel is 1/24 of the square's edge."""
-    seen = scenes.buffers("concave crease", scenes.SIGHTS["orthographic"](96, 72))
-    reach, radius = 12, 0.2
-    made = estimate("multiresolution", seen, radius, levels=1, kernel=reach).texture
-    a = (reach + 0.5) * 0.75 / 72
-    u = a * (2 * (np.arange(600) + 0.5) / 600 - 1)
-    for x in (-0.02, -0.05, -0.1, 0.07):
-        j, i, at = scenes.nearest(seen, x)
-        qx, y = np.meshgrid(at[0] + u, u)
-        v = np.stack([qx - at[0], y, np.abs(qx) - at[2]], -1)
-        t = np.linalg.norm(v, axis=-1)
-        mean = np.mean(np.maximum(1 - (t / radius) ** 2, 0) * np.maximum(v @ seen.normals[j, i], 0) / t)
-        assert mean > 0.02 or x == -0.1
-        # Alone, the level is its own maximum and average: 1 - (1 - mean)^2.
-        assert abs(made[j, i] - (1 - (1 - mean) ** 2)) < 0.01
-
-
 def test_coarser_levels_see_farther():
     """A wall that the square of the finest level does not reach."""
     seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](64, 48))

@@ -427,48 +427,6 @@ def test_a_plane_is_open(name, sight, dtype):
         assert not made.texture.any()
 
 
-def crease_limit(a, falloff, strength, beta, epsilon, depth=0.0, steps=400):
-    """The integral of the estimator's docstring by the midpoint rule; equation 1 has beta times ``depth``."""
-    alpha = ((np.arange(steps) + 0.5) / steps)[:, None]
-    t = (np.arange(2 * steps) + 0.5) * np.pi / steps
-    beyond = alpha * np.cos(t) > a
-    square = alpha**2 + (2 * a - alpha * np.cos(t)) ** 2
-    above = np.maximum(np.sqrt(2) * (alpha * np.cos(t) - a) - (beta if falloff else beta * depth), 0)
-    share = np.maximum(1 - square, 0) ** 3 if falloff else 1.0
-    return min(1.0, strength * float(np.where(beyond, share * above / (square + epsilon), 0).mean()))
-
-
-@pytest.mark.parametrize("name", ["sao", "sao-equation-1"])
-@pytest.mark.parametrize("surface", ["concave crease", "convex crease"])
-def test_a_crease_tends_to_its_integral(name, surface):
-    """400 taps on 320 texels a unit: what is left is the texels' size, half of one in a tap's place."""
-    radius = 0.25
-    view = scenes.Camera("orthographic", (0, 0, 2), (0, 0, 0), (0, 1, 0), 200 / 320, 1.0, 3.0).view(320, 200)
-    u, _ = scenes.texel_centres(320, 200)
-    x = (u - 160) / 320
-    height = np.abs(x) if surface == "concave crease" else -np.abs(x)
-    depth = (2 - height - 1) / 2
-    buffers = Buffers(view, depth, np.zeros((*depth.shape, 3)))
-    falloff = name == "sao"
-    strength = {"intensity": 0.2} if falloff else {"sigma": 0.2}
-    beta = 0.01 if falloff else 1e-3
-    made = estimate(
-        name, buffers, radius, taps=400, turns=97, mip="none", quad_edge=0.0, gauss=0.0, beta=beta, epsilon=0.01,
-        **strength,
-    ).texture  # fmt: skip
-    for a in (0.1, 0.3, 0.6, 0.9):
-        column = int(160 + a * radius * 320)
-        true_a = (column + 0.5 - 160) / 320 / radius
-        got = made[80:120, column].mean()
-        distance = (2 - abs(x[0, column]) * (1 if surface == "concave crease" else -1)) / radius
-        want = crease_limit(true_a, falloff, 5 * 0.2 if falloff else 2 * 0.2, beta, 0.01, distance)
-        if surface == "convex crease":
-            want = 0.0
-        assert got == pytest.approx(want, abs=0.008), a
-    if surface == "concave crease":
-        assert crease_limit(0.1, falloff, 1.0 if falloff else 0.4, beta, 0.01, 8.0) > 0.1
-
-
 # What the paper says of its filters
 
 

@@ -262,32 +262,6 @@ def filled_ball(n):
     return np.concatenate([d, -d])
 
 
-def on_the_wall(name, radius, distances):
-    """Orthographic buffers of a crease, and the texels at those distances (in R) from it on the wall to the right."""
-    seen = scenes.buffers(name, scenes.SIGHTS["orthographic"](240, 60), np.float64)
-    return seen, [scenes.nearest(seen, a * radius * sqrt(0.5))[:2] for a in distances]
-
-
-DISTANCES = (0.0, 0.25, 0.5, 0.75, 1.1)
-
-
-@pytest.mark.parametrize("name", ["vo-points", "vo-lines"])
-@pytest.mark.parametrize(("crease", "sign"), [("concave crease", 1), ("convex crease", -1)])
-def test_creases_hide_what_geometry_says(name, crease, sign):
-    """In the limit 1/2 +- c(a) / 2 of the ball; of the half ball c(a) in the concave crease, 0 at the convex one."""
-    radius = 0.12
-    seen, texels = on_the_wall(crease, radius, DISTANCES)
-    points = filled_ball(1500) if name == "vo-points" else sunflower(600)
-    ball = estimate(name, seen, radius, points).texture
-    half = estimate(f"{name}-normal", seen, radius, points).texture
-    for texel in texels:
-        a = abs(seen.positions[texel][0]) * sqrt(2) / radius  # the texel's own distance from the crease
-        beyond = cap(a) if a < 1 else 0.0
-        # A texel is 0.018 R wide on the wall; 3000 points have a standard error of 0.01.
-        assert ball[texel] == pytest.approx(0.5 + sign * beyond / 2, abs=0.03)
-        assert half[texel] == pytest.approx(beyond if sign > 0 else 0.0, abs=0.04)
-
-
 @both
 @pytest.mark.parametrize("name", ["vo-points", "vo-lines", "vo-area"])
 @pytest.mark.parametrize("sight", ["orthographic", "perspective", "crossed slits", "display"])

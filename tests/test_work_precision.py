@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lfssao.bench import page, paper_tables, plans, plots, work_precision
-from lfssao.bench.advise import FORMAT, advice, pareto_front, points_of
+from lfssao.bench.advise import FORMAT, advice, load_warning, pareto_front, points_of
 from lfssao.bench.bench_scene import BenchScene
 from lfssao.bench.face_counts import LF_MILLISECONDS, measure_face_counts, spread_per_cent
 from lfssao.bench.peers import embree, registry
@@ -295,6 +295,17 @@ def test_advice_is_one_sentence(limit, sentence):
 def test_advice_needs_one_limit(limits):
     with pytest.raises(InputError, match="either"):
         advice(MADE_UP, "model", **limits)
+
+
+@pytest.mark.parametrize(("load", "said"), [(2.4, ""), (2.6, "The machine was loaded, up to 2.6: ")])
+def test_a_busy_machine_is_said(load, said):
+    """Two threads of the bench's own are no load."""
+    busy = {"points": [], "load_average": load}
+    setup = {**MADE_UP["setup"], "machine": {"threads": 2, "processor": "one"}}
+    result = {**MADE_UP, "setup": setup, "estimators": {**MADE_UP["estimators"], "busy": busy}}
+    assert load_warning(result).startswith(said)
+    assert bool(load_warning(result)) == bool(said)
+    assert (said or "compiled.\n") in page.as_text(result)
 
 
 def test_spread():

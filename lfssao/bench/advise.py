@@ -37,6 +37,15 @@ def points_of(result: dict[str, Any]) -> list[Point]:
     return [point for name in result["estimators"] for point in result["estimators"][name]["points"]]
 
 
+def load_warning(result: dict[str, Any]) -> str:
+    """A sentence if other work kept the machine busy during a run, so that its times are too long; else nothing."""
+    parts = [part for part in result["estimators"].values() if "load_average" in part]
+    load = max((part["load_average"] for part in parts), default=0.0)
+    if load <= result["setup"]["machine"]["threads"] + 0.5:
+        return ""
+    return f"The machine was loaded, up to {load:.1f}: times are no good."
+
+
 def usable(points: Sequence[Point], error: str) -> list[Point]:
     """The points that have an error of a kind, and one that its reference can tell."""
     return [p for p in points if p[error] is not None and (error != "sampling" or p["reference_serves"])]

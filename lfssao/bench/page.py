@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 from typing import Any
 
-from lfssao.bench.advise import ERRORS, Point, advice, describe, pareto_front, points_of, usable
+from lfssao.bench.advise import ERRORS, Point, advice, describe, load_warning, pareto_front, points_of, usable
 from lfssao.bench.slopes import BEFORE_THE_LIMIT, THEORY, fitted_slope
 
 TITLES = {"model": "model error: against ray-cast occlusion", "sampling": "sampling error: against many samples"}
@@ -47,14 +47,11 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 def _about(result: dict[str, Any]) -> str:
     setup, machine = result["setup"], result["setup"]["machine"]
-    parts = [part for part in result["estimators"].values() if "load_average" in part]
-    load = max((part["load_average"] for part in parts), default=0.0)
-    loaded = f" The machine was loaded, up to {load:.1f}: times are no good." if load > machine["threads"] + 0.5 else ""
     return (
         f"{setup['scene']}, {setup['width']}x{setup['height']}, {machine['threads']} threads of "
-        f"{machine['processor']}, commit {str(setup.get('commit'))[:10]}. Times are of ao, merge and blur, compiled."
-        f"{loaded}"
-    )
+        f"{machine['processor']}, commit {str(setup.get('commit'))[:10]}. Times are of ao, merge and blur, compiled. "
+        f"{load_warning(result)}"
+    ).strip()
 
 
 def _sentences(result: dict[str, Any], points: Sequence[Point]) -> list[str]:

@@ -100,6 +100,7 @@ def _started(file: Path, fresh: dict[str, Any]) -> dict[str, Any]:
 
 
 def _advise(options: argparse.Namespace) -> None:
-    from lfssao.bench.advise import advice, read_result  # late: --help needs none of it
+    from lfssao.bench.advise import advice, load_warning, read_result  # late: --help needs none of it
 
-    print(advice(read_result(options.file), options.error, options.max_error, options.max_ms))
+    result = read_result(options.file)
+    print(f"{advice(result, options.error, options.max_error, options.max_ms)} {load_warning(result)}".rstrip())

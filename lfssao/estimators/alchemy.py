@@ -16,16 +16,22 @@ and occlusion is 1 - A. SAO has 's points distributed on a ball about C' and no 
   scene in metres should in one in millimetres.
 - Taps outside the texture and on background add 0, as does a tap that lands on C itself (0 / 0 for epsilon = 0).
 
-The limit for many taps, texels that shrink, beta = 0 and epsilon = 0, from straight above, with taps of uniform radius
-alpha and uniform angle: 0 on a plane and on a convex crease. On the floor at distance a before a step up of height h,
-the taps beyond the wall are those with alpha cos(theta) > c = a / R, v . n = h, v . v = alpha^2 R^2 + h^2:
+The limit for many taps, texels that shrink and beta = 0, of a surface z = h(x, y) seen from straight above, is the mean
+over taps of uniform radius alpha R and uniform angle theta, each at v = (alpha R cos(theta), alpha R sin(theta), rise
+of h):
 
-    1 - A = 2 sigma h / (pi R) integral_c^1 arccos(c / alpha) / (alpha^2 + h^2 / R^2) d alpha
+    1 - A = 2 sigma / (2 pi) integral_0^1 integral_0^2pi max(0, v . n) / (v . v + epsilon) dtheta dalpha
 
-(as long as it is at most 1; sigma in units of R, k = 1). On the face of a concave right-angle crease at distance d from
-the other face, the latter is seen where alpha cos(theta) > c = d / (sqrt(2) R) and lies v . n = sqrt(2) (alpha
-cos(theta) - c) R above the first, at v . v = ((alpha sin(theta))^2 + (alpha cos(theta))^2 + (alpha cos(theta) - 2 c)^2)
-R^2.
+as long as it is at most 1 (sigma in units of R, k = 1). It is 0 on a plane, on a convex crease and on top of a sphere,
+where nothing rises above the tangent plane. In units of R:
+
+- On the floor at distance a before a step up of height H, the taps beyond the wall are those with alpha cos(theta) > a,
+  v . n = H, v . v = alpha^2 + H^2: 2 sigma H / pi integral_a^1 arccos(a / alpha) / (alpha^2 + H^2 + epsilon) dalpha.
+- On the face of a concave right-angle crease at distance a from it, measured across the view along its bisector, the
+  other face is seen where alpha cos(theta) > a and lies v . n = sqrt(2) (alpha cos(theta) - a) above the first, at
+  v . v = alpha^2 + (2 a - alpha cos(theta))^2.
+- On the floor beside a sphere of radius s, taps less than s from below its middle rise to the sphere's upper half:
+  v . n = s + sqrt(s^2 - q^2), q their distance from there. The integral has no shorter form.
 """
 
 import numpy as np

@@ -4,8 +4,16 @@ Occlusion is the share of the hemisphere's directions, not weighted by the cosin
 horizon. Where the view is parallel and sees all of the surface within R it tends, for ever more directions and steps
 and without bias, to
 
-- 0 on a plane and at a convex crease;
-- 1/2 in a concave right-angle crease, with attenuation too, as the nearest step sees the whole wall rise.
+    (1 / 2 pi) integral_0^2pi integral W dM d theta
+
+M the sine of the horizon so far on the way out, which starts at the tangent plane's. That is
+
+- 0 on a plane, at a convex crease and on top of a sphere;
+- 1/2 in a concave right-angle crease, with attenuation too, as the nearest step sees the whole wall rise;
+- on the floor at a distance a before a step up of height H, in radii: (1 / pi) integral_0^b W(q) H / q d theta, with
+  q^2 = a^2 / cos(theta)^2 + H^2 and cos(b) = a / sqrt(1 - H^2), as M rises at the wall at once and nowhere else;
+  without attenuation, for an infinite R, arctan(H / a) / pi, the share of a lune;
+- beside a sphere on a plane M rises along the outline of the sphere's upper half, and there is no shorter form.
 
 At finite resolution the texels read lie beside the direction of the march, where a slanted tangent plane is higher or
 lower: on slopes a plane hides a little of itself (up to about 0.1 beside an edge), unless a bias forbids it.

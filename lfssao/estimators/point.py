@@ -15,6 +15,8 @@ step up of at least R (a half-space), at d      1/2 + C/2                    C
 anything                                        V(behind the depth texture)  share of the half shell behind it
 ==============================================  ===========================  =====================================
 
+On top of a sphere of radius s a ball of radius r <= s lies by 1/2 - 3 r / (16 s) in the sphere, a half ball not at all;
+beside a sphere on a plane, where its shadow is a solid with a flat side, the last row has no shorter form.
 C = (R^3 cap(R) - r_min^3 cap(r_min)) / (R^3 - r_min^3) is the shell's share beyond a plane at d. (The full ball lies
 half below its own surface; the wall of a crease cuts off a cap, half of it above that surface.)
 """

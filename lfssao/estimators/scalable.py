@@ -22,20 +22,24 @@ What is decided here, as the paper is written for cameras and metres:
   standard deviation of three taps. z_min, 'the farthest plane at which sharp features are desired', is the view's
   farthest surface unless given.
 
-Limits for s -> infinity, texels -> 0, before averaging and blur (``plane``, ``crease`` below) are means over the
-spiral's radius alpha in (0, 1) and, over the hashed rotations, theta in (0, 2 pi): the density of taps per area falls
-off as 1 / h. One texel's taps with a fixed number of turns tend to a mean along its spiral, not over the disk.
+Limits for s -> infinity, texels -> 0, before averaging and blur are means over the spiral's radius alpha in (0, 1) and,
+over the hashed rotations, theta in (0, 2 pi): the density of taps per area falls off as 1 / h. One texel's taps with a
+fixed number of turns tend to a mean along its spiral, not over the disk. With u = v / r of a tap, in radii, of a
+surface z = h(x, y) seen from straight above by an orthographic camera, u = (alpha cos t, alpha sin t, rise of h):
 
-- Plane: v.n = 0 for all taps, so that the terms are max(-beta, 0) = 0 and the occlusion is 0, for every beta >= 0.
-- Crease of two planes that meet at a right angle, seen along its bisector by an orthographic camera, C at a distance
-  a r from it, measured across the view: a tap at alpha r (cos t, sin t) lies on C's plane for alpha cos t <= a, where
-  its term is 0. Beyond, u = (alpha cos t, alpha sin t, 2 a - alpha cos t) with z away from the viewer, and
-  n = (1, 0, -1) / sqrt 2, so u.n = sqrt 2 (alpha cos t - a), u.u = alpha^2 + (2 a - alpha cos t)^2, and
+    occlusion = min(1, (5 intensity / (2 pi)) int_0^1 int_0^2pi max(1 - u.u, 0)^3 max(u.n - beta, 0)
+                       / (u.u + epsilon) dt d alpha)
 
-      occlusion = min(1, (5 intensity / (2 pi)) int_0^1 int_0^2pi max(1 - u.u, 0)^3 max(u.n - beta, 0)
-                         / (u.u + epsilon) dt d alpha)
+with 2 sigma / (2 pi), without the cubed factor and with beta d for beta by equation 1.
 
-  with 2 sigma / (2 pi) and without the cubed factor for equation 1. The convex crease has u.n < 0 beyond it: 0.
+- Plane, convex crease, top of a sphere: u.n <= 0 for all taps, so that the occlusion is 0, for every beta >= 0.
+- Crease of two planes that meet at a right angle, seen along its bisector, C at a distance a r from it, measured across
+  the view: a tap lies on C's plane for alpha cos t <= a, where its term is 0. Beyond, u.n = sqrt 2 (alpha cos t - a)
+  and u.u = alpha^2 + (2 a - alpha cos t)^2.
+- Floor at a distance a r before a step up of height H r: u.n = H and u.u = alpha^2 + H^2 where alpha cos t > a, an
+  angle of 2 arccos(a / alpha); else u.n = 0.
+- Floor beside a sphere of radius s that stands on it: u.n r = s + sqrt(s^2 - q^2) for taps at a distance q < s from
+  below its middle, else 0; the integral has no shorter form.
 """
 
 from functools import lru_cache

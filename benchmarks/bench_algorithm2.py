@@ -74,7 +74,7 @@ def ours(case: Case) -> Callable[[], np.ndarray]:
     ao, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
 
     def run() -> np.ndarray:
-        ssao.algorithm2(depth, positions, offsets, ssao.CROSSED_SLITS, m, ao, outside)
+        ssao.algorithm2(depth, positions, offsets, ssao.CROSSED_SLITS, m, False, ao, outside)
         return ao
 
     return run

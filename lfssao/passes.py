@@ -53,7 +53,12 @@ class Occlusion:
 
 
 def algorithm1(
-    depth: Texture, screen_to_world: Matrix, world_to_screen: Matrix, samples: Texture, radius: float
+    depth: Texture,
+    screen_to_world: Matrix,
+    world_to_screen: Matrix,
+    samples: Texture,
+    radius: float,
+    every_texel: bool = False,
 ) -> Occlusion:
     """LF Algorithm 1: occlusion of an ordinary view from its depth texture and two matrices.
 
@@ -67,6 +72,8 @@ def algorithm1(
         Offsets in the unit ball (``make_samples``).
     radius : float
         R, world units.
+    every_texel : bool
+        Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
 
     Raises
     ------
@@ -81,13 +88,18 @@ def algorithm1(
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     ssao.algorithm1(
         np.ascontiguousarray(depth), offsets, np.ascontiguousarray(np.ravel(screen_to_world), depth.dtype),
-        np.ascontiguousarray(np.ravel(world_to_screen), depth.dtype), occlusion, outside,
+        np.ascontiguousarray(np.ravel(world_to_screen), depth.dtype), every_texel, occlusion, outside,
     )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
 
 
 def algorithm2(
-    depth: Texture, positions: Texture, world_to_image: WorldToImage, samples: Texture, radius: float
+    depth: Texture,
+    positions: Texture,
+    world_to_image: WorldToImage,
+    samples: Texture,
+    radius: float,
+    every_texel: bool = False,
 ) -> Occlusion:
     """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
 
@@ -103,6 +115,8 @@ def algorithm2(
         Offsets in the unit ball (``make_samples``).
     radius : float
         R, world units.
+    every_texel : bool
+        Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
 
     Raises
     ------
@@ -116,7 +130,7 @@ def algorithm2(
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     ssao.algorithm2(
         np.ascontiguousarray(depth), np.ascontiguousarray(positions), offsets,
-        world_to_image.kind, world_to_image.as_type(depth.dtype), occlusion, outside,
+        world_to_image.kind, world_to_image.as_type(depth.dtype), every_texel, occlusion, outside,
     )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
 

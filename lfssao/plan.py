@@ -210,9 +210,10 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
         Cut("samples", "of each radius and view", looked_up - saved, saved, _share(saved, looked_up), ms, PLANNED,
             reason)
     )  # fmt: skip
+    switched = settings.estimator == "lf" and not settings.neighbours
     cuts.append(
-        Cut("AO", "texels without a surface", None, None, None, None, BUILT_IN,
-            "rows are sampled from their first surface to their last; where a view shows none, no estimator runs")
+        Cut("AO", "texels without a surface", None, None, None, None, AT_RUN_TIME if switched else BUILT_IN,
+            "rows are sampled in runs that see a surface; where a view shows none, no estimator runs")
     )  # fmt: skip
     return cuts
 

@@ -188,7 +188,8 @@ def render_view(
     surface = plan.surface(gbuffer.triangle >= 0)
     # Behind the AO everything is +0 outside of this window.
     window = plan.reached(surface, passes.blur_reach(settings.blur))
-    ao = timed("ao", lambda: _occlusions(Buffers.of(gbuffer, view), settings, neighbours, plan, surface))
+    buffers = replace(Buffers.of(gbuffer, view), every_texel=plan.every_texel)
+    ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([window.crop(a.texture) for a in ao], plan))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
     image = timed("image", lambda: _image(gbuffer, window))
@@ -269,7 +270,10 @@ def base_image(color: FloatTexture | None, surface: NDArray[np.bool_]) -> FloatT
     """What AO is multiplied into, (H, W, 3): the colour texture, or white wherever there is a surface, (H, W)."""
     if color is not None:
         return color
-    return np.repeat(surface.astype(np.float32), 3).reshape(*surface.shape, 3)
+    white = np.empty((*surface.shape, 3), np.float32)
+    for channel in range(3):
+        white[..., channel] = surface
+    return white
 
 
 def module_views(

@@ -9,6 +9,8 @@ The rules, and why the textures are the same without what they leave out:
   positive weights with +0 to +0. Taps beyond the grown window read the texel on its border, which is +0, or lies on
   the texture's own border. Beyond the blur's reach the image, +0 without a surface, is +0 (1 - 0) = +0. (Within it
   1 - AO may round below 0 and make -0 of +0; that is why the grown window is multiplied too.)
+- AO of background: a share of texels without a surface is +0 whatever their samples are. Rows are sampled in runs of
+  32 texels or more of which one sees a surface (``lfssao.kernels.runs``); of other estimators this is not switched.
 - Equal radii: an estimator is a function of its arguments, so a radius that comes again is not computed again.
 - Radius 0: the offsets 0 s are all (+-0, +-0, +-0). Algorithms 1 and 2 add them to coordinates, of which only the
   sign of a zero can change, and compare: all n samples have one outcome, and n / n = 1 / 1, 0 / n = 0 / 1.
@@ -53,7 +55,9 @@ class ViewPlan:
         For each radius how many samples lie behind the surface around every visible point, where that is known; none
         of them is outside then.
     cut : bool
-        False where everything runs, whether it is needed or not.
+        Whether what comes behind the ray caster runs on a window, or not at all where it is a copy.
+    every_texel : bool
+        Whether LF's estimator computes texels without a surface too.
     """
 
     window: Window
@@ -62,6 +66,7 @@ class ViewPlan:
     one_sample: tuple[bool, ...]
     behind: tuple[int | None, ...]
     cut: bool = True
+    every_texel: bool = False
 
     @classmethod
     def of(cls, view: View, bounds: NDArray[np.float64], settings: "Settings") -> "ViewPlan":
@@ -94,7 +99,7 @@ class ViewPlan:
     def everything(cls, view: View, settings: "Settings") -> "ViewPlan":
         """The plan that leaves out nothing."""
         whole, count = Window.whole(view), len(settings.radii)
-        return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False)
+        return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False, every_texel=True)
 
     def surface(self, seen: NDArray[np.bool_]) -> Window:
         """The window that the passes behind the ray caster run on, before the blur's reach; empty for no surface.

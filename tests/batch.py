@@ -92,7 +92,9 @@ def occlusions(dtype):
 
 def no_samples(depth, positions, m):
     occlusion, outside = np.empty_like(depth), np.empty(HEIGHT, np.int64)
-    ssao.algorithm2(depth, positions, np.empty((0, 3), depth.dtype), mapping.CROSSED_SLITS, m, occlusion, outside)
+    ssao.algorithm2(
+        depth, positions, np.empty((0, 3), depth.dtype), mapping.CROSSED_SLITS, m, False, occlusion, outside
+    )
     return occlusion
 
 

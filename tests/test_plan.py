@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lfssao import Camera, Mesh, RayCaster, Settings, builtin_scene, display_names, find_display, passes, rendering
+from lfssao.bench import savings
 from lfssao.cli import main
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.neighbours import DepthCache
@@ -175,6 +176,43 @@ def test_a_blur_of_ones_makes_negative_zeros_that_stay():
     assert (blurred > 1).any()
     assert np.signbit(passes.shade(np.zeros((48, 64, 3), np.float32), blurred)).any()
     assert view.width == 64
+
+
+def test_no_plan_computes_every_texel_and_a_plan_does_not(statue, monkeypatch):
+    asked = []
+
+    def estimate(_, buffers, *__):
+        asked.append(buffers.every_texel)
+        return passes.Occlusion(np.zeros_like(buffers.depth), 0)
+
+    monkeypatch.setattr(rendering, "estimate", estimate)
+    view = module_views(statue, find_display("virtual").with_resolution(24, 18))[0]
+    caster = RayCaster(statue, view.cast_from_world)
+    for plan in (ViewPlan.of(view, caster.bounds, Settings((1.0,))), ViewPlan.everything(view, Settings((1.0,)))):
+        render_view(caster, view, Settings((1.0,)), (), plan)
+    assert asked == [False, True]
+
+
+# The bench
+
+
+def test_savings_of_each_cut_and_a_cut_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
+    display = find_display("virtual").with_resolution(48, 36)
+    box = savings.at_a_tenth(statue, display)
+    case = savings.Case("a tenth", statue, box, Settings((0.0, 1e-3, 0.2)))
+    (made,) = savings.savings([case], display, 2)
+    assert made.same
+    assert abs(made.cover - 0.1) < 0.02
+    assert set(made.ratios) == {"plan", *savings.CUTS}
+    assert all(low <= middle <= high for low, middle, high in made.ratios.values())
+    share = rendering._everywhere
+    monkeypatch.setattr(rendering, "_everywhere", lambda depth, behind, n: share(depth, behind + 1, n))
+    monkeypatch.setattr(savings, "cases", lambda *_: [case])
+    table = tmp_path / "plan.json"
+    assert main(["bench", "plan", "--quick", "--repeats", "1", "--json", str(table)]) == 1
+    assert "BITS DIFFER" in capsys.readouterr().out
+    (scene,) = json.loads(table.read_text())["scenes"]
+    assert (scene["scene"], scene["same"]) == ("a tenth", False)
 
 
 # Windows

@@ -27,15 +27,15 @@ def unwritten(depth):
     return np.full_like(depth, 9), np.full(depth.shape[0], -9, np.int64)
 
 
-def run1(depth, offsets, back, m):
+def run1(depth, offsets, back, m, every=False):
     occlusion, outside = unwritten(depth)
-    ssao.algorithm1(depth, offsets, back, m, occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, m, every, occlusion, outside)
     return occlusion, outside
 
 
-def run2(depth, positions, offsets, kind, m):
+def run2(depth, positions, offsets, kind, m, every=False):
     occlusion, outside = unwritten(depth)
-    ssao.algorithm2(depth, positions, offsets, kind, m, occlusion, outside)
+    ssao.algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside)
     return occlusion, outside
 
 
@@ -128,8 +128,10 @@ def camera_cases(draw, dtype):
 @given(data=st.data())
 def test_both_algorithms_equal_their_twins_for_any_numbers(dtype, data):
     depth, positions, offsets, kind, m, back = data.draw(raw_cases(dtype))
-    assert_same(run2(depth, positions, offsets, kind, m), twins.algorithm2(depth, positions, offsets, kind, m))
-    assert_same(run1(depth, offsets, back, m), twins.algorithm1(depth, offsets, back, m))
+    second, first = twins.algorithm2(depth, positions, offsets, kind, m), twins.algorithm1(depth, offsets, back, m)
+    for every in (False, True):
+        assert_same(run2(depth, positions, offsets, kind, m, every), second)
+        assert_same(run1(depth, offsets, back, m, every), first)
 
 
 @both

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from lfssao.commands import bench_stability, bench_work_precision
+from lfssao.commands import bench_plan, bench_stability, bench_work_precision
 
-BENCHES = (bench_stability, bench_work_precision)
+BENCHES = (bench_plan, bench_stability, bench_work_precision)
 
 
 def add_to(commands: Any) -> None:

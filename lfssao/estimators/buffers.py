@@ -1,6 +1,6 @@
 """What every estimator reads: the textures of one view and the view's mapping."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +30,8 @@ class Buffers:
         World coordinates, +infinity where there is no surface.
     normals : (H, W, 3), same dtype, or None
         Unit normals in world space, towards the viewer, 0 where there is no surface; None where none were made.
+    every_texel : bool
+        Whether LF's estimator is to compute texels without a surface too, only to show what leaving them out saves.
 
     Raises
     ------
@@ -41,6 +43,7 @@ class Buffers:
     depth: Texture
     positions: Texture
     normals: Texture | None = None
+    every_texel: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_texture("depth", self.depth, 2)

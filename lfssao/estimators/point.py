@@ -49,8 +49,8 @@ def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray 
     view = buffers.view
     if view.screen_to_world is not None:
         matrix = view.world_to_image.numbers.reshape(4, 4)
-        return passes.algorithm1(buffers.depth, view.screen_to_world, matrix, points, radius)
-    return passes.algorithm2(buffers.depth, buffers.positions, view.world_to_image, points, radius)
+        return passes.algorithm1(buffers.depth, view.screen_to_world, matrix, points, radius, buffers.every_texel)
+    return passes.algorithm2(buffers.depth, buffers.positions, view.world_to_image, points, radius, buffers.every_texel)
 
 
 def point(

@@ -40,3 +40,11 @@ def next_run(depth, at, end):
     while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
         at += _GROUP
     return start, min(at, end) - start
+
+
+@kernel
+def run_of(depth, at, end, every):
+    """next_run, or all the texels that are left of the row where ``every`` is asked for."""
+    if every:
+        return at, end - at
+    return next_run(depth, at, end)

@@ -31,7 +31,7 @@ from lfssao.kernels.mapping import (
     project_matrix,
     texel_number,
 )
-from lfssao.kernels.runs import next_run
+from lfssao.kernels.runs import run_of
 from lfssao.kernels.schedule import spread
 
 # Rows that share one set of scratch arrays: enough that allocating them costs nothing, few enough that the rows
@@ -150,7 +150,7 @@ def finish_run(depth, at, start, n, samples, count, inside, occlusion):
 
 
 @kernel(parallel=True)
-def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
+def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
     """LF Algorithm 2, occlusion of every texel of one module.
 
     Parameters
@@ -163,6 +163,8 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
         The samples relative to the point, world units.
     kind, m : int, (16,) or (44,) same dtype
         The mapping world -> image (``lfssao.kernels.mapping``).
+    every : bool
+        Whether texels without a surface are computed too, for nothing.
     occlusion : (H, W), same dtype
         Out: occluded samples / n; 0 where there is no surface and for n = 0.
     outside : (H,) int64
@@ -184,7 +186,7 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_run(surface, at, end)
+                start, n = run_of(surface, at, end, every)
                 for i in range(n):
                     t = 3 * (start + i)  # line 1
                     x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
@@ -201,7 +203,7 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
 
 
 @kernel(parallel=True)
-def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
+def algorithm1(depth, offsets, screen_to_world, m, every, occlusion, outside):
     """LF Algorithm 1, occlusion of every texel of an ordinary view.
 
     Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,) the rows of a 4x4 matrix, in place of
@@ -221,7 +223,7 @@ def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_run(surface, at, end)
+                start, n = run_of(surface, at, end, every)
                 first = m.dtype.type(start - j * width) + half
                 for i in range(n):
                     u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.kernels.rays import DISPLAY
 from lfssao.small_balls import decided_radii
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window, surface_window
@@ -54,6 +55,8 @@ class ViewPlan:
     behind : tuple of (int or None)
         For each radius how many samples lie behind the surface around every visible point, where that is known; none
         of them is outside then.
+    unbounded : bool
+        Whether the image of a box is not known: curved screens, conical diffusers, turned and distorted modules.
     cut : bool
         Whether what comes behind the ray caster runs on a window, or not at all where it is a copy.
     every_texel : bool
@@ -65,6 +68,7 @@ class ViewPlan:
     same_as: tuple[int, ...]
     one_sample: tuple[bool, ...]
     behind: tuple[int | None, ...]
+    unbounded: bool = False
     cut: bool = True
     every_texel: bool = False
 
@@ -93,6 +97,7 @@ class ViewPlan:
             same_as=tuple(radii.index(radius) for radius in radii),
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
             behind=behind,
+            unbounded=view.ray_kind == DISPLAY,
         )
 
     @classmethod

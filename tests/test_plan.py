@@ -352,6 +352,15 @@ def test_a_plan_takes_a_renders_options_and_renders_nothing(monkeypatch, capsys)
     assert made["views"][0]["size"] == [48, 36]
 
 
+def test_a_display_without_bounds_is_told_so(statue):
+    for name, unbounded in (("picoarray", True), ("convex", True), ("sample-a", False)):
+        views = module_views(statue, find_display(name).with_resolution(48, 36), range(1))
+        made = {cut.what: cut for cut in make_plan(statue, views, Settings((1e-3,))).cuts}
+        assert ("no image of a box is known" in made["rays"].reason) == unbounded
+        assert ("curved" in made["samples"].reason) == unbounded
+        assert made["samples"].left_out == (0 if unbounded else 8)
+
+
 def test_modules_that_miss_the_scene_are_named(statue):
     display = find_display("sample-a").with_resolution(48, 36)
     views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["beside"]))

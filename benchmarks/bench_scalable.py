@@ -17,8 +17,8 @@ from PIL import Image
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate
 from lfssao.estimators import scalable
 from lfssao.estimators.texel_lines import linear_z, plane_constants, positions_of, texel_lines
+from lfssao.kernels.face_normals import face_normals
 from lfssao.kernels.linear_depth import linear_depth
-from lfssao.kernels.reconstruct import face_normals
 from lfssao.manifest import describe_machine
 from lfssao.rendering import diagonal
 

@@ -21,7 +21,7 @@ LIMITS: dict[str, str] = {
     "pyramid of moments": "24 bytes a texel and level, float64; gcc makes vectors of the moments as LLVM does",
     "vo-area": "its pyramid, which has a row of its own",
     "SAO rotations": "64-bit integers and a polynomial in float64, in vectors in neither; once for a size of textures",
-    "face normals": "NOT at a limit: no vectors in either, with a branch for each neighbour",
-    "sao": "its passes, which have rows of their own; face normals among them",
+    "face normals": "six divisions and a root a texel, in both; taking threes apart; background, which C skips",
+    "sao": "its passes, which have rows of their own",
     "vo-lines, 5, two radii": "its lines and the product, which have rows of their own",
 }

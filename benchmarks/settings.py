@@ -9,6 +9,7 @@ import numpy as np
 
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate, find_display, module_views
 from lfssao.estimators import scalable
+from lfssao.estimators.surroundings import Surroundings
 from lfssao.estimators.texel_lines import linear_z, texel_lines
 from lfssao.passes import blur, merge
 from lfssao.rendering import diagonal
@@ -106,6 +107,11 @@ def sao(views: Views, name: str = "sao", share: float = SAO_RADIUS, **parameters
     return estimate(name, views.camera, share * views.size, **parameters)
 
 
+def _sao_module(views: Views) -> Any:
+    """SAO on a display's module: positions and depth are read, not rebuilt."""
+    return estimate("sao", views.module, SAO_RADIUS * views.size)
+
+
 def _filter(mip: str, views: Views) -> Any:
     z = linear_z(views.camera)
     return scalable.z_hierarchy(z, mip, 5, texel_lines(views.camera.view, z.dtype).origin)
@@ -114,6 +120,16 @@ def _filter(mip: str, views: Views) -> Any:
 def _rotations(views: Views) -> Any:
     """SAO's rotations, which an estimate makes once for a size of textures."""
     return scalable._rotations.__wrapped__(*views.camera.depth.shape, 0, views.camera.depth.dtype)
+
+
+def _directions(views: Views) -> Any:
+    """The viewing directions of a module and of a camera, which textures that are read again keep."""
+    return [Buffers(b.view, b.depth, b.positions).directions for b in (views.module, views.camera)]
+
+
+def _axis_depth(views: Views) -> Any:
+    """What the estimators over a ball along the line of sight read of a camera."""
+    return Surroundings.of(views.camera)
 
 
 def _merged(views: Views) -> Any:
@@ -139,9 +155,12 @@ SETTINGS = (
     Setting("vo-area-normal, 1", partial(_module, "vo-area-normal"), ("VO area",)),
     Setting("hbao, 8 x 8", partial(_module, "hbao")),
     Setting("multiresolution", partial(_module, "multiresolution")),
+    Setting("viewing directions", _directions, (), False),
+    Setting("depth along the axis", _axis_depth, (), False),
     Setting("SAO's rotations", _rotations, (), False),
     Setting("sao, 9", sao),
     Setting("sao-equation-1, 9", partial(sao, name="sao-equation-1"), ("SAO taps",)),
+    Setting("sao, 9, module", _sao_module, ("face normals", "SAO taps")),
     *(
         Setting(f"filter {mip}", partial(_filter, mip), ("z hierarchy",), False)
         for mip in scalable.FILTERS

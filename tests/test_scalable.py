@@ -11,7 +11,7 @@ from lfssao import Buffers, estimate
 from lfssao.estimators import scalable
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.estimators.texel_lines import linear_z, plane_constants, positions_of, texel_lines
-from lfssao.kernels import bilateral, packing, reconstruct, spiral
+from lfssao.kernels import bilateral, face_normals, packing, reconstruct, spiral
 from lfssao.kernels import scalable as kernels
 from lfssao.kernels.linear_depth import linear_depth
 from lfssao.kernels.quad import average_quads
@@ -142,7 +142,7 @@ def normals_of(buffers):
     positions = positions_of(buffers, z, lines)
     normals = np.empty_like(positions)
     arguments = z, positions, lines.kind, lines.numbers, lines.table, lines.world
-    reconstruct.face_normals(*arguments, normals)
+    face_normals.face_normals(*arguments, normals)
     return arguments, normals
 
 
@@ -153,6 +153,18 @@ def test_face_normals_equal_their_twin(sight, dtype, size):
     for name in ("sphere on a plane", "step"):
         arguments, normals = normals_of(seen(name, sight, dtype, size, 0.3))
         assert_same_bits(normals, twin.face_normals(*arguments))
+
+
+@every_sight
+@both
+@pytest.mark.parametrize("size", [(260, 3), (3, 67)])
+def test_face_normals_between_holes_equal_their_twin(sight, dtype, size):
+    """Across the borders of what the kernel takes at a time, with texels that have one neighbour or none."""
+    (z, positions, *lines), _ = normals_of(seen("tilted plane", sight, dtype, size, 0.3))
+    z, normals = z.copy(), np.empty_like(positions)
+    z[np.random.default_rng(1).random(z.shape) < 0.4] = np.inf
+    face_normals.face_normals(z, positions, *lines, normals)
+    assert_same_bits(normals, twin.face_normals(z, positions, *lines))
 
 
 @every_sight

@@ -30,6 +30,32 @@ void linear_depth(int width, int height, const float *depth, float c_0, float c_
     }
 }
 
+/* Unit directions of the texels' rays, computed in double. kind: 0 a flat display's module, 1 perspective, 2 orthographic. */
+void directions(int width, int height, int kind, const double *lens, const double *m, float *out)
+{
+    ROWS for (int i = 0; i < width; i++) {
+        float *d = out + 3 * ((int64_t)j * width + i);
+        double dx = 0, dy = 0;
+        if (kind == 0)
+            dx = (lens[0] - ((i + 0.5) - lens[5]) / lens[4]) / lens[1], dy = (lens[2] - ((j + 0.5) - lens[7]) / lens[6]) / lens[3];
+        else if (kind == 1)
+            dx = ((i + 0.5) - lens[2]) / lens[0], dy = (lens[3] - (j + 0.5)) / lens[1];
+        const double x = (m[0] * dx + m[1] * dy) + m[2], y = (m[4] * dx + m[5] * dy) + m[6], z = (m[8] * dx + m[9] * dy) + m[10];
+        const double length = sqrt((x * x + y * y) + z * z);
+        d[0] = length > 0 ? x / length : 0, d[1] = length > 0 ? y / length : 0, d[2] = length > 0 ? z / length : 0;
+    }
+}
+
+/* axis: the row of cast space's z in the map world -> cast space. */
+void axis_depth(int width, int height, const float *depth, const float *places, const float *axis, float *linear)
+{
+    ROWS for (int i = 0; i < width; i++) {
+        const int64_t t = (int64_t)j * width + i;
+        const float *p = places + 3 * t;
+        linear[t] = depth[t] < INFINITY ? ((axis[0] * p[0] + axis[1] * p[1]) + axis[2] * p[2]) + axis[3] : depth[t];
+    }
+}
+
 /* lines: u_c, a, b, c, d for x, then for y; m: rows of four, cast space -> world. */
 void positions(int width, int height, const float *z, const float *lines, const float *m, float *out)
 {

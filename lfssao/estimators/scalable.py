@@ -54,8 +54,9 @@ from lfssao.estimators.estimator import Estimator, Value
 from lfssao.estimators.texel_lines import TexelLines, linear_z, positions_of, texel_lines
 from lfssao.kernels import bilateral, packing, scalable, spiral, z_pyramid
 from lfssao.kernels.blur import gaussian_weights
+from lfssao.kernels.face_normals import face_normals
 from lfssao.kernels.quad import average_quads
-from lfssao.kernels.reconstruct import SEPARABLE, face_normals
+from lfssao.kernels.reconstruct import SEPARABLE
 from lfssao.passes import Occlusion
 from lfssao.samples import best_turns
 

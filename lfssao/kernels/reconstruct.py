@@ -1,4 +1,4 @@
-"""Positions and face normals rebuilt from depth (SAO section 2.3, equations 3 and 4), for cameras and modules.
+"""Positions rebuilt from depth (SAO section 2.3, equation 3), for cameras and modules.
 
 The points that land on image point (u, v) are a straight line in cast space, (x(z), y(z), z). Its numbers:
 
@@ -11,13 +11,10 @@ Equation 3 in these letters: (1 - P_02) / P_00 - 2 (x' + 1/2) / (w P_00) is -(c 
 Its y term has one minus too many; ours is that for which projecting the point gives the texel back.
 """
 
-from math import sqrt
-
 import numpy as np
 from numba import prange
 
 from lfssao.kernels.jit import kernel, wide_vectors
-from lfssao.kernels.mapping import linear_row
 
 SEPARABLE = 0
 TABLE = 1
@@ -74,78 +71,3 @@ def rebuild_positions(z, kind, lines, table, m, positions):
             out[place] = a if there else nothing
             out[place + np.uint64(1)] = b if there else nothing
             out[place + np.uint64(2)] = c if there else nothing
-
-
-@kernel(inline=True)
-def neighbour(z, i, j, di, dj):
-    """The texel beside (i, j), along (di, dj), that a difference is taken to; (i, j) itself where there is none.
-
-    The other one of the pair (0, 1), (2, 3), ... if it sees a surface, else the one on the other side.
-    """
-    height, width = z.shape
-    odd = (i * di + j * dj) & 1
-    step = 1 - 2 * odd
-    for way in (step, -step):
-        column, row = i + way * di, j + way * dj
-        if 0 <= column < width and 0 <= row < height and z[row, column] < np.inf:
-            return column, row
-    return i, j
-
-
-@kernel(parallel=True)
-def face_normals(z, positions, kind, lines, table, m, normals):
-    """Equation 4: unit normals from the differences of neighbouring positions, towards the viewer.
-
-    A gradient is that of GPUs, within quads of 2x2 texels whose first corner is even: both texels of a pair share one
-    difference. Readings: where the pair's other texel is outside or sees no surface, the difference is to the other
-    side; where there is neither, or the differences are parallel, the normal is the direction towards the viewer.
-    The product's sign is that with which the normal points against the texel's line.
-
-    Parameters
-    ----------
-    z : (H, W) float32 or float64
-        +infinity where there is no surface.
-    positions : (H, W, 3), same dtype
-        World positions.
-    kind, lines, table, m : as in rebuild_positions
-        The texels' lines and the map to world space.
-    normals : (H, W, 3), same dtype
-        Out: unit normals in world space, 0 where there is no surface.
-    """
-    height, width = z.shape
-    half, zero = m.dtype.type(0.5), m.dtype.type(0)
-    for j in prange(height):
-        for i in range(width):
-            if not z[j, i] < np.inf:
-                normals[j, i, 0], normals[j, i, 1], normals[j, i, 2] = zero, zero, zero
-                continue
-            across, _ = neighbour(z, i, np.int64(j), 1, 0)
-            _, down = neighbour(z, i, np.int64(j), 0, 1)
-            px, py, pz = positions[j, i, 0], positions[j, i, 1], positions[j, i, 2]
-            ax, ay, az = positions[j, across, 0] - px, positions[j, across, 1] - py, positions[j, across, 2] - pz
-            bx, by, bz = positions[down, i, 0] - px, positions[down, i, 1] - py, positions[down, i, 2] - pz
-            x, y, z_ = unit(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
-            if kind == SEPARABLE:
-                dx = lines[3] + lines[4] * ((m.dtype.type(i) + half) - lines[0])
-                dy = lines[8] + lines[9] * ((m.dtype.type(j) + half) - lines[5])
-            else:
-                dx, dy = table[1, j * width + i], table[3, j * width + i]
-            one = m.dtype.type(1)
-            dx, dy, dz = linear_row(m, 0, dx, dy, one), linear_row(m, 1, dx, dy, one), linear_row(m, 2, dx, dy, one)
-            away = (x * dx + y * dy) + z_ * dz
-            if away > zero:
-                x, y, z_ = -x, -y, -z_
-            elif not away < zero:
-                x, y, z_ = unit(-dx, -dy, -dz)
-            normals[j, i, 0], normals[j, i, 1], normals[j, i, 2] = x, y, z_
-
-
-@kernel(inline=True)
-def unit(x, y, z):
-    """A vector over its length, after a division by its largest component; (0, 0, 0) stays."""
-    size = max(abs(x), abs(y), abs(z))
-    if not size > type(x)(0):
-        return type(x)(0), type(x)(0), type(x)(0)
-    x, y, z = x / size, y / size, z / size
-    length = type(x)(sqrt((x * x + y * y) + z * z))
-    return x / length, y / length, z / length

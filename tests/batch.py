@@ -46,6 +46,7 @@ from lfssao.kernels import (
 from lfssao.kit.cases import RECIPES
 from lfssao.kit.stages import STAGES
 from lfssao.oracle import bounds
+from lfssao.oracle.points import Surfaces, point_bounds
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
 from lfssao.tree import TriangleTree
 
@@ -110,6 +111,9 @@ def accepted():
             found = bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
             kind = f"{view.world_to_image.kind} {back is None}"
             yield f"accepted {kind}", np.array([found.lower, found.upper, found.open])
+    given = Surfaces(depth, positions, general.world_to_image, general.cast_from_world)
+    found = point_bounds("point", given, 0.4, samples, None, {"range_check": True, "surface": "positions"})
+    yield "accepted points", np.array([found.lower, found.upper, found.open])
     blurred = bounds.blur_bounds(found, 0.7)
     yield "accepted blur", np.array([blurred.lower, blurred.upper])
     vertices, faces = rng.uniform(-0.3, 0.3, (40, 3)), rng.integers(0, 40, (30, 3)).astype(np.int32)

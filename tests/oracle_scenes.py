@@ -49,8 +49,12 @@ def world_points(view, u, v, z):
     return physical @ view.world_from_cast.T
 
 
-def critical_scene(rng, view, n, radius):
-    """Depth, positions and samples: the point of each texel less one of its offsets is next to a decision."""
+def critical_scene(rng, view, n, radius, moved=None):
+    """Depth, positions and samples: the point of each texel less one of its offsets is next to a decision.
+
+    ``moved(samples, number)``: the offsets of the samples numbered, one a texel, in units of the radius; they are the
+    samples themselves by default. With it there are always positions.
+    """
     shape = view.height, view.width
     camera = view.screen_to_world is not None
     levels = rng.uniform(0.3, 0.7, 4) if camera else rng.uniform(-0.2, 0.2, 4)
@@ -65,10 +69,13 @@ def critical_scene(rng, view, n, radius):
     z = np.where(rng.random(shape) < 0.5, surface, rng.uniform(levels.min(), levels.max(), shape))
     jitter = 1 + rng.uniform(-3e-7, 3e-7, (3, *shape))
     target = world_points(view, u * jitter[0], v * jitter[1], z * jitter[2])
-    if camera and rng.random() < 0.5:  # Algorithm 1 makes the points from depth: offsets are placed for some texels
+    if (
+        moved is None and camera and rng.random() < 0.5
+    ):  # Algorithm 1 makes the points from depth: offsets are placed for some texels
         here = world_points(view, *(np.mgrid[: shape[0], : shape[1]][::-1] + 0.5), np.where(depth < 9, depth, 0.5))
         offsets = (target - here).reshape(-1, 3)[rng.choice(depth.size, n)]
         return depth, None, offsets / radius
-    positions = target - radius * samples[rng.integers(0, n, shape)]
+    number = rng.integers(0, n, shape)
+    positions = target - radius * (samples[number] if moved is None else moved(samples, number))
     positions[~np.isfinite(depth)] = np.inf
     return depth, positions.astype(np.float32), samples

@@ -142,13 +142,18 @@ def quotient_from(ar, start, a, b):
 @np.errstate(all="ignore")
 def to_image(ar, kind, m, point, offset):
     """World -> image of point + offset: u, v, z, whether it is valid."""
-    a, b, c = (row(ar, m, k, point, offset) for k in range(3))
+    rows = [row(ar, m, k, point, offset) for k in range(4 if kind == MATRIX else 3)]
+    return project(ar, kind, m, *rows)
+
+
+@np.errstate(all="ignore")
+def project(ar, kind, m, a, b, c, q=None):
+    """World -> image from the sums of the mapping's rows."""
     if kind == CROSSED_SLITS:
         u = quotient_from(ar, m[14], a, ar.subtract(m[12], c))
         v = quotient_from(ar, m[15], b, ar.subtract(m[13], c))
         return u, v, c, (c < m[12]) & (c > m[13])
     if kind == MATRIX:
-        q = row(ar, m, 3, point, offset)
         return ar.divide(a, q), ar.divide(b, q), ar.divide(c, q), q > 0
     u, v, valid = physical_to_image(ar, m[12:], a, b, c)
     return u, v, c, valid
@@ -230,6 +235,115 @@ def occlusion(ar, depth, u, v, z, valid):
     i, j = (np.where(inside, np.floor(c), 0).astype(int) for c in (u, v))
     count = np.count_nonzero(inside & (ar.flush(ar.full(depth[j, i])) < ar.flush(z)), axis=-1)
     return np.where(np.isfinite(depth), share(ar, count, u.shape[-1]), 0.0)
+
+
+def inside(depth, u, v, valid):
+    """Where image points lie in the texture, and the row and column that they read."""
+    height, width = depth.shape
+    there = valid & (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    return there, *(np.where(there, np.floor(c), 0).astype(int) for c in (v, u))
+
+
+def spread(texture):
+    """A texture's coordinates as arrays (1, H, W, 1), 0 where there is no surface."""
+    values = np.where(np.isfinite(texture), texture, 0.0).astype(np.float64)
+    return [values[None, ..., None, k] for k in range(texture.shape[-1])]
+
+
+def dot(ar, a, b):
+    """Dot products of vectors, in any order, fused or not."""
+    a, b = ([ar.full(np.broadcast_to(x, np.broadcast_shapes(*map(np.shape, (*a, *b))))) for x in v] for v in (a, b))
+    return ar.total(a, b)
+
+
+@np.errstate(all="ignore")
+def points_behind(ar, depth, positions, normals, kind, m, samples, radius, range_check, forward, remap):
+    """The estimators point and, with normals, hemisphere, of every renderer: (R, H, W)."""
+    m, n = single(m), len(samples)
+    point = [ar.full(np.broadcast_to(p, (ar.renderers, *depth.shape, 1))) for p in spread(positions)]
+    offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
+    offset = [np.broadcast_to(offsets[:, None, None, :, k], (ar.renderers, *depth.shape, n)) for k in range(3)]
+    if normals is not None:
+        turn = np.where(dot(ar, offset, spread(normals)) < 0, -1.0, 1.0)
+        offset = [turn * o for o in offset]
+    u, v, z, valid = to_image(ar, kind, m, point, offset)
+    there, j, i = inside(depth, u, v, valid)
+    surface = ar.full(depth.astype(np.float64))
+    if forward:
+        still = [np.zeros_like(p) for p in point]
+        *_, again, sighted = to_image(ar, kind, m, point, still)
+        again = np.where(sighted, again, np.inf) if kind == MATRIX else again
+        surface = np.where(np.isfinite(surface), again[..., 0], np.inf)
+    of = np.arange(ar.renderers)[:, None, None, None]
+    hidden = there & (ar.flush(surface[of, j, i]) < ar.flush(z)) & np.isfinite(depth[j, i])
+    if range_check:
+        away = [ar.subtract(p[of, j, i, 0], p) for p in point]
+        square = dot(ar, away, away)
+        reach = ar.choose(ar.lot(0.5), single(radius * radius), ar.multiply(single(radius), single(radius)))
+        near = ar.choose(ar.lot(0.5), square <= ar.per_renderer(ar.full(reach).reshape(ar.renderers, -1)[:, 0], square),
+                         ar.root(square) <= single(radius))  # fmt: skip
+        hidden &= near.astype(bool)
+    made = share(ar, np.count_nonzero(hidden, axis=-1), n)
+    if remap:
+        made = ar.choose(ar.lot(0.5), 2 * np.maximum(ar.subtract(made, 0.5), 0),
+                         np.maximum(ar.subtract(2 * made, 1.0), 0))  # fmt: skip
+    return np.where(np.isfinite(depth), made, 0.0)
+
+
+@np.errstate(all="ignore")
+def hidden_volume(ar, depth, positions, normals, directions, kind, m, axis, points, shares, radius, thickness, mirrors):
+    """VO's hidden share of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
+    m, axis, n = single(m), np.append(single(axis), np.zeros(12)), len(points)
+    shape = (ar.renderers, *depth.shape, n)
+    point = [ar.full(np.broadcast_to(p, shape)) for p in spread(positions)]
+    o = [ar.full(np.broadcast_to(single(points)[:, k], shape)) for k in range(3)]
+    mirror, normal = ([ar.full(np.broadcast_to(c, shape)) for c in spread(t)] for t in (mirrors, normals))
+    rows = range(4 if kind == MATRIX else 3)
+    still, r = [np.zeros(shape)] * 3, single(radius)
+    along = dot(ar, o, mirror)
+    if ar.rng.random() < 0.5:  # reflected in the world
+        o = [ar.subtract(a, ar.multiply(2 * along, b)) for a, b in zip(o, mirror, strict=True)]
+        lift = np.minimum(dot(ar, o, normal), 0)
+        o = [ar.fused(-2 * lift, b, a) for a, b in zip(o, normal, strict=True)]
+        o = [ar.multiply(r, a) for a in o]
+        sums = [row(ar, m, k, point, o) for k in rows]
+        deep = row(ar, axis, 0, point, o)
+    else:  # row by row, as the specification has it
+        across = 2 * dot(ar, mirror, normal)
+        lift = np.minimum(ar.subtract(dot(ar, o, normal), ar.multiply(along, across)), 0)
+
+        def reflected(m, k):
+            linear = [m[4 * k], m[4 * k + 1], m[4 * k + 2]]
+            s = ar.fused(r, ar.total(linear, o), row(ar, m, k, point, still))
+            s = ar.fused(-along, ar.multiply(2 * r, ar.total(linear, mirror)), s)
+            return ar.subtract(s, ar.multiply(lift, ar.multiply(2 * r, ar.total(linear, normal))))
+
+        sums, deep = [reflected(m, k) for k in rows], reflected(axis, 0)
+    u, v, z, valid = project(ar, kind, m, *sums)
+    z = deep if kind == MATRIX else z
+    there, j, i = inside(depth, u, v, valid)
+    surface = ar.full(depth.astype(np.float64))
+    if kind == MATRIX:
+        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, still)[..., 0], np.inf)
+    before = ar.subtract(z, surface[np.arange(ar.renderers)[:, None, None, None], j, i])
+    hidden = there & (before > 0) & np.isfinite(depth[j, i])
+    if thickness > 0:
+        steep = ar.total(list(axis[:3]), [ar.full(np.broadcast_to(d, shape)) for d in spread(directions)])
+        reach = ar.choose(ar.lot(0.5), ar.multiply(ar.multiply(single(thickness / radius), r), steep),
+                          ar.multiply(single(thickness), steep))  # fmt: skip
+        hidden &= before <= reach
+    total = np.zeros(shape[:-1])
+    for s in ar.rng.permutation(n):
+        total = ar.add(total, np.where(hidden[..., s], single(shares)[s], 0.0))
+    return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)
+
+
+def dual(ar, a, b, combine):
+    """Two radii's occlusions as one."""
+    if combine == "minimum":
+        return np.maximum(a, b)
+    product = ar.subtract(1.0, ar.multiply(ar.subtract(1.0, a), ar.subtract(1.0, b)))
+    return ar.choose(ar.lot(0.5), ar.fused(b, ar.subtract(1.0, a), a), product)
 
 
 def share(ar, count, n):

@@ -684,6 +684,37 @@ def test_another_estimators_occlusion_is_said_to_have_no_interval(tmp_path, caps
     assert "must have equal values" not in capsys.readouterr().out
 
 
+SMALL = ["render", "statue", "--display", "sample-a", "--modules", "4:5", "--resolution", "32x24", "--radii", "4%"]
+
+
+@pytest.mark.parametrize("estimator", ["hemisphere", "vo-points"])
+def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator):
+    reference = tmp_path / "reference"
+    assert lfssao.cli.main([*SMALL, "--estimator", estimator, "-o", str(reference)]) == 0
+    inside = changed(reference, tmp_path / "inside", "module_004", nudge("ao_1"))
+    report = lfssao.compare(inside, reference)
+    assert different(report)["module_004", "ao_1"] is Verdict.INSIDE
+    assert (report.exit_code, report.estimator) == (0, None)
+    assert different(lfssao.compare(inside, reference, model="strict"))["module_004", "ao_1"] is Verdict.DIFFERENT
+    place = tuple(np.argwhere(np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40])
+    mine = changed(reference, tmp_path / "mine", "module_004", poke("ao_1", place, 0.777))
+    found = lfssao.compare(mine, reference).results
+    assert [r.verdict for r in found if r.layer == "ao_1"] == [Verdict.OUTSIDE]
+    (worst,) = (r.worst[0] for r in found if r.layer == "ao_1")
+    assert worst.lower[0] <= worst.reference[0] <= worst.upper[0]
+    assert worst.reason == f"0 of {8 if estimator == 'hemisphere' else 12} points are open"
+    manifest = json.loads((reference / "manifest.json").read_text())
+    manifest["settings"]["parameters"] |= {"thickness": 0.1} if estimator == "vo-points" else {"range_check": "yes"}
+    (reference / "manifest.json").write_text(json.dumps(manifest))
+    capsys.readouterr()
+    code = compare(inside, reference)
+    said = capsys.readouterr()
+    if estimator == "vo-points":  # the directions in which texels look are no layer
+        assert (code, "of estimator vo-points must have equal values" in said.out) == (2, True)
+    else:
+        assert (code, said.err.count("\n"), "range_check" in said.err) == (4, 1, True)
+
+
 def test_without_the_mesh_a_texel_that_cannot_be_judged_is_a_warning_and_many_are_a_failure(tmp_path, reference):
     unknown = without_scene(reference, tmp_path / "file")
     limit = stray_limit(single(reference, "module_004", "depth")[..., 0])

@@ -112,6 +112,7 @@ class Comparison:
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
         self._named: set[str] = set()
+        self._known_occlusion = True
 
     @property
     def modules(self) -> list[str]:
@@ -148,6 +149,7 @@ class Comparison:
         right = {layer.name: layer for layer in reference}
         oracle: Oracle | CaseOracle | None = None
         if parameters is not None:
+            self._known_occlusion = parameters.samples is not None or parameters.estimate is not None
             oracle = Oracle(parameters, found, right, self._model, partial(self._from_mesh, module, _shape(right)))
         elif case is not None:
             oracle = CaseOracle(case, found)
@@ -266,7 +268,7 @@ class Comparison:
         if self._reference.manifest is None:
             return None
         chosen = self._reference.manifest.get("settings")
-        if not isinstance(chosen, dict) or (chosen.get("estimator") == "lf" and not chosen.get("neighbours")):
+        if self._known_occlusion or not isinstance(chosen, dict):
             return None
         return f"{chosen.get('estimator')}{' with neighbours' if chosen.get('neighbours') else ''}"
 

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from lfssao.comparison.layers import Layer
 from lfssao.comparison.metrics import equal_bits
 from lfssao.errors import InputError
+from lfssao.estimators.registry import check_samples, find_estimator, full_parameters
 from lfssao.oracle.bounds import Bounds
 from lfssao.oracle.depth import DepthBounds
 from lfssao.oracle.error_model import ErrorModel
 from lfssao.oracle.explain import explain
 from lfssao.oracle.judge import Case, Stages, StageVerdict, judge
+from lfssao.oracle.points import BOUNDED, NORMALS, Estimate
 from lfssao.view import KINDS, WorldToImage
 
 _MOST_BLUR = 1024.0  # texels; 'lfssao render' takes no more
@@ -43,13 +45,15 @@ class Parameters:
     back : (4, 4) or None
         Its inverse, of a camera.
     samples : (n, 3) or None
-        Offsets in the unit ball; None where another estimator than LF's was used, of which the oracle knows nothing.
+        Offsets in the unit ball; None where another estimator than LF's was used, or LF's with neighbours.
     radii : tuple of float
         World units.
     sigma : float
         Of the blur, texels.
     guard : int
         Guard band, texels.
+    estimate : Estimate or None
+        The other estimator, if intervals of its occlusion are known.
     """
 
     mapping: WorldToImage
@@ -58,6 +62,7 @@ class Parameters:
     radii: tuple[float, ...]
     sigma: float
     guard: int
+    estimate: Estimate | None
 
     @classmethod
     def of(cls, path: Path, manifest: dict[str, Any], entry: dict[str, Any]) -> "Parameters":
@@ -94,7 +99,20 @@ def _read(settings: dict[str, Any], view: dict[str, Any]) -> Parameters:
         radii=tuple(float(radius) for radius in settings["radii"]),
         sigma=sigma,
         guard=guard,
+        estimate=_estimate(settings, view),
     )
+
+
+def _estimate(settings: dict[str, Any], view: dict[str, Any]) -> Estimate | None:
+    """The estimator that is not LF's, if intervals of its occlusion are known."""
+    name, points, weights = settings["estimator"], settings["samples"], settings["weights"]
+    if name not in BOUNDED:
+        return None
+    options = full_parameters(find_estimator(name), settings["parameters"])
+    table, shares = _numbers(points), None if weights is None else _numbers(weights)
+    check_samples(find_estimator(name), table, shares)
+    estimate = Estimate(name, table, shares, options, _numbers(view["cast_from_world"]).reshape(3, 4))
+    return estimate if estimate.is_bounded else None
 
 
 def _numbers(values: Any) -> NDArray[np.float64]:
@@ -134,8 +152,16 @@ class Oracle:
         InputError
             If the manifest's parameters do not fit the textures.
         """
-        unknown = self.parameters.samples is None and name.startswith("ao_")
+        unknown = self.parameters.samples is None and self._estimate is None and name.startswith("ao_")
         return None if unknown else self._found.get(name)
+
+    @property
+    def _estimate(self) -> Estimate | None:
+        """The other estimator whose intervals are known of these textures, and under this model."""
+        found = self.parameters.estimate
+        if found is None or self.model.exact or (found.name in NORMALS and "normals" not in self.reference):
+            return None
+        return found
 
     @cached_property
     def _made(self) -> tuple[DepthBounds, Bounds | None] | None:
@@ -152,7 +178,9 @@ class Oracle:
     def _case(self, from_mesh: tuple[DepthBounds, Bounds | None] | None) -> Case:
         p = self.parameters
         reference = self._stages(self.reference)
-        return Case(p.mapping, p.back, p.samples, p.radii, p.sigma, reference, p.guard, *(from_mesh or (None, None)))
+        depth, color = from_mesh or (None, None)
+        given = p.mapping, p.back, p.samples, p.radii, p.sigma, reference, p.guard
+        return Case(*given, depth, color, self._estimate)
 
     def _stages(self, layers: Layers) -> Stages:
         """One side's textures; LF's image is the colour, or white where there is a surface."""
@@ -170,6 +198,7 @@ class Oracle:
             merged=_texture(layers, "merged"),
             blurred=_texture(layers, "blurred"),
             shaded=_texture(layers, "shaded"),
+            normals=_texture(layers, "normals"),
         )
 
     def reason(self, name: str, texel: tuple[int, int]) -> str:
@@ -184,6 +213,8 @@ class Oracle:
             nothing = self._made[0].lower[j, i] == np.inf
             shown = "shows nothing" if nothing else "has these depths"
             return f"the mesh {shown} within {self.model.centre:.2g} texel of the texel's centre"
+        if name in numbers and self._estimate is not None:
+            return _openness(self._found[name].bounds, self._estimate, texel)
         if name not in numbers or p.samples is None:
             return _REASONS.get(name, "")
         depth, positions = (_first_whole(side, self.mine, self.reference) for side in ("depth", "positions"))
@@ -192,6 +223,13 @@ class Oracle:
         place = i + p.guard, j + p.guard
         samples = explain(place, depth, positions, p.mapping, p.samples, p.radii[numbers[name]], self.model, p.back)
         return str(samples[0]) if samples else "no surface is seen there"
+
+
+def _openness(allowed: Bounds | DepthBounds | None, estimate: Estimate, texel: tuple[int, int]) -> str:
+    """How many of a texel's points rounding may decide."""
+    if not isinstance(allowed, Bounds) or allowed.open is None or estimate.points is None:
+        return ""
+    return f"{allowed.open[texel[1], texel[0]]} of {len(estimate.points)} points are open"
 
 
 def _same(a: Layer, b: Layer) -> bool:

@@ -85,7 +85,7 @@ class Report:
         known = "no interval is known" if self.model is None else f"intervals of the error model '{self.model}'"
         yield f"{self.mine} against {self.reference}: {many}, {known}"
         if self.estimator is not None:
-            yield f"ao_1, ... of estimator {self.estimator} must have equal values: intervals are known of 'lf' alone"
+            yield f"ao_1, ... of estimator {self.estimator} must have equal values: no intervals of it are known"
         yield ""
         yield from _table(self.summary())
         failing = [r for r in self.results if self.code(r) != SAME]

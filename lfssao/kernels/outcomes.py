@@ -331,30 +331,33 @@ def trace_samples(depth, point, back, offsets, exact, kind, m, errors, i, j, fou
 
 
 @kernel(parallel=True)
-def map_positions(positions, allowance, kind, m, errors, image, doubt):
-    """Where a positions texture lands in the image, and by how much that may be off.
+def map_positions(positions, allowance, kind, m, errors, image, doubt, sure):
+    """Where points land in the image, and by how much that may be off.
 
     Parameters
     ----------
-    positions : (H, W, 3) float32
+    positions : (H, W, 3) float64
         World coordinates.
-    allowance : float
+    allowance : (H, W, 3) float64
         How far each coordinate may be off by itself.
     kind, m, errors
-        As for count_outcomes.
+        As for count_outcomes; of the errors the first three are read.
     image, doubt : (H, W, 3) float64
         Out: u, v, z and their errors; minus infinity where a position lies outside the mapping's domain for sure.
+    sure : (H, W) bool
+        Out: whether it lies in the domain for sure.
     """
     rows = 4 if kind == MATRIX else 3
     for j in prange(positions.shape[0]):
         p, e_p = np.zeros(4), np.zeros(4)
         for i in range(positions.shape[1]):
-            x, y, z = np.float64(positions[j, i, 0]), np.float64(positions[j, i, 1]), np.float64(positions[j, i, 2])
-            point_rows(rows, m, errors[0], x, allowance, y, allowance, z, allowance, p, e_p)
-            u, e_u, v, e_v, d, e_d, may, _ = image_pairs(
+            x, y, z = positions[j, i, 0], positions[j, i, 1], positions[j, i, 2]
+            point_rows(rows, m, errors[0], x, allowance[j, i, 0], y, allowance[j, i, 1], z, allowance[j, i, 2], p, e_p)
+            u, e_u, v, e_v, d, e_d, may, must = image_pairs(
                 kind, m, p[0], e_p[0], p[1], e_p[1], p[2], e_p[2], p[3], e_p[3], errors[0], errors[1], errors[2]
             )
             image[j, i, 0], image[j, i, 1], image[j, i, 2] = u, v, d
             doubt[j, i, 0], doubt[j, i, 1], doubt[j, i, 2] = e_u, e_v, e_d
+            sure[j, i] = must
             if not may:
                 doubt[j, i, 0] = -np.inf

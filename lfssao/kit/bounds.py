@@ -9,6 +9,7 @@ from lfssao.kernels.mapping import MATRIX
 from lfssao.kit.case import Arrays, Bounds
 from lfssao.kit.stages import described_mapping
 from lfssao.oracle import bounds
+from lfssao.oracle.points import Surfaces, point_bounds
 from lfssao.view import WorldToImage
 
 MODEL = "shader"  # of lfssao.oracle.error_model
@@ -47,6 +48,18 @@ def _frame(parameters: Parameters, inputs: Arrays) -> dict[str, bounds.Bounds]:
     return {"shaded": bounds.shade_bounds(inputs["image"][inner], cropped["blurred"], MODEL), **cropped}
 
 
+def _estimator(parameters: Parameters, inputs: Arrays) -> dict[str, bounds.Bounds]:
+    axes = np.array(parameters["view"]["cast_from_world"])
+    given = Surfaces(
+        inputs["depth"], inputs["positions"], described_mapping(parameters), axes, inputs.get("normals"),
+        inputs["directions"],
+    )  # fmt: skip
+    points, weights = inputs.get("points", np.empty((0, 3))), inputs.get("weights")
+    name, radius, options = parameters["estimator"], parameters["radius"], parameters["options"]
+    found = point_bounds(name, given, radius, points, weights, options, MODEL)
+    return {} if found is None else {"occlusion": found}
+
+
 # A stage that is not listed rounds nothing, or is float64 or integers, which every language has: equal bits are asked.
 _BOUNDS: dict[str, Callable[[Parameters, Arrays], dict[str, bounds.Bounds]]] = {
     "algorithm1": _algorithm1,
@@ -54,6 +67,7 @@ _BOUNDS: dict[str, Callable[[Parameters, Arrays], dict[str, bounds.Bounds]]] = {
     "blur": _blur,
     "shade": _shade,
     "frame": _frame,
+    "estimator": _estimator,
 }
 
 

@@ -7,7 +7,7 @@ positions and color are the reference's, and any occlusion within its bounds wil
     depth       the ranges of ``lfssao.oracle.depth``
     positions   must land on their texels' centres, at the depth of the depth texture
     color       ``depth.color_bounds``
-    ao_1 ...    ``bounds.ao_bounds`` of depth and positions
+    ao_1 ...    ``bounds.ao_bounds`` of depth and positions; of other estimators ``points.point_bounds``
     merged      ``bounds.merge_bounds`` of ao_1 ...
     blurred     ``bounds.blur_bounds`` of merged; with a guard band, which merged lacks, of the bounds from depth on
     shaded      ``bounds.shade_bounds`` of color and blurred
@@ -31,6 +31,7 @@ from lfssao.oracle import bounds as stages
 from lfssao.oracle.bounds import Bounds, FloatArray, SampleScene, Texture
 from lfssao.oracle.depth import ROUNDINGS, SLOPES, DepthBounds, depth_bounds_of, stray_limit
 from lfssao.oracle.error_model import ErrorModel, find_model
+from lfssao.oracle.points import Estimate
 from lfssao.rendering import Settings, Textures
 from lfssao.view import WorldToImage
 
@@ -55,6 +56,8 @@ class Stages:
         Maximum over the radii; after the blur.
     shaded : (H, W, 3)
         color (1 - blurred).
+    normals : (H, W, 3)
+        World space, guard band included. They are read for the occlusion of estimators that read them, and not judged.
     """
 
     depth: Texture | None = None
@@ -64,6 +67,7 @@ class Stages:
     merged: Texture | None = None
     blurred: Texture | None = None
     shaded: Texture | None = None
+    normals: Texture | None = None
 
     @classmethod
     def of(cls, textures: Textures) -> "Stages":
@@ -71,11 +75,11 @@ class Stages:
         gbuffer = textures.gbuffer
         return cls(
             gbuffer.depth, gbuffer.positions, textures.image, textures.ao, textures.merged, textures.blurred,
-            textures.shaded,
+            textures.shaded, gbuffer.normals,
         )  # fmt: skip
 
     def named(self) -> dict[str, Texture | None]:
-        """The textures by the names of their stages, in order."""
+        """The textures that are judged by the names of their stages, in order."""
         ao = {f"ao_{k}": texture for k, texture in enumerate(self.ao, start=1)}
         head = {"depth": self.depth, "positions": self.positions, "color": self.color}
         return {**head, **ao, "merged": self.merged, "blurred": self.blurred, "shaded": self.shaded}
@@ -92,8 +96,7 @@ class Case:
     screen_to_world : (4, 4) or None
         A camera's inverse mapping: Algorithm 1.
     samples : (n, 3) or None
-        Offsets in the unit ball. None where AO is another estimator's than LF's: no bounds of it are known, and it must
-        have the reference's bits.
+        Offsets in the unit ball. None where AO is another estimator's than LF's.
     radii : tuple of float
         World units.
     sigma : float
@@ -106,6 +109,9 @@ class Case:
         From the mesh (``depth.depth_bounds``); None: from the reference's depth.
     color : Bounds or None
         From the mesh (``depth.color_bounds``), guard band cut off; None: from the reference's color.
+    estimate : Estimate or None
+        The other estimator. Where neither it nor samples are given or no bounds of it are known, AO must have the
+        reference's bits.
     """
 
     world_to_image: WorldToImage
@@ -117,6 +123,7 @@ class Case:
     guard: int = 0
     depth: DepthBounds | None = None
     color: Bounds | None = None
+    estimate: Estimate | None = None
 
     @classmethod
     def of(
@@ -125,9 +132,14 @@ class Case:
         """The case of a view that ``lfssao.render`` rendered."""
         view = textures.view
         samples = settings.samples if settings.estimator == "lf" and not settings.neighbours else None
+        estimate = None
+        if settings.estimator != "lf":
+            estimate = Estimate(
+                settings.estimator, settings.samples, settings.weights, settings.parameters, view.cast_from_world
+            )
         return cls(
             view.world_to_image, view.screen_to_world, samples, settings.radii, settings.blur,
-            Stages.of(textures), view.guard, depth, color,
+            Stages.of(textures), view.guard, depth, color, estimate,
         )  # fmt: skip
 
 
@@ -207,14 +219,14 @@ class _Judge:
     """One judgement: the textures in use, mine where whole, else the reference's."""
 
     def __init__(self, mine: Stages, case: Case, model: ErrorModel) -> None:
-        self._case, self._model = case, model
+        self._case, self._model, self._mine_normals = case, model, mine.normals
         self._mine, self._reference = mine.named(), case.reference.named()
         self._given = {
             name: texture if _whole(texture, self._reference[name]) else self._reference[name]
             for name, texture in ((name, self._mine.get(name)) for name in self._reference)
         }
         self._own = {name for name, texture in self._mine.items() if _whole(texture, self._reference.get(name))}
-        self._ao_bounds: dict[int, Bounds] = {}
+        self._ao_bounds: dict[int, Bounds | None] = {}
 
     def run(self, only: Collection[str] | None) -> Verdict:
         tests: dict[str, Callable[[Texture], tuple[NDArray[np.bool_], Bounds | DepthBounds | None]]] = {
@@ -280,23 +292,29 @@ class _Judge:
         return allowed.outside(texture), allowed
 
     def _ao_allowed(self, name: str) -> Bounds:
-        if self._case.samples is None:
-            return stages.exactly(self._right(name))
-        return self._allowed(int(name.removeprefix("ao_")) - 1, self._case.samples).crop(self._case.guard)
+        allowed = self._allowed(int(name.removeprefix("ao_")) - 1)
+        return stages.exactly(self._right(name)) if allowed is None else allowed.crop(self._case.guard)
 
     def _input(self, name: str, allowed: Callable[[], Bounds]) -> Bounds:
         """What the next stage is made of: the renderer's own texture, or all that its bounds allow."""
         return stages.exactly(self._texture(name)) if name in self._own else allowed()
 
-    def _allowed(self, k: int, samples: FloatArray) -> Bounds:
-        """Bounds of the k-th radius, guard band included."""
-        case = self._case
+    def _allowed(self, k: int) -> Bounds | None:
+        """Bounds of the k-th radius, guard band included; None where none are known."""
         if k not in self._ao_bounds:
-            self._ao_bounds[k] = stages.ao_bounds(
-                self._texture("depth"), self._given["positions"], case.world_to_image, samples, case.radii[k],
-                self._model, case.screen_to_world,
-            )  # fmt: skip
+            self._ao_bounds[k] = self._counted(self._case.radii[k])
         return self._ao_bounds[k]
+
+    def _counted(self, radius: float) -> Bounds | None:
+        case, depth, positions = self._case, self._texture("depth"), self._given["positions"]
+        if case.samples is not None:
+            given = depth, positions, case.world_to_image, case.samples, radius
+            return stages.ao_bounds(*given, self._model, case.screen_to_world)
+        if case.estimate is None or positions is None or self._model.exact:
+            return None
+        mine, right = self._mine_normals, case.reference.normals
+        normals = mine if _whole(mine, right) else right
+        return case.estimate.bounds(depth, positions, normals, case.world_to_image, radius, self._model)
 
     def _merged(self, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
         allowed = self._merged_allowed()
@@ -314,10 +332,10 @@ class _Judge:
         case = self._case
         if case.guard == 0:
             return stages.blur_bounds(self._input("merged", self._merged_allowed), case.sigma, self._model)
-        if case.samples is None:
+        layers = [allowed for k in range(len(case.radii)) if (allowed := self._allowed(k)) is not None]
+        if len(layers) < len(case.radii):
             return stages.exactly(self._right("blurred"))
-        source = stages.merge_bounds([self._allowed(k, case.samples) for k in range(len(case.radii))])
-        return stages.blur_bounds(source, case.sigma, self._model).crop(case.guard)
+        return stages.blur_bounds(stages.merge_bounds(layers), case.sigma, self._model).crop(case.guard)
 
     def _shaded(self, texture: Texture) -> tuple[NDArray[np.bool_], Bounds]:
         blurred = self._input("blurred", self._blurred_allowed)
@@ -363,9 +381,11 @@ def positions_outside(positions: Texture, depth: Texture, case: Case, model: Err
     scene = SampleScene.of(depth, positions, case.world_to_image, np.zeros((1, 3)), 0.0, model, None)
     *_, kind, numbers, errors = scene.arguments
     surface = depth < np.inf
-    allowance = ROUNDINGS * model.operation * _largest(positions)
-    image, doubt = np.empty(positions.shape), np.empty(positions.shape)
-    outcomes.map_positions(np.ascontiguousarray(positions), allowance, kind, numbers, errors, image, doubt)
+    allowance = np.full(positions.shape, ROUNDINGS * model.operation * _largest(positions))
+    image, doubt, sure = np.empty(positions.shape), np.empty(positions.shape), np.empty(depth.shape, np.bool_)
+    outcomes.map_positions(
+        np.ascontiguousarray(positions, np.float64), allowance, kind, numbers, errors, image, doubt, sure
+    )
     height, width = depth.shape
     centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     room = ROUNDINGS * model.operation * _largest(depth)

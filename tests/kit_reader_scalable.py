@@ -52,11 +52,12 @@ class View:
 
     def linear(self, depth, g):
         near, far = g[4], g[5]
+        c_0, c_1, c_2 = (near, -1.0, 1.0) if far is None else (near * far, near - far, far)
         z = np.full_like(depth, NONE)
         for j, i in np.argwhere(depth < np.inf):
             if self.kind == 1:
-                below = depth[j, i] * F(near - far) + F(far)
-                z[j, i] = F(near * far) / below if below > 0 else NONE
+                below = depth[j, i] * F(c_1) + F(c_2)
+                z[j, i] = F(c_0) / below if below > 0 else NONE
             else:
                 z[j, i] = F(near) + depth[j, i] * F(far - near)
         return z

@@ -144,12 +144,32 @@ def answers_of(name):
 @pytest.mark.parametrize(
     ("name", "singular"),
     [("behind_lens_and_observers", [1]), ("conical_beyond", [1, 2]), ("convex_missed", [2, 3]), ("folded", [4]),
-     ("algorithm2_concave", [3]), ("outside", [5]), ("behind_homography", [4])],
+     ("algorithm2_concave", [3]), ("outside", [5]), ("behind_homography", [4]), ("behind_camera", [1])],
 )  # fmt: skip
 def test_singular_cases_have_their_singularity(name, singular):
     answers = answers_of(name)
     assert answers[0] > 50
     assert all(answers[k] > 50 for k in singular)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("crossed_slits", [0, 1]), ("conical", [0, 1, 2]), ("grazed", [0, 2, 3]), ("folded", [0, 1, 2, 4]),
+     ("horizon", [0, 1, 2, 4]), ("camera", [0, 1])],
+)  # fmt: skip
+def test_cases_of_borders_have_points_on_both_sides_of_them(name, expected):
+    case = make_case(f"border_{name}")
+    assert sorted(set(case.outputs["answers"].tolist())) == expected
+    assert np.isfinite(case.outputs["image"]).all()
+
+
+def test_an_infinite_far_plane_is_null_and_depths_of_it_stand_for_no_distance():
+    case = make_case("passes_sao_infinite_far_plane")
+    assert case.parameters["view"]["lens"][5] is None
+    depth, occlusion = case.inputs["depth"], case.outputs["occlusion"]
+    assert (depth[np.isfinite(depth)] >= 1).sum() > 10
+    assert not occlusion[depth >= 1].any()
+    assert len(np.unique(occlusion[depth < 1])) > 50
 
 
 def test_samples_of_the_case_ties_lie_on_borders_and_at_the_surfaces_depth():

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -17,12 +17,14 @@ from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Estimator, Value
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.estimators.texel_lines import texel_lines
+from lfssao.kernels.mapping import MATRIX
 from lfssao.kernels.philox import random_unit
 from lfssao.kit.bounds import case_bounds
 from lfssao.kit.case import Arrays, Case
 from lfssao.kit.scenes import SCENE, Scene, textures
 from lfssao.kit.specification import is_specified
 from lfssao.kit.stages import STAGES
+from lfssao.matrix import multiply, to_4x4
 from lfssao.samples import METHODS, make_samples
 from lfssao.view import KINDS, View, WorldToImage
 
@@ -75,7 +77,7 @@ DISPLAYS = {
     ),
     # All nine numbers of the other sign, w = 0 at a place that samples reach, and a fold that k2 alone makes.
     "negated": _display(
-        replace(_MODULE, homography=(-32.5, -0.6, -16.2, 0.4, 31.2, -12.3, -0.9, 0.03, -1.0), k2=-0.02)
+        replace(_MODULE, homography=(-32.5, -0.6, -16.2, 0.4, 31.2, -12.3, -0.9, 0.03, -1.0), k2=-0.02, width=30)
     ),
 }
 _DISPLAY_TITLES = {
@@ -111,17 +113,17 @@ def _module_problem(
     return parameters, {"depth": depth, "positions": positions, "samples": table}
 
 
-def _camera(projection: str) -> View:
+def _camera(projection: str, width: int = 32, height: int = 24) -> View:
     camera = Camera(projection, (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 3.0, 8.0)
-    return camera.view(32, 24)
+    return camera.view(width, height)
 
 
 # SCENE in a camera's eye space: twice as large, around the target.
 _CAMERA_SCENE = SCENE.scaled(2.0, 5.4)
 
 
-def _camera_problem(projection: str) -> Problem:
-    view = _camera(projection)
+def _camera_problem(projection: str, view: View | None = None) -> Problem:
+    view = _camera(projection) if view is None else view
     assert view.screen_to_world is not None
     parameters = {
         "radius": 0.5,
@@ -129,6 +131,15 @@ def _camera_problem(projection: str) -> Problem:
         "world_to_screen": view.world_to_image.numbers.reshape(4, 4).tolist(),
     }
     return parameters, {"depth": textures(view, _CAMERA_SCENE)[0], "samples": make_samples("latin", 8, 1)}
+
+
+def _near_camera_problem() -> Problem:
+    """Samples so far around surfaces that some lie behind the eye."""
+    view = _camera("perspective", 16, 12)
+    parameters, inputs = _camera_problem("perspective", view)
+    table = make_samples("latin", 12, 3)
+    table[:6] *= 0.03
+    return {**parameters, "radius": 14.0}, {**inputs, "samples": table}
 
 
 def _matrix_problem() -> Problem:
@@ -201,6 +212,46 @@ def _points(scale: float) -> NDArray[np.float32]:
     return np.concatenate([spread, far])
 
 
+# Displays that have a border at numbers which arithmetic meets exactly, and world points beside and on it, in physical
+# space: a lens at (0, 0, 1), observers on a line at z = -2.
+_BORDERS: dict[str, tuple[Display, list[tuple[float, float, float]]]] = {
+    "crossed_slits": (_display(Module(0.0, 0.0, 1.0, 32, 24)), []),
+    "conical": (
+        _display(Module(0.0, 0.0, 1.0, 32, 24), diffuser="conical", observer_height=2.0),
+        [(0.25, -0.75, 0.75), (0.25, -0.5, 0.5)],
+    ),
+    # Tangents of the circle of radius 4 from a lens 5 from its middle: by 3, 4 and 5.
+    "grazed": (
+        _display(Module(0.0, 0.0, 9.0, 32, 24), screen_curvature=0.25),
+        [(4.0, 0.0, 6.0), (4.25, 0.0, 6.0), (3.75, 0.0, 6.0), (4.0, 0.5, 5.75), (-4.0, 0.5, 6.0)],
+    ),
+    "folded": (
+        _display(Module(0.0, 0.0, 1.0, 32, 24, homography=(16.0, 0, 16, 0, -16, 12, 0, 0, 1), k1=-1 / 12)),
+        [(2.0, 0.0, 0.0), (1.9375, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 2.0625, 0.0)],
+    ),
+    "horizon": (
+        _display(Module(0.0, 0.0, 1.0, 32, 24, homography=(16.0, 0, 16, 0, -16, 12, -1, 0, 1))),
+        [(1.0, 0.0, 0.0), (0.875, 0.5, 0.0), (1.125, 0.5, 0.0)],
+    ),
+}
+
+
+def _border_problem(display: Display, points: list[tuple[float, float, float]]) -> Problem:
+    """World points on borders of a mapping's domain; world space is physical space."""
+    view = display.view(0, np.eye(3, 4))
+    everywhere = [(0.5, 0.25, z) for z in (1.0, 0.75, 1.25, -2.0, -1.75, -2.25, 0.0, 2.0)]
+    return {"mapping": _described(view.world_to_image)}, {"points": np.array([*everywhere, *points], np.float32)}
+
+
+def _camera_border_problem() -> Problem:
+    """World points before, in and behind the plane of the eye, which looks along z from the origin."""
+    numbers = [12.0, 0, 16, 0, 0, -12, 12, 0, 0, 0, 1.25, -1.25, 0, 0, 1, 0]
+    points = [(0.5, 0.25, z) for z in (0.0, 1.0, 2.0, -1.0, -0.25)]
+    return {"mapping": {"kind": "matrix", "numbers": [float(n) for n in numbers]}}, {
+        "points": np.array(points, np.float32)
+    }
+
+
 def _mapping_problem(view: View) -> Problem:
     return {"mapping": _described(view.world_to_image)}, {"points": _points(1.0)}
 
@@ -224,11 +275,16 @@ def _frame_problem() -> Problem:
 
 
 def _elementary_inputs(function: str) -> NDArray[np.float64]:
-    units = [random_unit(np.uint64(7), 0, k) for k in range(40)]
+    units = [random_unit(np.uint64(7), 0, k) for k in range(240)]
     if function == "sincospi":
-        return np.array([8.0 * x - 4.0 for x in units] + [0.25 * k for k in range(-9, 10)] + [1e9 + 0.3, 2.0**50])
+        borders = [k + 0.2499 * side for k in (-0.5, 0.0, 0.5) for side in (-1, 1)]  # just before a quarter's end
+        return np.array(
+            [8.0 * x - 4.0 for x in units] + [0.25 * k for k in range(-9, 10)] + [1e9 + 0.3, 2.0**50, *borders]
+        )
     if function == "cbrt":
-        return np.array([x * 2.0 ** (10 * k - 200) for k, x in enumerate(units)] + [0.0, 1.0, 8.0, 0.001, np.inf])
+        return np.array(
+            [x * 2.0 ** (10 * (k % 40) - 200) for k, x in enumerate(units)] + [0.0, 1.0, 8.0, 0.001, np.inf]
+        )
     return np.array([80.0 * x - 60.0 for x in units] + [0.0, -0.5, 1.0, -700.0, 700.0, -746.0, 711.0])
 
 
@@ -246,11 +302,15 @@ def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str,
     """
     large = DISPLAYS["crossed_slits"].with_resolution(48, 36)
     view = _camera("perspective") if camera else _module_view(large if changes else _small())
+    radius = 0.5 if camera else 0.7 if changes else _RADIUS
+    return _on_view(estimator, view, _CAMERA_SCENE if camera else SCENE, radius, changes, _own_tables(estimator))
+
+
+def _own_tables(estimator: Estimator) -> Arrays:
+    """An estimator's own samples and their weights, where it has them."""
     points, weights = estimator.default_samples()
     given = {"points": points, "weights": weights}
-    tables = {name: np.asarray(table, np.float64) for name, table in given.items() if table is not None}
-    radius = 0.5 if camera else 0.7 if changes else _RADIUS
-    return _on_view(estimator, view, _CAMERA_SCENE if camera else SCENE, radius, changes, tables)
+    return {name: np.asarray(table, np.float64) for name, table in given.items() if table is not None}
 
 
 def _on_view(
@@ -299,7 +359,8 @@ def _view_numbers(view: View) -> dict[str, Any]:
     """All of a view but its mapping, as JSON."""
     return {
         "name": view.name, "width": view.width, "height": view.height, "ray_kind": view.ray_kind,
-        "lens": view.lens.tolist(), "cast_from_world": view.cast_from_world.tolist(),
+        "lens": [number if isfinite(number) else None for number in view.lens.tolist()],
+        "cast_from_world": view.cast_from_world.tolist(),
         "world_from_cast": view.world_from_cast.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
         "depth_kind": view.depth_kind, "guard": view.guard,
@@ -315,6 +376,13 @@ def _numbers() -> Iterator[Recipe]:
     for method in ("random", "jittered", "latin"):
         shape = {"method": method, "n": 12, "seed": str(2**40 + 7), "r_min": 0.8, "r_max": 1.0}
         yield Recipe(f"samples_{method}", "samples", f"the table of 12 samples, {method}", partial(_given, shape))
+    for name, method, n, r_min, r_max in (
+        ("ball", "jittered", 9, 0.0, 0.3), ("sphere", "jittered", 10, 0.9, 0.9000000000000001),
+        ("point", "random", 2, 0.0, 0.0), ("one", "latin", 1, 0.5, 0.7),
+    ):  # fmt: skip
+        shape = {"method": method, "n": n, "seed": str(0xFEDCBA9876543210), "r_min": r_min, "r_max": r_max}
+        title = f"{method}, {n} samples from {r_min:g} to {r_max:g}"
+        yield Recipe(f"samples_{name}", "samples", title, partial(_given, shape))
 
 
 def _given(parameters: dict[str, Any]) -> Problem:
@@ -336,6 +404,11 @@ def _views() -> Iterator[Recipe]:
         yield Recipe(f"algorithm2_{name}", "algorithm2", title, partial(_module_problem, display))
         yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}",
                      partial(lambda d: _mapping_problem(_module_view(d)), display))  # fmt: skip
+    for name, (display, points) in _BORDERS.items():
+        yield Recipe(f"border_{name}", "mapping", f"world points on borders of the domain: {name.replace('_', ' ')}",
+                     partial(_border_problem, display, points))  # fmt: skip
+    yield Recipe("border_camera", "mapping", "world points before and behind a camera's eye", _camera_border_problem)
+    yield Recipe("behind_camera", "algorithm1", "samples behind a camera's eye", _near_camera_problem)
     yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _matrix_problem)
     for method in METHODS["ball"]:
         yield Recipe(f"table_{method}", "algorithm2", f"16 samples by the method {method}, the table an input",
@@ -436,6 +509,17 @@ def _estimators() -> Iterator[Recipe]:
                          partial(_estimator_problem, estimator, camera, changes), is_specified(name))  # fmt: skip
 
 
+def _curved() -> Iterator[Recipe]:
+    """Estimators over balls and disks where the mapping is any display's, and has no image of some of their places."""
+    changes: dict[str, Value] = {"surface": "positions", "range_check": True, "rotation": "common"}
+    for name in ("alchemy", "point", "hemisphere", "vo-points", "vo-points-normal"):
+        estimator, view = ESTIMATORS[name], _module_view(_MISSED.with_resolution(16, 12))
+        own = {option: value for option, value in changes.items() if option in estimator.parameters}
+        yield Recipe(f"curved_{name}", "estimator", f"{estimator.title}: convex screen",
+                     partial(_on_view, estimator, view, SCENE, 1.2, own, _own_tables(estimator)),
+                     is_specified(name))  # fmt: skip
+
+
 def _disks() -> Iterator[Recipe]:
     """Estimators over disks: several samples of which one has no weight, no weights at all, places without image."""
     ways: list[tuple[str, dict[str, Value], Arrays]] = [
@@ -488,6 +572,32 @@ def _beyond_planes(estimator: Estimator, projection: str) -> Problem:
     return parameters, {**inputs, "depth": depth}
 
 
+def _endless(estimator: Estimator) -> Problem:
+    """A camera whose far plane lies at infinity; some depths are 1 and more, which stands for no distance."""
+    view = _camera("perspective", 20, 15)
+    f_u, f_v, c_u, c_v, near = view.lens[:5].tolist()
+    forth = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, 1, -near], [0, 0, 1, 0]])
+    back = np.array(
+        [[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, 0, 1], [0, 0, -1 / near, 1 / near]]
+    )
+    endless = replace(
+        view,
+        lens=np.array([*view.lens[:5], inf, *view.lens[6:]]),
+        world_to_image=WorldToImage(MATRIX, multiply(forth, to_4x4(view.cast_from_world)).ravel()),
+        screen_to_world=multiply(to_4x4(view.world_from_cast), back),
+        depth_kind="screen space z: 0 at the near plane, 1 at infinity, perspective",
+    )
+    parameters, inputs = _on_view(estimator, view, _CAMERA_SCENE, 0.5, {}, {})
+    parameters |= {"mapping": _described(endless.world_to_image), "view": _view_numbers(endless)}
+    a, b, c, d = view.cast_from_world[2].tolist()
+    x, y, z = (inputs["positions"][..., k].astype(np.float64) for k in range(3))
+    with np.errstate(invalid="ignore"):  # where there is no surface
+        depth = (1 - near / (((a * x + b * y) + c * z) + d)).astype(np.float32)
+    wild = _noise(10, *depth.shape)
+    depth = np.where(wild < 0.05, np.float32(1.0), np.where(wild < 0.1, np.float32(1.75), depth))
+    return parameters, {**inputs, "depth": np.where(np.isfinite(inputs["depth"]), depth, np.float32(inf))}
+
+
 _BEYOND = {"perspective": np.float32(1.75), "orthographic": np.float32(-0.75)}
 
 
@@ -522,6 +632,7 @@ def _passes() -> Iterator[Recipe]:
         builds["wide"] = partial(_on_view, estimator, _module_view(large), SCENE, 1e7, {}, {})
         if not estimator.normals:
             builds |= {projection: partial(_beyond_planes, estimator, projection) for projection in _BEYOND}
+            builds["infinite_far_plane"] = partial(_endless, estimator)
             builds["near"] = partial(_rough, _module_view(odd), 0.05, estimator, {})
             for kind in ("convex", "conical"):
                 display = DISPLAYS[kind].with_resolution(20, 15)
@@ -534,7 +645,7 @@ def _passes() -> Iterator[Recipe]:
 
 RECIPES = {
     recipe.name: recipe
-    for family in (_numbers, _views, _singular, _pictures, _estimators, _remapped, _disks, _passes)
+    for family in (_numbers, _views, _singular, _pictures, _estimators, _remapped, _curved, _disks, _passes)
     for recipe in family()
 }  # fmt: skip
 

@@ -142,6 +142,7 @@ def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
 def _view(parameters: Parameters) -> View:
     """The view that ``lfssao.kit.cases`` described."""
     described = dict(parameters["view"])
+    described["lens"] = [np.inf if number is None else number for number in described["lens"]]
     arrays = ("lens", "cast_from_world", "world_from_cast", "screen_to_world")
     described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
     return View(**described, world_to_image=described_mapping(parameters))

@@ -245,10 +245,13 @@ class _Field:
             ``hides(which, texels)``: whether a texel's surface may hide, and hides for sure, the point of a number.
         """
         height, width = self.given.depth.shape
-        u_low, u_high = points.u - points.doubt[:, 0], points.u + points.doubt[:, 0]
-        v_low, v_high = points.v - points.doubt[:, 1], points.v + points.doubt[:, 1]
+        with np.errstate(invalid="ignore"):  # at the mapping's singularity
+            u_low, u_high = points.u - points.doubt[:, 0], points.u + points.doubt[:, 0]
+            v_low, v_high = points.v - points.doubt[:, 1], points.v + points.doubt[:, 1]
         near = points.may & ~(u_high < 0) & ~(u_low >= width) & ~(v_high < 0) & ~(v_low >= height)
-        known = near & np.isfinite(u_low + u_high) & np.isfinite(v_low + v_high) & np.isfinite(points.doubt[:, 2])
+        known = near & np.isfinite(points.doubt[:, 2])
+        for end in (u_low, u_high, v_low, v_high):
+            known &= np.isfinite(end)
         first, last = (
             [np.where(known, np.clip(low, 0, size - 1), 0).astype(np.int64) for low, size in ends]
             for ends in (((u_low, width), (v_low, height)), ((u_high, width), (v_high, height)))

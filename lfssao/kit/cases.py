@@ -587,7 +587,7 @@ def _endless(estimator: Estimator) -> Problem:
         screen_to_world=multiply(to_4x4(view.world_from_cast), back),
         depth_kind="screen space z: 0 at the near plane, 1 at infinity, perspective",
     )
-    parameters, inputs = _on_view(estimator, view, _CAMERA_SCENE, 0.5, {}, {})
+    parameters, inputs = _on_view(estimator, view, _CAMERA_SCENE, 0.5, {"packed": False}, {})
     parameters |= {"mapping": _described(endless.world_to_image), "view": _view_numbers(endless)}
     a, b, c, d = view.cast_from_world[2].tolist()
     x, y, z = (inputs["positions"][..., k].astype(np.float64) for k in range(3))

@@ -169,7 +169,7 @@ def test_an_infinite_far_plane_is_null_and_depths_of_it_stand_for_no_distance():
     depth, occlusion = case.inputs["depth"], case.outputs["occlusion"]
     assert (depth[np.isfinite(depth)] >= 1).sum() > 10
     assert not occlusion[depth >= 1].any()
-    assert len(np.unique(occlusion[depth < 1])) > 50
+    assert len(np.unique(occlusion[depth < 1])) > 20
 
 
 def test_samples_of_the_case_ties_lie_on_borders_and_at_the_surfaces_depth():

@@ -190,7 +190,7 @@ def render_view(
     window = plan.reached(surface, passes.blur_reach(settings.blur))
     buffers = replace(Buffers.of(gbuffer, view), every_texel=plan.every_texel)
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
-    merged = timed("merge", lambda: _merge([window.crop(a.texture) for a in ao], plan))
+    merged = timed("merge", lambda: _merge([window.part(a.texture) for a in ao], plan))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
     image = timed("image", lambda: _image(gbuffer, window))
     shaded = timed("shade", lambda: passes.shade(window.crop(image), blurred) if window.texels else window.crop(image))
@@ -244,7 +244,9 @@ def _everywhere(depth: FloatTexture, behind: int, samples: int) -> FloatTexture:
 
 
 def _merge(layers: list[FloatTexture], plan: ViewPlan) -> FloatTexture:
-    return layers[0] if plan.cut and (len(set(plan.same_as)) == 1 or not layers[0].size) else passes.merge(layers)
+    if plan.cut and (len(set(plan.same_as)) == 1 or not layers[0].size):
+        return np.ascontiguousarray(layers[0])
+    return passes.merge(layers)
 
 
 def _occlusion(

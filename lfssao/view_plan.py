@@ -21,6 +21,7 @@ The rules, and why the textures are the same without what they leave out:
 """
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,6 +34,9 @@ from lfssao.window import Window, cast_box, seen_window, surface_window
 
 if TYPE_CHECKING:
     from lfssao.rendering import Settings
+
+# Radii that appear as so many texels, roughly, are not asked for whether they appear smaller than half of one.
+_NOT_SMALL = 8.0
 
 # A window that holds more of the texture than this is not worth copying textures for, by measurement.
 _WORTH_CUTTING = 0.5
@@ -85,14 +89,15 @@ class ViewPlan:
         settings : Settings
             What the AO passes are run with.
         """
-        radii, window = settings.radii, seen_window(view, cast_box(view.cast_from_world, bounds)).rows(view)
+        radii, window = settings.radii, seen_window(view, cast_box(view.cast_from_world, bounds))
         behind: tuple[int | None, ...] = (None,) * len(radii)
         # A neighbour may still see such a sample in the open.
-        if settings.estimator == "lf" and settings.samples is not None and not settings.neighbours and window.texels:
+        own = settings.estimator == "lf" and not settings.neighbours
+        if own and settings.samples is not None and _may_be_small(radii, window, bounds):
             decided = decided_radii(view, bounds, settings.samples)
             behind = tuple(decided.behind if radius in decided else None for radius in radii)
         return cls(
-            window=window,
+            window=window.rows(view),
             whole=Window.whole(view),
             same_as=tuple(radii.index(radius) for radius in radii),
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
@@ -116,9 +121,24 @@ class ViewPlan:
         """
         if not self.cut:
             return self.whole
-        return surface_window(seen) if self.window.texels else self.window
+        if not self.window.texels:
+            return self.window
+        top = self.window.top
+        left, first, right, end = surface_window(seen[top : self.window.bottom])
+        return Window(left, top + first, right, top + end) if end > first else Window(0, 0, 0, 0)
 
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""
         grown = surface.grown(reach, self.whole)
         return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole
+
+
+def _may_be_small(radii: tuple[float, ...], window: Window, bounds: NDArray[np.float64]) -> bool:
+    """Whether it is worth bounding which radii appear smaller than half a texel: none of most jobs does.
+
+    A box appears at most as large as its diagonal does where it appears largest.
+    """
+    x, y, z = (bounds[1] - bounds[0]).tolist()
+    least = min((radius for radius in radii if radius > 0), default=0.0)
+    size = max(window.width, window.height)
+    return size > 0 and 0 < least * size < _NOT_SMALL * sqrt((x * x + y * y) + z * z)

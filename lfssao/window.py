@@ -58,9 +58,13 @@ class Window(NamedTuple):
             min(self.bottom + reach, within.bottom),
         )
 
+    def part(self, texture: NDArray[Any]) -> NDArray[Any]:
+        """The window of a texture, (H, W) or (H, W, c), where it is."""
+        return texture[self.top : self.bottom, self.left : self.right]
+
     def crop(self, texture: NDArray[Any]) -> NDArray[Any]:
         """The window of a texture, (H, W) or (H, W, c), as an array of its own unless it is all of it."""
-        return np.ascontiguousarray(texture[self.top : self.bottom, self.left : self.right])
+        return np.ascontiguousarray(self.part(texture))
 
     def texture(self, background: float, shape: tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
         """A texture of that shape with ``background`` in the rows above and below the window, anything in its own.

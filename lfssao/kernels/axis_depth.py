@@ -4,7 +4,6 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.jit import kernel
-from lfssao.kernels.mapping import affine_row
 
 
 @kernel(parallel=True)
@@ -23,7 +22,11 @@ def write_axis_depth(depth, positions, axis, linear):
         Out.
     """
     height, width = depth.shape
+    depths, places, out = depth.reshape(-1), positions.reshape(-1), linear.reshape(-1)
+    a, b, c, d = axis[0], axis[1], axis[2], axis[3]
     for j in prange(height):
         for i in range(width):
-            z = affine_row(axis, 0, positions[j, i, 0], positions[j, i, 1], positions[j, i, 2])
-            linear[j, i] = z if depth[j, i] < np.inf else depth[j, i]
+            texel = np.uint64(j * width + i)
+            t = np.uint64(3) * texel
+            z = ((a * places[t] + b * places[t + np.uint64(1)]) + c * places[t + np.uint64(2)]) + d
+            out[texel] = z if depths[texel] < np.inf else depths[texel]

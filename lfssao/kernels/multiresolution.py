@@ -63,18 +63,20 @@ def halve(depth, fine, coarse):
     """
     height, width = fine.shape
     surface, numbers, chosen = depth.reshape(-1), fine.reshape(-1), coarse.reshape(-1)
-    wide = (width + 1) // 2
-    for j in prange((height + 1) // 2):
-        upper, lower = np.full(2 * wide, -1, np.int32), np.full(2 * wide, -1, np.int32)
-        for i in range(width):
-            upper[i] = numbers[np.uint64(2 * j * width + i)]
-        if 2 * j + 1 < height:
-            for i in range(width):
-                lower[i] = numbers[np.uint64((2 * j + 1) * width + i)]
-        for i in range(wide):
+    wide, none = (width + 1) // 2, np.int32(-1)
+    for row in prange((height + 1) // 2):
+        j = np.int64(row)
+        two = 2 * j + 1 < height
+        top, bottom = 2 * j * width, (2 * j + 1 if two else 2 * j) * width
+        for i in range(width // 2):
+            upper, lower = np.uint64(top + 2 * i), np.uint64(bottom + 2 * i)
+            c, d = numbers[lower], numbers[lower + np.uint64(1)]
             chosen[np.uint64(j * wide + i)] = lower_median(
-                surface, upper[2 * i], upper[2 * i + 1], lower[2 * i], lower[2 * i + 1]
+                surface, numbers[upper], numbers[upper + np.uint64(1)], c if two else none, d if two else none
             )
+        if width & 1:
+            c = numbers[bottom + width - 1] if two else none
+            chosen[j * wide + wide - 1] = lower_median(surface, numbers[top + width - 1], none, c, none)
 
 
 @kernel(inline=True)

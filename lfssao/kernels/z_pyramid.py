@@ -9,6 +9,7 @@ It is one of distances from the viewer: z less ``origin``, 0 for a camera and th
 0 in the screen plane. Where one of the four is not in front of that, it is the arithmetic mean.
 """
 
+import numpy as np
 from numba import prange
 
 from lfssao.kernels.jit import kernel
@@ -47,6 +48,21 @@ def nearer(a, b):
     return a if a <= b else b
 
 
+@kernel(inline=True)
+def filtered(how, odd_row, odd_column, a, b, c, d, origin):
+    """One texel from the four texels 00, 10, 01, 11 of ``next_level``."""
+    if how == ROTATED:
+        upper, lower = a if odd_row else b, c if odd_row else d
+        return upper if odd_column else lower
+    if how == ARITHMETIC:
+        return arithmetic_mean(a, b, c, d)
+    if how == HARMONIC:
+        return harmonic_mean(a, b, c, d, origin)
+    if how == MIN:
+        return farther(farther(a, b), farther(c, d))
+    return nearer(nearer(a, b), nearer(c, d))
+
+
 @kernel(parallel=True)
 def next_level(source, how, origin, target):
     """One level from the one before.
@@ -64,21 +80,17 @@ def next_level(source, how, origin, target):
         Out: level m + 1.
     """
     height, width = source.shape
-    for y in prange(target.shape[0]):
-        top, bottom = 2 * y, min(2 * y + 1, height - 1)
-        for x in range(target.shape[1]):
-            left, right = 2 * x, min(2 * x + 1, width - 1)
-            if how == ROTATED:
-                column = right if (y & 1) == 0 else left
-                row = bottom if (x & 1) == 0 else top
-                target[y, x] = source[row, column]
-                continue
-            a, b, c, d = source[top, left], source[top, right], source[bottom, left], source[bottom, right]
-            if how == ARITHMETIC:
-                target[y, x] = arithmetic_mean(a, b, c, d)
-            elif how == HARMONIC:
-                target[y, x] = harmonic_mean(a, b, c, d, origin)
-            elif how == MIN:
-                target[y, x] = farther(farther(a, b), farther(c, d))
-            else:
-                target[y, x] = nearer(nearer(a, b), nearer(c, d))
+    z, out, wide = source.reshape(-1), target.reshape(-1), target.shape[1]
+    for row in prange(target.shape[0]):
+        y = np.int64(row)
+        top, bottom, odd = 2 * y * width, min(2 * y + 1, height - 1) * width, (y & 1) == 1
+        for x in range(width // 2):  # what no border is near: neighbours of two rows, which LLVM takes apart
+            upper, lower = np.uint64(top + 2 * x), np.uint64(bottom + 2 * x)
+            out[np.uint64(y * wide + x)] = filtered(
+                how, odd, (np.int32(x) & 1) == 1,
+                z[upper], z[upper + np.uint64(1)], z[lower], z[lower + np.uint64(1)], origin,
+            )  # fmt: skip
+        if width & 1:
+            x = wide - 1
+            upper, lower = z[top + width - 1], z[bottom + width - 1]
+            out[y * wide + x] = filtered(how, odd, (x & 1) == 1, upper, upper, lower, lower, origin)

@@ -684,6 +684,25 @@ def test_another_estimators_occlusion_is_said_to_have_no_interval(tmp_path, caps
     assert "must have equal values" not in capsys.readouterr().out
 
 
+def test_a_missing_layer_is_said_with_what_may_be_it(tmp_path, capsys, reference):
+    """Another name, a wrong rule, files of other names."""
+
+    def rename(parts):
+        merged = parts.pop("merged")
+        return {**parts, "ssao": replace(merged, name="ssao", channels=("ssao.R",))}
+
+    mine = changed(reference, tmp_path / "mine", "module_004", rename)
+    assert compare(mine, reference) == 2
+    sentence = "if it is one of ssao.ssao.R, say so by --map, such as --map ssao.ssao.R=merged.AO"
+    assert f"module_004, merged: missing: there is no such layer; {sentence}" in capsys.readouterr().out
+    assert compare(mine, reference, "--map", "nothing=merged", "--layers", "merged") == 2
+    assert "missing: there is no layer or channel 'nothing', which --map names" in capsys.readouterr().out
+    (tmp_path / "other").mkdir()
+    shutil.copy(reference / "module_004.exr", tmp_path / "other" / "frame.exr")
+    assert compare(tmp_path / "other", reference) == 2
+    assert "has no file of it, such as module_003.exr or module_003_LAYER.npy" in capsys.readouterr().out
+
+
 SMALL = ["render", "statue", "--display", "sample-a", "--modules", "4:5", "--resolution", "32x24", "--radii", "4%"]
 
 

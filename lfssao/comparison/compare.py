@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from lfssao.comparison.intervals import Oracle, Parameters
+from lfssao.comparison.intervals import Oracle, Parameters, not_written
 from lfssao.comparison.kit_case import CaseOracle, case_layers
 from lfssao.comparison.layers import Layer, Matcher, MismatchError, check_comparable
 from lfssao.comparison.picture import Panels
@@ -141,7 +141,7 @@ class Comparison:
             return
         self._named |= {name for layer in reference for name in (layer.name, *_channel_names(layer))}
         if not parts:
-            detail = f"{self._mine.path} has no file of it"
+            detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
         matcher = Matcher(parts, reference, self._rules)
@@ -189,8 +189,7 @@ class Comparison:
         return self._surface if isinstance(self._surface, Surface) else None
 
     def _not_a_manifest(self, error: Exception) -> InputError:
-        what = f"{type(error).__name__}: {error}"
-        return InputError(f"{self._reference.path}: it is not what 'lfssao render' writes ({what:.80})")
+        return not_written(self._reference.path, error)
 
     def _compare(
         self,
@@ -282,6 +281,7 @@ def _found_layers(
     """
     found: dict[str, Layer] = {}
     refused: dict[str, Result] = {}
+    missing: list[Layer] = []
     for right in reference:
         try:
             layer = matcher.find(right)
@@ -289,9 +289,11 @@ def _found_layers(
                 check_comparable(layer, right)
                 found[right.name] = layer
             elif right.name not in optional:
-                refused[right.name] = Result(module, right.name, Verdict.MISSING, "there is no such layer")
+                missing.append(right)
         except MismatchError as error:
             refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
+    for right in missing:  # behind all that were found: what is left over may be it
+        refused[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
     return found, refused
 
 

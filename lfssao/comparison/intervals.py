@@ -76,8 +76,13 @@ class Parameters:
         try:
             return _read(manifest["settings"], entry["view"])
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-            what = f"{type(error).__name__}: {error}"
-            raise InputError(f"{path}: it is not what 'lfssao render' writes ({what:.80})") from error
+            raise not_written(path, error) from error
+
+
+def not_written(folder: Path, error: Exception) -> InputError:
+    """What is said of a folder whose manifest led to an error."""
+    what = f"its manifest has no {error}" if isinstance(error, KeyError) else f"{type(error).__name__}: {error}"
+    return InputError(f"{folder}: it is not what 'lfssao render' writes ({what:.80})")
 
 
 def _read(settings: dict[str, Any], view: dict[str, Any]) -> Parameters:

@@ -82,6 +82,10 @@ class _Channel:
         return name, f"{self.part.name}.{name}"
 
 
+# Channels that a sentence names.
+_FEW = 6
+
+
 class Matcher:
     """Finds the layers of a reference among the channels of one module of another renderer.
 
@@ -131,6 +135,19 @@ class Matcher:
     def unused(self) -> list[str]:
         """Channels of the other renderer that no layer of the reference was compared with."""
         return [c.names[bool(c.part.name)] for c in self._all if (id(c.part), c.number) not in self._used]
+
+    def why_missing(self, layer: Layer) -> str:
+        """Why a layer was not found, in a sentence, and what of the other renderer may be it; asked at last."""
+        wanted = [layer.name, *layer.channels, *(_full(layer.name, channel) for channel in layer.channels)]
+        ruled = [self._rules[name] for name in wanted if name in self._rules]
+        if ruled:
+            return f"there is no layer or channel '{ruled[0]}', which --map names"
+        left = self.unused()
+        if not left:
+            return "there is no such layer"
+        some = ", ".join(left[:_FEW]) + (", ..." if len(left) > _FEW else "")
+        rule = f"{left[0]}={_full(layer.name, layer.channels[0])}"
+        return f"there is no such layer; if it is one of {some}, say so by --map, such as --map {rule}"
 
     def _by_rule(self, layer: Layer) -> list[list[_Channel]] | None:
         """What ``--map`` says of the layer or any of its channels."""

@@ -627,11 +627,11 @@ def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
     report = lfssao.compare(near, reference)
     assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
     assert report.exit_code == 0
-    assert report.first_difference.worst[0].reason.startswith("the mesh has these depths within 0.0039 texel")
+    assert report.first_difference.worst[0].reason.endswith("0.0039 texel of the texel's centre, see these depths")
     report = lfssao.compare(half, reference)
     assert ("module_004", "depth") in {(r.module, r.layer) for r in report.results if r.verdict is Verdict.OUTSIDE}
     reasons = {texel.reason for texel in report.first_failure.worst}
-    assert "the mesh shows nothing within 0.0039 texel of the texel's centre" in reasons
+    assert "nine rays into the mesh, within 0.0039 texel of the texel's centre, see nothing" in reasons
     assert compare(near, without_scene(reference, tmp_path / "file"), "--mesh", "statue") == 0
     assert compare(near, reference, "--mesh", "ammonite") == 4
     assert "ammonite is not the scene that the reference was rendered of, statue" in capsys.readouterr().err
@@ -753,7 +753,8 @@ def test_without_the_mesh_a_texel_that_cannot_be_judged_is_a_warning_and_many_ar
         if count == limit:
             assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
             assert report.notes == (
-                f"module_004, depth: {limit} texels cannot be judged without the mesh (--mesh FILE)",
+                f"module_004, depth: {limit} texels cannot be judged without the mesh (--mesh FILE): "
+                "no more than may look past an edge, by a statistical limit that proves nothing",
             )
             assert report.exit_code == 1
         else:

@@ -69,8 +69,8 @@ def add_to(commands: Any) -> None:
     add(
         "--mesh",
         metavar="FILE",
-        help="the mesh that REFERENCE was rendered of: by it depth and colour are judged without exceptions at "
-        "silhouettes (of an embedded scene it is at hand)",
+        help="the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
+        "exceptions at silhouettes (of an embedded scene it is at hand)",
     )
     add("--json", metavar="FILE", help="write all figures as JSON")
     add("--junit", metavar="FILE", help="write JUnit XML: a test suite a module, a test case a layer")

@@ -221,7 +221,8 @@ class Comparison:
         if result.verdict is Verdict.INSIDE and result.outside:
             some = f"{result.outside} texel{'s' * (result.outside != 1)}"
             self._notes.append(
-                f"{result.module}, {result.layer}: {some} cannot be judged without the mesh (--mesh FILE)"
+                f"{result.module}, {result.layer}: {some} cannot be judged without the mesh (--mesh FILE): no more than may "
+                "look past an edge, by a statistical limit that proves nothing"
             )
 
     def _judge(self, module: str, oracle: Oracle | CaseOracle | None, mine: Layer, reference: Layer) -> Judged:

@@ -216,8 +216,8 @@ class Oracle:
             return f"the radii have {values}" if values else ""
         if name == "depth" and self._made is not None:
             nothing = self._made[0].lower[j, i] == np.inf
-            shown = "shows nothing" if nothing else "has these depths"
-            return f"the mesh {shown} within {self.model.centre:.2g} texel of the texel's centre"
+            seen = "nothing" if nothing else "these depths"
+            return f"nine rays into the mesh, within {self.model.centre:.2g} texel of the texel's centre, see {seen}"
         if name in numbers and self._estimate is not None:
             return _openness(self._found[name].bounds, self._estimate, texel)
         if name not in numbers or p.samples is None:

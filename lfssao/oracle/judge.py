@@ -383,9 +383,9 @@ def positions_outside(positions: Texture, depth: Texture, case: Case, model: Err
     surface = depth < np.inf
     allowance = np.full(positions.shape, ROUNDINGS * model.operation * _largest(positions))
     image, doubt, sure = np.empty(positions.shape), np.empty(positions.shape), np.empty(depth.shape, np.bool_)
-    outcomes.map_positions(
-        np.ascontiguousarray(positions, np.float64), allowance, kind, numbers, errors, image, doubt, sure
-    )
+    with np.errstate(invalid="ignore"):  # of a NaN that signals
+        exact = np.ascontiguousarray(positions, np.float64)
+    outcomes.map_positions(exact, allowance, kind, numbers, errors, image, doubt, sure)
     height, width = depth.shape
     centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     room = ROUNDINGS * model.operation * _largest(depth)

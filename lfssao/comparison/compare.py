@@ -220,10 +220,9 @@ class Comparison:
         """Warn of texels that only the mesh could tell right from wrong."""
         if result.verdict is Verdict.INSIDE and result.outside:
             some = f"{result.outside} texel{'s' * (result.outside != 1)}"
-            self._notes.append(
-                f"{result.module}, {result.layer}: {some} cannot be judged without the mesh (--mesh FILE): no more than may "
-                "look past an edge, by a statistical limit that proves nothing"
-            )
+            what = f"{result.module}, {result.layer}: {some} cannot be judged without the mesh (--mesh FILE)"
+            limit = "no more than may look past an edge, by a statistical limit that proves nothing"
+            self._notes.append(f"{what}: {limit}")
 
     def _judge(self, module: str, oracle: Oracle | CaseOracle | None, mine: Layer, reference: Layer) -> Judged:
         name = reference.name

@@ -81,13 +81,18 @@ def hold_inside(u, last):
 
 
 @kernel(inline=True)
+def signed_texel_number(column, row, width):
+    """Row * width + column, int32, of image coordinates inside the texture: 32 bits, as 64 cost half the speed."""
+    return np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
+
+
+@kernel(inline=True)
 def texel_number(column, row, width):
     """Row * width + column, uint32, of image coordinates inside the texture.
 
-    32 bits throughout and a known sign: a 64-bit product, or a test for a negative index, costs half the speed.
+    Of a known sign: a test for a negative index costs half the speed.
     """
-    number = np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
-    return np.uint32(number) & np.uint32(0x7FFFFFFF)
+    return np.uint32(signed_texel_number(column, row, width)) & np.uint32(0x7FFFFFFF)
 
 
 @kernel(inline=True)

@@ -65,13 +65,14 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
         q, z = np.empty(width, numbers.dtype), np.empty(width, numbers.dtype)
         texel, inside = np.empty(width, np.uint32), np.empty(width, np.bool_)
         seen, clear = np.empty(width, np.bool_), np.empty(width, np.bool_)
-        count, found = np.empty(width, np.int32), np.empty(width, np.int32)
+        count = np.empty(width, np.int32)
         at, end = j * width, (j + 1) * width
         outside[j] = 0
         while at < end:
             start, n = next_run(visible, at, end)
+            found = 0
             for i in range(n):
-                count[i], found[i] = 0, 0
+                count[i] = 0
             load_row(places, start, n, points)
             for v in range(views):
                 affine_rows(kinds[v], numbers[v], n, points, base[v])
@@ -87,6 +88,6 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
                         clear[i] |= inside[i] & before
                 for i in range(n):
                     count[i] += np.int32(seen[i] & (not clear[i]))
-                    found[i] += np.int32(seen[i])
-            outside[j] += finish_run(visible, at, start, n, samples, count, found, shares)
+                    found += np.int64(seen[i])
+            outside[j] += finish_run(visible, at, start, n, samples, count, shares) - found
             at = start + n

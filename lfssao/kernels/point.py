@@ -10,6 +10,7 @@ inlined: beside them LLVM makes no vectors of the loops of Algorithms 1 and 2, a
 import numpy as np
 from numba import prange
 
+from lfssao.kernels.intrinsics import CHUNK, scratch
 from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX, affine_row
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
@@ -17,10 +18,8 @@ from lfssao.kernels.runs import next_run
 from lfssao.kernels.schedule import spread
 from lfssao.kernels.ssao import count_crossed_slits, count_matrix, finish_run, transform_offsets
 
-# Rows that share one set of scratch arrays, and texels that are computed together: what they need fits the nearest
-# cache.
+# Rows that share one set of scratch arrays.
 _ROWS_A_BLOCK = 8
-_CHUNK = 256
 
 
 @kernel(inline=True)
@@ -46,10 +45,14 @@ def move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q):
 
 @kernel
 def count_near(
-    kind, m, module, depth, places, reach, forward, width, height, n, points, a, b, c, q, texel, z, inside, count, found
+    kind, m, module, depth, places, reach, forward, width, height, n, points, a, b, c, q, texel, z, inside, count
 ):
-    """Lines 6 to 9 with the range check and line 7's other form; arguments of share_behind and project_rows."""
+    """Lines 6 to 9 with the range check and line 7's other form; arguments of share_behind and project_rows.
+
+    Returns how many of the samples are in the texture and the mapping's domain.
+    """
     project_rows(kind, m, module, width, height, n, a, b, c, q, texel, z, inside)
+    found = np.int32(0)
     for i in range(n):
         t = np.uint64(3) * np.uint64(texel[i])
         x, y, w = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
@@ -59,7 +62,8 @@ def count_near(
         dx, dy, dz = x - points[0, i], y - points[1, i], w - points[2, i]
         near = ((dx * dx + dy * dy) + dz * dz) <= reach
         count[i] += np.int32((surface < z[i]) & near & inside[i] & there)
-        found[i] += np.int32(inside[i])
+        found = np.int32(found + np.int32(inside[i]))
+    return found
 
 
 @kernel(inline=True)
@@ -109,34 +113,34 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
-        points, up = np.empty((3, _CHUNK), m.dtype), np.zeros((3, _CHUNK), m.dtype)
-        rows, a, b = np.empty((4, _CHUNK), m.dtype), np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, m.dtype)
-        c, q = np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, m.dtype)
-        z, texel, inside = np.empty(_CHUNK, m.dtype), np.empty(_CHUNK, np.uint32), np.empty(_CHUNK, np.bool_)
-        count, found = np.empty(_CHUNK, np.int32), np.empty(_CHUNK, np.int32)
+        points, up = np.empty((3, CHUNK), m.dtype), np.zeros((3, CHUNK), m.dtype)
+        rows, a, b = np.empty((4, CHUNK), m.dtype), scratch(m.dtype), scratch(m.dtype)
+        c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(np.int32)
+        z, texel, inside = np.empty(CHUNK, m.dtype), np.empty(CHUNK, np.uint32), np.empty(CHUNK, np.bool_)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_run(surface, at, min(at + _CHUNK, end))
+                start, n = next_run(surface, at, min(at + CHUNK, end))
                 load_row(places, start, n, points)
                 if hemisphere:
                     load_row(facing, start, n, up)
                 affine_rows(kind, m, n, points, rows)
                 for i in range(n):
-                    count[i], found[i] = 0, 0
+                    count[i] = 0
+                found = 0
                 for s in range(samples):
                     move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q)
                     if looks and kind == CROSSED_SLITS:
-                        count_crossed_slits(m, surface, width, height, n, a, b, c, still, count, found)
+                        found += count_crossed_slits(m, surface, width, height, n, a, b, c, still, count)
                     elif looks and kind == MATRIX:
-                        count_matrix(m, surface, width, height, n, a, b, c, q, still, count, found)
+                        found += count_matrix(m, surface, width, height, n, a, b, c, q, still, count)
                     else:
-                        count_near(
+                        found += count_near(
                             kind, m, module, surface, places, reach, forward, wide, high, n, points, a, b, c, q, texel,
-                            z, inside, count, found,
+                            z, inside, count,
                         )  # fmt: skip
-                outside[j] += finish_run(surface, at, start, n, samples, count, found, shares)
+                outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
                 if remap:
                     remap_shares(shares, at, start + n)
                 at = start + n

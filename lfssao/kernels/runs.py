@@ -11,9 +11,11 @@ _GROUP = 32
 @kernel(inline=True)
 def sees_surface(depth, first, end):
     """Whether one of the texels from number ``first`` to before ``end`` sees a surface."""
-    some = 0
+    if depth[first] < np.inf:
+        return True
+    some = np.int32(0)
     for texel in range(first, end):
-        some |= depth[texel] < np.inf
+        some |= np.int32(depth[texel] < np.inf)
     return some != 0
 
 

@@ -6,12 +6,16 @@ How the kernels get their speed, with the bits of the plain double loop over tex
 - The mapping's affine half is applied once a point and once a sample instead of once a pair of them.
 - The depth look-up is in the same loop: its latency hides behind the divisions, which are the bottleneck. LLVM makes
   gathers of it only where it knows that no other array overlaps ``depth``; numba tells it so for the arrays of a
-  ``prange`` body as long as the body makes no views. Hence texel numbers where slices would read better; unsigned
-  ones, so that numba need not ask whether they count from the end.
-- Where a sample lies outside, texel 0 is read: a load without a branch, and never of a number that has no texel.
+  ``prange`` body as long as the body makes no views, and what is written is on the stack (``scratch``). Hence texel
+  numbers where slices would read better; unsigned ones, so that numba need not ask whether they count from the end.
+- Algorithm 2 takes four samples at a time, so that points and counts are loaded and stored once for the four. It counts
+  the four in the arithmetic's floats, as LLVM adds those in one masked instruction, and integers in two.
+- Where a sample lies outside nothing is read: vectors read under a mask.
 - Positions are read as one flat array, 3 t + k: so LLVM takes three vectors apart with shuffles; of a second index it
   makes gathers, which take as long as two samples.
-- Only runs of texels that see a surface are computed (``lfssao.kernels.runs``).
+- Only runs of texels that see a surface are computed (``lfssao.kernels.runs``), a chunk at a time: the numbers of a
+  chunk stay in the nearest cache, and while one is computed the processor fetches the next one's positions.
+- How many samples lie in the texture is counted a run, not a texel: nobody asks for more.
 - Helpers that take arrays are called once a run, not once a point: numba counts references at each call.
 - ``finish_run`` is not inlined: with it in the same function LLVM gives the loop of look-ups up.
 """
@@ -20,6 +24,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.display import VALID, physical_to_image
+from lfssao.kernels.intrinsics import CHUNK, element, scratch
 from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import (
     CROSSED_SLITS,
@@ -29,14 +34,17 @@ from lfssao.kernels.mapping import (
     nearest_texel,
     project_crossed_slits,
     project_matrix,
-    texel_number,
+    signed_texel_number,
 )
 from lfssao.kernels.runs import run_of
 from lfssao.kernels.schedule import spread
 
-# Rows that share one set of scratch arrays: enough that allocating them costs nothing, few enough that the rows
-# divide evenly among threads.
+# Rows that a thread takes at once: enough that starting costs nothing, few enough that they divide evenly among
+# threads.
 _ROWS_A_BLOCK = 8
+
+# Samples that Algorithm 2 looks up at once.
+_TOGETHER = 4
 
 
 @kernel
@@ -50,22 +58,30 @@ def transform_offsets(offsets, kind, m):
 
 
 @kernel(inline=True)
-def start_run(kind, m, n, a, b, c, q, count, inside):
-    """Begin n points: the affine half of line 6, in place, and no samples counted.
-
-    a, b, c: in, world coordinates; out, rows 0 to 2 of M (a, b, c, 1). q: out, row 3 of a camera's.
-    """
+def look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, first, together, count):
+    """Lines 4 to 9 of ``together`` samples from number ``first`` on; the rest as in count_crossed_slits."""
+    zero, one = m.dtype.type(0), m.dtype.type(1)
+    wide, high = m.dtype.type(width), m.dtype.type(height)
+    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+    found = np.int32(0)
     for i in range(n):
-        x, y, z = a[i], b[i], c[i]
-        a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
-        count[i] = 0
-        inside[i] = 0
-        if kind == MATRIX:
-            q[i] = affine_row(m, 3, x, y, z)
+        behind = inside = zero
+        for s in range(first, first + together):
+            x, y, z = a[i] + offsets[s, 0], b[i] + offsets[s, 1], c[i] + offsets[s, 2]
+            u, v, z, _ = project_crossed_slits(x, y, z, z_module, z_observer, u_0, v_0)
+            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            hit = False
+            if there:
+                hit = element(depth, signed_texel_number(u, v, wide)) < z  # lines 7 and 8
+            behind = behind + one if hit else behind
+            inside = inside + one if there else inside
+        count[i] += np.int32(behind)  # line 9
+        found = np.int32(found + np.int32(inside))
+    return found
 
 
 @kernel(inline=True)
-def count_crossed_slits(m, depth, width, height, n, a, b, c, offsets, count, inside):
+def count_crossed_slits(m, depth, width, height, n, a, b, c, offsets, count):
     """Algorithm 2, lines 4 to 9, for the points of one run.
 
     Parameters
@@ -83,70 +99,78 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, offsets, count, ins
         compare lets through.
     offsets : (samples, 4) array
         The samples likewise, linear part only.
-    count, inside : (>= n,) int32
-        In and out: how many samples lie behind the surface; how many in the texture and the mapping's domain.
+    count : (>= n,) int32
+        In and out: how many samples lie behind the surface.
+
+    Returns
+    -------
+    int
+        How many samples of all the points are in the texture and the mapping's domain.
     """
-    wide, high = m.dtype.type(width), m.dtype.type(height)
-    zero = m.dtype.type(0)
-    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
-    for s in range(offsets.shape[0]):
-        oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
-        for i in range(n):
-            u, v, z, _ = project_crossed_slits(a[i] + oa, b[i] + ob, c[i] + oc, z_module, z_observer, u_0, v_0)
-            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
-            column, row = u if there else zero, v if there else zero
-            surface = depth[texel_number(column, row, wide)]  # line 7
-            count[i] += np.int32((surface < z) & there)  # lines 8 and 9
-            inside[i] += np.int32(there)
+    found, samples = 0, offsets.shape[0]
+    whole = samples - samples % _TOGETHER
+    for s in range(0, whole, _TOGETHER):
+        found += look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, s, _TOGETHER, count)
+    for s in range(whole, samples):
+        found += look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, s, 1, count)
+    return found
 
 
 @kernel(inline=True)
-def count_matrix(m, depth, width, height, n, a, b, c, q, offsets, count, inside):
-    """Algorithm 1, lines 5 to 10; arguments of count_crossed_slits, with q, row 3 of M."""
+def count_matrix(m, depth, width, height, n, a, b, c, q, offsets, count):
+    """Algorithm 1, lines 5 to 10; arguments and result of count_crossed_slits, with q, row 3 of M."""
     wide, high = m.dtype.type(width), m.dtype.type(height)
+    found = 0
     for s in range(offsets.shape[0]):
         oa, ob, oc, oq = offsets[s, 0], offsets[s, 1], offsets[s, 2], offsets[s, 3]
+        inside = np.int32(0)
         for i in range(n):
             u, v, z, valid = project_matrix(a[i] + oa, b[i] + ob, c[i] + oc, q[i] + oq)
             there, texel = nearest_texel(u, v, wide, high)
             there = there & valid
             surface = depth[texel]  # line 8
             count[i] += np.int32((surface < z) & there)  # lines 9 and 10
-            inside[i] += np.int32(there)
+            inside = np.int32(inside + np.int32(there))
+        found += inside
+    return found
 
 
 @kernel(inline=True)
-def count_display(d, depth, width, height, n, a, b, c, offsets, count, inside):
-    """Algorithm 2, lines 4 to 9, for any display; arguments of count_crossed_slits, with d, the module's numbers."""
+def count_display(d, depth, width, height, n, a, b, c, offsets, count):
+    """Algorithm 2, lines 4 to 9, for any display; as count_crossed_slits, with d, the module's numbers."""
     wide, high = d.dtype.type(width), d.dtype.type(height)
+    found = 0
     for s in range(offsets.shape[0]):
         oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+        inside = np.int32(0)
         for i in range(n):
             z = c[i] + oc
             u, v, answer = physical_to_image(d, a[i] + oa, b[i] + ob, z)
             there, texel = nearest_texel(u, v, wide, high)
             there = there & (answer == VALID)
             count[i] += np.int32((depth[texel] < z) & there)
-            inside[i] += np.int32(there)
+            inside = np.int32(inside + np.int32(there))
+        found += inside
+    return found
 
 
 @kernel
-def finish_run(depth, at, start, n, samples, count, inside, occlusion):
+def finish_run(depth, at, start, n, samples, count, occlusion):
     """Write occlusion, 0 of the texels from number ``at`` to the run's start and count / samples of the n in the run.
 
-    Returns how many samples of the run's visible points were outside.
+    Returns how many samples the run's visible points have.
     """
     zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
     for texel in range(np.uint64(at), np.uint64(start)):
         occlusion[texel] = zero
-    visible = found = 0
+    visible = np.int32(0)
     for i in range(n):
         texel = np.uint64(start + i)
         there = depth[texel] < np.inf
-        occlusion[texel] = depth.dtype.type(count[i]) / total if there else zero
-        visible += there
-        found += inside[i] if there else 0
-    return visible * samples - found
+        share = depth.dtype.type(count[i]) / total
+        occlusion[texel] = share if there else zero
+        visible = np.int32(visible + np.int32(there))
+    return visible * samples
 
 
 @kernel(parallel=True)
@@ -180,25 +204,28 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
-        a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
-        q, count, inside = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
+        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = run_of(surface, at, end, every)
+                start, n = run_of(surface, at, min(at + CHUNK, end), every)
                 for i in range(n):
                     t = 3 * (start + i)  # line 1
                     x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
-                    a[i], b[i], c[i] = x if surface[np.uint64(start + i)] < np.inf else nothing, y, z
-                start_run(kind, m, n, a, b, c, q, count, inside)
+                    x = x if surface[np.uint64(start + i)] < np.inf else nothing
+                    a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                    if kind == MATRIX:
+                        q[i] = affine_row(m, 3, x, y, z)
+                    count[i] = 0
                 if kind == CROSSED_SLITS:
-                    count_crossed_slits(m, surface, width, height, n, a, b, c, image_offsets, count, inside)
+                    found = count_crossed_slits(m, surface, width, height, n, a, b, c, image_offsets, count)
                 elif kind == MATRIX:
-                    count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, inside)
+                    found = count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count)
                 else:
-                    count_display(module, surface, width, height, n, a, b, c, image_offsets, count, inside)
-                outside[j] += finish_run(surface, at, start, n, samples, count, inside, shares)
+                    found = count_display(module, surface, width, height, n, a, b, c, image_offsets, count)
+                outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
                 at = start + n
 
 
@@ -217,22 +244,23 @@ def algorithm1(depth, offsets, screen_to_world, m, every, occlusion, outside):
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
-        a, b, c = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
-        q, count, inside = np.empty(width, m.dtype), np.empty(width, np.int32), np.empty(width, np.int32)
+        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = run_of(surface, at, end, every)
+                start, n = run_of(surface, at, min(at + CHUNK, end), every)
                 first = m.dtype.type(start - j * width) + half
                 for i in range(n):
                     u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
                     d = surface[np.uint64(start + i)]  # line 2
                     w = affine_row(screen_to_world, 3, u, v, d)  # line 3
-                    a[i] = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
-                    b[i] = affine_row(screen_to_world, 1, u, v, d) / w
-                    c[i] = affine_row(screen_to_world, 2, u, v, d) / w
-                start_run(MATRIX, m, n, a, b, c, q, count, inside)
-                count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count, inside)
-                outside[j] += finish_run(surface, at, start, n, samples, count, inside, shares)
+                    x = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
+                    y = affine_row(screen_to_world, 1, u, v, d) / w
+                    z = affine_row(screen_to_world, 2, u, v, d) / w
+                    a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                    q[i], count[i] = affine_row(m, 3, x, y, z), 0
+                found = count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count)
+                outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
                 at = start + n

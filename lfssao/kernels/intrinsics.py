@@ -1,0 +1,48 @@
+"""What numba does not offer: memory on the stack, and look-ups by numbers of known sign."""
+
+from typing import Any
+
+from numba import extending, types
+from numba.core import cgutils
+
+# Numbers that ``scratch`` holds: of a handful of arrays, they fit the nearest cache beside the textures' texels.
+CHUNK = 256
+
+
+@extending.intrinsic
+def scratch(_typing: Any, dtype: Any) -> Any:
+    """CHUNK numbers of a dtype on the stack of the function, or body of a ``prange``, that calls this; not initialised.
+
+    LLVM knows that such memory overlaps nothing else. Of arrays from ``np.empty`` it has to prove it, and gives up in
+    long functions: then it makes no vectors of loops with look-ups in them, and Algorithm 2 with a camera's mapping
+    took five times as long. It begins where a cache line does, so that no vector lies across two. It must not be
+    returned, nor kept.
+    """
+    array = types.Array(dtype.dtype, 1, "C")
+
+    def allocate(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+        item = context.get_data_type(array.dtype)
+        space = cgutils.alloca_once(builder, item, size=CHUNK)
+        space.align = 64
+        made = context.make_array(array)(context, builder)
+        size, length = (context.get_constant(types.intp, number) for number in (context.get_abi_sizeof(item), CHUNK))
+        context.populate_array(made, data=space, shape=[length], strides=[size], itemsize=size, meminfo=None)
+        return made._getvalue()
+
+    return array(dtype), allocate
+
+
+@extending.intrinsic
+def element(_typing: Any, array: Any, number: Any) -> Any:
+    """The element of a flat array under an int32 number that is not negative.
+
+    numba takes negative numbers to count from the end, and asks; unsigned ones it widens without their sign, which the
+    processor's gathers cannot, so that a loop needs an instruction more to show that there is no sign.
+    """
+
+    def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        made = context.make_array(signature.args[0])(context, builder, arguments[0])
+        wide = context.cast(builder, arguments[1], types.int32, types.intp)
+        return builder.load(builder.gep(made.data, [wide], inbounds=True))
+
+    return array.dtype(array, types.int32), load

@@ -151,13 +151,7 @@ def _rays(plans: Sequence[ViewPlan]) -> Cut:
     bounded = any(plan.window != plan.whole for plan in plans)
     reason = "rows above and below the image of the scene's box see nothing"
     if not bounded:
-        reason = "the image of the scene's box has all rows of each texture"
-    unknown = sum(plan.unbounded for plan in plans)
-    if unknown:
-        reason += (
-            f"; of {unknown} views no image of a box is known (curved screens, conical diffusers, turned or distorted "
-            "modules): of theirs, tiles that miss the box of the whole scene end there while it runs"
-        )
+        reason = "the image of the scene's box has all rows of each texture, or reaches the lens or the viewers"
     return Cut("rays", "one a texel", run, out, _share(out, texels), out * _NS_A_BACKGROUND_TEXEL * 1e-6, PLANNED,
                reason)  # fmt: skip
 

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from lfssao.display_window import image_range
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.matrix import Matrix
 from lfssao.view import View
@@ -107,7 +108,8 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
     On flat screens with the linear diffuser and in cameras u and v are quotients of affine functions with one sign in
     the divisor, so over a box they are largest and smallest in its corners, and a ray hits a triangle only between the
     images of the triangle's corners, up to the rounding that ``lfssao.kernels.footprints`` bounds; a texel is added for
-    it on each side. Where that bound does not hold, and for all other displays, it is the whole texture.
+    it on each side. Of other displays ``lfssao.display_window`` bounds the image of the whole box. Where a bound does
+    not hold it is the whole texture.
 
     Parameters
     ----------
@@ -122,7 +124,8 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
     """
     whole = Window.whole(view)
     if view.ray_kind == DISPLAY:
-        return whole
+        ends = image_range(view.lens, box)
+        return whole if ends is None else _around(view, *ends)
     error_x, error_y = ray_errors(view, box).tolist()
     us, vs = [], []
     for x in box[:, 0].tolist():
@@ -136,8 +139,13 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
                     return whole
                 us.append(u)
                 vs.append(v)
-    left, right = _between(min(us), max(us), view.width)
-    top, bottom = _between(min(vs), max(vs), view.height)
+    return _around(view, min(us), max(us), min(vs), max(vs))
+
+
+def _around(view: View, u_low: float, u_high: float, v_low: float, v_high: float) -> Window:
+    """The texels of a range of image points, and one more on each side."""
+    left, right = _between(u_low, u_high, view.width)
+    top, bottom = _between(v_low, v_high, view.height)
     window = Window(left, top, right, bottom)
     return window if window.texels else Window(0, 0, 0, 0)
 

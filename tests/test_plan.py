@@ -78,7 +78,7 @@ def test_displays_of_every_kind(statue, name, place):
         flat = view.ray_kind == raycast_twin.FLAT_LINEAR
         decided = 4 if flat and place != "beside" else None  # half of LF's samples lie behind
         assert plan.behind[:2] == (None, decided)
-        if place == "beside" and flat:
+        if place == "beside" and name not in ("convex", "picoarray"):  # whose arcs end before it: no bounds
             assert not plan.window.texels
 
 
@@ -356,7 +356,6 @@ def test_a_display_without_bounds_is_told_so(statue):
     for name, unbounded in (("picoarray", True), ("convex", True), ("sample-a", False)):
         views = module_views(statue, find_display(name).with_resolution(48, 36), range(1))
         made = {cut.what: cut for cut in make_plan(statue, views, Settings((1e-3,))).cuts}
-        assert ("no image of a box is known" in made["rays"].reason) == unbounded
         assert ("curved" in made["samples"].reason) == unbounded
         assert made["samples"].left_out == (0 if unbounded else 8)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 RUN = Path(__file__).parents[1] / ".ci" / "run"
-TEST_COMMAND = "<!-- test -->\n```\necho tested ${DEBIAN_FRONTEND:-interactive}\n```\n<!-- end -->\n"
+TEST_COMMAND = "<!-- test -->\n```\necho tested ${DEBIAN_FRONTEND:-interactive} CI=$CI\n```\n<!-- end -->\n"
 PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 ASKED = ["update -q", f"install -q -y --no-install-recommends {PACKAGES}"]
 
@@ -31,10 +31,13 @@ def ci(folder, query, apt="exit 0", user=0):
         program.write_text(f"#!/bin/sh\n{does}\n")
         program.chmod(0o755)
     env = {**os.environ, "PATH": f"{folder / 'programs'}{os.pathsep}{os.environ['PATH']}"}
-    env.pop("DEBIAN_FRONTEND", None)
+    for name in ("DEBIAN_FRONTEND", "CI"):
+        env.pop(name, None)
     done = subprocess.run([folder / ".ci" / "run"], env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()[-1], asked.read_text().splitlines() if asked.exists() else []
+    said, _, under_ci = done.stdout.splitlines()[-1].rpartition(" CI=")
+    assert under_ci == "true"  # else tests of shaders skip where there is no driver
+    return said, asked.read_text().splitlines() if asked.exists() else []
 
 
 @pytest.mark.parametrize("states", [[], ["installed"] * 2, ["installed", "installed", "config-files"]])

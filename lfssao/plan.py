@@ -21,7 +21,7 @@ from lfssao.view_plan import ViewPlan
 # When something is left out: by the plan, by a rule of the plan while it runs, or inside a kernel, plan or no plan.
 PLANNED, AT_RUN_TIME, BUILT_IN = "planned", "at run time", "built in"
 
-# Nanoseconds of one thread's processor time, rounded from the passes' times in the scenes of benchmarks/bench_plan.py,
+# Nanoseconds of one thread's processor time, rounded from the passes' times in the scenes of lfssao.bench.savings,
 # nothing left out, on one machine busy with other work. They tell what is worth leaving out, not how long a job takes:
 # a scene's texels and triangles cost up to twice as much or half, other machines have other numbers.
 _NS_A_TRIANGLE = 30.0  # its bounds in each view

@@ -5,7 +5,9 @@ the kernel calls alone; beside it the same loops in plain C (peers/*.c, gcc -O3 
 with -ffp-contract=off must give lfssao's bits) on copies of the same arrays, and a copy of as many bytes as the arrays
 have. All take turns; median and quartiles. The first calls, which compile or load, are a table of their own: an empty
 NUMBA_CACHE_DIR shows what compiling takes. In C, tables and memory are ready before, and samples outside the texture
-are not counted. ``--cpu`` takes processor time of one thread, for a machine that others use too. JSON and a picture.
+are not counted. The third table is of textures that fit a core's cache: a stage that is faster there, against C, than
+in the others is bound by memory in those. ``--cpu`` takes processor time of one thread, for a machine that others use
+too. JSON and a picture.
 """
 
 import argparse
@@ -26,7 +28,7 @@ import numpy as np
 from estimator_plots import plot
 from kernel_peers import PEERS
 from limits import LIMITS
-from settings import RADII, RADIUS, SETTINGS, Setting, Views, gallery, relief, sao
+from settings import RADII, RADIUS, SETTINGS, SMALL, Setting, Views, gallery, relief, sao
 from stages import Arrays, Call, bytes_moved, compile_peers, copying, differing, in_c, interleaved, ours, recorded
 
 from lfssao import Occluders, builtin_scene, ray_cast_occlusion
@@ -147,7 +149,7 @@ def truth() -> dict[str, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=40)
+    parser.add_argument("--repeats", type=int, default=20)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--cpu", action="store_true")
     parser.add_argument("--json", type=Path, default=FOLDER / "results" / "estimators.json")
@@ -160,12 +162,13 @@ def main() -> None:
     first: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         libraries = tuple(compile_peers(Path(folder), threads, *more) for more in ((), ("-ffp-contract=off",)))
-        for name, views in (("gallery", gallery()), ("relief", relief())):
+        scenes = {"gallery": gallery(), "relief": relief(), "relief, small": relief(*SMALL)}
+        for name, views in scenes.items():
             seen = [float(np.isfinite(b.depth).mean()) for b in (views.module, views.camera)]
             print(f"{name}: {seen[0]:.0%} of the module's texels see a surface, {seen[1]:.0%} of the camera's")
             result["tables"][name] = bench(views, libraries, options.repeats, clock, first)
             result["order"][name] = order(result["tables"][name])
-        result["over_radius"] = over_radius(views, options.repeats, clock)
+        result["over_radius"] = over_radius(scenes["relief"], options.repeats, clock)
     result["truth"] = truth()
     result["first_call_seconds"] = first
     print("first calls, s: " + ", ".join(f"{name} {seconds:.2f}" for name, seconds in first.items()))

@@ -5,14 +5,14 @@ from typing import Any
 
 
 def plot(result: dict[str, Any], path: Path) -> None:
-    """Times of the estimators and of C on both scenes, ratios of every row, and SAO over the radius."""
+    """Times of the estimators and of C on all scenes, ratios of every row, and SAO over the radius."""
     import matplotlib
 
     matplotlib.use("agg")
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 3, figsize=(19, 13), width_ratios=(2, 2, 1))
-    marks = dict(zip(result["tables"], ("o", "s"), strict=True))
+    marks = dict(zip(result["tables"], ("o", "s", "."), strict=True))
     names = list(result["tables"]["relief"])[::-1]
     for scene, table in result["tables"].items():
         rows = [table[name] for name in names]

@@ -1,7 +1,7 @@
 """What the benchmark of the estimators runs: the papers' settings, on a scene with background and on one without."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -17,6 +17,7 @@ from lfssao.samples import repulsion_table
 from lfssao.view import View
 
 WIDTH, HEIGHT = 1024, 768
+SMALL = 256, 192  # what a pass reads and writes fits a core's own cache of 2 MB
 RADII = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4)  # shares of the scene's size, of the series over the radius
 RADIUS, SAO_RADIUS = 0.02, 0.05  # shares of the scene's size
 
@@ -62,16 +63,19 @@ def gallery() -> Views:
     return Views(*seen, diagonal(mesh))
 
 
-def relief() -> Views:
+def relief(width: int = WIDTH, height: int = HEIGHT) -> Views:
     """A wavy sheet that fills the textures, so that no texel can be skipped."""
-    module = find_display("virtual").view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
-    camera = Camera.looking_at(builtin_scene().bounds).view(WIDTH, HEIGHT)
+    display = find_display("virtual")
+    display = replace(display, modules=(replace(display.modules[0], width=width, height=height),))
+    module = display.view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
+    camera = Camera.looking_at(builtin_scene().bounds).view(width, height)
     return Views(_module_sheet(module), _camera_sheet(camera), 1.0)
 
 
 def _module_sheet(view: View) -> Buffers:
-    j, i = np.mgrid[0:HEIGHT, 0:WIDTH]
-    x, y = (i + 0.5 - WIDTH / 2) / WIDTH, (HEIGHT / 2 - j - 0.5) / WIDTH
+    width, height = view.width, view.height
+    j, i = np.mgrid[0:height, 0:width]
+    x, y = (i + 0.5 - width / 2) / width, (height / 2 - j - 0.5) / width
     z = 0.05 * np.sin(40 * x) * np.sin(30 * y)
     # The point of each texel's ray at depth -z: the flat forms with m = (0, 0, 0.7), observers at -2.
     positions = np.stack([x * (0.7 + z) / 0.7, y * (2.0 - z) / 2.0, z], axis=-1).astype(np.float32)
@@ -82,10 +86,10 @@ def _module_sheet(view: View) -> Buffers:
 
 def _camera_sheet(view: View) -> Buffers:
     near, far = view.lens[4:6]
-    v, u = np.mgrid[:HEIGHT, :WIDTH] / 100.0
+    v, u = np.mgrid[: view.height, : view.width] / 100.0
     z = 0.5 * (near + far) * (1 + 0.02 * np.sin(3 * u) * np.sin(4 * v))
     depth = (far / (far - near) * (1 - near / z)).astype(np.float32)
-    positions = np.zeros((HEIGHT, WIDTH, 3), np.float32)  # estimators of depth alone do not read them
+    positions = np.zeros((view.height, view.width, 3), np.float32)  # estimators of depth alone do not read them
     return Buffers(view, depth, positions, positions)
 
 

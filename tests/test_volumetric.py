@@ -8,6 +8,7 @@ import analytic_scenes as scenes
 import mpmath
 import numpy as np
 import pytest
+import raycast_twin
 import twins
 import volumetric_twin as twin
 from hypothesis import given, settings
@@ -17,7 +18,10 @@ from lfssao import Buffers, Camera, InputError, estimate
 from lfssao.estimators.pyramid import moment_pyramid
 from lfssao.kernels import elementary
 from lfssao.kernels.axis_depth import write_axis_depth
+from lfssao.kernels.directions import write_directions
+from lfssao.kernels.display import trace_texels
 from lfssao.kernels.mapping import MATRIX
+from lfssao.kernels.rays import PERSPECTIVE
 from lfssao.samples import repulsion_table
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -218,6 +222,30 @@ def test_linear_depth_is_the_z_of_cast_space(dtype):
         np.testing.assert_allclose(
             linear[~hole], 2 - seen.positions[~hole][:, 2], rtol=1e-6
         )  # it looks down from z = 2
+
+
+@both
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_viewing_directions_equal_their_twin(sight, dtype):
+    view = scenes.SIGHTS[sight](7, 40).view
+    if sight == "display":
+        v, u = (n.ravel() + 0.5 for n in np.mgrid[:40, :7])
+        lines = np.empty((280, 6))
+        trace_texels(view.lens, u, v, lines)
+        dx, dy = lines[:, 2], lines[:, 3]
+    else:
+        _, _, dx, dy, _, _ = raycast_twin.texel_rays(view.ray_kind, view.lens, 7, 40)
+    x, y, z = ((row[0] * dx + row[1] * dy) + row[2] for row in view.world_from_cast.tolist())
+    length = np.sqrt((x * x + y * y) + z * z)
+    made = np.empty((40, 7, 3), dtype)
+    write_directions(view.ray_kind, view.lens, np.ravel(view.world_from_cast), made)
+    assert_same_bits(made, np.stack([x / length, y / length, z / length], -1).reshape(40, 7, 3).astype(dtype))
+
+
+def test_a_texel_that_looks_nowhere_has_no_direction():
+    made = np.ones((2, 3, 3), np.float32)
+    write_directions(PERSPECTIVE, np.array([np.nan, 1.0, 1.0, 1.0, 1.0, 2.0, 0.0, 0.0]), np.eye(3, 4).ravel(), made)
+    assert not made.any()
 
 
 @both

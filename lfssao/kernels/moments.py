@@ -23,25 +23,33 @@ _ROWS_A_BLOCK = 16
 def write_base(depth, moments):
     """Level 0, at the array's start: (1, z, z^2), or (0, 0, 0) where depth is infinite."""
     height, width = depth.shape
+    surface, numbers = depth.reshape(-1), moments.reshape(-1)
     for j in prange(height):
-        first = (j + BEFORE) * (width + BORDER) + BEFORE
+        first = 3 * ((j + BEFORE) * (width + BORDER) + BEFORE)
         for i in range(width):
-            z = np.float64(depth[j, i])  # float() of a float32 stays one in numba
+            z = np.float64(surface[np.uint64(j * width + i)])  # float() of a float32 stays one in numba
+            k = np.uint64(first + 3 * i)
             there = z < np.inf
-            moments[first + i, 0] = 1.0 if there else 0.0
-            moments[first + i, 1] = z if there else 0.0
-            moments[first + i, 2] = z * z if there else 0.0
+            numbers[k] = 1.0 if there else 0.0
+            numbers[k + np.uint64(1)] = z if there else 0.0
+            numbers[k + np.uint64(2)] = z * z if there else 0.0
 
 
 @kernel(inline=True)
-def add_across(numbers, start, wide, outer, inner, sums, first):
-    """Sums along a row for ``wide`` texels of the next level, three moments each, into sums from place ``first`` on."""
-    for i in range(wide):
-        for m in range(3):
-            a, b, c, d = start + 6 * i + m, start + 6 * i + m + 3, start + 6 * i + m + 6, start + 6 * i + m + 9
-            sums[np.uint64(first + 3 * i + m)] = (
-                (outer * numbers[np.uint64(a)] + inner * numbers[np.uint64(b)]) + inner * numbers[np.uint64(c)]
-            ) + outer * numbers[np.uint64(d)]
+def add_across(numbers, start, wide, outer, inner, even, odd, sums, first):
+    """Sums along a row for ``wide`` texels of the next level, three moments each, into sums from place ``first`` on.
+
+    The row's even and odd texels are copied apart first, so that what is added lies side by side.
+    """
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    for i in range(wide + 1):
+        k, t = np.uint64(3 * i), np.uint64(start + 6 * i)
+        even[k], even[k + one], even[k + two] = numbers[t], numbers[t + one], numbers[t + two]
+        t += three
+        odd[k], odd[k + one], odd[k + two] = numbers[t], numbers[t + one], numbers[t + two]
+    for i in range(3 * wide):
+        k, on = np.uint64(i), np.uint64(i) + three
+        sums[np.uint64(first + i)] = ((outer * even[k] + inner * odd[k]) + inner * even[on]) + outer * odd[on]
 
 
 @kernel(parallel=True)
@@ -70,10 +78,11 @@ def write_half(moments, source, width, height, target, outer, inner):
     for k in prange(blocks):
         wide_vectors()
         sums = np.empty(4 * n)  # of four rows: each is read by two rows of the next level
+        even, odd = np.empty(n + 3), np.empty(n + 3)
         made = 2 * np.int64(k) * _ROWS_A_BLOCK
         for j in range(k * _ROWS_A_BLOCK, min(high, (k + 1) * _ROWS_A_BLOCK)):
             while made < 2 * j + 4:
-                add_across(numbers, 3 * (source + made * pitch), wide, outer, inner, sums, (made % 4) * n)
+                add_across(numbers, 3 * (source + made * pitch), wide, outer, inner, even, odd, sums, (made % 4) * n)
                 made += 1
             place, a, b = 3 * (target + (j + BEFORE) * (wide + BORDER) + BEFORE), (2 * j % 4) * n, ((2 * j + 1) % 4) * n
             c, d = ((2 * j + 2) % 4) * n, ((2 * j + 3) % 4) * n

@@ -18,7 +18,7 @@ LIMITS: dict[str, str] = {
     "multiresolution, halve": "a look-up of depth for each texel: a gather takes as long as the loads it stands for",
     "multiresolution, upsample": "three divisions a texel and coarse texel; background, which C skips, is computed too",
     "multiresolution": "background between surfaces is computed, which C skips; see the other scene",
-    "viewing directions": "the divider: three quotients and a root in float64, at most twice as fast in vectors as alone",
+    "viewing directions": "the divider: three float64 quotients and a root, at most twice as fast in vectors as alone",
     "depth along the axis": _CACHE,
     "pyramid of moments": "24 bytes a texel and level, float64; gcc makes vectors of the moments as LLVM does",
     "vo-area": "its pyramid, which has a row of its own, and new memory for it, which C finds ready",

@@ -25,7 +25,7 @@ def write_directions(kind, lens, m, directions):
         Out: computed in float64, rounded once. A texel without a ray (NaN) has (0, 0, 0).
     """
     height, width = directions.shape[0], directions.shape[1]
-    out, zero = directions.reshape(-1), directions.dtype.type(0)
+    out = directions.reshape(-1)
     m0, m1, m2, m4, m5, m6, m8, m9, m10 = m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]
     for block in prange((height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK):
         wide_vectors()
@@ -47,9 +47,9 @@ def write_directions(kind, lens, m, directions):
                 length = sqrt((x * x + y * y) + z * z)
                 there = length > 0.0  # false for NaN
                 k = np.uint64(i)
-                unit[k] = x / length if there else zero
-                unit[k + np.uint64(width)] = y / length if there else zero
-                unit[k + np.uint64(2 * width)] = z / length if there else zero
+                unit[k] = x / length if there else 0.0
+                unit[k + np.uint64(width)] = y / length if there else 0.0
+                unit[k + np.uint64(2 * width)] = z / length if there else 0.0
             for i in range(width):
                 k, t = np.uint64(i), np.uint64(3) * np.uint64(j * width + i)
                 out[t], out[t + np.uint64(1)] = unit[k], unit[k + np.uint64(width)]

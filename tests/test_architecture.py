@@ -19,15 +19,16 @@ import numba
 import numpy as np
 import pytest
 import widening
+from numba import prange
 
 import lfssao
-from lfssao.kernels import ball, jit, merge, ssao
+from lfssao.kernels import ball, jit, merge, ssao, threads
 
 TESTS = Path(__file__).parent
 PACKAGE = Path(lfssao.__file__).parent
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 KERNELS = sorted((PACKAGE / "kernels").glob("*.py"))
-BELOW = {"jit.py", "intrinsics.py"}  # what kernels are made with
+BELOW = {"jit.py", "threads.py", "intrinsics.py"}  # what kernels are made with
 COMPILERS = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc", "generated_jit", "jit_module"}
 
 
@@ -54,8 +55,9 @@ def test_kernels_import_nothing_from_above(path):
     allowed = {"numpy", "numba", "math", "__future__"}
     if path.name == "intrinsics.py":
         allowed |= {"typing", "numba.core"}
-    if path.name == "jit.py":
-        allowed |= {"ast", "functools", "hashlib", "collections.abc", "pathlib", "typing"}
+    if path.name in ("jit.py", "threads.py"):
+        allowed |= {"ast", "functools", "hashlib", "inspect", "textwrap", "collections.abc", "pathlib", "typing"}
+        allowed |= {"concurrent.futures", "os", "numba.core.compiler", "numba.np.arrayobj"}
     strangers = [m for m in imports(path) if m not in allowed and not m.startswith("lfssao.kernels.")]
     assert not strangers
 
@@ -83,7 +85,7 @@ def test_only_the_decorator_calls_numba(path):
 def test_no_fastmath():
     assert jit.FLAGS["fastmath"] is False
     assert jit.FLAGS["error_model"] == "numpy"
-    for kernel in (ssao.algorithm2, ball.algorithm3, merge.merge_maximum):
+    for kernel in (*ssao.algorithm2.loops, ball.algorithm3, *merge.merge_maximum.loops):
         assert kernel.targetoptions["fastmath"] is False
 
 
@@ -198,13 +200,13 @@ def test_all_names_resolve_and_are_described():
 
 def test_the_cache_key_holds_the_digest_of_a_kernel_file_and_of_all_that_it_imports():
     folder = PACKAGE / "kernels"
-    sources = [folder / f"{name}.py" for name in ("ball", "elementary", "jit")]
+    sources = [folder / f"{name}.py" for name in ("ball", "elementary", "jit", "threads")]
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
     assert jit.source_digest("ball") == digest
     assert digest in ball.algorithm3._cache._cache_file._source_stamp
     # ssao -> mapping -> display is two steps away
     assert jit.source_digest("ssao") != jit.source_digest("mapping") != jit.source_digest("display")
-    assert jit.source_digest("ssao") in ssao.algorithm2._cache._cache_file._source_stamp
+    assert jit.source_digest("ssao") in ssao.algorithm2.loops[0]._cache._cache_file._source_stamp
 
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
@@ -248,7 +250,7 @@ def test_kernels_compile_without_a_cache_where_none_can_be_written(monkeypatch):
     merged = np.zeros((1, 2))
     several(np.array([[[1.0, 2.0]], [[3.0, 0.0]]]), merged)
     assert merged.tolist() == [[3, 2]]
-    for kernel in (single, several):
+    for kernel in (single, *several.loops):
         assert not kernel.stats.cache_path
         assert kernel.targetoptions["fastmath"] is False
 
@@ -272,7 +274,7 @@ def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
 
 
 def times_column(texture, out):
-    for j in numba.prange(texture.shape[0]):
+    for j in prange(texture.shape[0]):
         for i in range(texture.shape[1]):
             wide = texture[j, i] * i  # float64: an integer has as many bits
             out[j, i] = wide + np.float64(texture[j, i])
@@ -280,7 +282,8 @@ def times_column(texture, out):
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_widening_that_is_not_asked_for_is_found(parallel):
-    function = numba.njit(times_column, parallel=parallel)
-    function(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
+    run_it = threads.with_shared_loops(times_column, numba.njit) if parallel else numba.njit(times_column)
+    run_it(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
+    function = run_it.loops[0] if parallel else run_it
     (found,) = set(widening.widened_in(function))
-    assert re.fullmatch(r"times_column, line \d+: wide = .* \* .*", found)
+    assert re.fullmatch(rf"{function.__name__}, line \d+: wide = .* \* .*", found)

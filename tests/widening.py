@@ -18,7 +18,10 @@ def widened():
     modules = [
         importlib.import_module(m.name) for m in pkgutil.iter_modules(lfssao.kernels.__path__, "lfssao.kernels.")
     ]
-    kernels = {value for module in modules for value in vars(module).values() if isinstance(value, Dispatcher)}
+    values = [value for module in modules for value in vars(module).values()]
+    kernels = {
+        kernel for value in values for kernel in (value, *getattr(value, "loops", ())) if isinstance(kernel, Dispatcher)
+    }
     return sorted({line for kernel in kernels for line in widened_in(kernel)})
 
 
@@ -28,21 +31,9 @@ def widened_in(function):
         if isinstance(compiled.type_annotation, str):  # of code that was read from a file
             continue
         known = dict(compiled.type_annotation.typemap)
-        for step in _assignments(compiled.type_annotation.blocks):
-            if isinstance(step.value, ir.Global) and isinstance(step.value.value, Dispatcher):
-                known[step.target.name] = types.Dispatcher(step.value.value)  # moved into a loop it has no type there
+        for step in (s for block in compiled.type_annotation.blocks.values() for s in block.find_insts(ir.Assign)):
             if known.get(step.target.name) == types.float64 and not _is_meant(step.value, known):
                 yield f"{function.__name__}, line {step.loc.line}: {step}"
-
-
-def _assignments(blocks):
-    """Those of a function, the bodies of its parallel loops included."""
-    for block in blocks.values():
-        for statement in block.body:
-            if isinstance(statement, ir.Assign):
-                yield statement
-            elif hasattr(statement, "loop_body"):
-                yield from _assignments({**statement.loop_body, -1: statement.init_block})
 
 
 def _is_meant(value, known):

@@ -9,6 +9,9 @@ from typing import Any
 
 import numba
 from numba import extending, types
+from numba.core.compiler import Compiler
+
+from lfssao.kernels.threads import with_shared_loops
 
 FLAGS: dict[str, Any] = {
     "fastmath": False,  # no reassociation, no fused multiply-add: the written order is the order
@@ -58,9 +61,10 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     Parameters
     ----------
     function : callable
-        The function; with ``parallel`` its ``prange`` runs over rows that one thread alone writes.
+        The function; with ``parallel`` each ``prange`` runs over rows that one thread alone writes.
     parallel : bool
-        Whether ``numba.prange`` starts threads.
+        Whether each ``prange`` of the function's own body is shared among threads (``lfssao.kernels.threads``): they
+        are compiled, the lines around them are not.
     inline : bool
         Whether LLVM must put the function into its callers, so that their loops become vectors.
 
@@ -71,7 +75,13 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     """
     if function is None:
         return functools.partial(kernel, parallel=parallel, inline=inline)
-    options = {**FLAGS, "parallel": parallel, "forceinline": inline}
+    if parallel:
+        return with_shared_loops(function, functools.partial(_compiled, pipeline_class=Unaliased))
+    return _compiled(function, forceinline=inline)
+
+
+def _compiled(function: Callable[..., Any], **more: Any) -> Any:
+    options = {**FLAGS, **more}
     try:
         compiled = numba.njit(function, cache=True, **options)
     except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
@@ -81,6 +91,14 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
         _name_by_signature(compiled)
     _share_among_literals(compiled)
     return compiled
+
+
+class Unaliased(Compiler):  # type: ignore[misc]
+    """Compiles a function none of whose arrays shares memory with another that is written: its loops become vectors."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, arguments: Any, returns: Any, flags: Any, names: Any):
+        flags.noalias = True
+        super().__init__(typing, target, library, arguments, returns, flags, names)
 
 
 @extending.intrinsic

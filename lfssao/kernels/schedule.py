@@ -1,4 +1,4 @@
-"""Even shares for threads: numba gives each thread a contiguous run of a ``prange``."""
+"""Even shares for threads: each gets a contiguous run of a ``prange``."""
 
 from lfssao.kernels.jit import kernel
 

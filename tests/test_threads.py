@@ -1,0 +1,139 @@
+"""Loops over rows in several threads: each row once, nobody goes on early, errors arrive, no rows lost to copies."""
+
+import subprocess
+import sys
+import threading
+import time
+
+import numba
+import numpy as np
+import pytest
+from numba import prange
+
+from lfssao.kernels import jit, threads
+
+
+@pytest.fixture(params=[1, 2])
+def several(request):
+    before = numba.get_num_threads()
+    numba.set_num_threads(min(request.param, numba.config.NUMBA_NUM_THREADS))
+    yield numba.get_num_threads()
+    numba.set_num_threads(before)
+
+
+def halves(texture, first, second, least=0):
+    """The second loop reads what other threads wrote in the first."""
+    height, width = texture.shape
+    values, sums = texture.reshape(-1), first.reshape(-1)
+    one = texture.dtype.type(1)
+    for j in prange(height):
+        for i in range(width):
+            sums[j * width + i] = values[j * width + i] + one
+    last = height - 1
+    for k in prange(second.shape[0]):
+        total = first.dtype.type(least)
+        for i in range(width):
+            total += sums[(last - k) * width + i]
+        second[k] = total
+
+
+def interpreted(function):
+    """With loops that are left to Python."""
+    shared = threads.with_shared_loops(function, lambda loop: loop)
+    function.__globals__["borrowed"] = lambda value: value
+    return shared
+
+
+def compiled(function):
+    """With loops compiled as those of kernels, but not kept on disk."""
+    return threads.with_shared_loops(function, lambda loop: numba.njit(loop, pipeline_class=jit.Unaliased))
+
+
+def test_loops_in_threads_do_what_the_function_does(several):
+    texture = np.arange(35, dtype=np.float32).reshape(7, 5)
+    expected = np.zeros((7, 5), np.float32), np.zeros(7, np.float32)
+    halves(texture, *expected, least=3)
+    for version in (interpreted, compiled):
+        shared = version(halves)
+        made = np.zeros((7, 5), np.float32), np.zeros(7, np.float32)
+        shared(texture, *made, least=3)
+        np.testing.assert_array_equal(made[0], expected[0])
+        np.testing.assert_array_equal(made[1], expected[1])
+        assert shared.py_func is halves
+        assert shared.__doc__ == halves.__doc__
+        assert len(shared.loops) == 2
+        shared(texture, *made)  # the default
+        np.testing.assert_array_equal(made[1], expected[1] - 3)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 10, 1001])
+def test_each_number_is_in_one_share(several, n):
+    seen = []
+    threads.share_out(lambda first, after, found: found.append((first, after)), n, seen)
+    assert len(seen) == max(min(several, n), 1)
+    assert [k for first, after in sorted(seen) for k in range(first, after)] == list(range(n))
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one thread has no others to wait for")
+@pytest.mark.parametrize("failing", [0, 1])
+def test_an_error_arrives_when_all_threads_have_finished(failing):
+    finished = threading.Event()
+
+    def loop(first, after):
+        if (first > 0) == bool(failing):
+            raise ArithmeticError
+        time.sleep(0.05)
+        finished.set()
+
+    before = numba.get_num_threads()
+    numba.set_num_threads(2)
+    with pytest.raises(ArithmeticError):
+        threads.share_out(loop, 2)
+    assert finished.is_set()
+    numba.set_num_threads(before)
+
+
+def test_what_is_no_view_is_refused_rather_than_copied():
+    texture, sums = np.zeros((4, 4), np.float32), np.zeros((4, 8), np.float32)
+    with pytest.raises(ValueError, match="copy"):
+        interpreted(halves)(texture, sums[:, :4], np.zeros(4, np.float32))
+
+
+def test_a_function_without_a_loop_to_share_is_refused():
+    def nothing(values):
+        for i in range(len(values)):
+            values[i] = 0
+
+    with pytest.raises(AssertionError, match="nothing has no loop"):
+        threads.with_shared_loops(nothing, lambda loop: loop)
+
+
+def test_loops_count_no_references_and_know_that_arrays_do_not_overlap():
+    loop, _ = compiled(halves).loops
+    numbers = np.arange(4, dtype=np.float32)
+    loop(0, 1, numbers.dtype.type(1), numbers.copy(), numbers, 4)
+    (llvm,) = loop.inspect_llvm().values()
+    (head,) = [line for line in llvm.splitlines() if line.startswith("define") and "_halves_loop_0" in line][:1]
+    assert head.count("noalias") > 2  # besides the result's and the exception's
+    assert "vector.body" in llvm
+    body = llvm[llvm.index(head) :]
+    assert "NRT_incref" not in body[: body.index("\n}")]
+
+
+def test_a_forked_process_starts_threads_of_its_own():
+    program = """
+import os, signal, numba
+from lfssao.kernels import threads
+numba.set_num_threads(2)
+seen = []
+run = lambda: threads.share_out(lambda first, after: seen.append(first), 2)
+run()
+child = os.fork()
+if child == 0:
+    signal.alarm(20)
+    run()
+    os._exit(len(seen))
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["4"]

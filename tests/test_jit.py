@@ -41,7 +41,7 @@ def test_literal_numbers_do_not_compile_a_callee_again():
     kinds = [types.literal(number) for number in range(6)]
     _, _, arguments, _ = philox.philox4x32.get_call_template(kinds, {})  # as in a call from another kernel
     assert arguments == (types.int64,) * 6
-    signatures = philox.philox4x32.signatures
+    signatures = philox.philox4x32.linked().signatures
     assert arguments in signatures
     assert not any(isinstance(kind, types.Literal) for signature in signatures for kind in signature)
 
@@ -55,3 +55,17 @@ def test_processes_that_compile_for_different_types_at_the_same_time_write_diffe
         monkeypatch.setattr(index, "_save_data", lambda name, data: written.append(name))
         index.save(key, None)
     assert written[0] == written[2] != written[1]
+
+
+def test_calls_from_kernels_use_code_that_unpacks_no_arguments_from_python():
+    arguments = (types.float64, types.float64)
+    template = ball.algorithm3.get_call_template(arguments, {})[0]
+    assert [case.args for case in template.cases] == [arguments]
+    assert ball.algorithm3.get_overload(arguments) is ball.algorithm3.linked().overloads[arguments].entry_point
+    assert ball.algorithm3(0.0, 0.5) == (0, 1, 0)  # as called from Python
+    key, linked_key = (
+        kernel._cache._index_key(arguments, kernel.targetctx.codegen())
+        for kernel in (ball.algorithm3, ball.algorithm3.linked())
+    )
+    assert key[:-1] == linked_key[:-1]
+    assert key != linked_key

@@ -66,6 +66,21 @@ def test_loops_in_threads_do_what_the_function_does(several):
         np.testing.assert_array_equal(made[1], expected[1] - 3)
 
 
+def scratches(height, width, seen):
+    for j in prange(height):
+        kept = np.empty(width)
+        own = np.empty(width + j)
+        seen.append((kept, own))
+
+
+def test_scratch_arrays_that_suit_every_row_are_made_once(one_thread):
+    seen = []
+    interpreted(scratches)(3, 4, seen)
+    assert [kept.shape for kept, _ in seen] == [(4,)] * 3
+    assert [own.shape for _, own in seen] == [(4,), (5,), (6,)]
+    assert len({id(kept) for kept, _ in seen}) == 1
+
+
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 10, 1001])
 def test_each_number_is_in_one_share(several, n):
     seen = []

@@ -19,9 +19,9 @@ def widened():
         importlib.import_module(m.name) for m in pkgutil.iter_modules(lfssao.kernels.__path__, "lfssao.kernels.")
     ]
     values = [value for module in modules for value in vars(module).values()]
-    kernels = {
-        kernel for value in values for kernel in (value, *getattr(value, "loops", ())) if isinstance(kernel, Dispatcher)
-    }
+    called = [value for value in values if isinstance(value, Dispatcher)]
+    kernels = {*called, *(kernel.linked() for kernel in called)}
+    kernels |= {loop for value in values if hasattr(value, "py_func") for loop in getattr(value, "loops", ())}
     return sorted({line for kernel in kernels for line in widened_in(kernel)})
 
 

@@ -109,7 +109,7 @@ def horizon_occlusion(
     places, looks, upright = positions.reshape(size, 3), directions.reshape(size, 3), normals.reshape(size, 3)
     dtype = type(radius)
     zero, one, half, edge_on = dtype(0), dtype(1), dtype(0.5), dtype(EDGE_ON)
-    right_edge, bottom_edge = last_below(dtype(width)), last_below(dtype(height))
+    right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
     count = dtype(around.shape[0])
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):

@@ -76,20 +76,27 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     if function is None:
         return functools.partial(kernel, parallel=parallel, inline=inline)
     if parallel:
-        return with_shared_loops(function, functools.partial(_compiled, pipeline_class=Unaliased))
+        return with_shared_loops(function, functools.partial(_dispatcher, pipeline_class=Unaliased))
     return _compiled(function, forceinline=inline)
 
 
 def _compiled(function: Callable[..., Any], **more: Any) -> Any:
+    """The dispatcher for calls from Python; its attribute ``linked`` gives that for calls from kernels."""
+    compiled = _dispatcher(function, **more)
+    compiled.linked = functools.cache(lambda: _dispatcher(function, **more, no_cpython_wrapper=True))
+    _link(compiled, compiled.linked)
+    return compiled
+
+
+def _dispatcher(function: Callable[..., Any], **more: Any) -> Any:
     options = {**FLAGS, **more}
     try:
         compiled = numba.njit(function, cache=True, **options)
     except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
-        compiled = numba.njit(function, **options)
-    else:
-        _key_by_sources(compiled)
-        _name_by_signature(compiled)
-    _share_among_literals(compiled)
+        return numba.njit(function, **options)
+    _key_by_sources(compiled)
+    _key_by_options(compiled, more)
+    _name_by_signature(compiled)
     return compiled
 
 
@@ -117,19 +124,20 @@ def wide_vectors(_typing: Any) -> Any:
     return types.void(), request
 
 
-def _share_among_literals(compiled: Any) -> None:
-    """Let calls from other kernels with different literal numbers use one compiled function.
+def _link(compiled: Any, linked: Callable[[], Any]) -> None:
+    """Let calls from other kernels use ``linked()``, and one compiled function whatever literal numbers they pass.
 
-    By itself numba compiles a callee once more for each literal that it is called with; LLVM puts those into the
-    inlined copy all the same, so that only the time to compile grows.
+    What unpacks a call's arguments from Python is a third of a small function's code. By itself numba compiles a callee
+    once more for each literal that it is called with; LLVM puts those into the inlined copy all the same, so that only
+    the time to compile grows.
     """
-    find = compiled.get_call_template
 
     def template(arguments: Any, keywords: Any) -> Any:
         plain = {name: types.unliteral(kind) for name, kind in keywords.items()}
-        return find(tuple(map(types.unliteral, arguments)), plain)
+        return linked().get_call_template(tuple(map(types.unliteral, arguments)), plain)
 
     compiled.get_call_template = template
+    compiled.get_overload = lambda signature: linked().get_overload(signature)
 
 
 def _key_by_sources(compiled: Any) -> None:
@@ -140,6 +148,12 @@ def _key_by_sources(compiled: Any) -> None:
     """
     index = compiled._cache._cache_file
     index._source_stamp = (index._source_stamp, source_digest(Path(compiled.py_func.__code__.co_filename).stem))
+
+
+def _key_by_options(compiled: Any, options: dict[str, Any]) -> None:
+    """Keep code compiled with different options apart: numba's index knows the function and the signature only."""
+    key = compiled._cache._index_key
+    compiled._cache._index_key = lambda *about: (*key(*about), repr(sorted(options)))
 
 
 def _name_by_signature(compiled: Any) -> None:

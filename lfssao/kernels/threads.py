@@ -3,7 +3,8 @@
 numba's own parallel loops are translated to machine code four times over, with threads' shares as arrays around each:
 half the time that it took to compile what a render needs. Here a kernel is taken apart in the source instead. Each loop
 becomes a function of two bounds and of the names that it uses, compiled once; the lines around the loops stay Python,
-which they were written in, and in place of a loop they call ``share_out``.
+which they were written in, and in place of a loop they call ``share_out``. A kernel that they call answers with
+Python's float for a float32, hence ``dtype(kernel(...))``.
 """
 
 import ast
@@ -124,13 +125,26 @@ def _call(name: str, loop: ast.For, used: list[str]) -> ast.stmt:
 
 
 def _loop(name: str, loop: ast.For, used: list[str]) -> ast.FunctionDef:
-    """The loop as a function; it borrows the arrays, so that calls in it count no references to them."""
+    """The loop as a function; it borrows the arrays, so that calls in it count no references to them.
+
+    Scratch arrays of every row are made once, as numba does in its own parallel loops.
+    """
+    own = _names(loop, ast.Store)
+    scratch = [line for line in loop.body if _makes_arrays(line) and not own & _names(line, ast.Load)]
     lines = [f"def {name}({', '.join(['_first', '_after', *used])}):", *(f" {x} = borrowed({x})" for x in used)]
     definition = _definition("\n".join([*lines, " for _ in range(_first, _after): pass"]))
     part = definition.body[-1]
     assert isinstance(part, ast.For)
-    part.target, part.body = loop.target, loop.body
+    part.target, part.body = loop.target, [line for line in loop.body if line not in scratch]
+    definition.body[-1:] = [*scratch, part]
     return definition
+
+
+def _makes_arrays(line: ast.stmt) -> bool:
+    """Whether it does nothing but bind names to new arrays with nothing in them."""
+    value = line.value if isinstance(line, ast.Assign) else None
+    made = value.elts if isinstance(value, ast.Tuple) else [value]
+    return all(isinstance(array, ast.Call) and ast.unparse(array.func) == "np.empty" for array in made)
 
 
 def _forbid_copies(statement: ast.stmt) -> None:

@@ -122,7 +122,7 @@ def point_occlusion(
     places, looks, upright = positions.reshape(size, 3), directions.reshape(size, 3), normals.reshape(size, 3)
     dtype = type(radius)
     zero, one = dtype(0), dtype(1)
-    right_edge, bottom_edge = last_below(dtype(width)), last_below(dtype(height))
+    right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
     blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()

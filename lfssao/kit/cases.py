@@ -19,6 +19,7 @@ from lfssao.estimators.registry import ESTIMATORS
 from lfssao.estimators.texel_lines import texel_lines
 from lfssao.kernels.mapping import MATRIX
 from lfssao.kernels.philox import random_unit
+from lfssao.kit.borders import BORDERS, border_problem
 from lfssao.kit.bounds import case_bounds
 from lfssao.kit.case import Arrays, Case
 from lfssao.kit.scenes import SCENE, Scene, textures
@@ -212,46 +213,6 @@ def _points(scale: float) -> NDArray[np.float32]:
     return np.concatenate([spread, far])
 
 
-# Displays that have a border at numbers which arithmetic meets exactly, and world points beside and on it, in physical
-# space: a lens at (0, 0, 1), observers on a line at z = -2.
-_BORDERS: dict[str, tuple[Display, list[tuple[float, float, float]]]] = {
-    "crossed_slits": (_display(Module(0.0, 0.0, 1.0, 32, 24)), []),
-    "conical": (
-        _display(Module(0.0, 0.0, 1.0, 32, 24), diffuser="conical", observer_height=2.0),
-        [(0.25, -0.75, 0.75), (0.25, -0.5, 0.5)],
-    ),
-    # Tangents of the circle of radius 4 from a lens 5 from its middle: by 3, 4 and 5.
-    "grazed": (
-        _display(Module(0.0, 0.0, 9.0, 32, 24), screen_curvature=0.25),
-        [(4.0, 0.0, 6.0), (4.25, 0.0, 6.0), (3.75, 0.0, 6.0), (4.0, 0.5, 5.75), (-4.0, 0.5, 6.0)],
-    ),
-    "folded": (
-        _display(Module(0.0, 0.0, 1.0, 32, 24, homography=(16.0, 0, 16, 0, -16, 12, 0, 0, 1), k1=-1 / 12)),
-        [(2.0, 0.0, 0.0), (1.9375, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 2.0625, 0.0)],
-    ),
-    "horizon": (
-        _display(Module(0.0, 0.0, 1.0, 32, 24, homography=(16.0, 0, 16, 0, -16, 12, -1, 0, 1))),
-        [(1.0, 0.0, 0.0), (0.875, 0.5, 0.0), (1.125, 0.5, 0.0)],
-    ),
-}
-
-
-def _border_problem(display: Display, points: list[tuple[float, float, float]]) -> Problem:
-    """World points on borders of a mapping's domain; world space is physical space."""
-    view = display.view(0, np.eye(3, 4))
-    everywhere = [(0.5, 0.25, z) for z in (1.0, 0.75, 1.25, -2.0, -1.75, -2.25, 0.0, 2.0)]
-    return {"mapping": _described(view.world_to_image)}, {"points": np.array([*everywhere, *points], np.float32)}
-
-
-def _camera_border_problem() -> Problem:
-    """World points before, in and behind the plane of the eye, which looks along z from the origin."""
-    numbers = [12.0, 0, 16, 0, 0, -12, 12, 0, 0, 0, 1.25, -1.25, 0, 0, 1, 0]
-    points = [(0.5, 0.25, z) for z in (0.0, 1.0, 2.0, -1.0, -0.25)]
-    return {"mapping": {"kind": "matrix", "numbers": [float(n) for n in numbers]}}, {
-        "points": np.array(points, np.float32)
-    }
-
-
 def _mapping_problem(view: View) -> Problem:
     return {"mapping": _described(view.world_to_image)}, {"points": _points(1.0)}
 
@@ -404,10 +365,9 @@ def _views() -> Iterator[Recipe]:
         yield Recipe(f"algorithm2_{name}", "algorithm2", title, partial(_module_problem, display))
         yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}",
                      partial(lambda d: _mapping_problem(_module_view(d)), display))  # fmt: skip
-    for name, (display, points) in _BORDERS.items():
+    for name in BORDERS:
         yield Recipe(f"border_{name}", "mapping", f"world points on borders of the domain: {name.replace('_', ' ')}",
-                     partial(_border_problem, display, points))  # fmt: skip
-    yield Recipe("border_camera", "mapping", "world points before and behind a camera's eye", _camera_border_problem)
+                     partial(border_problem, name))  # fmt: skip
     yield Recipe("behind_camera", "algorithm1", "samples behind a camera's eye", _near_camera_problem)
     yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _matrix_problem)
     for method in METHODS["ball"]:

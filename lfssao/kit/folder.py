@@ -319,7 +319,7 @@ def _read_array(folder: Path, name: str, entry: Any) -> NDArray[Any]:
             raise InputError(f"{path}: it has {path.stat().st_size} bytes, expected {_HEADER + size}")
         data = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: it cannot be read ({error})") from error
+        raise InputError(f"{path}: it cannot be read ({getattr(error, 'strerror', None) or error})") from error
     if data[:_HEADER] != _header(dtype, shape):
         raise InputError(f"{path}: its header is not that of {entry['dtype']} {tuple(shape)}")
     if hashlib.sha256(data[_HEADER:]).hexdigest() != entry["sha256"]:

@@ -341,7 +341,7 @@ def _numbers() -> Iterator[Recipe]:
         ("ball", "jittered", 9, 0.0, 0.3), ("sphere", "jittered", 10, 0.9, 0.9000000000000001),
         ("point", "random", 2, 0.0, 0.0), ("one", "latin", 1, 0.5, 0.7),
     ):  # fmt: skip
-        shape = {"method": method, "n": n, "seed": str(0xFEDCBA9876543210), "r_min": r_min, "r_max": r_max}
+        shape = {"method": method, "n": n, "seed": str(0xFEDCBA9DF6543215), "r_min": r_min, "r_max": r_max}
         title = f"{method}, {n} samples from {r_min:g} to {r_max:g}"
         yield Recipe(f"samples_{name}", "samples", title, partial(_given, shape))
 

@@ -155,7 +155,7 @@ def test_singular_cases_have_their_singularity(name, singular):
 @pytest.mark.parametrize(
     ("name", "expected"),
     [("crossed_slits", [0, 1]), ("conical", [0, 1, 2]), ("grazed", [0, 2, 3]), ("folded", [0, 1, 2, 4]),
-     ("horizon", [0, 1, 2, 4]), ("camera", [0, 1])],
+     ("horizon", [0, 1, 2, 4]), ("camera", [0, 1]), ("observers_missed", [0, 2, 3]), ("observers_first", [0, 1, 2, 3])],
 )  # fmt: skip
 def test_cases_of_borders_have_points_on_both_sides_of_them(name, expected):
     case = make_case(f"border_{name}")

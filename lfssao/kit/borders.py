@@ -33,6 +33,16 @@ _DISPLAYS: dict[str, tuple[Display, Points]] = {
         _display(replace(_LENS, z=9.0), screen_curvature=0.25),
         [(4.0, 0.0, 6.0), (4.25, 0.0, 6.0), (3.75, 0.0, 6.0), (4.0, 0.5, 5.75), (-4.0, 0.5, 6.0)],
     ),
+    # The same of the observers' arc, of points before it as well as on it.
+    "observers_missed": (
+        _display(replace(_LENS, z=7.0), observer_curvature=0.25),
+        [(4.0, 0.0, 4.0), (1.0625, 0.0, 6.25), (1.0, 0.0, 6.25), (0.875, 0.5, 6.25)],
+    ),
+    # Lines that reach the observers before the screen.
+    "observers_first": (
+        _display(_LENS, screen_curvature=-0.25, observer_z=-0.5),
+        [(1.0, 0.0, 0.25), (0.984375, 0.0, 0.25), (0.5, 0.5, 0.25)],
+    ),
     # Its distortion folds at r = 2.
     "folded": (
         _display(replace(_LENS, homography=(16.0, 0.0, 16.0, 0.0, -16.0, 12.0, 0.0, 0.0, 1.0), k1=-1 / 12)),

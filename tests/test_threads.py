@@ -1,14 +1,9 @@
-"""Loops over rows in several threads: each row once, nobody goes on early, errors arrive, no rows lost to copies."""
-
-import subprocess
-import sys
-import threading
-import time
+"""Loops over rows in several threads: each row once, in numba's own threads, and no rows lost to copies."""
 
 import numba
 import numpy as np
 import pytest
-from numba import prange
+from numba import get_thread_id, prange
 
 from lfssao.kernels import jit, threads
 
@@ -39,14 +34,14 @@ def halves(texture, first, second, least=0):
 
 def interpreted(function):
     """With loops that are left to Python."""
-    shared = threads.with_shared_loops(function, lambda loop: loop)
+    shared = threads.with_shared_loops(function, lambda loop: lambda low, high, _, *rest: loop(low, high, 1, *rest))
     function.__globals__["borrowed"] = lambda value: value
     return shared
 
 
 def compiled(function):
     """With loops compiled as those of kernels, but not kept on disk."""
-    return threads.with_shared_loops(function, lambda loop: numba.njit(loop, pipeline_class=jit.Unaliased))
+    return threads.with_shared_loops(function, lambda loop: numba.njit(loop, nogil=True, pipeline_class=jit.Unaliased))
 
 
 def test_loops_in_threads_do_what_the_function_does(several):
@@ -81,31 +76,34 @@ def test_scratch_arrays_that_suit_every_row_are_made_once(one_thread):
     assert len({id(kept) for kept, _ in seen}) == 1
 
 
+def visits(n, often, by):
+    for k in prange(n):
+        often[k] += 1
+        by[k] = get_thread_id()
+
+
+@pytest.fixture
+def visit():
+    return compiled(visits)
+
+
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 10, 1001])
-def test_each_number_is_in_one_share(several, n):
-    seen = []
-    threads.share_out(lambda first, after, found: found.append((first, after)), n, seen)
-    assert len(seen) == max(min(several, n), 1)
-    assert [k for first, after in sorted(seen) for k in range(first, after)] == list(range(n))
+def test_each_number_is_in_one_share_of_one_thread(several, n, visit):
+    often, by = np.zeros(n + 1, np.int64), np.full(n + 1, -1)
+    visit(n, often, by)
+    assert often.tolist() == [1] * n + [0]
+    found = by[:n].tolist()
+    assert len(set(found)) == min(several, n)
+    turns = [k for k in range(1, n) if found[k] != found[k - 1]]  # shares are contiguous, and equal but for one
+    assert turns == [n * k // several for k in range(1, several) if several <= n]
 
 
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one thread has no others to wait for")
-@pytest.mark.parametrize("failing", [0, 1])
-def test_an_error_arrives_when_all_threads_have_finished(failing):
-    finished = threading.Event()
-
-    def loop(first, after):
-        if (first > 0) == bool(failing):
-            raise ArithmeticError
-        time.sleep(0.05)
-        finished.set()
-
-    before = numba.get_num_threads()
-    numba.set_num_threads(2)
-    with pytest.raises(ArithmeticError):
-        threads.share_out(loop, 2)
-    assert finished.is_set()
-    numba.set_num_threads(before)
+def test_some_other_first_number(several, visit):
+    """Bounds need not begin at 0: what the second loop of a share that is divided again would see."""
+    (loop,) = visit.loops
+    often, by = np.zeros(20, np.int64), np.zeros(20, np.int64)
+    loop(3, 17, several, by, often)
+    assert often.tolist() == [0] * 3 + [1] * 14 + [0] * 3
 
 
 def test_what_is_no_view_is_refused_rather_than_copied():
@@ -126,29 +124,10 @@ def test_a_function_without_a_loop_to_share_is_refused():
 def test_loops_count_no_references_and_know_that_arrays_do_not_overlap():
     loop, _ = compiled(halves).loops
     numbers = np.arange(4, dtype=np.float32)
-    loop(0, 1, numbers.dtype.type(1), numbers.copy(), numbers, 4)
+    loop(0, 1, 1, numbers.dtype.type(1), numbers.copy(), numbers, 4)
     (llvm,) = loop.inspect_llvm().values()
     (head,) = [line for line in llvm.splitlines() if line.startswith("define") and "_halves_loop_0" in line][:1]
     assert head.count("noalias") > 2  # besides the result's and the exception's
     assert "vector.body" in llvm
     body = llvm[llvm.index(head) :]
     assert "NRT_incref" not in body[: body.index("\n}")]
-
-
-def test_a_forked_process_starts_threads_of_its_own():
-    program = """
-import os, signal, numba
-from lfssao.kernels import threads
-numba.set_num_threads(2)
-seen = []
-run = lambda: threads.share_out(lambda first, after: seen.append(first), 2)
-run()
-child = os.fork()
-if child == 0:
-    signal.alarm(20)
-    run()
-    os._exit(len(seen))
-print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
-"""
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["4"]

@@ -1,58 +1,82 @@
 """Loops over rows in several threads: what the ``prange`` of a kernel becomes.
 
-numba's own parallel loops are translated to machine code four times over, with threads' shares as arrays around each:
+numba translates a parallel loop of its own to machine code four times over, with threads' shares as arrays around each:
 half the time that it took to compile what a render needs. Here a kernel is taken apart in the source instead. Each loop
-becomes a function of two bounds and of the names that it uses, compiled once; the lines around the loops stay Python,
-which they were written in, and in place of a loop they call ``share_out``. A kernel that they call answers with
-Python's float for a float32, hence ``dtype(kernel(...))``.
+becomes a function of two bounds and of the names that it uses, compiled once, that numba's threads call for a share
+each; the lines around the loops stay Python, which they were written in. A kernel that they call answers with Python's
+float for a float32, hence ``dtype(kernel(...))``.
 """
 
 import ast
-import concurrent.futures
 import functools
 import inspect
-import os
 import textwrap
 from collections.abc import Callable
 from typing import Any, TypeGuard
 
 import numba
+from llvmlite import ir
 from numba import extending, types
+from numba.core import cgutils
 from numba.np.arrayobj import make_array
 
 Compile = Callable[[Callable[..., None]], Callable[..., None]]
 
 
-def share_out(loop: Callable[..., None], n: int, *arguments: Any) -> None:
-    """Run a loop over 0 .. n - 1, a contiguous run of them in each of numba's threads (``numba.set_num_threads``).
+def threads_for(n: int) -> int:
+    """Among how many threads a loop over 0 .. n - 1 is shared out: as many as numba is set to, one where n is 0."""
+    return max(min(int(numba.get_num_threads()), n), 1)
 
-    Parameters
-    ----------
-    loop : callable
-        Called with the first number, the one after the last and the arguments; it holds no lock of Python.
-    n : int
-        How many.
-    *arguments
-        What the loop reads and writes.
+
+@extending.intrinsic
+def in_threads(_typing: Any, values: Any) -> Any:
+    """Call the function that calls this once in each of several threads of numba's, and wait for all.
+
+    The tuple has the function's own arguments in its order: the first number of a loop, the one after the last, how
+    many threads, and the rest. In the calls the first two are bounds of contiguous shares, and threads is 1.
     """
-    threads = max(min(numba.get_num_threads(), n), 1)
-    bounds = [n * thread // threads for thread in range(threads + 1)]
-    others = [_pool().submit(loop, bounds[k], bounds[k + 1], *arguments) for k in range(1, threads)]
-    try:
-        loop(0, bounds[1], *arguments)
-    finally:  # nobody may go on while another thread still writes
-        concurrent.futures.wait(others)
-    for other in others:
-        other.result()
+
+    def call(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        own = cgutils.unpack_tuple(builder, arguments[0])
+        packed = cgutils.pack_struct(builder, own)
+        share = _share_function(context, builder.function, values.types, packed.type)
+        number, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
+        run = ir.FunctionType(ir.VoidType(), [pointer] * 5 + [number] * 3)
+        threads = own[2]
+        # What numba advances by a step from share to share is a pointer; nothing is there: it counts the shares.
+        counter = cgutils.alloca_once_value(builder, pointer(None))
+        steps = cgutils.alloca_once_value(builder, number(1))
+        count, data = cgutils.alloca_once_value(builder, threads), cgutils.alloca_once_value(builder, packed)
+        given = [builder.bitcast(value, pointer) for value in (share, counter, count, steps, data)]
+        numba_parallel_for = cgutils.get_or_insert_function(builder.module, run, "numba_parallel_for")
+        builder.call(numba_parallel_for, [*given, number(0), number(1), threads])
+        return context.get_dummy_value()
+
+    return types.void(values), call
 
 
-@functools.cache
-def _pool() -> concurrent.futures.ThreadPoolExecutor:
-    return concurrent.futures.ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS, "lfssao")
+def _share_function(context: Any, function: Any, kinds: Any, packed: Any) -> Any:
+    """What numba's threads call: ``function`` on the shares whose numbers begin at a pointer's."""
+    number, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
+    kind = ir.FunctionType(ir.VoidType(), [pointer.as_pointer(), number.as_pointer(), number.as_pointer(), pointer])
+    share = ir.Function(function.module, kind, f"{function.name}.share")
+    share.linkage = "internal"
+    builder = ir.IRBuilder(share.append_basic_block())
+    counter, count, _, data = share.args
+    first, after, threads, *rest = cgutils.unpack_tuple(
+        builder, builder.load(builder.bitcast(data, packed.as_pointer()))
+    )
+    begin, n = builder.ptrtoint(builder.load(counter), number), builder.sub(after, first)
 
+    def bound(k: Any) -> Any:
+        return builder.add(first, builder.sdiv(builder.mul(n, k), threads))
 
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_pool.cache_clear)  # a forked process has none of the threads
+    with cgutils.for_range(builder, builder.load(count)) as loop:
+        k = builder.add(begin, loop.index)
+        bounds = bound(k), bound(builder.add(k, number(1)))
+        context.call_conv.call_function(builder, function, types.none, kinds, [*bounds, number(1), *rest])
+    builder.ret_void()
+    return share
 
 
 @extending.intrinsic
@@ -89,7 +113,7 @@ def with_shared_loops(function: Callable[..., None], compiled: Compile) -> Calla
     definition.decorator_list = []
     known = {argument.arg for argument in definition.args.args}
     loops: dict[str, Callable[..., None]] = {}
-    function.__globals__["borrowed"] = borrowed  # as if the module had imported it
+    function.__globals__.update(borrowed=borrowed, in_threads=in_threads)  # as if the module had imported them
     for place, statement in enumerate(definition.body):
         if _is_parallel(statement):
             name = f"_{function.__name__}_loop_{len(loops)}"
@@ -100,7 +124,7 @@ def with_shared_loops(function: Callable[..., None], compiled: Compile) -> Calla
             known |= _names(statement, ast.Store)
             _forbid_copies(statement)
     assert loops, f"{function.__name__} has no loop over prange of its own"
-    shared = functools.wraps(function)(_made(definition, function, share_out=share_out, **loops))
+    shared = functools.wraps(function)(_made(definition, function, threads_for=threads_for, **loops))
     vars(shared).update(py_func=function, loops=tuple(loops.values()))
     return shared
 
@@ -121,7 +145,8 @@ def _names(node: ast.AST, context: type[ast.expr_context]) -> set[str]:
 
 def _call(name: str, loop: ast.For, used: list[str]) -> ast.stmt:
     assert isinstance(loop.iter, ast.Call)
-    return ast.parse(f"share_out({', '.join([name, ast.unparse(loop.iter.args[0]), *used])})").body[0]
+    n = ast.unparse(loop.iter.args[0])
+    return ast.parse(f"{name}({', '.join(['0', n, f'threads_for({n})', *used])})").body[0]
 
 
 def _loop(name: str, loop: ast.For, used: list[str]) -> ast.FunctionDef:
@@ -131,12 +156,21 @@ def _loop(name: str, loop: ast.For, used: list[str]) -> ast.FunctionDef:
     """
     own = _names(loop, ast.Store)
     scratch = [line for line in loop.body if _makes_arrays(line) and not own & _names(line, ast.Load)]
-    lines = [f"def {name}({', '.join(['_first', '_after', *used])}):", *(f" {x} = borrowed({x})" for x in used)]
-    definition = _definition("\n".join([*lines, " for _ in range(_first, _after): pass"]))
-    part = definition.body[-1]
+    taken = ", ".join(["_first", "_after", "_threads", *used])
+    lines = [
+        f"def {name}({taken}):",
+        f" if _threads > 1: in_threads(({taken}))",
+        " else:",
+        *(f"  {x} = borrowed({x})" for x in used),
+        "  for _ in range(_first, _after): pass",
+    ]
+    definition = _definition("\n".join(lines))
+    (branch,) = definition.body
+    assert isinstance(branch, ast.If)
+    part = branch.orelse[-1]
     assert isinstance(part, ast.For)
     part.target, part.body = loop.target, [line for line in loop.body if line not in scratch]
-    definition.body[-1:] = [*scratch, part]
+    branch.orelse[-1:] = [*scratch, part]
     return definition
 
 

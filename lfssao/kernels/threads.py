@@ -3,8 +3,8 @@
 numba translates a parallel loop of its own to machine code four times over, with threads' shares as arrays around each:
 half the time that it took to compile what a render needs. Here a kernel is taken apart in the source instead. Each loop
 becomes a function of two bounds and of the names that it uses, compiled once, that numba's threads call for a share
-each; the lines around the loops stay Python, which they were written in. A kernel that they call answers with Python's
-float for a float32, hence ``dtype(kernel(...))``.
+each (Python's would take longer to start than a short kernel takes); the lines around the loops stay Python, which they
+were written in. A kernel that they call answers with Python's float for a float32, hence ``dtype(kernel(...))``.
 """
 
 import ast

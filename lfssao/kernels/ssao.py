@@ -170,7 +170,7 @@ def finish_run(depth, at, start, n, samples, count, occlusion):
         share = depth.dtype.type(count[i]) / total
         occlusion[texel] = share if there else zero
         visible = np.int32(visible + np.int32(there))
-    return visible * samples
+    return np.int64(visible) * samples
 
 
 @kernel(parallel=True)

@@ -131,3 +131,23 @@ def test_loops_count_no_references_and_know_that_arrays_do_not_overlap():
     assert "vector.body" in llvm
     body = llvm[llvm.index(head) :]
     assert "NRT_incref" not in body[: body.index("\n}")]
+
+
+def with_scratch(texture, sums):
+    height, width = texture.shape
+    for j in prange(height):
+        doubled = np.empty(width, texture.dtype)
+        for i in range(width):
+            doubled[i] = texture[j, i] + texture[j, i]
+        for i in range(width):
+            sums[j, i] += doubled[i] * texture[j, i]
+
+
+def test_launching_threads_leaves_loops_their_vectors():
+    """Were the arrays' pointers stored in the loop's own function, LLVM could not tell scratch arrays from them."""
+    shared = compiled(with_scratch)
+    texture = np.ones((3, 40), np.float32)
+    shared(texture, np.zeros((3, 40), np.float32))
+    (llvm,) = shared.loops[0].inspect_llvm().values()
+    assert "vector.body" in llvm
+    assert "vector.memcheck" not in llvm

@@ -15,12 +15,15 @@ from collections.abc import Callable
 from typing import Any, TypeGuard
 
 import numba
-from llvmlite import ir
+from llvmlite import binding, ir
 from numba import extending, types
 from numba.core import cgutils
 from numba.np.arrayobj import make_array
 
 Compile = Callable[[Callable[..., None]], Callable[..., None]]
+
+# LLVM's attribute of a pointer that a function does not keep; its name is another one from version 21 on.
+_KEPT_NOWHERE = "captures(none)" if binding.llvm_version_info >= (21,) else "nocapture"
 
 
 def threads_for(n: int) -> int:
@@ -36,23 +39,46 @@ def in_threads(_typing: Any, values: Any) -> Any:
     many threads, and the rest. In the calls the first two are bounds of contiguous shares, and threads is 1.
     """
 
+    numba.get_num_threads()  # which also tells LLVM where numba_parallel_for is
+
     def call(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        own = cgutils.unpack_tuple(builder, arguments[0])
-        packed = cgutils.pack_struct(builder, own)
-        share = _share_function(context, builder.function, values.types, packed.type)
-        number, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
-        run = ir.FunctionType(ir.VoidType(), [pointer] * 5 + [number] * 3)
-        threads = own[2]
-        # What numba advances by a step from share to share is a pointer; nothing is there: it counts the shares.
-        counter = cgutils.alloca_once_value(builder, pointer(None))
-        steps = cgutils.alloca_once_value(builder, number(1))
-        count, data = cgutils.alloca_once_value(builder, threads), cgutils.alloca_once_value(builder, packed)
-        given = [builder.bitcast(value, pointer) for value in (share, counter, count, steps, data)]
-        numba_parallel_for = cgutils.get_or_insert_function(builder.module, run, "numba_parallel_for")
-        builder.call(numba_parallel_for, [*given, number(0), number(1), threads])
+        packer = context.get_arg_packer(values.types)
+        given = packer.as_arguments(builder, cgutils.unpack_tuple(builder, arguments[0]))
+        builder.call(_launch_function(context, builder.function, values.types, packer), given)
         return context.get_dummy_value()
 
     return types.void(values), call
+
+
+def _launch_function(context: Any, function: Any, kinds: Any, packer: Any) -> Any:
+    """What ``function`` calls to be called in threads, with its own arguments.
+
+    It is a function of its own, not to be inlined, which keeps no pointer: where pointers are stored LLVM takes it that
+    scratch arrays may overlap what they point to, and makes no vectors.
+    """
+    number, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
+    launch = ir.Function(
+        function.module, ir.FunctionType(ir.VoidType(), packer.argument_types), f"{function.name}.launch"
+    )
+    launch.linkage = "internal"
+    launch.attributes.add("noinline")
+    for argument in launch.args:
+        if isinstance(argument.type, ir.PointerType):
+            argument.add_attribute(_KEPT_NOWHERE)
+    builder = ir.IRBuilder(launch.append_basic_block())
+    own = packer.from_arguments(builder, launch.args)
+    packed, threads = cgutils.pack_struct(builder, own), own[2]
+    share = _share_function(context, function, kinds, packed.type)
+    run = ir.FunctionType(ir.VoidType(), [pointer] * 5 + [number] * 3)
+    # What numba advances by a step from share to share is a pointer; nothing is there: it counts the shares.
+    counter = cgutils.alloca_once_value(builder, pointer(None))
+    steps = cgutils.alloca_once_value(builder, number(1))
+    count, data = cgutils.alloca_once_value(builder, threads), cgutils.alloca_once_value(builder, packed)
+    given = [builder.bitcast(value, pointer) for value in (share, counter, count, steps, data)]
+    numba_parallel_for = cgutils.get_or_insert_function(function.module, run, "numba_parallel_for")
+    builder.call(numba_parallel_for, [*given, number(0), number(1), threads])
+    builder.ret_void()
+    return launch
 
 
 def _share_function(context: Any, function: Any, kinds: Any, packed: Any) -> Any:
@@ -159,13 +185,13 @@ def _loop(name: str, loop: ast.For, used: list[str]) -> ast.FunctionDef:
     taken = ", ".join(["_first", "_after", "_threads", *used])
     lines = [
         f"def {name}({taken}):",
+        *(f" {x} = borrowed({x})" for x in used),
         f" if _threads > 1: in_threads(({taken}))",
         " else:",
-        *(f"  {x} = borrowed({x})" for x in used),
         "  for _ in range(_first, _after): pass",
     ]
     definition = _definition("\n".join(lines))
-    (branch,) = definition.body
+    branch = definition.body[-1]
     assert isinstance(branch, ast.If)
     part = branch.orelse[-1]
     assert isinstance(part, ast.For)

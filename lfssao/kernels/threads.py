@@ -38,7 +38,6 @@ def in_threads(_typing: Any, values: Any) -> Any:
     The tuple has the function's own arguments in its order: the first number of a loop, the one after the last, how
     many threads, and the rest. In the calls the first two are bounds of contiguous shares, and threads is 1.
     """
-
     numba.get_num_threads()  # which also tells LLVM where numba_parallel_for is
 
     def call(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:

@@ -131,24 +131,24 @@ def filled(n):
 
 LF = make_samples("jittered", 1024, 3)
 AROUND = {"directions": 32, "steps": 6}
-# Of each estimator: limit, radius, samples, parameters, and how far off it may be. A texel is 1/19 of the radius, so a
-# wall's or a sphere's edge is found to within 1/38 of it: a slice of up to 0.75/38 of a ball, twice that of a half one,
-# to which points add their own error, at most 0.016 by 1,024, which are stratified, and 0.014 by 1,200. A texel's
-# spiral has 200 taps on 97 turns. The areas of VO are 1.3 texels wide: below that a tangent plane's slope stays in
-# their variance. Steps of horizons must be wide against texels, which lie beside the way: it is the sum over six steps,
-# with a larger ball, that is compared.
+# Of each estimator: limit, radius, samples, parameters, and how far off it may be: less than a ball of 0.9 R would be
+# (0.016, twice that by half balls), but for random points, whose error is 0.014 (of 0.85 R it would be 0.025). A
+# texel is 1/19 of the radius; a wall's or a sphere's edge is found to within half of it, of which stratified points and
+# lines on average miss little. A texel's spiral has 200 taps on 97 turns. The areas of VO are 1.3 texels wide: below
+# that a tangent plane's slope stays in their variance. Steps of horizons must be wide against texels, which lie beside
+# the way: it is the sum over six steps, with a larger ball, that is compared.
 NEAR_THE_LIMIT = {
-    "lf": (partial(shell, half=False), RADIUS, LF, {}, 0.03),
-    "point": (partial(shell, half=False), RADIUS, LF, {}, 0.03),
-    "hemisphere": (partial(shell, half=True), RADIUS, LF, {}, 0.05),
+    "lf": (partial(shell, half=False), RADIUS, LF, {}, 0.012),
+    "point": (partial(shell, half=False), RADIUS, LF, {}, 0.012),
+    "hemisphere": (partial(shell, half=True), RADIUS, LF, {}, 0.02),
     "alchemy": (
         alchemy, RADIUS, even_radii(20, 32), {"sigma": SIGMA, "beta": 0.0, "epsilon": EPSILON, "rotation": "none"}, 0.01
     ),
     "sao": (sao, RADIUS, None, {"intensity": SIGMA, "beta": BETA, **SPIRAL}, 0.02),
     "sao-equation-1": (sao_equation_1, RADIUS, None, {"sigma": SIGMA, "beta": BETA / 20, **SPIRAL}, 0.02),
     "multiresolution": (square_of_texels, RADIUS, None, {"levels": 1, "kernel": KERNEL}, 0.01),
-    "vo-points": (partial(behind, half=False), RADIUS, filled(600), {}, 0.04),
-    "vo-points-normal": (partial(behind, half=True), RADIUS, filled(600), {}, 0.06),
+    "vo-points": (partial(behind, half=False), RADIUS, filled(600), {}, 0.02),
+    "vo-points-normal": (partial(behind, half=True), RADIUS, filled(600), {}, 0.03),
     "vo-lines": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),
     "vo-lines-normal": (partial(behind, half=True), RADIUS, sunflower(200), {}, 0.03),
     "vo-area": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),

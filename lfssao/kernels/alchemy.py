@@ -25,10 +25,8 @@ from lfssao.kernels.mapping import (
 from lfssao.kernels.neighbourhood import CHUNK, slot
 from lfssao.kernels.power import power
 from lfssao.kernels.runs import next_run
-from lfssao.kernels.schedule import spread
+from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 from lfssao.kernels.spiral import hash_angle, rotated
-
-_ROWS_A_BLOCK = 8
 
 # Slots; of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
 _POINT = 0
@@ -219,11 +217,11 @@ def alchemy(
     places, facing = positions.reshape(3 * height * width), normals.reshape(3 * height * width)
     looking, module, last = directions.reshape(3 * height * width), m[12:].copy(), 3 if kind == MATRIX else 2
     wide, high, samples = m.dtype.type(width), m.dtype.type(height), taps.shape[0]
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
         wide_vectors()
-        top = spread(block, blocks) * _ROWS_A_BLOCK
-        bottom = min(height, top + _ROWS_A_BLOCK)
+        top = spread(block, blocks) * ROWS_A_BLOCK
+        bottom = min(height, top + ROWS_A_BLOCK)
         scratch, found = np.empty(_SLOTS * CHUNK, m.dtype), np.empty(CHUNK, np.int32)
         for j in range(top, bottom):
             outside[j] = 0

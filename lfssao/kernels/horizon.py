@@ -25,9 +25,7 @@ from lfssao.kernels.neighbourhood import (
     start_points,
     start_slopes,
 )
-from lfssao.kernels.schedule import spread
-
-_ROWS_A_BLOCK = 8
+from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 
 _WHERE = E1  # P, in place of the frame's vectors, which are done with
 _HORIZON = E1 + 3  # sine of the horizon's elevation so far
@@ -111,13 +109,13 @@ def horizon_occlusion(
     zero, one, half, edge_on = dtype(0), dtype(1), dtype(0.5), dtype(EDGE_ON)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
     count = dtype(around.shape[0])
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
         scratch, missed = np.empty((SLOTS + 4) * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         texels = np.empty(CHUNK, np.uint32)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0
             for chunk in range(0, width, CHUNK):
                 skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)

@@ -15,11 +15,8 @@ from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX, affine_row
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
 from lfssao.kernels.runs import next_run
-from lfssao.kernels.schedule import spread
+from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 from lfssao.kernels.ssao import count_crossed_slits, count_matrix, finish_run, transform_offsets
-
-# Rows that share one set of scratch arrays.
-_ROWS_A_BLOCK = 8
 
 
 @kernel(inline=True)
@@ -109,7 +106,7 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
     wide, high = m.dtype.type(width), m.dtype.type(height)
     still = np.zeros((1, 4), m.dtype)  # samples are in a, b, c, q already
     looks = not forward and reach == np.inf  # at depths alone
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
@@ -117,7 +114,7 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
         rows, a, b = np.empty((4, CHUNK), m.dtype), scratch(m.dtype), scratch(m.dtype)
         c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(np.int32)
         z, texel, inside = np.empty(CHUNK, m.dtype), np.empty(CHUNK, np.uint32), np.empty(CHUNK, np.bool_)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:

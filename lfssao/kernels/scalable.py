@@ -20,13 +20,11 @@ from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import linear_row
 from lfssao.kernels.power import power
 from lfssao.kernels.reconstruct import line_point
-from lfssao.kernels.schedule import spread
+from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 from lfssao.kernels.spiral import hash_angle, rotated
 
 # A screen radius is held below 2**20 texels: every tap that leaves a texture does so too then, and integers hold it.
 _FAR = 1048576.0
-
-_ROWS_A_BLOCK = 8
 
 
 @kernel(parallel=True)
@@ -289,7 +287,7 @@ def scalable_visibility(
     height, width = z.shape
     depths, places, faces = z.reshape(-1), positions.reshape(height * width, 3), normals.reshape(height * width, 3)
     turns, out = rotations.reshape(2, height * width), visibility.reshape(-1)
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         block = spread(k, blocks)
         at, cosine, sine = np.empty(width, np.int32), np.empty(width, m.dtype), np.empty(width, m.dtype)
@@ -297,7 +295,7 @@ def scalable_visibility(
         nx, ny, nz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         h_u, h_v, less = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         total, missed = np.empty(width, m.dtype), np.empty(width, np.int32)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             n = gather_row(
                 depths, places, faces, turns, bias, depth_bias, origin, j, width,
                 at, cosine, sine, cx, cy, cz, nx, ny, nz, less,
@@ -326,7 +324,7 @@ def scalable_visibility_table(
     depths, places, faces = z.reshape(-1), positions.reshape(height * width, 3), normals.reshape(height * width, 3)
     turns, out = rotations.reshape(2, height * width), visibility.reshape(-1)
     origin_x, slope_x, origin_y, slope_y = table[0], table[1], table[2], table[3]
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         block = spread(k, blocks)
         at, cosine, sine = np.empty(width, np.int32), np.empty(width, m.dtype), np.empty(width, m.dtype)
@@ -334,7 +332,7 @@ def scalable_visibility_table(
         nx, ny, nz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         h_u, h_v, less = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         total, missed = np.empty(width, m.dtype), np.empty(width, np.int32)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             n = gather_row(
                 depths, places, faces, turns, bias, depth_bias, origin, j, width,
                 at, cosine, sine, cx, cy, cz, nx, ny, nz, less,

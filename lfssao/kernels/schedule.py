@@ -2,6 +2,10 @@
 
 from lfssao.kernels.jit import kernel
 
+# Rows that a thread takes at once, with one set of scratch arrays: enough that starting costs nothing, few enough that
+# they divide evenly among threads.
+ROWS_A_BLOCK = 8
+
 _STRIDE = 1_000_003  # prime, so that it divides no number of rows below it
 
 

@@ -37,11 +37,7 @@ from lfssao.kernels.mapping import (
     signed_texel_number,
 )
 from lfssao.kernels.runs import run_of
-from lfssao.kernels.schedule import spread
-
-# Rows that a thread takes at once: enough that starting costs nothing, few enough that they divide evenly among
-# threads.
-_ROWS_A_BLOCK = 8
+from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 
 # Samples that Algorithm 2 looks up at once.
 _TOGETHER = 4
@@ -200,13 +196,13 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
     module = m[12:].copy()
     image_offsets = transform_offsets(offsets, kind, m)
     samples, nothing = offsets.shape[0], m.dtype.type(np.nan)
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
         a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         q, count = scratch(m.dtype), scratch(np.int32)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
@@ -240,13 +236,13 @@ def algorithm1(depth, offsets, screen_to_world, m, every, occlusion, outside):
     surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
     image_offsets = transform_offsets(offsets, MATRIX, m)
     samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
         a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         q, count = scratch(m.dtype), scratch(np.int32)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:

@@ -25,9 +25,7 @@ from lfssao.kernels.neighbourhood import (
     start_points,
     start_slopes,
 )
-from lfssao.kernels.schedule import spread
-
-_ROWS_A_BLOCK = 8
+from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 
 FAR = 2.0**100  # boxes end here, in units of R, so that no width is infinite; a thickness of 4 FAR has no end
 
@@ -165,12 +163,12 @@ def area_occlusion(
     dtype = type(radius)
     zero, one, edge_on = dtype(0), dtype(1), dtype(EDGE_ON)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0
             for chunk in range(0, width, CHUNK):
                 skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)

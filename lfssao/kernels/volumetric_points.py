@@ -19,9 +19,7 @@ from lfssao.kernels.neighbourhood import (
     slot,
     start_points,
 )
-from lfssao.kernels.schedule import spread
-
-_ROWS_A_BLOCK = 8
+from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 
 # Slots of this kernel's own, in place of those of the disk's frame.
 _MIRRORED = 4  # the linear rows of 2 R r, r the direction of reflection
@@ -123,12 +121,12 @@ def point_occlusion(
     dtype = type(radius)
     zero, one = dtype(0), dtype(1)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
-    blocks = (height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for k in prange(blocks):
         wide_vectors()
         block = spread(k, blocks)
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
-        for j in range(block * _ROWS_A_BLOCK, min(height, (block + 1) * _ROWS_A_BLOCK)):
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0
             for chunk in range(0, width, CHUNK):
                 skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)

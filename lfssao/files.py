@@ -44,6 +44,21 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
             part.unlink(missing_ok=True)
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a UTF-8 file, as ``write_whole`` does.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+
+    def write(part: Path) -> None:
+        part.write_text(text, encoding="utf-8")
+
+    write_whole(path, write)
+
+
 def _part_prefix(stem: str) -> str:
     """Start of the name of a file that is being written by this process."""
     return f".{stem}.{os.getpid()}.part"

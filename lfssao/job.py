@@ -11,7 +11,7 @@ from typing import Any
 
 from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
-from lfssao.files import remove_leftovers, write_whole
+from lfssao.files import remove_leftovers, write_text, write_whole
 from lfssao.manifest import FORMAT
 from lfssao.sums import sum_in_order
 from lfssao.view_file import Result
@@ -119,17 +119,13 @@ class Job:
         }
         manifest = {"format": FORMAT, **self._head, "frame": self._frame(frame), "seconds": seconds, "views": entries}
         text = json.dumps(manifest, indent=1, allow_nan=False)
-        write_whole(folder / "manifest.json", lambda path: _write_text(path, text + "\n"))
+        write_text(folder / "manifest.json", text + "\n")
 
     def _frame(self, frame: int) -> dict[str, Any] | None:
         if self._work.transforms is None:
             return None
         transform = self._work.transform(frame).tolist()
         return {"number": frame, "count": self._work.frame_count, "world_from_scene": transform}
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 def _sums(rows: Sequence[dict[str, float]]) -> dict[str, float]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.display import Display
+from lfssao.oracle.judge import same_bits
 from lfssao.raycast import RayCaster
 from lfssao.rendering import Settings, Textures, default_radii, module_views, render_view
 from lfssao.scene.builtin import BUILTIN, builtin_scene
@@ -190,7 +191,7 @@ def equal_bits(one: Textures, other: Textures) -> bool:
     for a, b in zip(_layers(one), _layers(other), strict=True):
         if (a is None) != (b is None):
             return False
-        if a is not None and b is not None and not np.array_equal(a.view(np.int32), b.view(np.int32)):
+        if a is not None and b is not None and not same_bits(a, b):
             return False
     return True
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lfssao.bench.sequences import curves
 from lfssao.bench.stability import Row
-from lfssao.files import write_whole
+from lfssao.files import write_text, write_whole
 
 # Of more inputs than this the text has, for each path and verdict, the worst.
 _MANY = 8
@@ -58,12 +58,7 @@ def write_json(rows: Iterable[Row], path: Path) -> None:
         If it cannot be written.
     """
     data = {"rows": [asdict(row) for row in rows], "sequences": curves()}
-    text = json.dumps(_finite(data), indent=1, allow_nan=False)
-
-    def write(part: Path) -> None:
-        part.write_text(text + "\n", encoding="utf-8")
-
-    write_whole(path, write)
+    write_text(path, json.dumps(_finite(data), indent=1, allow_nan=False) + "\n")
 
 
 def _finite(value: object) -> object:

@@ -31,7 +31,7 @@ def add_to(benches: Any) -> None:
 def _plan(options: argparse.Namespace) -> int:
     from lfssao.bench import savings  # late: --help needs none of it
     from lfssao.display_file import find_display
-    from lfssao.files import write_whole
+    from lfssao.files import write_text
     from lfssao.manifest import describe_machine
 
     display, made = find_display(options.display), []
@@ -42,10 +42,5 @@ def _plan(options: argparse.Namespace) -> int:
         made.append(saving)
     if options.json is not None:
         result = {"machine": describe_machine(1, options.command), "scenes": [asdict(saving) for saving in made]}
-        text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-
-        def into(part: Path) -> None:
-            part.write_text(text, encoding="utf-8")
-
-        write_whole(options.json, into)
+        write_text(options.json, json.dumps(result, indent=1, allow_nan=False) + "\n")
     return 0 if all(saving.same for saving in made) else DIFFERENT

@@ -53,7 +53,7 @@ def _measure(options: argparse.Namespace) -> None:
     from lfssao.bench import page, plots, work_precision
     from lfssao.bench.advise import read_result
     from lfssao.bench.plans import FULL, QUICK
-    from lfssao.files import check_folder, output_folder, write_whole
+    from lfssao.files import check_folder, output_folder, write_text
 
     if options.threads > numba.config.NUMBA_NUM_THREADS:
         raise InputError(f"--threads: {options.threads} are more than the {numba.config.NUMBA_NUM_THREADS} there are")
@@ -63,14 +63,8 @@ def _measure(options: argparse.Namespace) -> None:
     result = _started(file, work_precision.start(mesh, plan, options.threads))
     numba.set_num_threads(options.threads)
 
-    def write(path: Path, text: str) -> None:
-        def into(part: Path) -> None:
-            part.write_text(f"{text}\n", encoding="utf-8")
-
-        write_whole(path, into)
-
     def save() -> None:
-        write(file, json.dumps(result, indent=1, allow_nan=False))
+        write_text(file, json.dumps(result, indent=1, allow_nan=False) + "\n")
 
     with output_folder(options.output):
         steps = work_precision.steps(plan, result)
@@ -83,7 +77,7 @@ def _measure(options: argparse.Namespace) -> None:
             work_precision.run(mesh, plan, options.threads, result, save, tick)
         measured = read_result(file)
         plots.save_plots(measured, options.output)
-        write(file.with_suffix(".md"), page.as_text(measured))
+        write_text(file.with_suffix(".md"), page.as_text(measured) + "\n")
     print(page.as_text(measured))
 
 

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 from lfssao.comparison.layers import stage_order
 from lfssao.comparison.picture import Panels, save_panels
 from lfssao.comparison.verdict import FAILED, SAME, WARNING, Result, Texel, Verdict
-from lfssao.files import write_whole
+from lfssao.files import write_text
 
 FORMAT = 1
 _MOST_LINES = 20
@@ -144,7 +144,7 @@ class Report:
             If it cannot be written.
         """
         text = json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n"
-        write_whole(path, lambda part: _write_text(part, text))
+        write_text(path, text)
 
     def write_junit(self, path: Path) -> None:
         """Write JUnit XML: a test suite a module, a test case a stage.
@@ -155,7 +155,7 @@ class Report:
             If it cannot be written.
         """
         text = ElementTree.tostring(self._junit(), encoding="unicode", xml_declaration=False)
-        write_whole(path, lambda part: _write_text(part, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'))
+        write_text(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
 
     def _junit(self) -> ElementTree.Element:
         top = ElementTree.Element("testsuites", name="lfssao compare")
@@ -274,7 +274,3 @@ def _json_numbers(value: Any) -> Any:
 def _xml_text(text: str) -> str:
     """Text without the characters that XML cannot hold; names in files may have any."""
     return re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "?", text)
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")

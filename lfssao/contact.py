@@ -47,7 +47,7 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
     from PIL import Image  # late: only pictures need it
 
     grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
-    pictures = (to_codes(image), np.repeat(grey[..., None], 3, axis=2), to_codes(shaded))
+    pictures = (to_codes(image), grey, to_codes(shaded))
     texel_rows, texel_columns = blurred.shape
     scale = width / max(texel_columns, texel_rows)
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
@@ -58,7 +58,7 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
 
 
 def resized(picture: NDArray[np.uint8], size: tuple[int, int]) -> "Image":
-    """A Pillow image of 8-bit codes (H, W, 3), resized to (width, height) by the mean of what a pixel covers."""
+    """A Pillow image of 8-bit codes (H, W) or (H, W, 3), resized to (width, height): means of what pixels cover."""
     from PIL import Image
 
     return Image.fromarray(picture).resize(size, Image.Resampling.BOX)

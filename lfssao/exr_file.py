@@ -23,6 +23,7 @@ _FLOAT, _ZIP, _INCREASING_Y = 2, 3, 0
 _LINES = 16  # in a chunk of compression 'zip'
 _SHORT_NAME, _LONGEST_NAME = 31, 255  # bytes
 _PREFIX = "lfssao:"  # of the names of our attributes
+_BUFFER = 1 << 18  # bytes that are written at once, a few dozen chunks
 
 # Deflate's level. ISA-L's takes a quarter of the time of zlib's fastest level, and its files are not larger.
 _LEVEL = 1
@@ -99,7 +100,7 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
     """
     counts = [-(-len(part.pixels) // _LINES) for part in parts]
     head = _head(parts, counts)
-    with path.open("wb") as stream:
+    with path.open("wb", buffering=_BUFFER) as stream:
         stream.write(head + bytes(8 * sum(counts)))  # the table of offsets is known at the end
         sizes = [
             stream.write(struct.pack("<iii", number, first - part.guard, len(data)) + data)
@@ -176,11 +177,15 @@ def _chunks(part: Part) -> Iterator[tuple[int, bytes]]:
 
     height, width, channels = part.pixels.shape
     pixels, order = np.ascontiguousarray(part.pixels).view(np.uint32), np.array(_order(part), np.int64)
-    words = np.empty(_LINES * width * channels, np.uint32)
-    packed = np.empty(2 * words.size, np.uint16)
+    gathered = np.empty(_LINES * width * channels, np.uint32)
+    packed = np.empty(2 * gathered.size, np.uint16)
     for first in range(0, height, _LINES):
         size = min(_LINES, height - first) * width * channels
-        gather_lines(pixels, order, first, words[:size])
-        split_and_difference(words[:size], packed[: 2 * size])
+        if channels == 1:  # as they are in memory
+            words = pixels[first : first + _LINES].reshape(-1)
+        else:
+            words = gathered[:size]
+            gather_lines(pixels, order, first, words)
+        split_and_difference(words, packed[: 2 * size])
         data = isal_zlib.compress(packed[: 2 * size].astype("<u2", copy=False).data, _LEVEL)
-        yield first, data if len(data) < 4 * size else words[:size].astype("<u4", copy=False).tobytes()
+        yield first, data if len(data) < 4 * size else words.astype("<u4", copy=False).tobytes()

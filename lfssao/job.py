@@ -110,7 +110,8 @@ class Job:
         folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
         remove_leftovers(folder)  # of workers that were killed on the way
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        write_whole(folder / "contact.png", sheet.save)
+        # The fastest level: half the time, in which nothing else runs, for a twentieth more bytes.
+        write_whole(folder / "contact.png", lambda path: sheet.save(path, compress_level=1))
         seconds = {
             **self._seconds,
             "build_bvh": sum_in_order(result.build_seconds for result in results),

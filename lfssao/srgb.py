@@ -36,6 +36,32 @@ def to_linear(codes: NDArray[np.uint8]) -> NDArray[np.float32]:
     return decode_table()[codes]
 
 
+# Numbers between the lower limit, which lies below the first edge, and 1 in bins by their leading bits: 2^8 bins to
+# each power of 2, fine enough that no bin holds two edges.
+_LOWEST = np.float32(2.0**-13)
+_SHIFT = np.uint32(23 - 8)
+_BLOCK = 1 << 16  # numbers at a time, whose intermediate arrays fit the cache
+
+
+def _bins(linear: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """The bin of each number, 0 for ``_LOWEST``."""
+    return (linear.view(np.uint32) >> _SHIFT) - (_LOWEST.view(np.uint32) >> _SHIFT)
+
+
+@functools.cache
+def _first_codes() -> NDArray[np.uint8]:
+    """The code of each bin's first number; no edge lies so near to it that rounding to float32 would matter."""
+    count = int(_bins(np.array([1], np.float32))[0]) + 1
+    starts = (np.arange(count, dtype=np.uint32) << _SHIFT) + _LOWEST.view(np.uint32)
+    return np.searchsorted(_code_edges(), starts.view(np.float32), side="right").astype(np.uint8)
+
+
 def to_codes(linear: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
     """Nearest 8-bit sRGB codes of linear light of any shape; values outside 0 to 1 are clamped."""
-    return np.searchsorted(_code_edges(), linear, side="right").astype(np.uint8)
+    flat = np.ravel(linear)
+    codes, first, edges = np.empty(flat.size, np.uint8), _first_codes(), np.append(_code_edges(), np.inf)
+    for start in range(0, flat.size, _BLOCK):
+        part = np.maximum(np.fmin(flat[start : start + _BLOCK], 1), _LOWEST)
+        low = first.take(_bins(part.astype(np.float32, copy=False)))  # which is faster than [...] by small integers
+        np.add(low, part >= edges.take(low), out=codes[start : start + _BLOCK], casting="unsafe")
+    return codes.reshape(np.shape(linear))

@@ -112,7 +112,11 @@ def test_any_number_of_lines_and_what_deflate_makes_longer(tmp_path, height):
     """Random bits are stored as they are, constants in a few bytes; chunks are of 16 lines."""
     rng = np.random.default_rng(height)
     noise = rng.integers(0, 2**32, (height, 7, 2), np.uint32).view(np.float32)
-    parts = [Part("noise", ("b.X", "a.X"), noise), Part("flat", ("Y",), np.full((height, 7, 1), np.inf, np.float32))]
+    parts = [
+        Part("noise", ("b.X", "a.X"), noise),
+        Part("one channel", ("Y",), noise[..., :1]),
+        Part("flat", ("Y",), np.full((height, 7, 1), np.inf, np.float32)),
+    ]
     write_exr(tmp_path / "a.exr", parts)
     found = independent(tmp_path / "a.exr")
     for part in parts:

@@ -1,5 +1,6 @@
 """sRGB: the tables against IEC 61966-2-1 worked out in another way, and there and back."""
 
+import bisect
 import math
 
 import numpy as np
@@ -43,3 +44,28 @@ def test_encoding_halfway_between_codes():
     above = [decoded(code + 0.501) for code in range(255)]
     assert to_codes(np.array(below)).tolist() == list(range(255))
     assert to_codes(np.array(above)).tolist() == list(range(1, 256))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_every_number_beside_an_edge_gets_the_code_of_its_side(dtype):
+    """The edges are found by halving intervals of the function itself, then all numbers near them and near all bins."""
+    code_of = lambda x: int(to_codes(np.array([x], dtype))[0])  # noqa: E731
+    edges = []
+    for code in range(255):
+        low, high = dtype(decoded(code + 0.4)), dtype(decoded(code + 0.6))
+        while np.nextafter(low, dtype(2)) < high:
+            middle = dtype((low + high) / 2)
+            low, high = (middle, high) if code_of(middle) <= code else (low, middle)
+        edges.append(high)
+        assert float(high) == pytest.approx(decoded(code + 0.5), rel=1e-6 if dtype is np.float32 else 1e-12)
+    ulps = np.arange(-3, 4) * np.finfo(dtype).eps
+    bins = (np.arange(112 << 8, 128 << 8, dtype=np.uint32) << np.uint32(15)).view(np.float32).astype(dtype)
+    points = np.concatenate([np.outer(np.array(edges), 1 + ulps).ravel(), np.outer(bins, 1 + ulps).ravel()])
+    assert to_codes(points).tolist() == [bisect.bisect_right(edges, x) for x in points.tolist()]
+
+
+def test_numbers_that_are_none_and_shapes():
+    odd = np.array([[math.nan, -math.inf], [-0.0, 1e-45]], np.float32)
+    assert to_codes(odd).tolist() == [[255, 0], [0, 0]]
+    assert to_codes(np.zeros((0, 3), np.float32)).shape == (0, 3)
+    assert to_codes(np.ones((300, 300, 3), np.float32)[:, ::2]).shape == (300, 150, 3)

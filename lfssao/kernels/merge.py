@@ -2,7 +2,7 @@
 
 from numba import prange
 
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 
 
 @kernel(parallel=True)
@@ -20,7 +20,8 @@ def merge_maximum(layers, merged):
 @kernel(parallel=True)
 def merge_product(first, second, merged):
     """1 - (1 - a)(1 - b), what a product of two open shares leaves hidden (VO section 6), as a + b (1 - a); (H, W)."""
-    one = merged.dtype.type(1)
     for j in prange(merged.shape[0]):
+        wide_vectors()
+        one = merged.dtype.type(1)
         for i in range(merged.shape[1]):
             merged[j, i] = first[j, i] + second[j, i] * (one - first[j, i])

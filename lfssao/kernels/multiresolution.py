@@ -275,9 +275,9 @@ def combine(most, total, levels, how):
 
     BOTH is 1 - (1 - maximum) (1 - average).
     """
-    zero, one = most.dtype.type(0), most.dtype.type(1)
-    number = most.dtype.type(levels)
     for j in prange(most.shape[0]):
+        wide_vectors()
+        zero, one, number = most.dtype.type(0), most.dtype.type(1), most.dtype.type(levels)
         for i in range(most.shape[1]):
             average = total[j, i] / number
             value = average if how == AVERAGE else most[j, i]

@@ -16,12 +16,11 @@ from lfssao.kernels.jit import kernel, wide_vectors
 def depth_keys(z, origin, scale, keys):
     """(z - origin) scale, held in [0, 1]; +infinity where there is no surface. All (H, W), or scalars of that dtype."""
     height, width = z.shape
-    zero, one = z.dtype.type(0), z.dtype.type(1)
     for j in prange(height):
+        wide_vectors()
+        zero, one = z.dtype.type(0), z.dtype.type(1)
         for i in range(width):
-            key = (z[j, i] - origin) * scale
-            key = key if key > zero else zero
-            key = key if key < one else one
+            key = min(one, max(zero, (z[j, i] - origin) * scale))  # of NaN the constant, as GPUs have it
             keys[j, i] = key if z[j, i] < np.inf else z.dtype.type(np.inf)
 
 

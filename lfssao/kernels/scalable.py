@@ -16,7 +16,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.elementary import sincospi
-from lfssao.kernels.jit import kernel
+from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import linear_row
 from lfssao.kernels.power import power
 from lfssao.kernels.reconstruct import line_point
@@ -352,8 +352,9 @@ def scalable_visibility_table(
 def occlusion_of(visibility, z, k, occlusion):
     """1 - A^k, A^k in float64 (lfssao.kernels.power) rounded once; 0 where there is no surface. (H, W), k float64."""
     height, width = z.shape
-    one, zero = z.dtype.type(1), z.dtype.type(0)
     for j in prange(height):
+        wide_vectors()
+        one, zero = z.dtype.type(1), z.dtype.type(0)
         if k == 1.0:  # as power has it, but in vectors
             for i in range(width):
                 a = one - visibility[j, i]

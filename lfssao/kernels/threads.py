@@ -19,6 +19,7 @@ from llvmlite import binding, ir
 from numba import extending, types
 from numba.core import cgutils
 from numba.np.arrayobj import make_array
+from numba.np.ufunc import parallel
 
 Compile = Callable[[Callable[..., None]], Callable[..., None]]
 
@@ -27,8 +28,13 @@ _KEPT_NOWHERE = "captures(none)" if binding.llvm_version_info >= (21,) else "noc
 
 
 def threads_for(n: int) -> int:
-    """Among how many threads a loop over 0 .. n - 1 is shared out: as many as numba is set to, one where n is 0."""
-    return max(min(int(numba.get_num_threads()), n), 1)
+    """Among how many threads a loop over 0 .. n - 1 is shared out: as many as numba is set to, one where n is 0.
+
+    ``numba.get_num_threads`` starts the threads, with a lock between processes, at every call: a tenth of a pass over a
+    small texture. Once they run, numba's own number is asked.
+    """
+    count = parallel._get_num_threads() if parallel._is_initialized else numba.get_num_threads()
+    return max(min(int(count), n), 1)
 
 
 @extending.intrinsic

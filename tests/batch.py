@@ -46,7 +46,8 @@ from lfssao.kernels import (
 from lfssao.kit.cases import RECIPES
 from lfssao.kit.stages import STAGES
 from lfssao.oracle import bounds
-from lfssao.oracle.points import Surfaces, point_bounds
+from lfssao.oracle.points import point_bounds
+from lfssao.oracle.texels import Surfaces
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
 from lfssao.tree import TriangleTree
 

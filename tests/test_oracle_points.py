@@ -20,9 +20,10 @@ from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.estimators.surroundings import ball_mirrors
 from lfssao.kernels import outcomes
-from lfssao.oracle import points as oracle
+from lfssao.oracle import shares
 from lfssao.oracle.error_model import MODELS
-from lfssao.oracle.points import BOUNDED, NORMALS, Surfaces, point_bounds
+from lfssao.oracle.points import BOUNDED, NORMALS, point_bounds
+from lfssao.oracle.texels import Surfaces, Texels
 
 RENDERERS = 40
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -165,8 +166,8 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     depth = np.zeros((1, 2 * n), np.float32)
     display = find_display("virtual").with_resolution(2 * n, 1)
     view = module_views(builtin_scene("statue"), display)[0]
-    texels = oracle._Field(Surfaces(depth, positions, view.world_to_image, view.cast_from_world), MODELS[model])
-    may, must = oracle._range_check(texels, radius)(np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2))
+    texels = Texels(Surfaces(depth, positions, view.world_to_image, view.cast_from_world), MODELS[model])
+    may, must = shares._range_check(texels, radius)(np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2))
     ar = arithmetic(model, rng, RENDERERS)
     away = [ar.subtract(far[None, :, k].astype(float), places[None, :, k].astype(float)) for k in range(3)]
     square = rr.dot(ar, away, away)
@@ -178,10 +179,10 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     assert must.any()
     offset = ways[7].astype(np.float32).astype(float)
     normals = across(rng, np.broadcast_to(offset, (1, n, 3)))
-    texels = oracle._Field(
+    texels = Texels(
         Surfaces(depth[:, :n], positions[:, :n], view.world_to_image, view.cast_from_world, normals), MODELS[model]
     )
-    below, surely = oracle._below(texels, offset, 0.0)
+    below, surely = shares._below(texels, offset, 0.0)
     parts = list(offset)
     turned = rr.dot(ar, parts, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
     assert not (turned & ~below).any()

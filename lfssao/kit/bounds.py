@@ -9,7 +9,8 @@ from lfssao.kernels.mapping import MATRIX
 from lfssao.kit.case import Arrays, Bounds
 from lfssao.kit.stages import described_mapping
 from lfssao.oracle import bounds
-from lfssao.oracle.points import Surfaces, point_bounds
+from lfssao.oracle.points import point_bounds
+from lfssao.oracle.texels import Surfaces
 from lfssao.view import WorldToImage
 
 MODEL = "shader"  # of lfssao.oracle.error_model

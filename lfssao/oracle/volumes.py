@@ -1,0 +1,126 @@
+"""Bounds of ``vo-points`` and ``vo-points-normal``: sums of weighted points of each texel's ball that are hidden.
+
+VO's offset is made of a point by two reflections; no term of it, taken through them and a row in either order, is
+rounded more than ``_ROUNDINGS`` times, so a coordinate is off by that times the sizes of its terms.
+"""
+
+import numpy as np
+
+from lfssao.kernels.rounding import FLUSHED, SAFETY
+from lfssao.oracle.bounds import Bounds, FloatArray, down_to_single, merge_bounds, up_to_single
+from lfssao.oracle.sampling import Sampling
+from lfssao.oracle.texels import Bools, Numbers, Texels, dot, flat
+from lfssao.sums import sum_in_order
+
+_ROUNDINGS = 24  # of a term of a reflected offset, rows included; 16 if they are counted
+
+
+def hidden_volume(tangent: bool, asked: Sampling) -> Bounds:
+    """Bounds of ``vo-points``, or with ``tangent`` of ``vo-points-normal``, of one radius or two."""
+    volume = _Volume(tangent, asked)
+    first, second = volume.at(asked.radius), float(asked.options["second"])
+    if second == 0:
+        return first
+    other = volume.at(second * asked.radius)
+    if asked.options["combine"] == "minimum":
+        return merge_bounds([first, other])
+    # a + b (1 - a), or 1 - (1 - a) (1 - b): of numbers up to 1, rounded four times. Of zeros it is zero.
+    ends = []
+    for one, two, sign in ((first.lower, other.lower, -1), (first.upper, other.upper, 1)):
+        a = one.astype(np.float64)
+        both = a + two.astype(np.float64) * (1 - a)
+        ends.append(np.maximum(both + sign * 4 * asked.model.operation * SAFETY * (both > 0), 0))
+    assert first.open is not None
+    assert other.open is not None
+    return Bounds(up_to_single(ends[0]), down_to_single(ends[1]), first.open + other.open)
+
+
+class _Volume:
+    """The hidden share of the ball around each texel's place, by weighted points."""
+
+    def __init__(self, tangent: bool, asked: Sampling) -> None:
+        from lfssao.estimators.surroundings import ball_mirrors  # late: the other estimators need none of it
+        from lfssao.kernels.neighbourhood import TILE
+
+        texels, options = Texels(asked.surfaces, asked.model), asked.options
+        self._texels, self._points = texels, asked.points.astype(np.float32).astype(np.float64)
+        given = np.ones(len(asked.points)) if asked.weights is None else np.asarray(asked.weights, np.float64)
+        self._shares = (given / sum_in_order(given.tolist())).astype(np.float32).astype(np.float64)
+        width = texels.given.depth.shape[1]
+        mirrors = ball_mirrors(bool(options["randomize"]), int(options["seed"]), np.dtype(np.float32))
+        row, column = np.divmod(texels.at, width)
+        self._mirrors = mirrors[:, row % TILE, column % TILE].T.astype(np.float64)
+        self._normals = np.zeros_like(texels.places)
+        if tangent:
+            self._normals = flat(texels.given.normals)[texels.at].astype(np.float64)
+        self._thickness = float(options["thickness"])
+        depth = texels.given.depth.ravel().astype(np.float64)
+        self._low, self._high = depth.copy(), depth.copy()
+        if texels.is_camera:
+            z, error = texels.axis_depth(texels.places, np.zeros_like(texels.places))
+            self._low[texels.at], self._high[texels.at] = z - error, z + error
+
+    def at(self, radius: float) -> Bounds:
+        """Bounds at one radius; weights are added in any order, and what is above 1 is 1."""
+        texels, r = self._texels, self._texels.model.operation
+        fewest, most = np.zeros(len(texels.at)), np.zeros(len(texels.at))
+        opened = np.zeros(len(texels.at), np.int32)
+        for point, share in zip(self._points, self._shares, strict=True):
+            may, must = self._hidden(point, radius)
+            fewest += np.where(must, share, 0.0)
+            most += np.where(may, share, 0.0)
+            opened += (may & ~must).astype(np.int32)
+        relative = (len(self._shares) + 4) * r * (1 + len(self._shares) * r)
+        low = up_to_single(np.minimum(fewest * (1 - relative), 1))
+        high = down_to_single(np.minimum(most * (1 + relative), 1))
+        return texels.bounds(low, high, opened)
+
+    def _hidden(self, point: FloatArray, radius: float) -> tuple[Bools, Bools]:
+        """Whether one point of each texel's ball may be, and is for sure, hidden."""
+        texels = self._texels
+        offset, sizes = self._reflected(point)
+        k = _ROUNDINGS * texels.model.operation
+        off = k * (1 + k) * (np.abs(texels.places) + radius * sizes) + FLUSHED * (1 + radius)
+        places = texels.places + radius * offset
+        landed = texels.land(places, off)
+        z, error = landed.z, landed.doubt[:, 2]
+        if texels.is_camera:
+            z, error = texels.axis_depth(places, off)
+        reach, reach_error = self._reach()
+
+        def hides(which: Numbers, texel: Numbers) -> tuple[Bools, Bools]:
+            nearest = z[which] - error[which] - self._high[texel]
+            farthest = z[which] + error[which] - self._low[texel]
+            may, must = farthest > 0, nearest > 2 * texels.model.smallest
+            if reach is not None:
+                slack = reach_error[which] + texels.model.operation * np.abs(farthest)
+                may &= nearest <= reach[which] + slack
+                must &= farthest <= reach[which] - slack
+            return may, must
+
+        return texels.decide(landed, hides)
+
+    def _reflected(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The offset of each texel after both reflections, unit ball, and the sizes of its coordinates' terms."""
+        m, n = self._mirrors, self._normals
+        along = dot(m, point)
+        offset, sizes = (
+            point - 2 * along[:, None] * m,
+            np.abs(point) + 2 * dot(np.abs(m), np.abs(point))[:, None] * abs(m),
+        )
+        above, size = dot(offset, n), dot(sizes, np.abs(n))
+        k = _ROUNDINGS * self._texels.model.operation
+        lifted = above < k * (1 + k) * size
+        lift, size = np.where(lifted, np.minimum(above, 0), 0), np.where(lifted, size, 0)
+        return offset - 2 * lift[:, None] * n, sizes + 2 * size[:, None] * np.abs(n)
+
+    def _reach(self) -> tuple[FloatArray | None, FloatArray]:
+        """How far behind its depth a surface hides, cast z, and by how much that is off; None: without end."""
+        if not self._thickness > 0:
+            return None, np.empty(0)
+        w = flat(self._texels.given.directions)[self._texels.at].astype(np.float64)
+        axis = self._texels.axis[:3]
+        steep, size = dot(w, axis), dot(np.abs(w), np.abs(axis))
+        r = self._texels.model
+        error = (self._thickness * size) * (8 * r.operation + r.quotient) * SAFETY + FLUSHED * (1 + self._thickness)
+        return self._thickness * steep, error

@@ -5,9 +5,11 @@ It solves cases of the stages that renderers have. Any driver will do; Mesa's ll
 
 from pathlib import Path
 
-import kit_reader
 import moderngl
 import numpy as np
+from kit_reader_numbers import binary32
+from kit_reader_passes import blur_weights
+from kit_reader_samples import offsets
 
 SHADERS = Path(__file__).parent / "glsl"
 KINDS = ("crossed slits", "matrix", "display")
@@ -49,10 +51,10 @@ class Renderer:
         return made
 
     def _occlusion(self, kind, numbers, parameters, inputs, places):
-        depth, table = inputs["depth"], np.array(kit_reader.offsets(parameters, inputs), np.float32)
+        depth, table = inputs["depth"], np.array(offsets(parameters, inputs), np.float32)
         height, width = depth.shape
         made, outside = np.full_like(depth, np.nan), np.zeros(1, np.uint32)
-        arrays = [np.array(kit_reader.binary32(numbers)), depth, places, table, made, outside]
+        arrays = [np.array(binary32(numbers)), depth, places, table, made, outside]
         made, outside = self.run(
             "occlusion", (-(-width // _GROUP), -(-height // _GROUP)), arrays, (4, 5), size=(width, height),
             kind=KINDS.index(kind), samples=len(table), algorithm1="screen_to_world" in parameters,
@@ -60,7 +62,7 @@ class Renderer:
         return {"occlusion": made, "outside": outside.astype(np.int64), "offsets": table}
 
     def algorithm1(self, parameters, inputs):
-        back = np.array(kit_reader.binary32(parameters["screen_to_world"]))
+        back = np.array(binary32(parameters["screen_to_world"]))
         return self._occlusion("matrix", parameters["world_to_screen"], parameters, inputs, back)
 
     def algorithm2(self, parameters, inputs):
@@ -76,7 +78,7 @@ class Renderer:
 
     def blur(self, parameters, inputs):
         source = inputs["source"]
-        exact = np.array(kit_reader.blur_weights(parameters["sigma"]))
+        exact = np.array(blur_weights(parameters["sigma"]))
         weights, (height, width) = exact.astype(np.float32), source.shape
         passes = [source]
         for direction in ((1, 0), (0, 1)) if len(weights) > 1 else ():

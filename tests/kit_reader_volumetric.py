@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from kit_reader import F, binary32, sincospi, sum_a, sum_l, to_image, word
+from kit_reader_mapping import sum_a, sum_l, to_image
+from kit_reader_numbers import F, binary32, sincospi, word
 
 
 def dot(a, b):

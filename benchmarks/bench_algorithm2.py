@@ -1,7 +1,8 @@
 """Algorithm 2 against C: ``python benchmarks/bench_algorithm2.py``, JSON beside the printed table.
 
-One run, 1024x768, 8 samples, one radius, float32, all peers in turn; median and quartiles in milliseconds. The peers
-are compiled here with gcc -O3 -march=native; a second build with -ffp-contract=off must give lfssao's bits.
+One run, 1024x768, 8 samples, one radius, float32, all peers in turn, each after each other equally often; median and
+quartiles in milliseconds. The peers are compiled here with gcc -O3 -march=native; a second build with -ffp-contract=off
+must give lfssao's bits.
 """
 
 import argparse
@@ -10,7 +11,6 @@ import json
 import os
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +19,7 @@ import numpy as np
 
 from lfssao import builtin_scene, find_display, make_samples, module_views
 from lfssao.bench.peers.c import SOURCE, compile_library
+from lfssao.bench.times import in_turn
 from lfssao.kernels import ssao
 from lfssao.manifest import describe_machine
 from lfssao.raycast import RayCaster
@@ -80,19 +81,6 @@ def ours(case: Case) -> Callable[[], np.ndarray]:
     return run
 
 
-def interleaved(runs: dict[str, Callable[[], np.ndarray]], repeats: int) -> dict[str, list[float]]:
-    """Milliseconds of each run, the runs taking turns, forwards and backwards: each finds what its neighbours left."""
-    for run in runs.values():
-        run()
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for k in range(repeats):
-        for name, run in list(runs.items())[:: 1 if k % 2 else -1]:
-            start = time.perf_counter()
-            run()
-            times[name].append(1e3 * (time.perf_counter() - start))
-    return times
-
-
 def bench(case: Case, folder: Path, repeats: int) -> dict[str, dict[str, float]]:
     fast, exact = compile_library(folder, SOURCE), compile_library(folder, SOURCE, "-ffp-contract=off")
     runs: dict[str, Callable[[], np.ndarray]] = {"lfssao": ours(case)}
@@ -105,13 +93,12 @@ def bench(case: Case, folder: Path, repeats: int) -> dict[str, dict[str, float]]
         if not np.array_equal(same().view(np.int32), reference.view(np.int32)):
             raise SystemExit(f"{name} without contraction does not give lfssao's bits: not the same algorithm")
         runs[name] = run
-    times = interleaved(runs, repeats)
-    base = np.median(times["lfssao"])
+    times = in_turn(runs, repeats)
     rows = {}
-    for name, values in times.items():
-        low, middle, high = np.percentile(values, [25, 50, 75])
-        rows[name] = {"ms": middle, "ms_25": low, "ms_75": high, "times_lfssao": middle / base}
-        print(f"  {name:10s} {middle:7.2f} ms  [{low:.2f}, {high:.2f}]   {middle / base:5.2f} x lfssao")
+    for name, t in times.items():
+        times_ours = t.median / times["lfssao"].median
+        rows[name] = {"ms": t.median, "ms_25": t.low, "ms_75": t.high, "times_lfssao": times_ours}
+        print(f"  {name:10s} {t.median:7.2f} ms  [{t.low:.2f}, {t.high:.2f}]   {times_ours:5.2f} x lfssao")
     return rows
 
 

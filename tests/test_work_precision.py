@@ -1,8 +1,10 @@
 """Error against run time: references, slopes on scenes with known answers, the Pareto front, advice, plots, a run."""
 
 import json
+from collections import Counter
 from dataclasses import replace
 from importlib import import_module
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from lfssao.bench.peers.case import Case
 from lfssao.bench.sampling_error import Reference, combine, rmse
 from lfssao.bench.setting_times import setting_times
 from lfssao.bench.slopes import THEORY, fitted_slope, law_slope
-from lfssao.bench.times import Times, in_turn
+from lfssao.bench.times import Times, balanced_orders, in_turn
 from lfssao.cli import main
 from lfssao.display_file import find_display
 from lfssao.errors import InputError
@@ -244,8 +246,17 @@ def test_all_samplers_of_an_estimator_tend_to_the_integral_of_its_own_set(name):
 def test_times_are_of_warm_runs_in_turn():
     calls = []
     times = in_turn({"a": lambda: calls.append("a"), "b": lambda: calls.append("b")}, 3)
-    assert "".join(calls) == "ab" * 4
+    assert "".join(calls) == "ab" + "ab" + "ba" + "ab"
     assert times["a"].low <= times["a"].median <= times["a"].high
+
+
+@pytest.mark.parametrize("n", range(1, 8))
+def test_in_turns_each_follows_each_other_one_equally_often(n):
+    orders = balanced_orders(n)
+    assert all(sorted(order) == list(range(n)) for order in orders)
+    following = Counter(pair for order in orders for pair in pairwise(order))
+    assert set(following) == {(a, b) for a in range(n) for b in range(n) if a != b}
+    assert len(set(following.values())) <= 1
 
 
 def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):

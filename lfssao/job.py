@@ -11,6 +11,7 @@ from typing import Any
 
 from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
+from lfssao.estimators.registry import find_estimator
 from lfssao.files import remove_leftovers, write_text, write_whole
 from lfssao.manifest import FORMAT
 from lfssao.sums import sum_in_order
@@ -20,8 +21,17 @@ from lfssao.work import Item, Work
 _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 
 
-def check_memory(width: int, height: int, radius_count: int) -> None:
+def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -> None:
     """Refuse a texture that this machine has no memory for, before any is taken.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the texture, guard band included.
+    radius_count : int
+        How many radii are merged.
+    texel_bytes : int
+        The estimator's (``Estimator.texel_bytes``).
 
     Raises
     ------
@@ -31,7 +41,7 @@ def check_memory(width: int, height: int, radius_count: int) -> None:
     texels = width * height
     if texels > _MOST_TEXELS:
         raise InputError(f"resolution {width}x{height}: a texture has at most {_MOST_TEXELS} texels")
-    needed, available = _needed(texels, radius_count), available_memory()
+    needed, available = needed_memory(texels, radius_count, texel_bytes), available_memory()
     if available is not None and needed > available:
         raise InputError(
             f"resolution {width}x{height}: the passes of one texture and {radius_count} radii need about "
@@ -39,10 +49,11 @@ def check_memory(width: int, height: int, radius_count: int) -> None:
         )
 
 
-def _needed(texels: int, radius_count: int) -> int:
-    """Bytes that one view takes, from its ray cast to its file."""
-    # Peaks of shading and writing and, with many radii, of the merge: measured at 12 and 48 million texels.
-    return texels * max(108 + 4 * radius_count, 48 + 8 * radius_count)
+def needed_memory(texels: int, radius_count: int, texel_bytes: int) -> int:
+    """Bytes that one view takes, from its ray cast to its file; ``texel_bytes`` is the estimator's."""
+    # Peaks of shading and writing and, with many radii, of the merge, measured at 12 and 48 million texels; and of the
+    # last radius' estimate, beside the G-buffer and the other radii.
+    return texels * max(108 + 4 * radius_count, 48 + 8 * radius_count, 40 + 4 * radius_count + texel_bytes)
 
 
 def views_at_once(work: Work, most: int) -> int:
@@ -50,7 +61,8 @@ def views_at_once(work: Work, most: int) -> int:
     available = available_memory()
     if available is None:
         return most
-    needed = max(_needed(view.width * view.height, len(work.settings.radii)) for view in work.views)
+    radius_count, texel_bytes = len(work.settings.radii), find_estimator(work.settings.estimator).texel_bytes
+    needed = max(needed_memory(view.width * view.height, radius_count, texel_bytes) for view in work.views)
     return max(1, min(most, available // needed))
 
 

@@ -1,6 +1,7 @@
 """What every estimator of the registry promises, on every kind of view: an entry is tested by being listed."""
 
 import inspect
+import tracemalloc
 
 import analytic_scenes as scenes
 import numba
@@ -27,6 +28,42 @@ def check(result, buffers):
     assert isinstance(result.outside, int)
     assert result.outside >= 0
     return texture
+
+
+def variants(entry):
+    """Its parameters at other values, one at a time; a second radius with each way to make one of two."""
+    yield {}
+    for parameter, value in entry.parameters.items():
+        if isinstance(value, bool):
+            yield {parameter: not value}
+    for parameter, choices in entry.choices.items():
+        more = {"second": 0.5} if "second" in entry.parameters else {}
+        yield from ({parameter: choice, **more} for choice in choices)
+
+
+def memory(name, sight, width, height, options):
+    """Most bytes that an estimate of a new view has at once."""
+    buffers = scenes.buffers("tilted plane", scenes.SIGHTS[sight](width, height), np.float32)
+    tracemalloc.start()
+    try:
+        estimate(name, buffers, 0.05, **options)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_an_entry_says_how_much_memory_it_takes(name):
+    entry = ESTIMATORS[name]
+    most = 0.0
+    for sight in scenes.SIGHTS:
+        for number, options in enumerate(variants(entry)):
+            # By the difference of two sizes, so that tables of samples do not count; sizes that nothing is kept of.
+            memory(name, sight, 20 + number, 10, options)  # what is made once
+            small, large = (60 + number, 40), (220 + number, 180)
+            needed = memory(name, sight, *large, options) - memory(name, sight, *small, options)
+            most = max(most, needed / (large[0] * large[1] - small[0] * small[1]))
+    assert abs(most - entry.texel_bytes) < 2
 
 
 def samples(estimator, rng):

@@ -3,6 +3,8 @@
 import hashlib
 import json
 import os
+import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +12,16 @@ import pytest
 from exr_parts import by_channel, read_parts
 from PIL import Image
 
-from lfssao import exr
+from lfssao import RayCaster, Settings, builtin_scene, exr, find_display, module_views
 from lfssao import job as job_module
 from lfssao.cli import main
 from lfssao.contact import sheet_rows
 from lfssao.errors import InputError
+from lfssao.estimators.registry import find_estimator
 from lfssao.files import check_folder, output_folder, write_whole
-from lfssao.job import available_memory, check_memory
+from lfssao.job import available_memory, check_memory, needed_memory
+from lfssao.rendering import render_view
+from lfssao.view_plan import ViewPlan
 
 TEXTURES = {
     "shaded": ("R", "G", "B"),
@@ -315,13 +320,39 @@ def test_check_folder_touches_nothing(tmp_path, monkeypatch):
 def test_memory_is_checked_against_what_is_there(monkeypatch):
     assert available_memory() > 10_000_000
     monkeypatch.setattr(job_module, "available_memory", lambda: 10**9)
-    check_memory(2000, 2000, 5)  # 0.5 GB
+    check_memory(2000, 2000, 5, 4)  # 0.5 GB
     with pytest.raises(InputError, match=r"resolution 4000x4000.* 2\.0 GB of memory, 1\.0 GB are available"):
-        check_memory(4000, 4000, 5)
+        check_memory(4000, 4000, 5, 4)
+    check_memory(2000, 3400, 5, 4)  # 0.9 GB
+    with pytest.raises(InputError, match=r"resolution 2000x3400.* 1\.1 GB of memory, 1\.0 GB are available"):
+        check_memory(2000, 3400, 5, 96)
     monkeypatch.setattr(job_module, "available_memory", lambda: None)
-    check_memory(2**16, 2**15 - 1, 5)
+    check_memory(2**16, 2**15 - 1, 5, 4)
     with pytest.raises(InputError, match="at most 2147483647 texels"):
-        check_memory(2**16, 2**15, 5)
+        check_memory(2**16, 2**15, 5, 4)
+
+
+def test_memory_is_what_the_passes_take():
+    """Of sao where the texels' lines are a table, which needs more than all that comes after it."""
+    mesh, display = builtin_scene(), find_display("convex")
+    settings = Settings((0.1, 0.2), estimator="sao", normals="geometric")
+
+    def peak(width, height):
+        module = replace(display.modules[0], width=width, height=height)
+        (view,) = module_views(mesh, replace(display, modules=(module,)))
+        caster = RayCaster(mesh, view.cast_from_world)
+        tracemalloc.start()
+        try:
+            render_view(caster, view, settings, plan=ViewPlan.everything(view, settings))
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    peak(20, 10)  # what is made once
+    texels = 240 * 180 - 80 * 60
+    needed = needed_memory(texels, 2, find_estimator("sao").texel_bytes)
+    assert needed == 144 * texels
+    assert 0.97 * needed < peak(240, 180) - peak(80, 60) < 1.03 * needed
 
 
 def test_memory_without_proc(monkeypatch):

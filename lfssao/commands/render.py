@@ -291,16 +291,19 @@ def _display(options: argparse.Namespace) -> "Display":
 
 
 def _check_size(options: argparse.Namespace, display: "Display") -> None:
+    from lfssao.estimators.registry import find_estimator
     from lfssao.job import check_memory
     from lfssao.rendering import DEFAULT_RADII
 
+    radius_count = len(options.radii or DEFAULT_RADII)
+    texel_bytes = find_estimator(options.estimator).texel_bytes
     sizes = [(module.width, module.height) for module in display.modules]
     if options.camera is not None:
         sizes = [CAMERA_RESOLUTION]
     if options.resolution is not None:
         sizes = [options.resolution]
     for width, height in dict.fromkeys(sizes):
-        check_memory(width + 2 * options.guard, height + 2 * options.guard, len(options.radii or DEFAULT_RADII))
+        check_memory(width + 2 * options.guard, height + 2 * options.guard, radius_count, texel_bytes)
 
 
 def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Callable[[Mesh], Settings]]":

@@ -116,6 +116,7 @@ ENTRIES = (
         dimensions=2,
         count=12,
         normals=True,
+        texel_bytes=16,
         parameters={"sigma": 1.0, "beta": 1e-4, "epsilon": 0.01, "k": 1.0, "rotation": "paper"},
         limits={"sigma": (0, 1e6), "beta": (0, 1), "epsilon": (0, 1e6), "k": (0, 100)},
         choices={"rotation": ROTATIONS},

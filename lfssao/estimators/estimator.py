@@ -44,6 +44,9 @@ class Estimator:
         Least and greatest value of a parameter that is a number, where it has them; the registry checks them.
     choices : mapping
         The values of a parameter that is a str; the registry checks them.
+    texel_bytes : int
+        Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
+        kept with the view, the most over all views and parameters.
     sampling : str or None
         The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
     """
@@ -59,6 +62,7 @@ class Estimator:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    texel_bytes: int = 4
     sampling: str | None = None
 
     def default_samples(self, n: int | None = None) -> tuple[FloatArray | None, FloatArray | None]:

@@ -91,6 +91,7 @@ ENTRIES = (
         dimensions=0,
         count=64,
         normals=True,
+        texel_bytes=20,
         parameters={
             "directions": 8,
             "steps": 8,

@@ -98,6 +98,7 @@ ENTRIES = (
         dimensions=0,
         count=0,
         normals=True,
+        texel_bytes=24,
         parameters={"levels": 4, "kernel": 2, "combine": "both"},
         limits={"levels": (1, 16), "kernel": (1, 64)},
         choices={"combine": COMBINATIONS},

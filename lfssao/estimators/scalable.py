@@ -388,7 +388,16 @@ def _entry(name: str, title: str, source: str, run: Any, own: dict[str, Value]) 
     parameters = {**own, **_PASSES}
     limits = {key: value for key, value in _LIMITS.items() if key in parameters}
     return Estimator(
-        name, title, source, run, dimensions=0, count=9, parameters=parameters, limits=limits, choices=_CHOICES
+        name,
+        title,
+        source,
+        run,
+        dimensions=0,
+        count=9,
+        parameters=parameters,
+        limits=limits,
+        choices=_CHOICES,
+        texel_bytes=96,  # where a table has the texels' lines; 47 elsewhere
     )
 
 

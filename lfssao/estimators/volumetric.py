@@ -251,7 +251,13 @@ def _pair(name: str, title: str, section: str, run: Callable[[bool], Run], **fie
 
 ENTRIES = (
     *_pair(
-        "vo-points", "hidden share of the ball, by points", "sections 3, 4", points_run, samples=_ball_samples, count=12
+        "vo-points",
+        "hidden share of the ball, by points",
+        "sections 3, 4",
+        points_run,
+        samples=_ball_samples,
+        count=12,
+        texel_bytes=36,
     ),
     *_pair(
         "vo-lines",
@@ -261,6 +267,7 @@ ENTRIES = (
         samples=_disk_samples,
         dimensions=2,
         count=5,
+        texel_bytes=36,
     ),
     *_pair(
         "vo-area",
@@ -270,6 +277,7 @@ ENTRIES = (
         samples=_area_samples,
         dimensions=2,
         count=1,
+        texel_bytes=68,
         parameters={**_PARAMETERS, "half_width": sqrt(3.0), "prefilter": False},
         limits={**_LIMITS, "half_width": (0.0, 100.0)},
     ),

@@ -12,56 +12,15 @@ A ray's points land on its texel's centre but for rounding: that of the ray is a
 far below the texel that is added to the window.
 """
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-Numbers = NDArray[np.float64]
+from lfssao.ranges import Numbers, Range
 
 # Parts of the box along x, y and z.
 _PARTS = (8, 3, 8)
 
 # Rounding of a ray in space, of the largest of its numbers; float64 has 2^-53.
 _ROUNDING = 2.0**-38
-
-
-class Range(NamedTuple):
-    """Numbers between two, (n,) float64 each; NaN where nothing is known."""
-
-    low: Numbers
-    high: Numbers
-
-    def plus(self, other: "Range | float") -> "Range":
-        """The sums with a number or with numbers of another range."""
-        low, high = other if isinstance(other, Range) else (other, other)
-        return Range(self.low + low, self.high + high)
-
-    def minus(self, other: "Range") -> "Range":
-        """The differences."""
-        return Range(self.low - other.high, self.high - other.low)
-
-    def times(self, other: "Range | float") -> "Range":
-        """The products."""
-        low, high = other if isinstance(other, Range) else (other, other)
-        ends = self.low * low, self.low * high, self.high * low, self.high * high
-        return Range(np.minimum.reduce(ends), np.maximum.reduce(ends))
-
-    def over(self, other: "Range") -> "Range":
-        """The quotients by positive numbers; unknown where a divisor may not be positive."""
-        positive = other.low > 0.0
-        safe = Range(np.where(positive, 1.0 / other.high, np.nan), np.where(positive, 1.0 / other.low, np.nan))
-        return self.times(safe)
-
-    def squared(self) -> "Range":
-        """The squares."""
-        ends = self.low * self.low, self.high * self.high
-        through = (self.low < 0.0) & (self.high > 0.0)
-        return Range(np.where(through, 0.0, np.minimum(*ends)), np.maximum(*ends))
-
-    def root(self) -> "Range":
-        """The square roots of those that are not negative; unknown where all are."""
-        return Range(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(self.high))
 
 
 def image_range(lens: Numbers, box: Numbers) -> tuple[float, float, float, float] | None:
@@ -84,7 +43,7 @@ def image_range(lens: Numbers, box: Numbers) -> tuple[float, float, float, float
     size = float(max(np.abs(box).max(), np.abs(lens[:5]).max()))
     with np.errstate(all="ignore"):  # NaN is asked for in the end
         x, y, z = _parts(box + np.array([[-1.0], [1.0]]) * (_ROUNDING * size))
-        u, v = _distorted(lens, *_texels(lens, *_screen_point(lens, x, y, z)))
+        u, v = distorted(lens, *projected(lens[8:17], *_screen_point(lens, x, y, z)))
     ends = float(u.low.min()), float(u.high.max()), float(v.low.min()), float(v.high.max())
     return ends if np.isfinite(ends).all() else None
 
@@ -116,41 +75,57 @@ def _screen_point(lens: Numbers, x: Range, y: Range, z: Range) -> tuple[Range, R
         room = z.times(1.0 / z_o).times(h_e.over(h_m)).plus(1.0)  # 1 + kappa
         return x.plus(-m_x).over(room).plus(m_x), s_y
     sigma = x.plus(-m_x).over(far)
-    tau, before = _crossing(screen, m_x, m_z, m_z, sigma), _crossing(observers, m_x, m_z - z_o, m_z - z_o, sigma)
+    (tau, _), (before, _) = crossing(screen, m_x, m_z, sigma), crossing(observers, m_x, m_z - z_o, sigma)
     # s_z - e_z = V - tau, z - e_z = V - (m_z - z)
     share = before.minus(tau).over(before.minus(far))
     s_y = y.plus(-y_o).times(share).plus(y_o)
     return sigma.times(m_z).plus(m_x), s_y.plus(-m_y).times(m_z).over(tau).plus(m_y)
 
 
-def _crossing(curvature: float, x: float, z: float, plain: float, sigma: Range) -> Range:
-    """How far before the lens, in z, the lines along (sigma, -1) from (x, z) leave the circle (``circle_crossing``)."""
+def crossing(curvature: float, x: float, z: float, sigma: Range) -> tuple[Range, Range]:
+    """Where lines leave a circle, or a plane (``lfssao.kernels.display.circle_crossing``).
+
+    Parameters
+    ----------
+    curvature : float
+        The circle's, which has z = 0 at x = 0.
+    x, z : float
+        Where the lines begin.
+    sigma : Range
+        They go along (sigma, -1).
+
+    Returns
+    -------
+    before, root : Range
+        How far before their beginning, in z, they leave it, and the root of the discriminant.
+    """
     if curvature == 0.0:
-        return Range(np.full_like(sigma.low, plain), np.full_like(sigma.low, plain))
+        return Range(np.full_like(sigma.low, z), np.full_like(sigma.low, z)), Range(*np.ones((2, len(sigma.low))))
     a = sigma.squared().plus(1.0).times(curvature)
     b = sigma.times(curvature * x).plus(1.0 - curvature * z)
     c = curvature * (x * x + z * z) - 2.0 * z
     root = b.squared().minus(a.times(c)).root()
-    divisor = b.plus(root)
+    # b + root = -a c / (root - b), which forgets less where b is negative.
+    divisor = b.plus(root).also(a.times(-c).over(root.minus(b)))
     if c > 0.0:  # the lens outside the circle, the divisor negative where there is a crossing
-        return Range(np.full_like(a.low, c), np.full_like(a.low, c)).over(divisor.times(-1.0))
-    return Range(np.full_like(a.low, -c), np.full_like(a.low, -c)).over(divisor)
+        return Range(np.full_like(a.low, c), np.full_like(a.low, c)).over(divisor.times(-1.0)), root
+    return Range(np.full_like(a.low, -c), np.full_like(a.low, -c)).over(divisor), root
 
 
-def _texels(lens: Numbers, s_x: Range, s_y: Range) -> tuple[Range, Range]:
-    """The homography of rectangles: with a positive divisor their images are largest and smallest in corners."""
-    a, b, c, d, e, f, g, h, i = lens[8:17].tolist()
+def projected(matrix: Numbers, x: Range, y: Range) -> tuple[Range, Range]:
+    """A homography's, (9,), image of rectangles: with a positive divisor it is largest and smallest in corners."""
+    a, b, c, d, e, f, g, h, i = matrix.tolist()
     us, vs = [], []
-    for x in s_x:
-        for y in s_y:
-            w = (g * x + h * y) + i
+    for p in x:
+        for q in y:
+            w = (g * p + h * q) + i
             w = np.where(w > 0.0, w, np.nan)
-            us.append(((a * x + b * y) + c) / w)
-            vs.append(((d * x + e * y) + f) / w)
+            us.append(((a * p + b * q) + c) / w)
+            vs.append(((d * p + e * q) + f) / w)
     return Range(np.minimum.reduce(us), np.maximum.reduce(us)), Range(np.minimum.reduce(vs), np.maximum.reduce(vs))
 
 
-def _distorted(lens: Numbers, u: Range, v: Range) -> tuple[Range, Range]:
+def distorted(lens: Numbers, u: Range, v: Range) -> tuple[Range, Range]:
     """Radial distortion of texel coordinates."""
     c_u, c_v, f, k1, k2 = lens[17:22].tolist()
     if k1 == 0.0 and k2 == 0.0:

@@ -206,8 +206,11 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
             f"{decided} times a radius' ball appears smaller than half a texel everywhere in the scene's box: its "
             "samples read the depth of their own point, which decides them"
         )
-    if any(plan.unbounded for plan in plans):
-        reasons.append("of curved, conical, turned and distorted modules no bounds of a ball's image are known")
+    if doubtful := sum(len(plan.open) for plan in plans):
+        reasons.append(
+            f"{doubtful} times it does in the middle of the box but not, or not provably, in all of it, of a display "
+            "that is not flat and linear: they are sampled"
+        )
     reason = "; ".join(reasons) or "no radius is 0, and no ball is known to appear smaller than half a texel everywhere"
     if settings.estimator != "lf":
         reason = f"samples of estimator {settings.estimator} are its own affair"

@@ -16,15 +16,21 @@ terms' sizes. float64 made the position, whose errors are 2^-29 of float32's; ho
 given in float64, miss being inverses is measured and added. Nothing is assumed of how they were made.
 
 All of these bounds are linear in the radius, so they leave a range of radii.
+
+Other displays, of curved screens, conical diffusers, turned and distorted modules, have the affine half and the depth
+in common with the flat ones; how far an image moves there, ``lfssao.display_motion`` bounds.
 """
 
+from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX
+from lfssao.display_motion import largest_ball, stays
+from lfssao.kernels.mapping import CROSSED_SLITS, DISPLAY, MATRIX
+from lfssao.kernels.rays import DISPLAY as RAYS_OF_DISPLAY
 from lfssao.kernels.rays import FLAT_LINEAR, ORTHOGRAPHIC, PERSPECTIVE
 from lfssao.matrix import Matrix, multiply
 from lfssao.view import View
@@ -49,11 +55,15 @@ class DecidedRadii(NamedTuple):
         World units; low is not below high where there are none.
     behind : int
         How many of the samples lie behind their point's surface; none of them lies outside the texture.
+    open : tuple of float
+        Radii asked for whose ball appears smaller than half a texel in the middle of the scene's box and that are not
+        decided: it does not everywhere, or that is not proven. Of displays that are not flat and linear only.
     """
 
     low: float = inf
     high: float = 0.0
     behind: int = 0
+    open: tuple[float, ...] = ()
 
     def __contains__(self, radius: object) -> bool:
         return isinstance(radius, float | int) and self.low < radius < self.high
@@ -70,7 +80,7 @@ class _Line(NamedTuple):
         return _Line(self.base + times * other.base, self.slope + times * other.slope)
 
 
-def decided_radii(view: View, bounds: Numbers, samples: Numbers) -> DecidedRadii:
+def decided_radii(view: View, bounds: Numbers, samples: Numbers, radii: Sequence[float] = ()) -> DecidedRadii:
     """The radii whose outcome Algorithm 2 (of a camera: 1) in float32 need not look up.
 
     Parameters
@@ -81,19 +91,24 @@ def decided_radii(view: View, bounds: Numbers, samples: Numbers) -> DecidedRadii
         Lower and upper corner of a box around the scene, world units.
     samples : (n, 3) float64
         Offsets in the unit ball.
+    radii : sequence of float
+        Which radii are asked for, world units, of displays that are not flat and linear: there the range is no wider
+        than it takes to decide them. All others are decided for any radius.
 
     Returns
     -------
     DecidedRadii
-        None at all where no bounds are known: of displays that are not flat and linear.
+        None at all where no bounds are known.
     """
-    numbers = view.world_to_image.numbers
+    numbers = view.world_to_image.numbers[:16]  # those of a display behind them are looked at where they are used
     if not max(np.abs(numbers).max(), np.abs(samples).max(), np.abs(bounds).max()) < _LARGE:
         return DecidedRadii()
     box = cast_box(view.cast_from_world, bounds)
     box = box + np.array([[-1.0], [1.0]]) * (_DOUBLE * np.abs(box).max())  # hits are rounded
     if (view.ray_kind, view.world_to_image.kind) == (FLAT_LINEAR, CROSSED_SLITS):
         return _of_display(view, box, samples)
+    if (view.ray_kind, view.world_to_image.kind) == (RAYS_OF_DISPLAY, DISPLAY):
+        return _of_module(view, box, samples, radii)
     if view.world_to_image.kind == MATRIX and view.screen_to_world is not None:
         return _of_camera(view, view.screen_to_world, box, samples)
     return DecidedRadii()
@@ -128,6 +143,26 @@ def _of_display(view: View, box: Numbers, samples: Numbers) -> DecidedRadii:
                  lens_v + v_scale * y_o),
     )  # fmt: skip
     return _between(high, moved[:, 2], moved[:, 2], c.plus(_Line(depth, 0.0), 2 * _ROUND))
+
+
+def _of_module(view: View, box: Numbers, samples: Numbers, radii: Sequence[float]) -> DecidedRadii:
+    """The radii of any display's module: the affine half as of a flat one's, the rest in ``display_motion``."""
+    rows = view.world_to_image.numbers[:12].reshape(3, 4)
+    if not np.array_equal(view.world_to_image.numbers[12:], view.lens):
+        return DecidedRadii()
+    back = _times(rows[:, :3], view.world_from_cast)
+    back[:, 3] += rows[:, 3]
+    farthest = np.append(np.abs(box).max(axis=0), 1.0)
+    world = _times(np.abs(view.world_from_cast), farthest)
+    errors = _row_errors(rows, world, _times(np.abs(back - np.eye(3, 4)), farthest), samples)
+    moved = multiply(samples, rows[:, :3].T)
+    likely = [radius for radius in radii if stays(view.lens, box.mean(axis=0), radius * moved)]
+    if not likely:
+        return DecidedRadii()
+    high = largest_ball(view, box, moved, np.array(errors).T, likely)
+    error = errors[2].plus(_Line(float(farthest[2]), 0.0), 2 * _ROUND)
+    made = _between(high, moved[:, 2], moved[:, 2], error)
+    return made._replace(open=tuple(radius for radius in likely if radius not in made))
 
 
 def _of_camera(view: View, back: Matrix, box: Numbers, samples: Numbers) -> DecidedRadii:

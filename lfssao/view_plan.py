@@ -27,8 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.kernels.rays import DISPLAY
-from lfssao.small_balls import decided_radii
+from lfssao.small_balls import DecidedRadii, decided_radii
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
@@ -59,9 +58,9 @@ class ViewPlan:
     behind : tuple of (int or None)
         For each radius how many samples lie behind the surface around every visible point, where that is known; none
         of them is outside then.
-    unbounded : bool
-        Whether no radius can be decided: no bounds of a ball's image are known of curved screens, conical diffusers,
-        turned and distorted modules.
+    open : tuple of float
+        Radii whose ball appears smaller than half a texel in the middle of the scene's box, but not, or not provably,
+        everywhere (``lfssao.small_balls``).
     cut : bool
         Whether what comes behind the ray caster runs on a window, or not at all where it is a copy.
     every_texel : bool
@@ -73,7 +72,7 @@ class ViewPlan:
     same_as: tuple[int, ...]
     one_sample: tuple[bool, ...]
     behind: tuple[int | None, ...]
-    unbounded: bool = False
+    open: tuple[float, ...] = ()
     cut: bool = True
     every_texel: bool = False
 
@@ -91,19 +90,14 @@ class ViewPlan:
             What the AO passes are run with.
         """
         radii, window = settings.radii, seen_window(view, cast_box(view.cast_from_world, bounds))
-        behind: tuple[int | None, ...] = (None,) * len(radii)
-        # A neighbour may still see such a sample in the open.
-        own = settings.estimator == "lf" and not settings.neighbours
-        if own and settings.samples is not None and _may_be_small(radii, window, bounds):
-            decided = decided_radii(view, bounds, settings.samples)
-            behind = tuple(decided.behind if radius in decided else None for radius in radii)
+        decided = _decided(view, bounds, settings, window)
         return cls(
             window=window.rows(view),
             whole=Window.whole(view),
             same_as=tuple(radii.index(radius) for radius in radii),
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
-            behind=behind,
-            unbounded=view.ray_kind == DISPLAY,
+            behind=tuple(decided.behind if radius in decided else None for radius in radii),
+            open=decided.open,
         )
 
     @classmethod
@@ -134,12 +128,15 @@ class ViewPlan:
         return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole
 
 
-def _may_be_small(radii: tuple[float, ...], window: Window, bounds: NDArray[np.float64]) -> bool:
-    """Whether it is worth bounding which radii appear smaller than half a texel: none of most jobs does.
+def _decided(view: View, bounds: NDArray[np.float64], settings: "Settings", window: Window) -> DecidedRadii:
+    """The radii that need no sampling, asked for if any can be expected: none of most jobs can.
 
     A box appears at most as large as its diagonal does where it appears largest.
     """
+    # A neighbour may still see such a sample in the open.
+    if settings.estimator != "lf" or settings.neighbours or settings.samples is None:
+        return DecidedRadii()
     x, y, z = (bounds[1] - bounds[0]).tolist()
-    least = min((radius for radius in radii if radius > 0), default=0.0)
-    size = max(window.width, window.height)
-    return size > 0 and 0 < least * size < _NOT_SMALL * sqrt((x * x + y * y) + z * z)
+    most = _NOT_SMALL * sqrt((x * x + y * y) + z * z) / max(window.width, window.height, 1)
+    small = [radius for radius in settings.radii if 0 < radius < most]
+    return decided_radii(view, bounds, settings.samples, small) if small and window.texels else DecidedRadii()

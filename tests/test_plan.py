@@ -75,8 +75,7 @@ def test_displays_of_every_kind(statue, name, place):
     for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
         cover, plan = check(caster, view, options)
         assert (cover > 0) == (place != "beside")
-        flat = view.ray_kind == raycast_twin.FLAT_LINEAR
-        decided = 4 if flat and place != "beside" else None  # half of LF's samples lie behind
+        decided = 4 if place != "beside" else None  # half of LF's samples lie behind
         assert plan.behind[:2] == (None, decided)
         if place == "beside" and name not in ("convex", "picoarray"):  # whose arcs end before it: no bounds
             assert not plan.window.texels
@@ -352,12 +351,16 @@ def test_a_plan_takes_a_renders_options_and_renders_nothing(monkeypatch, capsys)
     assert made["views"][0]["size"] == [48, 36]
 
 
-def test_a_display_without_bounds_is_told_so(statue):
-    for name, unbounded in (("picoarray", True), ("convex", True), ("sample-a", False)):
-        views = module_views(statue, find_display(name).with_resolution(48, 36), range(1))
-        made = {cut.what: cut for cut in make_plan(statue, views, Settings((1e-3,))).cuts}
-        assert ("curved" in made["samples"].reason) == unbounded
-        assert made["samples"].left_out == (0 if unbounded else 8)
+def test_balls_that_are_small_in_the_middle_only_are_told(statue):
+    """Of a module far to the side, half a texel in the middle of the box is more than half of one in a corner."""
+    view = module_views(statue, find_display("sample-b").with_resolution(48, 36), range(1))
+    small, between, large = 2e-4, 0.01, 0.05
+    made = {cut.what: cut for cut in make_plan(statue, view, Settings((small, between, large))).cuts}
+    assert made["samples"].left_out == 8
+    assert "1 times it does in the middle of the box but not" in made["samples"].reason
+    ((_, plan),) = make_plan(statue, view, Settings((small, between, large))).views
+    assert plan.open == (between,)
+    assert plan.behind == (4, None, None)
 
 
 def test_modules_that_miss_the_scene_are_named(statue):

@@ -87,7 +87,7 @@ def test_every_sample_of_a_decided_radius_is_counted_so(name, spread, n, seed):
     view = placed_view(name, rng)
     samples = rng.uniform(-1, 1, (n, 3)) / np.sqrt(3)
     depth, positions, box = surfaces(name, view, rng, spread)
-    low, high, behind = decided = decided_radii(view, box, samples)
+    low, high, behind, _ = decided = decided_radii(view, box, samples)
     for radius in (low * 1.0001, np.sqrt(low * high), high * 0.9999) if low < high else ():
         assert radius in decided
         assert holds(view, depth, positions, samples, radius, behind)
@@ -117,7 +117,7 @@ def test_a_mapping_that_is_not_the_rays_inverse():
             numbers = view.world_to_image.numbers.copy()
             numbers[number] += wrong * max(abs(numbers[number]), 1.0)
             other = replace(view, world_to_image=WorldToImage(0, numbers))
-            low, high, behind = decided_radii(other, box, samples)
+            low, high, behind, _ = decided_radii(other, box, samples)
             for radius in (low * 1.0001, high * 0.9999) if low < high else ():
                 decisions += 1
                 assert holds(other, depth, positions, samples, radius, behind)
@@ -128,19 +128,19 @@ def test_a_mapping_that_is_not_the_rays_inverse():
     assert right.low < right.high
     shifted = camera.screen_to_world.copy()
     shifted[0, 3] += 1.0
-    low, high, _ = decided_radii(replace(camera, screen_to_world=shifted), turned, samples)
+    low, high, *_ = decided_radii(replace(camera, screen_to_world=shifted), turned, samples)
     assert low >= high
 
 
 def test_nothing_is_decided_where_nothing_is_proven():
-    """A sample beside its point, a box that reaches the eye or the singular planes, numbers beyond float32, curves."""
+    """A sample beside its point, a box that reaches the eye or the singular planes, numbers beyond float32."""
     none = DecidedRadii()
     samples, flat = make_samples(), np.array([[0.1, 0.2, 0.0], [0.0, 0.0, 0.3]])
     for name, make in scenes.VIEWS.items():
         view = make(WIDTH, HEIGHT)
         box = np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]])
         box -= np.array([0.0, 0.0, 2.0]) * (view.screen_to_world is not None)
-        low, high, _ = decided_radii(view, box, samples)
+        low, high, *_ = decided_radii(view, box, samples)
         assert low < high
         assert decided_radii(view, box, flat) == none, name
         assert decided_radii(view, box * 1e31, samples) == none
@@ -148,8 +148,6 @@ def test_nothing_is_decided_where_nothing_is_proven():
             continue
         around = decided_radii(view, np.array([[-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]]), samples)
         assert not around.low < around.high
-    view = find_display("picoarray").with_resolution(WIDTH, HEIGHT).view(0, scenes.IDENTITY)
-    assert decided_radii(view, np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]]), samples) == none
 
 
 def test_who_may_take_the_cut():

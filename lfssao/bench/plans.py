@@ -44,6 +44,9 @@ class Plan:
         Arithmetic of the references; float32 moves them by less than 1e-5.
     reference_count : int
         Samples of each reference, a power of two: float32 then adds equal weights without rounding.
+    twice : tuple of str
+        Estimators whose references have twice as many, as they err least with the most samples: an error is told from
+        a reference's where it is ten times that.
     seeds : int
         Sets that a sampling error is over, of up to ``FEW`` samples; one of more.
     repeats : int
@@ -69,6 +72,7 @@ class Plan:
     reference_samplers: tuple[str, ...]
     reference_dtype: str
     reference_count: int
+    twice: tuple[str, ...]
     seeds: int
     repeats: int
     timed: int
@@ -81,6 +85,10 @@ class Plan:
         """Each radius once."""
         return tuple(sorted({share for radii in self.radii for share in radii}))
 
+    def references_of(self, estimator: str) -> int:
+        """How many samples each of an estimator's references has."""
+        return self.reference_count * (2 if estimator in self.twice else 1)
+
 
 FEW = 256
 
@@ -88,11 +96,12 @@ TIMED_FOR_ALL = "random"
 
 FULL = Plan(
     256, 192, (1, 4, 16, 64, 256, 1024, 4096), ((0.02,), (0.01, 0.02, 0.035)), ("float32", "float64"), (0.0, 1.0),
-    None, ("sobol", "halton", "fibonacci"), "float32", 262_144, 4, 20, 256, True, 200, 1,
+    None, ("sobol", "halton", "fibonacci"), "float32", 262_144,
+    ("vo-points", "vo-points-normal"), 4, 20, 256, True, 200, 1,
 )  # fmt: skip
 QUICK = Plan(
     256, 192, (4, 16, 64), ((0.02,),), ("float32",), (0.0, 1.0), ("random", "latin", "poisson"), ("sobol", "halton"),
-    "float32", 65_536, 4, 20, 64, False, 10, 2,
+    "float32", 65_536, (), 4, 20, 64, False, 10, 2,
 )  # fmt: skip
 
 

@@ -65,7 +65,7 @@ def _sampled(scene: BenchScene, estimator: Estimator, plan: Plan, tick: Tick) ->
     many = {}
     for sampler in plan.reference_samplers:
         tick(f"{estimator.name}, reference by {sampler}")
-        samples = plans.samples_for(estimator, sampler, plan.reference_count, 2**32)
+        samples = plans.samples_for(estimator, sampler, plan.references_of(estimator.name), 2**32)
         many[sampler] = _layers(scene, estimator, plan, plan.reference_dtype, samples, {})
     references = _references(scene, many, plan, plans.samplers_of(estimator, plan))
     for n in plan.counts:

@@ -282,7 +282,7 @@ def times_column(texture, out):
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_widening_that_is_not_asked_for_is_found(parallel):
-    run_it = threads.with_shared_loops(times_column, numba.njit) if parallel else numba.njit(times_column)
+    run_it = threads.with_shared_loops(times_column, numba.njit, numba.njit) if parallel else numba.njit(times_column)
     run_it(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
     function = run_it.loops[0] if parallel else run_it
     (found,) = set(widening.widened_in(function))

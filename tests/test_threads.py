@@ -4,6 +4,7 @@ import numba
 import numpy as np
 import pytest
 from numba import get_thread_id, prange
+from numba.core.errors import TypingError
 
 from lfssao.kernels import jit, threads
 
@@ -34,14 +35,18 @@ def halves(texture, first, second, least=0):
 
 def interpreted(function):
     """With loops that are left to Python."""
-    shared = threads.with_shared_loops(function, lambda loop: lambda low, high, _, *rest: loop(low, high, 1, *rest))
+    shared = threads.with_shared_loops(
+        function, lambda loop: lambda low, high, _, *rest: loop(low, high, 1, *rest), lambda head: head
+    )
     function.__globals__["borrowed"] = lambda value: value
     return shared
 
 
 def compiled(function):
-    """With loops compiled as those of kernels, but not kept on disk."""
-    return threads.with_shared_loops(function, lambda loop: numba.njit(loop, nogil=True, pipeline_class=jit.Unaliased))
+    """Compiled as kernels are, but not kept on disk; its loops can be called from Python."""
+    return threads.with_shared_loops(
+        function, lambda loop: numba.njit(loop, nogil=True, pipeline_class=jit.Unaliased), numba.njit
+    )
 
 
 def test_loops_in_threads_do_what_the_function_does(several):
@@ -108,8 +113,8 @@ def test_some_other_first_number(several, visit):
 
 def test_what_is_no_view_is_refused_rather_than_copied():
     texture, sums = np.zeros((4, 4), np.float32), np.zeros((4, 8), np.float32)
-    with pytest.raises(ValueError, match="copy"):
-        interpreted(halves)(texture, sums[:, :4], np.zeros(4, np.float32))
+    with pytest.raises(TypingError, match="contiguous"):
+        compiled(halves)(texture, sums[:, :4], np.zeros(4, np.float32))
 
 
 def test_a_function_without_a_loop_to_share_is_refused():
@@ -118,7 +123,7 @@ def test_a_function_without_a_loop_to_share_is_refused():
             values[i] = 0
 
     with pytest.raises(AssertionError, match="nothing has no loop"):
-        threads.with_shared_loops(nothing, lambda loop: loop)
+        threads.with_shared_loops(nothing, lambda loop: loop, lambda head: head)
 
 
 def test_loops_count_no_references_and_know_that_arrays_do_not_overlap():
@@ -151,3 +156,23 @@ def test_launching_threads_leaves_loops_their_vectors():
     (llvm,) = shared.loops[0].inspect_llvm().values()
     assert "vector.body" in llvm
     assert "vector.memcheck" not in llvm
+
+
+def counts_seven(often):
+    for k in prange(7):
+        often[k] += 1
+
+
+def test_a_bound_that_is_a_literal_number_is_not_compiled_in(several, monkeypatch):
+    """numba takes it for a type of its own: each thread's share would end there."""
+    real = numba.njit
+
+    def kept_nowhere(*arguments, cache=False, **flags):
+        return real(*arguments, **flags)
+
+    monkeypatch.setattr(numba, "njit", kept_nowhere)
+    for name in ("_key_by_sources", "_key_by_options", "_name_by_signature"):
+        monkeypatch.setattr(jit, name, lambda *_: None)
+    often = np.zeros(7, np.int64)
+    jit.kernel(parallel=True)(counts_seven)(often)
+    assert often.tolist() == [1] * 7

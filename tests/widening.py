@@ -8,7 +8,6 @@ import importlib
 import pkgutil
 
 from numba.core import ir, types
-from numba.core.dispatcher import Dispatcher
 
 import lfssao.kernels
 
@@ -19,9 +18,9 @@ def widened():
         importlib.import_module(m.name) for m in pkgutil.iter_modules(lfssao.kernels.__path__, "lfssao.kernels.")
     ]
     values = [value for module in modules for value in vars(module).values()]
-    called = [value for value in values if isinstance(value, Dispatcher)]
+    called = [value for value in values if hasattr(value, "linked")]
     kernels = {*called, *(kernel.linked() for kernel in called)}
-    kernels |= {loop for value in values if hasattr(value, "py_func") for loop in getattr(value, "loops", ())}
+    kernels |= {part for value in values if hasattr(value, "loops") for part in (value.head, *value.loops)}
     return sorted({line for kernel in kernels for line in widened_in(kernel)})
 
 

@@ -63,8 +63,7 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     function : callable
         The function; with ``parallel`` each ``prange`` runs over rows that one thread alone writes.
     parallel : bool
-        Whether each ``prange`` of the function's own body is shared among threads (``lfssao.kernels.threads``): they
-        are compiled, the lines around them are not.
+        Whether each ``prange`` of the function's own body is shared among threads (``lfssao.kernels.threads``).
     inline : bool
         Whether LLVM must put the function into its callers, so that their loops become vectors.
 
@@ -76,7 +75,7 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     if function is None:
         return functools.partial(kernel, parallel=parallel, inline=inline)
     if parallel:
-        return with_shared_loops(function, functools.partial(_dispatcher, pipeline_class=Unaliased))
+        return with_shared_loops(function, _loop, _dispatcher)
     return _compiled(function, forceinline=inline)
 
 
@@ -85,6 +84,13 @@ def _compiled(function: Callable[..., Any], **more: Any) -> Any:
     compiled = _dispatcher(function, **more)
     compiled.linked = functools.cache(lambda: _dispatcher(function, **more, no_cpython_wrapper=True))
     _link(compiled, compiled.linked)
+    return compiled
+
+
+def _loop(function: Callable[..., Any]) -> Any:
+    """The dispatcher of a loop that threads share, for calls from kernels."""
+    compiled = _dispatcher(function, pipeline_class=Unaliased, no_cpython_wrapper=True)
+    compiled.get_call_template = _of_plain_types(compiled.get_call_template)
     return compiled
 
 
@@ -131,13 +137,18 @@ def _link(compiled: Any, linked: Callable[[], Any]) -> None:
     once more for each literal that it is called with; LLVM puts those into the inlined copy all the same, so that only
     the time to compile grows.
     """
-
-    def template(arguments: Any, keywords: Any) -> Any:
-        plain = {name: types.unliteral(kind) for name, kind in keywords.items()}
-        return linked().get_call_template(tuple(map(types.unliteral, arguments)), plain)
-
-    compiled.get_call_template = template
+    compiled.get_call_template = _of_plain_types(lambda *types_of: linked().get_call_template(*types_of))
     compiled.get_overload = lambda signature: linked().get_overload(signature)
+
+
+def _of_plain_types(template: Callable[..., Any]) -> Callable[..., Any]:
+    """A dispatcher's ``get_call_template`` that takes literal numbers for numbers."""
+
+    def plain(arguments: Any, keywords: Any) -> Any:
+        named = {name: types.unliteral(kind) for name, kind in keywords.items()}
+        return template(tuple(map(types.unliteral, arguments)), named)
+
+    return plain
 
 
 def _key_by_sources(compiled: Any) -> None:

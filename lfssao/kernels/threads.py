@@ -3,8 +3,8 @@
 numba translates a parallel loop of its own to machine code four times over, with threads' shares as arrays around each:
 half the time that it took to compile what a render needs. Here a kernel is taken apart in the source instead. Each loop
 becomes a function of two bounds and of the names that it uses, compiled once, that numba's threads call for a share
-each (Python's would take longer to start than a short kernel takes); the lines around the loops stay Python, which they
-were written in. A kernel that they call answers with Python's float for a float32, hence ``dtype(kernel(...))``.
+each (Python's would take longer to start than a short kernel takes). The lines around the loops are compiled too, as
+another function, which calls those: as Python they took 5 us, and 100 us where the caches are full of textures.
 """
 
 import ast
@@ -21,7 +21,8 @@ from numba.core import cgutils
 from numba.np.arrayobj import make_array
 from numba.np.ufunc import parallel
 
-Compile = Callable[[Callable[..., None]], Callable[..., None]]
+Function = Callable[..., None]
+Compile = Callable[[Function], Function]
 
 # LLVM's attribute of a pointer that a function does not keep; its name is another one from version 21 on.
 _KEPT_NOWHERE = "captures(none)" if binding.llvm_version_info >= (21,) else "nocapture"
@@ -44,7 +45,6 @@ def in_threads(_typing: Any, values: Any) -> Any:
     The tuple has the function's own arguments in its order: the first number of a loop, the one after the last, how
     many threads, and the rest. In the calls the first two are bounds of contiguous shares, and threads is 1.
     """
-    numba.get_num_threads()  # which also tells LLVM where numba_parallel_for is
 
     def call(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         packer = context.get_arg_packer(values.types)
@@ -125,38 +125,49 @@ def borrowed(_typing: Any, value: Any) -> Any:
     return kind(kind), borrow
 
 
-def with_shared_loops(function: Callable[..., None], compiled: Compile) -> Callable[..., None]:
+def with_shared_loops(function: Function, compiled_loop: Compile, compiled_head: Compile) -> Function:
     """The function with each ``for k in prange(n)`` of its own body shared out among threads.
 
     Parameters
     ----------
     function : callable
         Its loops run over rows that one thread alone writes, and bind no name that is used after them.
-    compiled : callable
-        Compiles the function of one loop.
+    compiled_loop : callable
+        Compiles the function of one loop, for arguments of plain types: were a literal 0 the first bound, it would be
+        compiled in, and every thread would begin there.
+    compiled_head : callable
+        Compiles what is left.
 
     Returns
     -------
     callable
-        The same in effect, with the attributes ``py_func``, the function, and ``loops``, the compiled ones.
+        The same in effect, with the attributes ``py_func``, the function, and the compiled ``head`` and ``loops``.
     """
     definition = _definition(textwrap.dedent(inspect.getsource(function)))
     definition.decorator_list = []
     known = {argument.arg for argument in definition.args.args}
-    loops: dict[str, Callable[..., None]] = {}
+    loops: dict[str, Function] = {}
     function.__globals__.update(borrowed=borrowed, in_threads=in_threads)  # as if the module had imported them
     for place, statement in enumerate(definition.body):
         if _is_parallel(statement):
             name = f"_{function.__name__}_loop_{len(loops)}"
             used = sorted(known & _names(ast.Module(statement.body, []), ast.Load))
             definition.body[place] = _call(name, statement, used)
-            loops[name] = compiled(_made(_loop(name, statement, used), function))
+            loops[name] = compiled_loop(_made(_loop(name, statement, used), function))
         else:
             known |= _names(statement, ast.Store)
-            _forbid_copies(statement)
     assert loops, f"{function.__name__} has no loop over prange of its own"
-    shared = functools.wraps(function)(_made(definition, function, threads_for=threads_for, **loops))
-    vars(shared).update(py_func=function, loops=tuple(loops.values()))
+    function.__globals__.update(loops)
+    definition.name = f"_{function.__name__}_head"
+    definition.args.args[:0] = [ast.arg("_threads"), ast.arg("_first")]
+    head = compiled_head(_made(definition, function))
+
+    @functools.wraps(function)
+    def shared(*arguments: Any, **named: Any) -> None:
+        # The question starts numba's threads, and tells LLVM where numba_parallel_for is.
+        head(numba.get_num_threads(), 0, *arguments, **named)
+
+    vars(shared).update(py_func=function, head=head, loops=tuple(loops.values()))
     return shared
 
 
@@ -177,7 +188,7 @@ def _names(node: ast.AST, context: type[ast.expr_context]) -> set[str]:
 def _call(name: str, loop: ast.For, used: list[str]) -> ast.stmt:
     assert isinstance(loop.iter, ast.Call)
     n = ast.unparse(loop.iter.args[0])
-    return ast.parse(f"{name}({', '.join(['0', n, f'threads_for({n})', *used])})").body[0]
+    return ast.parse(f"{name}({', '.join(['_first', n, f'max(min(_threads, {n}), 1)', *used])})").body[0]
 
 
 def _loop(name: str, loop: ast.For, used: list[str]) -> ast.FunctionDef:
@@ -212,25 +223,13 @@ def _makes_arrays(line: ast.stmt) -> bool:
     return all(isinstance(array, ast.Call) and ast.unparse(array.func) == "np.empty" for array in made)
 
 
-def _forbid_copies(statement: ast.stmt) -> None:
-    """Let ``reshape`` refuse, as numba's does, what is no view: what a loop writes to a copy would be lost."""
-    for node in ast.walk(statement):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
-            node.keywords.append(ast.keyword("copy", ast.Constant(False)))
-
-
-def _made(definition: ast.FunctionDef, like: Callable[..., None], **names: Any) -> Callable[..., None]:
-    """A function of the same module and lines, which knows some more names."""
-    if names:
-        around = _definition(f"def around({', '.join(names)}):\n pass\n return {definition.name}")
-        around.body[0] = definition
-    else:
-        around = definition
-    tree = ast.fix_missing_locations(ast.Module([around], []))
+def _made(definition: ast.FunctionDef, like: Function) -> Function:
+    """A function of the same module and lines."""
+    tree = ast.fix_missing_locations(ast.Module([definition], []))
     ast.increment_lineno(tree, like.__code__.co_firstlineno - 1)
     made: dict[str, Any] = {}
     exec(compile(tree, like.__code__.co_filename, "exec"), like.__globals__, made)
     (function,) = made.values()
-    result: Callable[..., None] = function(**names) if names else function
-    result.__module__ = like.__module__
+    function.__module__ = like.__module__
+    result: Function = function
     return result

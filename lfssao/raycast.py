@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -58,11 +59,12 @@ class GBuffer:
 
 
 class RayCaster:
-    """A mesh ready to be ray cast from any view that shares its cast space; its two trees are built once.
+    """A mesh ready to be ray cast from any view that shares its cast space.
 
     Something proposes the triangles that a ray may hit, float64 disposes. Where triangles are small, their bounds in
     the image propose (``lfssao.kernels.footprints``), else Embree and a tree of boxes (``lfssao.kernels.visibility``).
-    The textures do not depend on which, on Embree's build, the processor or the number of threads.
+    The textures do not depend on which, on Embree's build, the processor or the number of threads. Each tree is built
+    once, Embree's, which takes most of the time, when a view first asks for it.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ class RayCaster:
         self.threads = threads
         vertices = np.empty_like(mesh.vertices)
         rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
-        self._scene = _embree_scene(mesh.name, vertices, mesh.faces)
+        _check_embree(mesh.name, vertices)
         self._tree = TriangleTree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
 
@@ -193,16 +195,28 @@ class RayCaster:
         proposals.reshape(-1)[cells] = self._trace(origins, directions, lengths)
         return proposals
 
+    @cached_property
+    def _scene(self) -> Any:
+        """Embree's scene of the mesh, its BVH built."""
+        from embreex.mesh_construction import TriangleMesh  # late: optional, see _check_embree
+        from embreex.rtcore_scene import EmbreeScene
+
+        scene = EmbreeScene(robust=True)
+        TriangleMesh(scene, self._tree.vertices.astype(np.float32), self.mesh.faces)
+        # The first run builds the BVH; it must be over before several threads share the scene.
+        scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+        return scene
+
     def _trace(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
     ) -> NDArray[np.int32]:
         """Number of the first triangle along each ray, -1 where there is none."""
-        hit = np.empty(len(origins), np.int32)
+        hit, scene = np.empty(len(origins), np.int32), self._scene
 
         def trace(start: int, stop: int) -> None:
             part = slice(start, stop)
             # Embree writes into the lengths it is given: they are not used again.
-            hit[part] = self._scene.run(origins[part], directions[part], lengths[part], query="INTERSECT")
+            hit[part] = scene.run(origins[part], directions[part], lengths[part], query="INTERSECT")
 
         _run_chunks(trace, len(origins), self.threads)
         return hit
@@ -220,11 +234,10 @@ def _run_chunks(work: Callable[[int, int], None], n: int, threads: int) -> None:
             done.result()
 
 
-def _embree_scene(name: str, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> Any:
-    """Embree's scene of the mesh, its BVH built."""
+def _check_embree(name: str, vertices: NDArray[np.float64]) -> None:
+    """Refuse, before anything is cast, what Embree would be missed for or cannot hold."""
     try:
-        from embreex.mesh_construction import TriangleMesh  # late: optional, see MissingPackageError
-        from embreex.rtcore_scene import EmbreeScene
+        import embreex.rtcore_scene  # noqa: F401, late: optional
     except ImportError as error:
         raise MissingPackageError(
             "ray casting needs the package embreex, which is not installed here (it has no wheel for Linux on "
@@ -234,11 +247,6 @@ def _embree_scene(name: str, vertices: NDArray[np.float64], faces: NDArray[np.in
         single = vertices.astype(np.float32)
     if not np.isfinite(single).all():
         raise InputError(f"{name}: coordinates leave the range of float32 in the space rays are cast in")
-    scene = EmbreeScene(robust=True)
-    TriangleMesh(scene, single, faces)
-    # The first run builds the BVH; it must be over before several threads share the scene.
-    scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
-    return scene
 
 
 class _PaintTables:

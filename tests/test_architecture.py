@@ -211,10 +211,12 @@ def test_the_cache_key_holds_the_digest_of_a_kernel_file_and_of_all_that_it_impo
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
 def test_kernel_files_import_each_other_in_the_one_form_that_the_cache_key_follows(path):
-    for node in ast.walk(ast.parse(path.read_text())):
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             assert not any(alias.name.startswith("lfssao") for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lfssao"):
+            assert node in tree.body
             assert node.level == 0
             assert (PACKAGE / "kernels" / f"{node.module.removeprefix('lfssao.kernels.')}.py").is_file()
 

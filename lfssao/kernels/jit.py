@@ -49,10 +49,12 @@ def _with_imports(module: str) -> set[str]:
     return found
 
 
-def _imports(module: str) -> set[str]:
-    tree = ast.parse((_FOLDER / f"{module}.py").read_bytes())
-    modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
-    return {name.removeprefix(_PREFIX) for name in modules if name.startswith(_PREFIX)}
+@functools.cache
+def _imports(module: str) -> frozenset[str]:
+    """The files of this folder that one imports names from; kernels cannot import inside of functions."""
+    lines = ast.parse((_FOLDER / f"{module}.py").read_bytes()).body
+    modules = [line.module for line in lines if isinstance(line, ast.ImportFrom) and line.module]
+    return frozenset(name.removeprefix(_PREFIX) for name in modules if name.startswith(_PREFIX))
 
 
 def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False, inline: bool = False) -> Any:

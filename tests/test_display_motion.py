@@ -322,3 +322,56 @@ def test_what_homographies_miss_being_inverses(display, number, wrong, seed):
     made = float(display_motion._mismatch(lens, as_range(u, u), as_range(v, v))[0])
     if off < 0.01:
         assert off <= made < 20 * off + 1e-9
+
+
+# What the limit is made of
+
+
+@settings(max_examples=100)
+@given(seed=st.integers(0, 2**32))
+def test_a_limit_is_what_the_worst_of_all_derivatives_offsets_and_errors_leaves(seed):
+    """By trying all: derivatives at the ends of their ranges, each sample, errors of either sign."""
+    rng = np.random.default_rng(seed)
+    ends = np.sort(rng.uniform(-1, 1, (3, 2, 1)), axis=1)
+    seen, offsets, errors = 0.01 * rng.random((3, 1)), rng.uniform(-1, 1, (4, 3)), 0.05 * rng.random((2, 3))
+    made = display_motion._below(np.array([0.5]), tuple(Range(*n) for n in ends), seen, offsets, errors)[0]
+    corners = np.array(np.meshgrid(*ends[:, :, 0])).reshape(3, -1)
+    reach, off = np.abs(offsets @ corners).max(axis=0), np.abs(ends).max(axis=(1, 2))
+    # The largest derivatives need not be those of the farthest sample: errors are added to the worst of both.
+    slope, base = reach.max() + off @ errors[1], off @ (seen[:, 0] + errors[0])
+    assert made == pytest.approx((0.5 - base) / slope, rel=1e-5)
+    assert made <= (0.5 - base) / slope
+
+
+def test_rounding_mismatch_and_distortion_take_their_part_of_the_half_texel(monkeypatch):
+    display, samples = find_display("convex"), make_samples()
+    lens = display.module_numbers(20)
+    part = np.array([[[500.0], [501.0]], [[300.0], [301.0]], [[0.0], [0.01]]])
+
+    def limit():
+        return display_motion._limits(lens, part, 1e-3, samples, np.zeros((2, 3)))[0]
+
+    right, rounded, steps = limit(), display_motion.rounded_image, display_motion._distortion_steps
+    assert right > 1e-4
+
+    def worse(*arguments):
+        for place in (made := rounded(*arguments)):
+            place.error = place.error + 0.25
+        return made
+
+    monkeypatch.setattr(display_motion, "rounded_image", worse)
+    assert 0.45 * right < limit() < 0.52 * right
+    monkeypatch.setattr(display_motion, "rounded_image", rounded)
+    monkeypatch.setattr(display_motion, "_distortion_steps", lambda *some: [n + 0.25 for n in steps(*some)])
+    assert 0.45 * right < limit() < 0.52 * right
+    monkeypatch.setattr(display_motion, "_distortion_steps", steps)
+    monkeypatch.setattr(display_motion, "_mismatch", lambda *_: np.array([0.1]))
+    assert limit() < 0.85 * right
+    monkeypatch.undo()
+
+    def doubted(*arguments):
+        arguments[-1][:] = True
+        return rounded(*arguments)
+
+    monkeypatch.setattr(display_motion, "rounded_image", doubted)
+    assert limit() == 0.0

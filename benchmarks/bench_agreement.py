@@ -98,7 +98,7 @@ def cases(radius):
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scene", nargs="?", default="statue", help="an embedded scene or a mesh file")
-    parser.add_argument("--size", type=int, nargs=2, default=(250, 150))
+    parser.add_argument("--size", type=int, nargs=2, default=(250, 150), help="texels; the display itself has 1000 600")
     parser.add_argument("--rounds", type=int, default=16, help="most rounds of 16 rays a texel, for the truth")
     parser.add_argument("--json", type=Path, default=Path(__file__).parent / "results" / "agreement.json")
     options = parser.parse_args()

@@ -341,6 +341,7 @@ def test_memory_is_what_the_passes_take():
         module = replace(display.modules[0], width=width, height=height)
         (view,) = module_views(mesh, replace(display, modules=(module,)))
         caster = RayCaster(mesh, view.cast_from_world)
+        caster.gbuffer(view)  # Embree's tree is built by the first one
         tracemalloc.start()
         try:
             render_view(caster, view, settings, plan=ViewPlan.everything(view, settings))

@@ -368,6 +368,11 @@ def test_rounding_mismatch_and_distortion_take_their_part_of_the_half_texel(monk
     monkeypatch.setattr(display_motion, "_mismatch", lambda *_: np.array([0.1]))
     assert limit() < 0.85 * right
     monkeypatch.undo()
+    # Where the distortion shrinks every way, those of the undistorted coordinates end at the part's margin of 0.75.
+    less = lambda _lens, _u, _v, rows: [tuple(n.times(1e-3) for n in row) for row in rows]  # noqa: E731
+    monkeypatch.setattr(display_motion, "distorted_slopes", less)
+    assert 1.4 * right < limit() < 1.6 * right
+    monkeypatch.undo()
 
     def doubted(*arguments):
         arguments[-1][:] = True

@@ -250,6 +250,27 @@ def test_no_ray_outside_the_window_hits_what_is_in_the_box(name, size, seed):
             assert window.grown(0, tight.grown(3, whole)) == window
 
 
+def test_windows_grow_as_far_as_another_goes():
+    window, within = Window(5, 6, 8, 9), Window(4, 3, 20, 10)
+    assert window.grown(2, within) == Window(4, 4, 10, 10)
+    assert window.grown(12, within) == within
+    assert Window(5, 6, 5, 9).grown(2, within) == Window(5, 6, 5, 9)
+
+
+def test_a_box_that_nearly_reaches_one_singular_plane_has_no_window():
+    """The observers' line alone, the lens alone; x and y so large that rounding of either is half a texel."""
+    view = scenes.VIEWS["virtual"](20, 15)
+    m_z, z_o = view.lens[1], view.lens[3]
+    middle = np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]])
+    assert seen_window(view, middle) != Window.whole(view)
+    for axis, end, value in ((2, 0, z_o * (1 - 1e-4)), (2, 1, m_z * (1 - 1e-4)), (0, 1, 1e14), (1, 1, 1e14)):
+        box = middle.copy()
+        box[end, axis] = value
+        box[1 - end, axis] = box[1 - end, axis] if axis == 2 else value * (1 - 1e-3)
+        window = seen_window(view, box)
+        assert window == Window.whole(view), (axis, end)
+
+
 def test_a_box_at_the_eye_has_no_window():
     for name, view in ((name, make(20, 15)) for name, make in scenes.VIEWS.items()):
         far = view.lens[5] if name in ("perspective", "orthographic") else view.lens[1]

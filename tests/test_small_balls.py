@@ -9,7 +9,7 @@ import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import Camera, Settings, builtin_scene, find_display, passes
+from lfssao import Camera, Settings, builtin_scene, find_display, passes, small_balls
 from lfssao.rendering import diagonal, module_views
 from lfssao.samples import make_samples
 from lfssao.small_balls import DecidedRadii, decided_radii
@@ -163,3 +163,38 @@ def test_who_may_take_the_cut():
     assert ViewPlan.of(view, away, Settings(radii)) == ViewPlan(
         Window(0, 0, 0, 0), Window.whole(view), (0, 1, 2), (True, False, False), (None,) * 3
     )
+
+
+@given(seed=st.integers(0, 2**32))
+def test_a_radius_is_decided_where_every_sample_is_farther_off_than_the_error(seed):
+    """At the least depth and at the greatest one, on one side of the point at both; the error grows with the radius."""
+    rng = np.random.default_rng(seed)
+    near, far = rng.uniform(0.2, 1, (2, 5)) * rng.choice([-1, 1], 5)
+    base, slope, high = rng.uniform([0, 0, 0.5], [0.1, 0.25, 2])
+    low, top, behind, _ = small_balls._between(high, near, far, small_balls._Line(base, slope))
+    least = np.minimum(np.abs(near), np.abs(far)).min()
+    if slope < least:
+        assert low * least == pytest.approx(base + slope * low, rel=1e-5)
+        assert high * (1 - 1e-5) < top < high
+        assert behind == (near > 0).sum()
+    else:
+        assert low == np.inf
+    far[2] = -far[2]
+    assert small_balls._between(high, near, far, small_balls._Line(base, 0.0)) == DecidedRadii()
+    assert small_balls._between(high, far, near, small_balls._Line(base, 0.0)) == DecidedRadii()
+
+
+@given(seed=st.integers(0, 2**32))
+def test_the_largest_ball_uses_up_half_a_texel(seed):
+    """Of the formula of the file's first lines: what samples move by and all errors are half of what divides them."""
+    rng = np.random.default_rng(seed)
+    numerator, divisor = rng.uniform(-1, 1, (2, 6))
+    least, a, d = (small_balls._Line(*n) for n in ((5.0, -0.3), rng.uniform(0, 0.01, 2), rng.uniform(0, 0.01, 2)))
+    right = float(rng.uniform(0, 9))
+    u_0 = right + 0.1
+    radius = small_balls._largest(numerator, divisor, least, a, d, 16, u_0, right)
+    ends = 0.5 - right, 15.5 - right
+    moved = max(np.abs(numerator - t * divisor).max() for t in ends) * radius
+    off = moved + (a.base + a.slope * radius) + max(map(abs, ends)) * (d.base + d.slope * radius)
+    room = (least.base + least.slope * radius) - (d.base + d.slope * radius)
+    assert off == pytest.approx(0.4 * room, rel=2e-5)  # the quotient's own rounding is in it

@@ -22,7 +22,7 @@ from lfssao.kernels.mapping import (
     project_matrix,
     texel_number,
 )
-from lfssao.kernels.neighbourhood import CHUNK, slot
+from lfssao.kernels.neighbourhood import CHUNK, load, slot
 from lfssao.kernels.power import power
 from lfssao.kernels.runs import next_run
 from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
@@ -41,16 +41,6 @@ _COSINE = 26
 _BIAS = 27
 _TOTAL = 28
 _SLOTS = 29
-
-
-@kernel(inline=True)
-def load(texture, start, n, scratch, k):
-    """The vectors of n texels from texel number ``start`` on, texture (3 H W,), into slots k, k + 1 and k + 2."""
-    for i in range(n):
-        t = np.uint64(3) * (np.uint64(start) + np.uint64(i))
-        scratch[slot(k, i)] = texture[t]
-        scratch[slot(k + 1, i)] = texture[t + np.uint64(1)]
-        scratch[slot(k + 2, i)] = texture[t + np.uint64(2)]
 
 
 @kernel(inline=True)

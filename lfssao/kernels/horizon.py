@@ -104,7 +104,7 @@ def horizon_occlusion(
     height, width = depth.shape
     size = height * width
     surface, shares = depth.reshape(size), occlusion.reshape(size)
-    places, looks, upright = positions.reshape(size, 3), directions.reshape(size, 3), normals.reshape(size, 3)
+    places, looks, upright = positions.reshape(3 * size), directions.reshape(3 * size), normals.reshape(3 * size)
     dtype = type(radius)
     zero, one, half, edge_on = dtype(0), dtype(1), dtype(0.5), dtype(EDGE_ON)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
@@ -146,9 +146,10 @@ def horizon_occlusion(
                             scratch[slot(_NEAR, i)] = one if inside else zero
                             missed[i] += np.int32(not inside)
                         for i in range(n):
-                            scratch[slot(_AWAY, i)] = places[texels[i], 0] - scratch[slot(_WHERE, i)]
-                            scratch[slot(_AWAY + 1, i)] = places[texels[i], 1] - scratch[slot(_WHERE + 1, i)]
-                            scratch[slot(_AWAY + 2, i)] = places[texels[i], 2] - scratch[slot(_WHERE + 2, i)]
+                            t = np.uint64(3) * np.uint64(texels[i])
+                            scratch[slot(_AWAY, i)] = places[t] - scratch[slot(_WHERE, i)]
+                            scratch[slot(_AWAY + 1, i)] = places[t + np.uint64(1)] - scratch[slot(_WHERE + 1, i)]
+                            scratch[slot(_AWAY + 2, i)] = places[t + np.uint64(2)] - scratch[slot(_WHERE + 2, i)]
                         raise_horizons(n, radius, linear, quadratic, scratch, one)
                 for i in range(n):
                     seen = scratch[slot(STEEP, i)] == scratch[slot(STEEP, i)]

@@ -61,11 +61,17 @@ def slot(k, i):
 
 @kernel(inline=True)
 def load(triples, first, n, scratch, k):
-    """Copy n triples of an array (N, 3), from number ``first`` on, into slots k, k + 1 and k + 2."""
+    """Copy n triples of an array (3 N,), from number ``first`` on, into slots k, k + 1 and k + 2.
+
+    Of one flat array, 3 t + k, LLVM takes them apart with shuffles; of a second index it makes gathers. (``load_row``
+    of ``lfssao.kernels.rows`` does the same for loops whose rows are longer than a chunk, where slots have no constant
+    distance.)
+    """
     for i in range(n):
-        scratch[slot(k, i)] = triples[first + np.uint64(i), 0]
-        scratch[slot(k + 1, i)] = triples[first + np.uint64(i), 1]
-        scratch[slot(k + 2, i)] = triples[first + np.uint64(i), 2]
+        t = np.uint64(3) * (np.uint64(first) + np.uint64(i))
+        scratch[slot(k, i)] = triples[t]
+        scratch[slot(k + 1, i)] = triples[t + np.uint64(1)]
+        scratch[slot(k + 2, i)] = triples[t + np.uint64(2)]
 
 
 @kernel(inline=True)
@@ -140,7 +146,7 @@ def start_frames(rows, right, radius, turns, phase, depth, looks, first, n, scra
         Number of the row in its tile.
     depth : (N,) array
         Cast z; +infinity where there is no surface.
-    looks : (N, 3) array
+    looks : (3 N,) array
         Viewing directions, world space.
     first : uint64
         Number of the first texel.

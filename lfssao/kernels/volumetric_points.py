@@ -117,7 +117,7 @@ def point_occlusion(
     height, width = depth.shape
     size = height * width
     surface, shares = depth.reshape(size), occlusion.reshape(size)
-    places, looks, upright = positions.reshape(size, 3), directions.reshape(size, 3), normals.reshape(size, 3)
+    places, looks, upright = positions.reshape(3 * size), directions.reshape(3 * size), normals.reshape(3 * size)
     dtype = type(radius)
     zero, one = dtype(0), dtype(1)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))

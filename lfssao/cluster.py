@@ -37,10 +37,12 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]
     with ExitStack() as stack:
         address = scheduler
         if scheduler == "local":
-            # Silent but for errors: a worker that is lost is replaced, and its items are done again.
+            # Silent: a worker that is lost is replaced, and its items are done again; what an item raises comes back
+            # to the caller; and a worker that is closed while it tells that it is alive logs that as an error.
             cluster = LocalCluster(
-                n_workers=processes, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.ERROR
-            )
+                n_workers=processes, threads_per_worker=1, dashboard_address="127.0.0.1:0",
+                silence_logs=logging.CRITICAL,
+            )  # fmt: skip
             address = stack.enter_context(cluster).scheduler_address
         try:
             client = stack.enter_context(Client(address, timeout=_SECONDS_TO_ANSWER))

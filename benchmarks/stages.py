@@ -158,17 +158,31 @@ def compile_peers(folder: Path, threads: int, *options: str) -> ctypes.CDLL:
     return loaded
 
 
+# How long a run is timed in each turn, milliseconds, and how many calls of it at most.
+_LEAST_MS, _MOST_CALLS = 2.0, 20
+
+
 def interleaved(runs: dict[str, Run], repeats: int, clock: Callable[[], float]) -> dict[str, np.ndarray]:
     """Milliseconds of every run, the runs in turn, so that a slow moment of the machine meets all of them.
 
-    Every other round goes backwards, and of two calls in a row the second is timed: who comes second finds in the
-    caches what both read, a fifth of the time of a stage that is bound by memory.
+    Every other round goes backwards, and of the calls in a row the first is not timed: who comes second finds in the
+    caches what both read, a fifth of the time of a stage that is bound by memory. Short runs are called until they have
+    taken _LEAST_MS, as a single call of a fifth of a millisecond may take half or twice that.
     """
+    calls = {
+        name: int(min(max(_LEAST_MS / _milliseconds(run, 1, clock), 1), _MOST_CALLS)) for name, run in runs.items()
+    }
     times: dict[str, list[float]] = {name: [] for name in runs}
     for turn in range(repeats):
         for name, run in list(runs.items())[:: -1 if turn % 2 else 1]:
-            run()
-            start = clock()
-            run()
-            times[name].append(1e3 * (clock() - start))
+            times[name].append(_milliseconds(run, calls[name], clock))
     return {name: np.array(values) for name, values in times.items()}
+
+
+def _milliseconds(run: Run, calls: int, clock: Callable[[], float]) -> float:
+    """Of a call, the mean of so many after one that is not timed."""
+    run()
+    start = clock()
+    for _ in range(calls):
+        run()
+    return max(1e3 * (clock() - start) / calls, 1e-6)

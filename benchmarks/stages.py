@@ -14,6 +14,8 @@ from unittest.mock import patch
 
 import numpy as np
 
+from lfssao.bench.times import balanced_orders
+
 FOLDER = Path(__file__).with_name("peers")
 Run = Callable[[], None]
 
@@ -165,17 +167,18 @@ _LEAST_MS, _MOST_CALLS = 2.0, 20
 def interleaved(runs: dict[str, Run], repeats: int, clock: Callable[[], float]) -> dict[str, np.ndarray]:
     """Milliseconds of every run, the runs in turn, so that a slow moment of the machine meets all of them.
 
-    Every other round goes backwards, and of the calls in a row the first is not timed: who comes second finds in the
-    caches what both read, a fifth of the time of a stage that is bound by memory. Short runs are called until they have
+    Each turn has another order, and of the calls in a row the first is not timed: who comes second finds in the caches
+    what both read, a fifth of the time of a stage that is bound by memory. Short runs are called until they have
     taken _LEAST_MS, as a single call of a fifth of a millisecond may take half or twice that.
     """
     calls = {
         name: int(min(max(_LEAST_MS / _milliseconds(run, 1, clock), 1), _MOST_CALLS)) for name, run in runs.items()
     }
     times: dict[str, list[float]] = {name: [] for name in runs}
+    names, orders = list(runs), balanced_orders(len(runs))
     for turn in range(repeats):
-        for name, run in list(runs.items())[:: -1 if turn % 2 else 1]:
-            times[name].append(_milliseconds(run, calls[name], clock))
+        for name in (names[place] for place in orders[turn % len(orders)]):
+            times[name].append(_milliseconds(runs[name], calls[name], clock))
     return {name: np.array(values) for name, values in times.items()}
 
 

@@ -28,14 +28,13 @@ Compile = Callable[[Function], Function]
 _KEPT_NOWHERE = "captures(none)" if binding.llvm_version_info >= (21,) else "nocapture"
 
 
-def threads_for(n: int) -> int:
-    """Among how many threads a loop over 0 .. n - 1 is shared out: as many as numba is set to, one where n is 0.
+def thread_count() -> int:
+    """How many threads numba is set to; the first question starts them, and tells LLVM where numba_parallel_for is.
 
-    ``numba.get_num_threads`` starts the threads, with a lock between processes, at every call: a tenth of a pass over a
+    ``numba.get_num_threads`` takes a lock between processes at every call, to start them: a tenth of a pass over a
     small texture. Once they run, numba's own number is asked.
     """
-    count = parallel._get_num_threads() if parallel._is_initialized else numba.get_num_threads()
-    return max(min(int(count), n), 1)
+    return int(parallel._get_num_threads() if parallel._is_initialized else numba.get_num_threads())
 
 
 @extending.intrinsic
@@ -164,8 +163,7 @@ def with_shared_loops(function: Function, compiled_loop: Compile, compiled_head:
 
     @functools.wraps(function)
     def shared(*arguments: Any, **named: Any) -> None:
-        # The question starts numba's threads, and tells LLVM where numba_parallel_for is.
-        head(numba.get_num_threads(), 0, *arguments, **named)
+        head(thread_count(), 0, *arguments, **named)
 
     vars(shared).update(py_func=function, head=head, loops=tuple(loops.values()))
     return shared

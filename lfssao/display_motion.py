@@ -206,7 +206,7 @@ def _mismatch(lens: Numbers, u: Range, v: Range) -> Numbers:
 
 def _distortion_steps(lens: Numbers, u: Range, v: Range, miss: Numbers) -> list[Numbers]:
     """How far in texels, u and v, a point is off that is off by ``miss`` before the distortion, and its inverse."""
-    one, zero = (Range(*np.full((2, len(miss)), n)) for n in (1.0, 0.0))
+    one, zero = (Range.constant(n, u) for n in (1.0, 0.0))
     rows = distorted_slopes(lens, u, v, [(one, zero, zero), (zero, one, zero)])
     inverse = 0.0 if lens[20] == 0.0 and lens[21] == 0.0 else _NEWTON * np.maximum(u.size, v.size)
     return [(along.size + across.size) * miss + inverse for along, across, _ in rows]

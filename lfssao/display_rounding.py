@@ -87,7 +87,7 @@ def rounded_image(lens: Numbers, sigma: Range, x: Range, y: Range, z: Range, dou
     """
     far = z.times(-1.0).plus(float(lens[2]))
     doubt |= ~(far.low > _NEAREST)
-    toward = Range(*np.full((2, len(doubt)), -1.0))
+    toward = Range.constant(-1.0, z)
 
     def crossing(curvature: Rounded, from_x: Rounded, from_z: Rounded, dx: Rounded, dz: Rounded) -> Any:
         scaled = (Rounded(n, d.error / far.low, SINGLE, doubt) for n, d in ((sigma, dx), (toward, dz)))

@@ -23,8 +23,6 @@ Of the conical diffuser s is the point of the screen, and with kappa = (z / z_o)
     ds_x = (dx - (s_x - m_x) dkappa) / (1 + kappa)
 """
 
-import numpy as np
-
 from lfssao.display_window import crossing
 from lfssao.ranges import Numbers, Range
 
@@ -74,10 +72,10 @@ def screen_slopes(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Slop
     on_plane = s_y.plus(-m_y)
     height = on_plane.times(tau).times(1.0 / m_z).plus(m_y - y_o)
     by_sigma = height.times(before_slope.minus(tau_slope).over(ahead).minus(before_slope.over(rest)))
-    scale = _constant(m_z, tau).over(tau)
+    scale = Range.constant(m_z, tau).over(tau)
     by_sigma = scale.times(by_sigma).minus(on_plane.times(tau_slope.over(tau)))
-    sigma_x, sigma_z = _constant(1.0, far).over(far), sigma.over(far)
-    zero = _constant(0.0, far)
+    sigma_x, sigma_z = Range.constant(1.0, far).over(far), sigma.over(far)
+    zero = Range.constant(0.0, far)
     return (
         (sigma_x.times(m_z), zero, sigma_z.times(m_z)),
         (
@@ -100,13 +98,13 @@ def _conical(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Slopes, S
     square_m, square_e = below.squared().plus(m_z * m_z), above.squared().plus(z_o * z_o)
     ratio = square_e.root().over(square_m.root())
     kappa = z.times(1.0 / z_o).times(ratio)
-    over_room = _constant(1.0, kappa).over(kappa.plus(1.0))
+    over_room = Range.constant(1.0, kappa).over(kappa.plus(1.0))
     rest = z.plus(-z_o)
     by_height = kappa.times(above.over(square_e).minus(below.over(square_m)))
-    height_y, height_z = _constant(-z_o, rest).over(rest), above.times(-1.0).over(rest)
+    height_y, height_z = Range.constant(-z_o, rest).over(rest), above.times(-1.0).over(rest)
     kappa_z = ratio.times(1.0 / z_o).plus(by_height.times(height_z))
     aside = across.times(-1.0).times(over_room)
-    zero = _constant(0.0, rest)
+    zero = Range.constant(0.0, rest)
     return (over_room, aside.times(by_height).times(height_y), aside.times(kappa_z)), (zero, height_y, height_z)
 
 
@@ -158,7 +156,3 @@ def _chain(p: Range, q: Range, rows: tuple[Slopes, Slopes]) -> Slopes:
     """The first row times p and the second times q."""
     x, y, z = (p.times(first).plus(q.times(second)) for first, second in zip(*rows, strict=True))
     return x, y, z
-
-
-def _constant(value: float, like: Range) -> Range:
-    return Range(np.full_like(like.low, value), np.full_like(like.low, value))

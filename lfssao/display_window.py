@@ -100,7 +100,7 @@ def crossing(curvature: float, x: float, z: float, sigma: Range) -> tuple[Range,
         How far before their beginning, in z, they leave it, and the root of the discriminant.
     """
     if curvature == 0.0:
-        return Range(np.full_like(sigma.low, z), np.full_like(sigma.low, z)), Range(*np.ones((2, len(sigma.low))))
+        return Range.constant(z, sigma), Range.constant(1.0, sigma)
     a = sigma.squared().plus(1.0).times(curvature)
     b = sigma.times(curvature * x).plus(1.0 - curvature * z)
     c = curvature * (x * x + z * z) - 2.0 * z
@@ -108,8 +108,8 @@ def crossing(curvature: float, x: float, z: float, sigma: Range) -> tuple[Range,
     # b + root = -a c / (root - b), which forgets less where b is negative.
     divisor = b.plus(root).also(a.times(-c).over(root.minus(b)))
     if c > 0.0:  # the lens outside the circle, the divisor negative where there is a crossing
-        return Range(np.full_like(a.low, c), np.full_like(a.low, c)).over(divisor.times(-1.0)), root
-    return Range(np.full_like(a.low, -c), np.full_like(a.low, -c)).over(divisor), root
+        return Range.constant(c, a).over(divisor.times(-1.0)), root
+    return Range.constant(-c, a).over(divisor), root
 
 
 def projected(matrix: Numbers, x: Range, y: Range) -> tuple[Range, Range]:

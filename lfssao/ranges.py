@@ -23,6 +23,11 @@ class Range(NamedTuple):
     low: Numbers
     high: Numbers
 
+    @classmethod
+    def constant(cls, value: float, like: "Range") -> "Range":
+        """One number, of as many parts as another range is of."""
+        return cls(np.full_like(like.low, value), np.full_like(like.low, value))
+
     @property
     def size(self) -> Numbers:
         """The largest absolute value."""

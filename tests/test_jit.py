@@ -4,7 +4,7 @@ import llvmlite.binding
 import numpy as np
 from numba import types
 
-from lfssao.kernels import ball, jit, philox
+from lfssao.kernels import ball, jit, linked, philox
 
 
 def double(values, out):
@@ -69,3 +69,24 @@ def test_calls_from_kernels_use_code_that_unpacks_no_arguments_from_python():
     )
     assert key[:-1] == linked_key[:-1]
     assert key != linked_key
+
+
+def test_no_machine_code_is_made_of_what_only_kernels_call():
+    dispatchers = [
+        jit.numba.njit(lambda a: a + a, no_cfunc_wrapper=True, no_cpython_wrapper=True, **more)
+        for more in ({}, {"pipeline_class": linked.Linked})
+    ]
+    made = []
+    for dispatcher in (dispatchers[0], linked.for_kernels(dispatchers[1])):
+        assert jit.numba.njit(lambda a, callee=dispatcher: callee(a) * a)(3.0) == 18.0
+        (result,) = dispatcher.overloads.values()
+        made.append(result.library.codegen._engine.is_symbol_defined(result.fndesc.llvm_func_name))
+    assert made == [True, False]
+
+
+def test_what_only_kernels_call_can_be_linked_from_disk():
+    arguments, kernels = (types.float32, types.float32), [jit.kernel(ball.algorithm3.py_func) for _ in range(2)]
+    for callee in kernels:
+        caller = jit.numba.njit(lambda a, b, callee=callee: callee(a, b))
+        assert caller(np.float32(0), np.float32(0.5)) == (0, 1, 0)
+    assert kernels[1].linked().stats.cache_hits == {arguments: 1}

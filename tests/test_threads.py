@@ -6,7 +6,7 @@ import pytest
 from numba import get_thread_id, prange
 from numba.core.errors import TypingError
 
-from lfssao.kernels import jit, threads
+from lfssao.kernels import jit, linked, threads
 
 
 @pytest.fixture(params=[1, 2])
@@ -43,9 +43,17 @@ def interpreted(function):
 
 
 def compiled(function):
-    """Compiled as kernels are, but not kept on disk; its loops can be called from Python."""
+    """Compiled as kernels are, but not kept on disk."""
+    flags = {"nogil": True, "pipeline_class": linked.Loop, "no_cpython_wrapper": True}
     return threads.with_shared_loops(
-        function, lambda loop: numba.njit(loop, nogil=True, pipeline_class=jit.Unaliased), numba.njit
+        function, lambda loop: linked.for_kernels(numba.njit(loop, **flags)), numba.njit
+    )  # fmt: skip
+
+
+def compiled_apart(function):
+    """Its loops can be called from Python."""
+    return threads.with_shared_loops(
+        function, lambda loop: numba.njit(loop, nogil=True, pipeline_class=linked.Unaliased), numba.njit
     )
 
 
@@ -53,7 +61,7 @@ def test_loops_in_threads_do_what_the_function_does(several):
     texture = np.arange(35, dtype=np.float32).reshape(7, 5)
     expected = np.zeros((7, 5), np.float32), np.zeros(7, np.float32)
     halves(texture, *expected, least=3)
-    for version in (interpreted, compiled):
+    for version in (interpreted, compiled, compiled_apart):
         shared = version(halves)
         made = np.zeros((7, 5), np.float32), np.zeros(7, np.float32)
         shared(texture, *made, least=3)
@@ -103,9 +111,9 @@ def test_each_number_is_in_one_share_of_one_thread(several, n, visit):
     assert turns == [n * k // several for k in range(1, several) if several <= n]
 
 
-def test_some_other_first_number(several, visit):
+def test_some_other_first_number(several):
     """Bounds need not begin at 0: what the second loop of a share that is divided again would see."""
-    (loop,) = visit.loops
+    (loop,) = compiled_apart(visits).loops
     often, by = np.zeros(20, np.int64), np.zeros(20, np.int64)
     loop(3, 17, several, by, often)
     assert often.tolist() == [0] * 3 + [1] * 14 + [0] * 3
@@ -127,7 +135,7 @@ def test_a_function_without_a_loop_to_share_is_refused():
 
 
 def test_loops_count_no_references_and_know_that_arrays_do_not_overlap():
-    loop, _ = compiled(halves).loops
+    loop, _ = compiled_apart(halves).loops
     numbers = np.arange(4, dtype=np.float32)
     loop(0, 1, 1, numbers.dtype.type(1), numbers.copy(), numbers, 4)
     (llvm,) = loop.inspect_llvm().values()
@@ -153,7 +161,7 @@ def test_launching_threads_leaves_loops_their_vectors():
     shared = compiled(with_scratch)
     texture = np.ones((3, 40), np.float32)
     shared(texture, np.zeros((3, 40), np.float32))
-    (llvm,) = shared.loops[0].inspect_llvm().values()
+    (llvm,) = shared.head.inspect_llvm().values()
     assert "vector.body" in llvm
     assert "vector.memcheck" not in llvm
 

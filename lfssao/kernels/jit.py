@@ -9,8 +9,8 @@ from typing import Any
 
 import numba
 from numba import extending, types
-from numba.core.compiler import Compiler
 
+from lfssao.kernels.linked import Linked, Loop, for_kernels
 from lfssao.kernels.threads import with_shared_loops
 
 FLAGS: dict[str, Any] = {
@@ -84,16 +84,20 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
 def _compiled(function: Callable[..., Any], **more: Any) -> Any:
     """The dispatcher for calls from Python; its attribute ``linked`` gives that for calls from kernels."""
     compiled = _dispatcher(function, **more)
-    compiled.linked = functools.cache(lambda: _dispatcher(function, **more, no_cpython_wrapper=True))
+    compiled.linked = functools.cache(lambda: _linked(function, Linked, **more))
     _link(compiled, compiled.linked)
     return compiled
 
 
 def _loop(function: Callable[..., Any]) -> Any:
     """The dispatcher of a loop that threads share, for calls from kernels."""
-    compiled = _dispatcher(function, pipeline_class=Unaliased, no_cpython_wrapper=True)
+    compiled = _linked(function, Loop)
     compiled.get_call_template = _of_plain_types(compiled.get_call_template)
     return compiled
+
+
+def _linked(function: Callable[..., Any], compiler: type[Linked], **more: Any) -> Any:
+    return for_kernels(_dispatcher(function, **more, pipeline_class=compiler, no_cpython_wrapper=True))
 
 
 def _dispatcher(function: Callable[..., Any], **more: Any) -> Any:
@@ -106,14 +110,6 @@ def _dispatcher(function: Callable[..., Any], **more: Any) -> Any:
     _key_by_options(compiled, more)
     _name_by_signature(compiled)
     return compiled
-
-
-class Unaliased(Compiler):  # type: ignore[misc]
-    """Compiles a function none of whose arrays shares memory with another that is written: its loops become vectors."""
-
-    def __init__(self, typing: Any, target: Any, library: Any, arguments: Any, returns: Any, flags: Any, names: Any):
-        flags.noalias = True
-        super().__init__(typing, target, library, arguments, returns, flags, names)
 
 
 @extending.intrinsic

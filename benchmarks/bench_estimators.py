@@ -32,6 +32,7 @@ from settings import RADII, RADIUS, SETTINGS, SMALL, Setting, Views, gallery, re
 from stages import Arrays, Call, bytes_moved, compile_peers, copying, differing, in_c, interleaved, ours, recorded
 
 from lfssao import Occluders, builtin_scene, ray_cast_occlusion
+from lfssao.ground_truth import INTERSECTORS
 from lfssao.manifest import describe_machine
 from lfssao.rendering import diagonal
 
@@ -135,17 +136,25 @@ def order(table: dict[str, Any]) -> list[float]:
     return ratios
 
 
-def truth() -> dict[str, float]:
-    """How fast rays find the truth by Embree, on the first scene."""
+def truth(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
+    """How fast rays find the truth on the first scene, the same through our tree and through Embree; how far apart."""
     mesh = builtin_scene()
-    seen, occluders = gallery().module, Occluders(mesh)
-    radius = RADIUS * diagonal(mesh)
-    ray_cast_occlusion(occluders, seen, radius, rounds=(2, 2), strata=1)
-    start = time.perf_counter()
-    rays = int(ray_cast_occlusion(occluders, seen, radius, rounds=(2, 2), strata=2).rays.sum())
-    seconds = time.perf_counter() - start
-    print(f"ray-cast truth: {rays} rays in {seconds:.2f} s, {rays / seconds / 1e6:.2f} million a second")
-    return {"rays": rays, "seconds": seconds, "triangles": len(mesh.faces)}
+    cast = partial(
+        ray_cast_occlusion, Occluders(mesh), gallery().module, RADIUS * diagonal(mesh), rounds=(2, 2), strata=2
+    )
+    runs = {name: partial(cast, intersector=name) for name in INTERSECTORS}
+    tree, embree = (run() for run in runs.values())
+    times = interleaved(runs, repeats, clock)
+    rays, there = int(tree.rays.sum()), tree.rays > 0
+    row: dict[str, Any] = {f"{name}_ns_a_ray": quartiles(1e6 * times[name] / rays) for name in runs}
+    row |= {"tree_over_embree": quartiles(times["tree"] / times["embree"])}
+    apart = np.sqrt(np.mean((tree.texture - embree.texture)[there] ** 2))
+    print(
+        f"ray-cast truth, {rays} rays: {row['tree_ns_a_ray'][1]:.0f} ns a ray through the tree, "
+        f"{row['embree_ns_a_ray'][1]:.0f} through Embree, {row['tree_over_embree'][1]:.1f} times as fast; "
+        f"RMSE between them {apart:.1e}"
+    )
+    return row | {"rays": rays, "triangles": len(mesh.faces), "rmse": float(apart)}
 
 
 def main() -> None:
@@ -170,7 +179,7 @@ def main() -> None:
             result["tables"][name] = bench(views, libraries, options.repeats, clock, first)
             result["order"][name] = order(result["tables"][name])
         result["over_radius"] = over_radius(scenes["relief"], options.repeats, clock)
-    result["truth"] = truth()
+    result["truth"] = truth(max(options.repeats // 4, 1), clock)
     result["first_call_seconds"] = first
     print("first calls, s: " + ", ".join(f"{name} {seconds:.2f}" for name, seconds in first.items()))
     options.json.parent.mkdir(exist_ok=True)

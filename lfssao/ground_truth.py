@@ -18,18 +18,29 @@ plane under a sphere of radius s, R inf,     (s / D)^3, as (s / D)^2 of a sphere
 P at distance D from its middle              whole times the cosine of its middle      its solid angle over 2 pi
 ===========================================  ========================================  ===============================
 
-With linear falloff a crease gives S(c) - (2 c / pi) (ln((1 + sqrt(1 - c^2)) / c) - sqrt(1 - c^2)) by cosine and
-(1 - c + c ln c) / 2 uniformly: at direction omega_x across the crease, t / R = c / omega_x.
+At direction omega_x across the crease, t / R = c / omega_x. So a falloff takes from a crease, r = sqrt(1 - c^2):
 
-The bits: rays, hits and sums are IEEE float64 in a written order, so texture and error have equal bits on every machine
-for equal textures, mesh and seed. Embree is not asked.
+=========  ====================================  =================
+falloff    cosine                                uniform
+=========  ====================================  =================
+linear     (2 c / pi) (ln((1 + r) / c) - r)      -(c ln c) / 2
+quadratic  (2 c / pi) (r - c arccos c)           (c - c^2) / 2
+=========  ====================================  =================
+
+What finds the hits is a choice. Our own tree: rays, hits and sums are IEEE float64 in a written order, so that texture
+and error have equal bits on every machine for equal textures, mesh and seed. Embree: the same rays and sums, but what
+they hit is decided in float32, about the middle of the mesh; that takes less time, and which rays hit what they graze
+differs from the tree's, and between processors.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.embree import CentredScene, in_chunks
 from lfssao.errors import InputError
 from lfssao.estimators.buffers import Buffers
 from lfssao.passes import check_radius
@@ -38,9 +49,15 @@ from lfssao.tree import TriangleTree
 
 WEIGHTINGS = ("cosine", "uniform")
 FALLOFFS = ("constant", "linear", "quadratic")
+INTERSECTORS = ("tree", "embree")
 
-# Rows that are cast in one call: between calls the work can be interrupted.
+# Rows that the tree is asked for in one call: between calls the work can be interrupted.
 _ROWS = 16
+# Rays that one thread hands to Embree at a time: long enough to hide the call; the most a round can have.
+_BATCH = 65_536
+# How far off the surface rays must begin for Embree, in the unit of its scene, whose coordinates are below 1: the point
+# and the triangle are each rounded by up to 2^-25 in x, y and z, and its distance is worked out from numbers like that.
+_CLEAR = 2.0**-21
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +80,7 @@ class GroundTruth:
 
 
 class Occluders:
-    """A mesh ready to be met by rays in world space; its tree is built once.
+    """A mesh ready to be met by rays in world space; what finds them is built once, when it is first asked.
 
     Parameters
     ----------
@@ -73,7 +90,30 @@ class Occluders:
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.tree = TriangleTree(mesh.vertices, mesh.faces)
+
+    @cached_property
+    def tree(self) -> TriangleTree:
+        """Our own, float64."""
+        return TriangleTree(self.mesh.vertices, self.mesh.faces)
+
+    @cached_property
+    def embree(self) -> CentredScene:
+        """Embree's, float32."""
+        return CentredScene(self.mesh)
+
+
+class _Cast(NamedTuple):
+    """What to cast: the numbers of ``ray_cast_occlusion`` as kernels take them; step in world units."""
+
+    radius: float
+    step: float
+    weighting: int
+    falloff: int
+    strata: int
+    least: int
+    most: int
+    tolerance: float
+    seed: np.uint64
 
 
 def ray_cast_occlusion(
@@ -87,6 +127,7 @@ def ray_cast_occlusion(
     strata: int = 8,
     offset: float = 1e-3,
     seed: int = 0,
+    intersector: str = "tree",
 ) -> GroundTruth:
     """Ambient occlusion of one view by rays through the mesh, with its standard error.
 
@@ -117,19 +158,30 @@ def ray_cast_occlusion(
         normal. It has to be more than positions are off the mesh: float32 positions some 1e-7 of their size.
     seed : int
         0 to 2**64 - 1, key of the random numbers (Philox4x32-10).
+    intersector : str
+        What finds the triangles that rays hit: 'tree', our own in float64, with equal bits on every machine; 'embree',
+        in float32: no promise of bits, and rays have to begin 5e-7 of the mesh's size off the surface or more.
+
+    Returns
+    -------
+    GroundTruth
 
     Raises
     ------
     InputError
-        If normals are missing, or a number or a name is wrong.
+        If normals are missing, a number or a name is wrong, or rays begin too near to the surface for Embree.
+    MissingPackageError
+        If Embree is asked for and embreex is not installed.
     """
-    from lfssao.kernels import truth  # late: compiled for this alone
-
     if buffers.normals is None:
         raise InputError("ray-cast occlusion reads normals, and there is no normals texture")
     if not (radius == np.inf and falloff == "constant"):
         check_radius(radius)
-    for name, value, choices in (("weighting", weighting, WEIGHTINGS), ("falloff", falloff, FALLOFFS)):
+    for name, value, choices in (
+        ("weighting", weighting, WEIGHTINGS),
+        ("falloff", falloff, FALLOFFS),
+        ("intersector", intersector, INTERSECTORS),
+    ):
         if value not in choices:
             raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
     if not 2 <= rounds[0] <= rounds[1] <= 2**16 or not 1 <= strata <= 256:
@@ -140,13 +192,75 @@ def ray_cast_occlusion(
         raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
     low, high = occluders.mesh.bounds
     step = offset * (radius if radius < np.inf else float(np.sqrt(np.sum((high - low) ** 2))))
-    shape, tree = buffers.depth.shape, occluders.tree
-    made = GroundTruth(np.empty(shape), np.empty(shape), np.empty(shape, np.int64))
+    cast = _Cast(
+        float(radius), step, WEIGHTINGS.index(weighting), FALLOFFS.index(falloff), strata, *rounds, float(tolerance),
+        np.uint64(seed),
+    )  # fmt: skip
     textures = [np.ascontiguousarray(a) for a in (buffers.depth, buffers.positions, buffers.normals)]
-    for first in range(0, shape[0], _ROWS):
-        truth.ray_cast_rows(
-            first, min(first + _ROWS, shape[0]), *textures, float(radius), step, WEIGHTINGS.index(weighting),
-            FALLOFFS.index(falloff), strata, *rounds, float(tolerance), np.uint64(seed), tree.corners, tree.boxes,
-            made.texture, made.error, made.rays,
-        )  # fmt: skip
+    shape = buffers.depth.shape
+    made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
+    if intersector == "tree":
+        _through_tree(occluders.tree, textures, cast, made)
+    else:
+        _through_embree(occluders.embree, textures, cast, made)
     return made
+
+
+def _through_tree(tree: TriangleTree, textures: list[NDArray[Any]], cast: _Cast, made: GroundTruth) -> None:
+    """Write the ground truth as our own tree gives it."""
+    from lfssao.kernels import truth  # late: compiled for this alone
+
+    height = len(made.texture)
+    for first in range(0, height, _ROWS):
+        truth.ray_cast_rows(
+            first, min(first + _ROWS, height), *textures, *cast, tree.corners, tree.boxes, made.texture, made.error,
+            made.rays,
+        )  # fmt: skip
+
+
+def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: _Cast, made: GroundTruth) -> None:
+    """Write the ground truth as Embree gives it, a batch of texels at a time on each of numba's threads."""
+    from lfssao.kernels import truth_batches  # late: compiled for this alone
+    from lfssao.kernels.threads import thread_count
+
+    needed = _CLEAR * scene.unit
+    if cast.radius > 0 and cast.step < needed:
+        raise InputError(
+            f"rays begin {cast.step:.3g} off the surface, and Embree's float32 needs {needed:.3g} in this scene: "
+            "choose a larger offset or the intersector 'tree'"
+        )
+    seen, positions, normals = np.flatnonzero(textures[0] < np.inf), *(a.reshape(-1, 3) for a in textures[1:])
+    out = [texture.reshape(-1) for texture in (made.texture, made.error, made.rays)]
+
+    def work(start: int, stop: int) -> None:
+        n = stop - start
+        texels, points, axes = np.empty(n, np.int64), np.empty((n, 3)), np.empty((n, 3, 3))
+        n = truth_batches.begin_texels(seen[start:stop], positions, normals, cast.step, texels, points, axes)
+        for texture, values in zip(out, _rounds(scene, cast, texels[:n], points[:n], axes[:n]), strict=True):
+            texture[texels[:n]] = values
+
+    in_chunks(work, len(seen), max(_BATCH // cast.strata**2, 1), thread_count())
+
+
+def _rounds(
+    scene: CentredScene, cast: _Cast, texels: NDArray[np.int64], points: NDArray[np.float64], axes: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Cast rounds from points around axes until each is done: occlusion, standard error and rays, (n,) each."""
+    from lfssao.kernels import truth_batches
+
+    n, cells, far = len(texels), cast.strata**2, cast.radius / scene.unit
+    totals, squares, errors, done = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int64)
+    chosen, number = np.arange(n), 0
+    while len(chosen) and number < cast.most:
+        origins, directions = np.empty((2, len(chosen) * cells, 3), np.float32)
+        truth_batches.write_round(
+            chosen, texels, points, axes, number, cast.strata, cast.seed, cast.weighting, scene.middle, scene.unit,
+            origins, directions,
+        )  # fmt: skip
+        distances = scene.distances(origins, directions, far, FALLOFFS[cast.falloff] == "constant")
+        truth_batches.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)
+        number += 1
+        done[chosen] = number
+        if number >= cast.least:
+            chosen = chosen[errors[chosen] > cast.tolerance]
+    return totals / done, errors, done * cells

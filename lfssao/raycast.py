@@ -1,17 +1,15 @@
 """Depth, positions and colour textures by Embree ray casting: LF's Z prepass and G-buffer in one (LF section 7)."""
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import footprints
-from lfssao.errors import InputError, MissingPackageError
+from lfssao.embree import build_scene, in_chunks, require_embree
+from lfssao.errors import InputError
 from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import hits, paint, rays, visibility
 from lfssao.kernels import normals as normal_kernels
@@ -89,7 +87,8 @@ class RayCaster:
         self.threads = threads
         vertices = np.empty_like(mesh.vertices)
         rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
-        _check_embree(mesh.name, vertices)
+        require_embree()  # before anything is cast
+        _check_range(mesh.name, vertices)
         self._tree = TriangleTree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
 
@@ -198,14 +197,7 @@ class RayCaster:
     @cached_property
     def _scene(self) -> Any:
         """Embree's scene of the mesh, its BVH built."""
-        from embreex.mesh_construction import TriangleMesh  # late: optional, see _check_embree
-        from embreex.rtcore_scene import EmbreeScene
-
-        scene = EmbreeScene(robust=True)
-        TriangleMesh(scene, self._tree.vertices.astype(np.float32), self.mesh.faces)
-        # The first run builds the BVH; it must be over before several threads share the scene.
-        scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
-        return scene
+        return build_scene(self._tree.vertices.astype(np.float32), self.mesh.faces)
 
     def _trace(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
@@ -218,31 +210,12 @@ class RayCaster:
             # Embree writes into the lengths it is given: they are not used again.
             hit[part] = scene.run(origins[part], directions[part], lengths[part], query="INTERSECT")
 
-        _run_chunks(trace, len(origins), self.threads)
+        in_chunks(trace, len(origins), _CHUNK, self.threads)
         return hit
 
 
-def _run_chunks(work: Callable[[int, int], None], n: int, threads: int) -> None:
-    """Call work(start, stop) over 0 .. n - 1 in chunks, on several threads if asked."""
-    edges = [*range(0, n, _CHUNK), n]
-    if threads == 1:
-        for start, stop in pairwise(edges):
-            work(start, stop)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for done in [pool.submit(work, start, stop) for start, stop in pairwise(edges)]:
-            done.result()
-
-
-def _check_embree(name: str, vertices: NDArray[np.float64]) -> None:
-    """Refuse, before anything is cast, what Embree would be missed for or cannot hold."""
-    try:
-        import embreex.rtcore_scene  # noqa: F401, late: optional
-    except ImportError as error:
-        raise MissingPackageError(
-            "ray casting needs the package embreex, which is not installed here (it has no wheel for Linux on "
-            "aarch64); everything else works on textures made elsewhere"
-        ) from error
+def _check_range(name: str, vertices: NDArray[np.float64]) -> None:
+    """Refuse, before anything is cast, what Embree cannot hold."""
     with np.errstate(over="ignore"):  # what overflows is refused below
         single = vertices.astype(np.float32)
     if not np.isfinite(single).all():

@@ -41,6 +41,7 @@ from lfssao.kernels import (
     spiral,
     ssao,
     triangle,
+    truth_batches,
     visibility,
 )
 from lfssao.kit.cases import RECIPES
@@ -244,6 +245,25 @@ def truth():
             yield f"truth {len(mesh.faces)} {weighting}", np.stack([made.texture, made.error, made.rays])
 
 
+def batches():
+    """Rays of rounds as arrays, and the sums of distances that are drawn."""
+    rng = np.random.default_rng(7)
+    seen = analytic_scenes.buffers("tilted plane", analytic_scenes.SIGHTS["perspective"](9, 7))
+    positions, normals = seen.positions.reshape(-1, 3), seen.normals.reshape(-1, 3)
+    texels, points, axes = np.empty(63, np.int64), np.empty((63, 3)), np.empty((63, 3, 3))
+    assert truth_batches.begin_texels(np.arange(63), positions, normals, 0.01, texels, points, axes) == 63
+    totals, squares, errors = np.zeros(63), np.zeros(63), np.zeros(63)
+    for number, weighting in ((0, 0), (1, 1)):
+        rays_of = np.empty((2, 63 * 16, 3), np.float32)
+        truth_batches.write_round(
+            np.arange(63), texels, points, axes, number, 4, np.uint64(5), weighting, np.ones(3), 0.5, *rays_of
+        )  # fmt: skip
+        yield f"batch {number}", rays_of
+        distances = rng.uniform(0, 2, 63 * 16).astype(np.float32)
+        truth_batches.add_round(np.arange(63), number, 4, distances, 1.5, 2, totals, squares, errors)
+    yield "batch sums", np.stack([totals, squares, errors])
+
+
 def conformance():
     """The conformance kit's main passes: textures, every kind of display, every singularity."""
     for recipe in RECIPES.values():
@@ -255,7 +275,7 @@ def conformance():
 
 GROUPS = {
     "scalars": lambda: (*scalars(), *triangles()),
-    "rays": lambda: (*casts(), *truth()),
+    "rays": lambda: (*casts(), *truth(), *batches()),
     "estimators": estimates,
     "kit": lambda: (*conformance(), *accepted()),
     "float32": lambda: (*occlusions(np.float32), *mapped(np.float32)),

@@ -1,5 +1,7 @@
 """Ray-cast occlusion: bit for bit against brute force, against exact answers, and whether its standard error is one."""
 
+from importlib.util import find_spec
+
 import analytic_scenes as scenes
 import numba
 import numpy as np
@@ -10,9 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lfssao import Buffers, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
-from lfssao.ground_truth import FALLOFFS, WEIGHTINGS, Occluders, ray_cast_occlusion
+from lfssao.ground_truth import FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
 
 BELOW = 1e-6  # of R: how far off the surface rays begin where positions are float64
+# The same for exact answers, of R and of the mesh's diagonal where R is infinite: Embree's coordinates are float32.
+CLOSE, CLOSE_WITHOUT_END = {"tree": BELOW, "embree": 1e-4}, {"tree": 1e-9, "embree": 1e-6}
+NO_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
+THROUGH = pytest.mark.parametrize("through", ["tree", pytest.param("embree", marks=NO_EMBREE)])
 
 
 @st.composite
@@ -66,8 +72,12 @@ def crease(c, weighting, falloff):
         return 0.0
     root = np.sqrt(1 - c * c)
     constant = segment(c) if weighting == "cosine" else (1 - c) / 2
-    lost = {"cosine": 2 * c / np.pi * (np.log((1 + root) / c) - root), "uniform": -c * np.log(c) / 2}[weighting]
-    return constant if falloff == "constant" else constant - lost
+    lost = {
+        "constant": {"cosine": 0.0, "uniform": 0.0},
+        "linear": {"cosine": 2 * c / np.pi * (np.log((1 + root) / c) - root), "uniform": -c * np.log(c) / 2},
+        "quadratic": {"cosine": 2 * c / np.pi * (root - c * np.arccos(c)), "uniform": (c - c * c) / 2},
+    }
+    return constant - lost[falloff][weighting]
 
 
 def numbers(texels, exact, made, bound):
@@ -88,20 +98,26 @@ def places(seen, xs):
 
 @pytest.mark.parametrize("sight", ["perspective", "display"])
 @pytest.mark.parametrize("surface", ["facing plane", "tilted plane", "convex crease"])
-def test_what_no_ray_meets_is_open(surface, sight):
+@THROUGH
+def test_what_no_ray_meets_is_open(through, surface, sight):
     seen = scenes.buffers(surface, scenes.SIGHTS[sight](8, 6))
-    made = ray_cast_occlusion(Occluders(scenes.SURFACES[surface].mesh()), seen, np.inf, offset=1e-9)
+    occluders, close = Occluders(scenes.SURFACES[surface].mesh()), CLOSE_WITHOUT_END[through]
+    made = ray_cast_occlusion(occluders, seen, np.inf, offset=close, intersector=through)
     assert not made.texture.any()
     assert not made.error.any()
     assert (made.rays == 8 * 64).all()
 
 
-@pytest.mark.parametrize(("radius", "falloff"), [(0.2, "constant"), (0.2, "linear"), (2.0, "constant")])
+@pytest.mark.parametrize(
+    ("radius", "falloff"), [(0.2, "constant"), (0.2, "linear"), (0.2, "quadratic"), (2.0, "constant")]
+)
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
-def test_a_crease(weighting, radius, falloff):
+@THROUGH
+def test_a_crease(through, weighting, radius, falloff):
     seen = scenes.buffers("concave crease", scenes.SIGHTS["crossed slits"]())
     texels, at, alone = places(seen, [-0.2, -0.13, -0.1, -0.05, -0.03, -0.01, 0.04, 0.11])
-    occluders, options = Occluders(scenes.SURFACES["concave crease"].mesh()), {"rounds": (16, 64), "offset": BELOW}
+    occluders = Occluders(scenes.SURFACES["concave crease"].mesh())
+    options = {"rounds": (16, 64), "offset": CLOSE[through], "intersector": through}
     made = ray_cast_occlusion(occluders, alone, radius, weighting, falloff, **options)
     exact = [crease(abs(x) * np.sqrt(2) / radius, weighting, falloff) for x in at[:, 0]]
     numbers(texels, exact, made, 1e-5)
@@ -114,24 +130,28 @@ def test_a_crease(weighting, radius, falloff):
 
 
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
-def test_a_half_space_beyond_a_wall(weighting):
+@THROUGH
+def test_a_half_space_beyond_a_wall(through, weighting):
     """The wall goes on 4 to both sides of y = 0, from where it is seen 0.05 to 0.2 away: 1e-3 of it is missing."""
     seen = scenes.buffers("step", scenes.SIGHTS["orthographic"]())
     texels, at, alone = places(seen, [-0.05, -0.1, -0.15, -0.2, 0.1])
     occluders = Occluders(scenes.SURFACES["step"].mesh())
-    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, rounds=(16, 64), offset=1e-9)
+    options = {"rounds": (16, 64), "offset": CLOSE_WITHOUT_END[through], "intersector": through}
+    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, **options)
     a, h = -at[:, 0], scenes.STEP
     exact = (1 - a / np.hypot(a, h)) / 2 if weighting == "cosine" else np.arctan(h / a) / np.pi
     numbers(texels, np.where(a > 0, exact, 0), made, 1e-3)
 
 
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
-def test_a_sphere_on_a_plane(weighting):
+@THROUGH
+def test_a_sphere_on_a_plane(through, weighting):
     """Its mesh lies within 2e-4 of its radius inside it."""
     seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["orthographic"]())
     texels, at, alone = places(seen, [-0.16, -0.2, -0.3, 0.18, 0.25])
     occluders = Occluders(scenes.sphere_mesh(5))
-    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, rounds=(16, 64), offset=1e-9)
+    options = {"rounds": (16, 64), "offset": CLOSE_WITHOUT_END[through], "intersector": through}
+    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, **options)
     assert (at[:, 2] == 0).all()
     sine = scenes.BALL / np.linalg.norm(at - [0, 0, scenes.BALL], axis=1)
     numbers(texels, sine**3 if weighting == "cosine" else 1 - np.sqrt(1 - sine**2), made, 1e-3)
@@ -182,6 +202,7 @@ def test_threads_and_seeds():
     assert np.abs(other.texture - made[0].texture).max() < 0.2
 
 
+@NO_EMBREE
 def test_on_a_real_mesh_no_ray_meets_the_surface_that_it_begins_on():
     """The statue's positions are float32: with rays that begin on them about half of a flat face would be covered."""
     mesh = builtin_scene("statue")
@@ -217,6 +238,7 @@ def test_extremes():
         ({"radius": np.inf, "falloff": "linear"}, "radius"),
         ({"weighting": "even"}, "weighting"),
         ({"falloff": "steep"}, "falloff"),
+        ({"intersector": "optix"}, f"intersector is 'optix': choose one of {', '.join(INTERSECTORS)}"),
         ({"rounds": (1, 4)}, "rounds"),
         ({"rounds": (8, 4)}, "rounds"),
         ({"strata": 0}, "strata"),

@@ -51,3 +51,26 @@ def test_ray_casting_says_what_is_missing(tmp_path):
     assert "embreex" in done.stderr
     assert "ray casting" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_the_ground_truth_needs_it_only_where_it_is_asked_for():
+    done = run(
+        """
+import numpy as np
+import lfssao
+mesh = lfssao.Mesh(np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]]), np.array([[0, 1, 2]]))
+view = lfssao.Camera("perspective", (0, 0, 2), (0, 0, 0), (0, 1, 0), 1.0, 1.0, 3.0).view(2, 1)
+up = np.tile([0.0, 0.0, 1.0], (1, 2, 1))
+buffers = lfssao.Buffers(view, np.zeros((1, 2)), np.full((1, 2, 3), 0.1), up)
+occluders = lfssao.Occluders(mesh)
+print(lfssao.ray_cast_occlusion(occluders, buffers, 1.0).texture.min() > 0)
+try:
+    lfssao.ray_cast_occlusion(occluders, buffers, 1.0, intersector="embree")
+except lfssao.MissingPackageError as error:
+    print(error)
+"""
+    )
+    assert done.returncode == 0, done.stderr
+    covered, said = done.stdout.splitlines()
+    assert covered == "True"
+    assert said.startswith("ray casting needs the package embreex, which is not installed here")

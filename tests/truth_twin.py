@@ -58,24 +58,39 @@ def directions_of(texel, number, strata, seed, weighting, axes):
     return np.array(out)
 
 
-def texel(number, place, normal, corners, far, step, weighting, falloff, strata, rounds, tolerance, seed):
-    """Occlusion, its standard error and the rays of one texel with a surface."""
+def begin(place, normal, step):
+    """Where a texel's rays begin, and two axes and the normal; None without one."""
     n = [float(a) for a in normal]
     length = math.sqrt((n[0] * n[0] + n[1] * n[1]) + n[2] * n[2])
     if not length > 0.0:
-        return 0.0, 0.0, 0
+        return None
     n = [a / length for a in n]
-    axes = [*alchemy_twin.disk_axes(n), n]
-    origin = np.array([float(p) + step * a for p, a in zip(place, n, strict=True)])
+    return np.array([float(p) + step * a for p, a in zip(place, n, strict=True)]), [*alchemy_twin.disk_axes(n), n]
+
+
+def mean_of(ts, far, falloff):
+    total = 0.0
+    for t in ts:
+        total = total + covered(t, far, falloff)
+    return total / len(ts)
+
+
+def error_of(total, squares, done):
+    return math.sqrt(max(squares - total * total / done, 0.0) / (float(done) * float(done - 1)))
+
+
+def texel(number, place, normal, corners, far, step, weighting, falloff, strata, rounds, tolerance, seed):
+    """Occlusion, its standard error and the rays of one texel with a surface."""
+    begun = begin(place, normal, step)
+    if begun is None:
+        return 0.0, 0.0, 0
+    origin, axes = begun
     total = squares = 0.0
     done, error = 0, math.inf
     while done < rounds[0] or (done < rounds[1] and error > tolerance):
         ways = directions_of(number, done, strata, seed, weighting, axes)
-        mean = 0.0
-        for t in distances(origin, ways, far, corners):
-            mean = mean + covered(t, far, falloff)
-        mean = mean / (strata * strata)
+        mean = mean_of(distances(origin, ways, far, corners), far, falloff)
         total, squares, done = total + mean, squares + mean * mean, done + 1
         if done > 1:
-            error = math.sqrt(max(squares - total * total / done, 0.0) / (float(done) * float(done - 1)))
+            error = error_of(total, squares, done)
     return total / done, error, done * strata * strata

@@ -178,7 +178,7 @@ def _peers(peers: dict[str, Any]) -> list[str]:
             more = [f"equal bits {row['equal_bits']:.2%}"] if "equal_bits" in row else []
             more += [f"model error {row['model']:.3f}"] if "model" in row else []
             more += [f"{row['ns_per_ray']:.0f} ns a ray"] if "ns_per_ray" in row else []
-            more += [f"RMSE to ours {row['rmse_to_lfssao']:.3f}"] if "rmse_to_lfssao" in row else []
+            more += [f"RMSE to ours {row['rmse_to_lfssao']:.1e}"] if "rmse_to_lfssao" in row else []
             more += [row["renderer"]] if "renderer" in row else []
             quartiles = f"{row['low']:.2f} to {row['high']:.2f}"
             rows.append((name, f"{row['median']:.2f}", quartiles, f"{row['times_lfssao']:.2f}", ", ".join(more)))

@@ -1,30 +1,21 @@
-"""Ray-cast ambient occlusion: rays from each visible point into the half space above it, float64, equal bits anywhere.
+"""Ray-cast ambient occlusion through our own tree: float64, equal bits anywhere.
 
 Whether a ray hits a triangle is decided by ``hit_triangle`` after its axes have been renamed so that the ray's steepest
 is z. The tree only leaves out boxes that the ray cannot touch: they are larger than their triangles by far more than
 the tests below can be off, so the result is that of trying every triangle.
 """
 
-from math import sqrt
-
 import numpy as np
 from numba import prange
 
 from lfssao.kernels.bvh import LEAF
-from lfssao.kernels.elementary import sincospi
-from lfssao.kernels.frames import disk_axes
 from lfssao.kernels.jit import kernel
-from lfssao.kernels.philox import philox4x32
 from lfssao.kernels.schedule import spread
 from lfssao.kernels.triangle import hit_triangle
+from lfssao.kernels.truth_rays import CONSTANT, begin_texel, covered, ray_direction, standard_error
 
-COSINE, UNIFORM = 0, 1
-CONSTANT, LINEAR, QUADRATIC = 0, 1, 2
 _STACK = 128  # two nodes a level
 _SMALL = 1e-200
-_WORD = 4294967296.0
-_MASK = np.uint64(0xFFFFFFFF)
-_32 = np.uint64(32)
 
 
 @kernel(inline=True)
@@ -99,64 +90,20 @@ def first_distance(px, py, pz, dx, dy, dz, far, any_hit, corners, boxes, stack):
     return best
 
 
-@kernel(inline=True)
-def local_direction(u, v, weighting):
-    """A direction about (0, 0, 1) from (u, v) in (0, 1)^2: COSINE (density cos / pi) or UNIFORM (1 / 2 pi)."""
-    sine, cosine = sincospi(2.0 * v)
-    if weighting == COSINE:
-        r, z = sqrt(u), sqrt(1.0 - u)
-    else:
-        r, z = sqrt(1.0 - u * u), u
-    return r * cosine, r * sine, z
-
-
-@kernel(inline=True)
-def covered(t, far, falloff):
-    """What a hit at distance t counts: 1 - rho, rho from 0 at 0 to 1 at far; 0 for no hit, t = infinity."""
-    if not t <= far or t == np.inf:
-        return 0.0
-    if falloff == CONSTANT:
-        return 1.0
-    share = t / far
-    return 1.0 - (share if falloff == LINEAR else share * share)
-
-
 @kernel
 def round_mean(texel, number, strata, seed, weighting, falloff, point, axes, far, corners, boxes, stack):
     """Mean of one round of a texel's rays: one ray in each of strata x strata cells of (u, v), row by row.
 
-    The ray of cell c of round number r has Philox words 0 and 1 of counter (r strata^2 + c, 0, texel, 0). point: where
-    the rays begin; axes: (3, 3) float64 rows, two axes and the normal.
+    point: where the rays begin; axes: (3, 3) float64 rows, two axes and the normal.
     """
     total = 0.0
     for cell in range(strata * strata):
-        a, b, _, _ = philox4x32(number * strata * strata + cell, 0, texel, 0, seed & _MASK, seed >> _32)
-        u = (np.float64(cell % strata) + (np.float64(a) + 0.5) / _WORD) / np.float64(strata)
-        v = (np.float64(cell // strata) + (np.float64(b) + 0.5) / _WORD) / np.float64(strata)
-        x, y, z = local_direction(u, v, weighting)
-        dx = (axes[0, 0] * x + axes[1, 0] * y) + axes[2, 0] * z
-        dy = (axes[0, 1] * x + axes[1, 1] * y) + axes[2, 1] * z
-        dz = (axes[0, 2] * x + axes[1, 2] * y) + axes[2, 2] * z
+        dx, dy, dz = ray_direction(texel, number, cell, strata, seed, weighting, axes)
         t = first_distance(
             point[0], point[1], point[2], dx, dy, dz, far, falloff == CONSTANT, corners, boxes, stack
         )  # fmt: skip
         total += covered(t, far, falloff)
     return total / np.float64(strata * strata)
-
-
-@kernel(inline=True)
-def begin_texel(place, normal, step, point, axes):
-    """Where a texel's rays begin and around what; whether it has a normal. place, normal: (3,) scalars' arrays."""
-    x, y, z = np.float64(normal[0]), np.float64(normal[1]), np.float64(normal[2])
-    length = sqrt((x * x + y * y) + z * z)
-    if not length > 0.0:
-        return False
-    x, y, z = x / length, y / length, z / length
-    axes[2, 0], axes[2, 1], axes[2, 2] = x, y, z
-    axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2] = disk_axes(x, y, z)
-    for axis in range(3):
-        point[axis] = np.float64(place[axis]) + step * axes[2, axis]
-    return True
 
 
 @kernel(parallel=True)
@@ -185,7 +132,7 @@ def ray_cast_rows(
     corners, boxes
         The tree in world space.
     occlusion, error, rays : (H, W) float64, float64, int64
-        Out: mean of the rounds' means; sqrt((sum m^2 - (sum m)^2 / k) / (k (k - 1))), their standard error; rays cast.
+        Out: mean of the rounds' means m; their standard error; rays cast.
     """
     width = depth.shape[1]
     for k in prange(last - first):
@@ -204,6 +151,5 @@ def ray_cast_rows(
                 squares += mean * mean
                 done += 1
                 if done > 1:
-                    rest = max(squares - total * total / done, 0.0)
-                    spread_of = sqrt(rest / (np.float64(done) * np.float64(done - 1)))
+                    spread_of = standard_error(total, squares, done)
             occlusion[j, i], error[j, i], rays[j, i] = total / done, spread_of, done * strata * strata

@@ -15,7 +15,7 @@ PEERS = {
     "c": "LF Algorithm 2 in plain C",
     "glsl": "LF Algorithm 2 as a GLSL compute shader",
     "vtk": "VTK's SSAO pass",
-    "embree": "ray-cast occlusion by Embree",
+    "embree": "ray-cast occlusion, the same rays through Embree",
 }
 
 

@@ -1,0 +1,112 @@
+"""Embree, which finds what rays hit in float32: faster than our own tree, but not with equal bits on every machine."""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import MissingPackageError
+from lfssao.scene.mesh import Mesh
+
+# How far Embree looks at most, about the largest float32: a ray that meets nothing keeps this length.
+_NO_END = 1e37
+
+
+def require_embree() -> None:
+    """Raise MissingPackageError if embreex is not installed."""
+    try:
+        import embreex.rtcore_scene  # noqa: F401, late: optional
+    except ImportError as error:
+        raise MissingPackageError(
+            "ray casting needs the package embreex, which is not installed here (it has no wheel for Linux on "
+            "aarch64); everything else works on textures made elsewhere"
+        ) from error
+
+
+def build_scene(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> Any:
+    """Embree's scene of (V, 3) vertices and (F, 3) faces, its BVH built."""
+    from embreex.mesh_construction import TriangleMesh  # late: optional, see require_embree
+    from embreex.rtcore_scene import EmbreeScene
+
+    scene = EmbreeScene(robust=True)
+    TriangleMesh(scene, vertices, faces)
+    # The first run builds the BVH; it must be over before several threads share the scene.
+    scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+    return scene
+
+
+class CentredScene:
+    """Embree's scene of a mesh whose box lies between -1 and 1, where float32 is finest, wherever it is in the world.
+
+    Attributes
+    ----------
+    middle : (3,) float64
+        World coordinates of the scene's 0.
+    unit : float
+        World units in its 1, a power of two: distances change by no rounding.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The mesh in world space.
+
+    Raises
+    ------
+    MissingPackageError
+        If embreex is not installed.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        require_embree()
+        low, high = mesh.bounds
+        self.middle = 0.5 * low + 0.5 * high
+        self.unit = 2.0 ** math.frexp(float((high - low).max()) / 2)[1]
+        with np.errstate(over="ignore"):  # of vertices that no face names
+            vertices = ((mesh.vertices - self.middle) / self.unit).astype(np.float32)
+        self._scene = build_scene(vertices, mesh.faces)
+
+    def distances(
+        self, origins: NDArray[np.float32], directions: NDArray[np.float32], far: float, any_hit: bool
+    ) -> NDArray[np.float32]:
+        """How far each ray goes to the first triangle, (n,), infinity where there is none within reach.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) float32
+            Rays in the scene's space; directions of length 1.
+        far : float
+            How far they go, in its unit; may be infinite.
+        any_hit : bool
+            Whether it matters only if there is a triangle: its distance is then given as 0.
+        """
+        if far == 0:  # a triangle at the origin would be hit
+            return np.full(len(origins), np.inf, np.float32)
+        reach = min(far, _NO_END)
+        if any_hit:
+            met = self._scene.run(origins, directions, reach, query="OCCLUDED") >= 0
+            return np.where(met, np.float32(0), np.float32(np.inf))
+        found: NDArray[np.float32] = self._scene.run(origins, directions, reach, query="DISTANCE")
+        found[found >= np.float32(reach)] = np.inf
+        return found
+
+
+def in_chunks(work: Callable[[int, int], None], n: int, size: int, threads: int) -> None:
+    """Call work(start, stop) over 0 .. n - 1 in chunks of a size, on several threads if asked.
+
+    An interruption, or what a call raises, keeps the chunks that no thread has begun from being worked on.
+    """
+    chunks = pairwise([*range(0, n, size), n])
+    if threads == 1:
+        for start, stop in chunks:
+            work(start, stop)
+        return
+    pool = ThreadPoolExecutor(threads)
+    try:
+        for done in [pool.submit(work, start, stop) for start, stop in chunks]:
+            done.result()
+    finally:
+        pool.shutdown(cancel_futures=True)

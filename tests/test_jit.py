@@ -71,13 +71,19 @@ def test_calls_from_kernels_use_code_that_unpacks_no_arguments_from_python():
     assert key != linked_key
 
 
+def linked_only(function):
+    flags = {"pipeline_class": linked.Linked, "no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+    return linked.for_kernels(jit.numba.njit(function, **flags))
+
+
+def test_linked_functions_of_the_same_types_are_told_apart():
+    doubled, squared = linked_only(lambda a: a + a), linked_only(lambda a: a * a)
+    assert jit.numba.njit(lambda a: squared(a) - doubled(a))(3.0) == 3.0
+
+
 def test_no_machine_code_is_made_of_what_only_kernels_call():
-    dispatchers = [
-        jit.numba.njit(lambda a: a + a, no_cfunc_wrapper=True, no_cpython_wrapper=True, **more)
-        for more in ({}, {"pipeline_class": linked.Linked})
-    ]
     made = []
-    for dispatcher in (dispatchers[0], linked.for_kernels(dispatchers[1])):
+    for dispatcher in (jit.numba.njit(lambda a: a + a), linked_only(lambda a: a + a)):
         assert jit.numba.njit(lambda a, callee=dispatcher: callee(a) * a)(3.0) == 18.0
         (result,) = dispatcher.overloads.values()
         made.append(result.library.codegen._engine.is_symbol_defined(result.fndesc.llvm_func_name))

@@ -7,6 +7,7 @@ from numba import get_thread_id, prange
 from numba.core.errors import TypingError
 
 from lfssao.kernels import jit, linked, threads
+from lfssao.kernels.threads import interleaved
 
 
 @pytest.fixture(params=[1, 2])
@@ -36,7 +37,7 @@ def halves(texture, first, second, least=0):
 def interpreted(function):
     """With loops that are left to Python."""
     shared = threads.with_shared_loops(
-        function, lambda loop: lambda low, high, _, *rest: loop(low, high, 1, *rest), lambda head: head
+        function, lambda loop: lambda low, high, step, _, *rest: loop(low, high, step, 1, *rest), lambda head: head
     )
     function.__globals__["borrowed"] = lambda value: value
     return shared
@@ -100,6 +101,11 @@ def visit():
     return compiled(visits)
 
 
+@pytest.fixture
+def dealing():
+    return compiled(visits_in_turns)
+
+
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 10, 1001])
 def test_each_number_is_in_one_share_of_one_thread(several, n, visit):
     often, by = np.zeros(n + 1, np.int64), np.full(n + 1, -1)
@@ -111,11 +117,27 @@ def test_each_number_is_in_one_share_of_one_thread(several, n, visit):
     assert turns == [n * k // several for k in range(1, several) if several <= n]
 
 
+def visits_in_turns(n, often, by):
+    for k in interleaved(n):
+        often[k] += 1
+        by[k] = get_thread_id()
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 10, 1001])
+def test_numbers_are_dealt_to_threads_in_turns(several, n, dealing):
+    often, by = np.zeros(n + 1, np.int64), np.full(n + 1, -1)
+    dealing(n, often, by)
+    assert often.tolist() == [1] * n + [0]
+    hands = by[: min(n, several)].tolist()
+    assert len(set(hands)) == min(n, several)
+    assert by[:n].tolist() == (hands * n)[:n]
+
+
 def test_some_other_first_number(several):
     """Bounds need not begin at 0: what the second loop of a share that is divided again would see."""
     (loop,) = compiled_apart(visits).loops
     often, by = np.zeros(20, np.int64), np.zeros(20, np.int64)
-    loop(3, 17, several, by, often)
+    loop(3, 17, 1, several, by, often)
     assert often.tolist() == [0] * 3 + [1] * 14 + [0] * 3
 
 
@@ -137,7 +159,7 @@ def test_a_function_without_a_loop_to_share_is_refused():
 def test_loops_count_no_references_and_know_that_arrays_do_not_overlap():
     loop, _ = compiled_apart(halves).loops
     numbers = np.arange(4, dtype=np.float32)
-    loop(0, 1, 1, numbers.dtype.type(1), numbers.copy(), numbers, 4)
+    loop(0, 1, 1, 1, numbers.dtype.type(1), numbers.copy(), numbers, 4)
     (llvm,) = loop.inspect_llvm().values()
     (head,) = [line for line in llvm.splitlines() if line.startswith("define") and "_halves_loop_0" in line][:1]
     assert head.count("noalias") > 2  # besides the result's and the exception's

@@ -6,7 +6,6 @@ their own LLVM would have to compare more addresses before a loop than it is wil
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.elementary import sincospi
@@ -25,8 +24,8 @@ from lfssao.kernels.mapping import (
 from lfssao.kernels.neighbourhood import CHUNK, load, slot
 from lfssao.kernels.power import power
 from lfssao.kernels.runs import next_run
-from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 from lfssao.kernels.spiral import hash_angle, rotated
+from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 # Slots; of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
 _POINT = 0
@@ -208,9 +207,9 @@ def alchemy(
     looking, module, last = directions.reshape(3 * height * width), m[12:].copy(), 3 if kind == MATRIX else 2
     wide, high, samples = m.dtype.type(width), m.dtype.type(height), taps.shape[0]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
+    for block in interleaved(blocks):
         wide_vectors()
-        top = spread(block, blocks) * ROWS_A_BLOCK
+        top = block * ROWS_A_BLOCK
         bottom = min(height, top + ROWS_A_BLOCK)
         scratch, found = np.empty(_SLOTS * CHUNK, m.dtype), np.empty(CHUNK, np.int32)
         for j in range(top, bottom):

@@ -15,7 +15,7 @@ from numba import prange
 
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import FLAT_LINEAR, PERSPECTIVE, texel_ray
-from lfssao.kernels.schedule import spread
+from lfssao.kernels.threads import interleaved
 from lfssao.kernels.triangle import hit_triangle
 
 BAND = 8  # rows
@@ -183,8 +183,7 @@ def first_hits_by_footprint(columns, rows, near, far, corners, order, boxes, mem
         Out: barycentric weights of the triangle's second and third corner; untouched where there is none.
     """
     width, height, bands = columns.shape[0], rows.shape[0], ends.shape[0]
-    for k in prange(bands):
-        band = spread(k, bands)
+    for band in interleaved(bands):
         top, bottom = band * BAND, min(height, (band + 1) * BAND)
         for texel in range(top * width, bottom * width):
             triangle[texel], depth[texel] = -1, far

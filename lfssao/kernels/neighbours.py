@@ -6,13 +6,12 @@ texture it falls into; one that falls into none is not.
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
 from lfssao.kernels.runs import next_run
-from lfssao.kernels.schedule import spread
 from lfssao.kernels.ssao import finish_run, transform_offsets
+from lfssao.kernels.threads import interleaved
 
 
 @kernel(inline=True)
@@ -58,8 +57,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
     moves = np.empty((views, samples, 4), numbers.dtype)
     for v in range(views):
         moves[v] = transform_offsets(offsets, kinds[v], numbers[v])
-    for k in prange(height):
-        j = spread(k, height)
+    for j in interleaved(height):
         points, base = np.empty((3, width), numbers.dtype), np.empty((views, 4, width), numbers.dtype)
         a, b, c = np.empty(width, numbers.dtype), np.empty(width, numbers.dtype), np.empty(width, numbers.dtype)
         q, z = np.empty(width, numbers.dtype), np.empty(width, numbers.dtype)

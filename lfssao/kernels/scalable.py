@@ -20,8 +20,8 @@ from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.mapping import linear_row
 from lfssao.kernels.power import power
 from lfssao.kernels.reconstruct import line_point
-from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
 from lfssao.kernels.spiral import hash_angle, rotated
+from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 # A screen radius is held below 2**20 texels: every tap that leaves a texture does so too then, and integers hold it.
 _FAR = 1048576.0
@@ -288,8 +288,7 @@ def scalable_visibility(
     depths, places, faces = z.reshape(-1), positions.reshape(height * width, 3), normals.reshape(height * width, 3)
     turns, out = rotations.reshape(2, height * width), visibility.reshape(-1)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for k in prange(blocks):
-        block = spread(k, blocks)
+    for block in interleaved(blocks):
         at, cosine, sine = np.empty(width, np.int32), np.empty(width, m.dtype), np.empty(width, m.dtype)
         cx, cy, cz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         nx, ny, nz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
@@ -325,8 +324,7 @@ def scalable_visibility_table(
     turns, out = rotations.reshape(2, height * width), visibility.reshape(-1)
     origin_x, slope_x, origin_y, slope_y = table[0], table[1], table[2], table[3]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for k in prange(blocks):
-        block = spread(k, blocks)
+    for block in interleaved(blocks):
         at, cosine, sine = np.empty(width, np.int32), np.empty(width, m.dtype), np.empty(width, m.dtype)
         cx, cy, cz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         nx, ny, nz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)

@@ -21,7 +21,6 @@ How the kernels get their speed, with the bits of the plain double loop over tex
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.intrinsics import CHUNK, element, scratch
@@ -37,7 +36,7 @@ from lfssao.kernels.mapping import (
     signed_texel_number,
 )
 from lfssao.kernels.runs import run_of
-from lfssao.kernels.schedule import ROWS_A_BLOCK, spread
+from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 # Samples that Algorithm 2 looks up at once.
 _TOGETHER = 4
@@ -197,9 +196,8 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
     image_offsets = transform_offsets(offsets, kind, m)
     samples, nothing = offsets.shape[0], m.dtype.type(np.nan)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for k in prange(blocks):
+    for block in interleaved(blocks):
         wide_vectors()
-        block = spread(k, blocks)
         a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
@@ -237,9 +235,8 @@ def algorithm1(depth, offsets, screen_to_world, m, every, occlusion, outside):
     image_offsets = transform_offsets(offsets, MATRIX, m)
     samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for k in prange(blocks):
+    for block in interleaved(blocks):
         wide_vectors()
-        block = spread(k, blocks)
         a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):

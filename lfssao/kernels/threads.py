@@ -1,4 +1,4 @@
-"""Loops over rows in several threads: what the ``prange`` of a kernel becomes.
+"""Loops over rows in several threads: what ``prange`` and ``interleaved`` of a kernel become.
 
 numba translates a parallel loop of its own to machine code four times over, with threads' shares as arrays around each:
 half the time that it took to compile what a render needs. Here a kernel is taken apart in the source instead. Each loop
@@ -23,6 +23,14 @@ from numba.np.ufunc import parallel
 
 Function = Callable[..., None]
 Compile = Callable[[Function], Function]
+Share = Callable[..., tuple[Any, Any, Any]]
+
+# Rows that a thread takes at once, with one set of scratch arrays: enough that starting costs nothing, few enough that
+# they divide evenly among threads.
+ROWS_A_BLOCK = 8
+
+# What threads call to share a loop out, by the name of what it runs over.
+_SHARED = {"prange": "in_threads", "interleaved": "in_turns"}
 
 # LLVM's attribute of a pointer that a function does not keep; its name is another one from version 21 on.
 _KEPT_NOWHERE = "captures(none)" if binding.llvm_version_info >= (21,) else "nocapture"
@@ -37,24 +45,60 @@ def thread_count() -> int:
     return int(parallel._get_num_threads() if parallel._is_initialized else numba.get_num_threads())
 
 
+def interleaved(n: int) -> range:
+    """0 .. n - 1 shared among a kernel's threads as cards are dealt: of T threads the t-th takes t, t + T, t + 2 T ...
+
+    A picture's empty rows lie together, at its top say: where shares are contiguous, as those of ``prange``, one thread
+    may get all of them. Here shares are even, and all threads go down the picture side by side, through texels that are
+    in the caches for them all.
+    """
+    return range(n)
+
+
 @extending.intrinsic
 def in_threads(_typing: Any, values: Any) -> Any:
     """Call the function that calls this once in each of several threads of numba's, and wait for all.
 
-    The tuple has the function's own arguments in its order: the first number of a loop, the one after the last, how
-    many threads, and the rest. In the calls the first two are bounds of contiguous shares, and threads is 1.
+    The tuple has the function's own arguments in its order: the first number of a loop, the one after the last, the
+    step, how many threads, and the rest. In the calls the first three give a share, contiguous, and threads is 1.
     """
+    return types.void(values), _launcher(values.types, _contiguous)
+
+
+@extending.intrinsic
+def in_turns(_typing: Any, values: Any) -> Any:
+    """The same with shares of ``interleaved``."""
+    return types.void(values), _launcher(values.types, _dealt)
+
+
+def _contiguous(builder: Any, first: Any, after: Any, threads: Any, k: Any) -> tuple[Any, Any, Any]:
+    """Bounds and step of share number k."""
+    n, one = builder.sub(after, first), k.type(1)
+
+    def bound(k: Any) -> Any:
+        return builder.add(first, builder.sdiv(builder.mul(n, k), threads))
+
+    return bound(k), bound(builder.add(k, one)), one
+
+
+def _dealt(builder: Any, first: Any, after: Any, threads: Any, k: Any) -> tuple[Any, Any, Any]:
+    """Bounds and step of share number k."""
+    return builder.add(first, k), after, threads
+
+
+def _launcher(kinds: Any, shares: Share) -> Callable[..., Any]:
+    """What an intrinsic compiles: a call of the launch function."""
 
     def call(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        packer = context.get_arg_packer(values.types)
+        packer = context.get_arg_packer(kinds)
         given = packer.as_arguments(builder, cgutils.unpack_tuple(builder, arguments[0]))
-        builder.call(_launch_function(context, builder.function, values.types, packer), given)
+        builder.call(_launch_function(context, builder.function, kinds, packer, shares), given)
         return context.get_dummy_value()
 
-    return types.void(values), call
+    return call
 
 
-def _launch_function(context: Any, function: Any, kinds: Any, packer: Any) -> Any:
+def _launch_function(context: Any, function: Any, kinds: Any, packer: Any, shares: Share) -> Any:
     """What ``function`` calls to be called in threads, with its own arguments.
 
     It is a function of its own, not to be inlined, which keeps no pointer: where pointers are stored LLVM takes it that
@@ -71,8 +115,8 @@ def _launch_function(context: Any, function: Any, kinds: Any, packer: Any) -> An
             argument.add_attribute(_KEPT_NOWHERE)
     builder = ir.IRBuilder(launch.append_basic_block())
     own = packer.from_arguments(builder, launch.args)
-    packed, threads = cgutils.pack_struct(builder, own), own[2]
-    share = _share_function(context, function, kinds, packed.type)
+    packed, threads = cgutils.pack_struct(builder, own), own[3]
+    share = _share_function(context, function, kinds, packed.type, shares)
     run = ir.FunctionType(ir.VoidType(), [pointer] * 5 + [number] * 3)
     # What numba advances by a step from share to share is a pointer; nothing is there: it counts the shares.
     counter = cgutils.alloca_once_value(builder, pointer(None))
@@ -85,7 +129,7 @@ def _launch_function(context: Any, function: Any, kinds: Any, packer: Any) -> An
     return launch
 
 
-def _share_function(context: Any, function: Any, kinds: Any, packed: Any) -> Any:
+def _share_function(context: Any, function: Any, kinds: Any, packed: Any, shares: Share) -> Any:
     """What numba's threads call: ``function`` on the shares whose numbers begin at a pointer's."""
     number, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
     kind = ir.FunctionType(ir.VoidType(), [pointer.as_pointer(), number.as_pointer(), number.as_pointer(), pointer])
@@ -93,18 +137,13 @@ def _share_function(context: Any, function: Any, kinds: Any, packed: Any) -> Any
     share.linkage = "internal"
     builder = ir.IRBuilder(share.append_basic_block())
     counter, count, _, data = share.args
-    first, after, threads, *rest = cgutils.unpack_tuple(
+    first, after, _, threads, *rest = cgutils.unpack_tuple(
         builder, builder.load(builder.bitcast(data, packed.as_pointer()))
     )
-    begin, n = builder.ptrtoint(builder.load(counter), number), builder.sub(after, first)
-
-    def bound(k: Any) -> Any:
-        return builder.add(first, builder.sdiv(builder.mul(n, k), threads))
-
+    begin = builder.ptrtoint(builder.load(counter), number)
     with cgutils.for_range(builder, builder.load(count)) as loop:
-        k = builder.add(begin, loop.index)
-        bounds = bound(k), bound(builder.add(k, number(1)))
-        context.call_conv.call_function(builder, function, types.none, kinds, [*bounds, number(1), *rest])
+        own = shares(builder, first, after, threads, builder.add(begin, loop.index))
+        context.call_conv.call_function(builder, function, types.none, kinds, [*own, number(1), *rest])
     builder.ret_void()
     return share
 
@@ -125,7 +164,7 @@ def borrowed(_typing: Any, value: Any) -> Any:
 
 
 def with_shared_loops(function: Function, compiled_loop: Compile, compiled_head: Compile) -> Function:
-    """The function with each ``for k in prange(n)`` of its own body shared out among threads.
+    """The function with each ``for k in prange(n)``, or ``interleaved(n)``, of its own body shared out among threads.
 
     Parameters
     ----------
@@ -146,7 +185,8 @@ def with_shared_loops(function: Function, compiled_loop: Compile, compiled_head:
     definition.decorator_list = []
     known = {argument.arg for argument in definition.args.args}
     loops: dict[str, Function] = {}
-    function.__globals__.update(borrowed=borrowed, in_threads=in_threads)  # as if the module had imported them
+    # As if the module had imported them.
+    function.__globals__.update(borrowed=borrowed, in_threads=in_threads, in_turns=in_turns)
     for place, statement in enumerate(definition.body):
         if _is_parallel(statement):
             name = f"_{function.__name__}_loop_{len(loops)}"
@@ -155,15 +195,15 @@ def with_shared_loops(function: Function, compiled_loop: Compile, compiled_head:
             loops[name] = compiled_loop(_made(_loop(name, statement, used), function))
         else:
             known |= _names(statement, ast.Store)
-    assert loops, f"{function.__name__} has no loop over prange of its own"
+    assert loops, f"{function.__name__} has no loop over prange or interleaved of its own"
     function.__globals__.update(loops)
     definition.name = f"_{function.__name__}_head"
-    definition.args.args[:0] = [ast.arg("_threads"), ast.arg("_first")]
+    definition.args.args[:0] = [ast.arg(name) for name in ("_threads", "_first", "_step")]
     head = compiled_head(_made(definition, function))
 
     @functools.wraps(function)
     def shared(*arguments: Any, **named: Any) -> None:
-        head(thread_count(), 0, *arguments, **named)
+        head(thread_count(), 0, 1, *arguments, **named)
 
     vars(shared).update(py_func=function, head=head, loops=tuple(loops.values()))
     return shared
@@ -176,7 +216,12 @@ def _definition(source: str) -> ast.FunctionDef:
 
 
 def _is_parallel(statement: ast.stmt) -> TypeGuard[ast.For]:
-    return isinstance(statement, ast.For) and ast.unparse(statement.iter).startswith("prange(")
+    return isinstance(statement, ast.For) and _runs_over(statement) in _SHARED
+
+
+def _runs_over(loop: ast.For) -> str:
+    """The name of what a loop calls for its numbers."""
+    return ast.unparse(loop.iter.func) if isinstance(loop.iter, ast.Call) else ""
 
 
 def _names(node: ast.AST, context: type[ast.expr_context]) -> set[str]:
@@ -186,7 +231,7 @@ def _names(node: ast.AST, context: type[ast.expr_context]) -> set[str]:
 def _call(name: str, loop: ast.For, used: list[str]) -> ast.stmt:
     assert isinstance(loop.iter, ast.Call)
     n = ast.unparse(loop.iter.args[0])
-    return ast.parse(f"{name}({', '.join(['_first', n, f'max(min(_threads, {n}), 1)', *used])})").body[0]
+    return ast.parse(f"{name}({', '.join(['_first', n, '_step', f'max(min(_threads, {n}), 1)', *used])})").body[0]
 
 
 def _loop(name: str, loop: ast.For, used: list[str]) -> ast.FunctionDef:
@@ -196,13 +241,14 @@ def _loop(name: str, loop: ast.For, used: list[str]) -> ast.FunctionDef:
     """
     own = _names(loop, ast.Store)
     scratch = [line for line in loop.body if _makes_arrays(line) and not own & _names(line, ast.Load)]
-    taken = ", ".join(["_first", "_after", "_threads", *used])
+    taken = ", ".join(["_first", "_after", "_step", "_threads", *used])
+    numbers = "_first, _after" if _runs_over(loop) == "prange" else "_first, _after, _step"
     lines = [
         f"def {name}({taken}):",
         *(f" {x} = borrowed({x})" for x in used),
-        f" if _threads > 1: in_threads(({taken}))",
+        f" if _threads > 1: {_SHARED[_runs_over(loop)]}(({taken}))",
         " else:",
-        "  for _ in range(_first, _after): pass",
+        f"  for _ in range({numbers}): pass",
     ]
     definition = _definition("\n".join(lines))
     branch = definition.body[-1]

@@ -16,7 +16,9 @@ from lfssao.kernels import blur as blur_kernels
 from lfssao.kernels import merge as merge_kernels
 from lfssao.kernels import shade as shade_kernels
 from lfssao.kernels import ssao
+from lfssao.kernels.mapping import CROSSED_SLITS
 from lfssao.matrix import Matrix
+from lfssao.tiles import occlusion_in_tiles
 from lfssao.view import WorldToImage
 
 Texture = NDArray[np.floating[Any]]
@@ -100,6 +102,7 @@ def algorithm2(
     samples: Texture,
     radius: float,
     every_texel: bool = False,
+    bounds: Texture | None = None,
 ) -> Occlusion:
     """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
 
@@ -117,6 +120,9 @@ def algorithm2(
         R, world units.
     every_texel : bool
         Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
+    bounds : (2, R, C), same dtype, optional
+        Bounds of the depths (``lfssao.tiles.depth_bounds``). With them it is asked if many samples have one outcome for
+        whole tiles of texels, which takes less time then and gives the same bits; of a flat linear display's modules.
 
     Raises
     ------
@@ -127,11 +133,17 @@ def algorithm2(
     check_texture("positions", positions, 3)
     _check_positions(depth, positions)
     offsets = _offsets(samples, radius, depth.dtype)
+    depth, positions, numbers = (
+        np.ascontiguousarray(depth),
+        np.ascontiguousarray(positions),
+        world_to_image.as_type(depth.dtype),
+    )
+    if bounds is not None and world_to_image.kind == CROSSED_SLITS:
+        found = occlusion_in_tiles(depth, positions, offsets, numbers, bounds)
+        if found is not None:
+            return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm2(
-        np.ascontiguousarray(depth), np.ascontiguousarray(positions), offsets,
-        world_to_image.kind, world_to_image.as_type(depth.dtype), every_texel, occlusion, outside,
-    )  # fmt: skip
+    ssao.algorithm2(depth, positions, offsets, world_to_image.kind, numbers, every_texel, occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
 

@@ -185,10 +185,11 @@ def render_view(
 
     plan = plan or ViewPlan.of(view, caster.bounds, settings)
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals, plan.window))
-    surface = plan.surface(gbuffer.triangle >= 0)
+    seen = gbuffer.triangle >= 0
+    surface = plan.surface(seen)
     # Behind the AO everything is +0 outside of this window.
     window = plan.reached(surface, passes.blur_reach(settings.blur))
-    buffers = replace(Buffers.of(gbuffer, view), every_texel=plan.every_texel)
+    buffers = replace(Buffers.of(gbuffer, view), every_texel=plan.every_texel, in_tiles=plan.asks_tiles(seen, settings))
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([window.part(a.texture) for a in ao], plan))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
@@ -230,7 +231,8 @@ def _occlusions(
         elif (behind := plan.behind[number]) is not None and settings.samples is not None:
             out.append(passes.Occlusion(_everywhere(buffers.depth, behind, len(settings.samples)), 0))
         elif plan.one_sample[number] and settings.samples is not None:
-            one = _occlusion(buffers, radius, replace(settings, samples=settings.samples[:1]), neighbours)
+            alone = replace(settings, samples=settings.samples[:1])
+            one = _occlusion(replace(buffers, in_tiles=False), radius, alone, neighbours)
             out.append(passes.Occlusion(one.texture, one.outside * len(settings.samples)))
         else:
             out.append(_occlusion(buffers, radius, settings, neighbours))

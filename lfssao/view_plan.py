@@ -17,6 +17,9 @@ The rules, and why the textures are the same without what they leave out:
 - Radii whose ball appears smaller than half a texel everywhere: every sample reads the depth of its own point, which
   lies behind it or before it by more than float32 can be off, so all texels have one count
   (``lfssao.small_balls``, which proves it).
+- Samples of tiles: of many samples most have one outcome for all texels of a tile, which bounds of the depths there
+  decide (``lfssao.kernels.tile_bounds``, which proves it). Asked where there are so many samples that asking is next to
+  nothing, and done where enough of a few tiles' samples are decided (``lfssao.tiles``).
 - Merge of one radius, blur with the one weight 1: what goes in comes out.
 """
 
@@ -27,7 +30,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.kernels.mapping import CROSSED_SLITS
 from lfssao.small_balls import DecidedRadii, decided_radii
+from lfssao.tiles import LEAST_SAMPLES, worth_asking
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
@@ -65,6 +70,8 @@ class ViewPlan:
         Whether what comes behind the ray caster runs on a window, or not at all where it is a copy.
     every_texel : bool
         Whether LF's estimator computes texels without a surface too.
+    in_tiles : bool
+        Whether there may be enough samples to ask if bounds of the depths decide them for whole tiles.
     """
 
     window: Window
@@ -75,6 +82,7 @@ class ViewPlan:
     open: tuple[float, ...] = ()
     cut: bool = True
     every_texel: bool = False
+    in_tiles: bool = False
 
     @classmethod
     def of(cls, view: View, bounds: NDArray[np.float64], settings: "Settings") -> "ViewPlan":
@@ -98,6 +106,7 @@ class ViewPlan:
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
             behind=tuple(decided.behind if radius in decided else None for radius in radii),
             open=decided.open,
+            in_tiles=_may_ask_tiles(view, settings),
         )
 
     @classmethod
@@ -122,10 +131,36 @@ class ViewPlan:
         left, first, right, end = surface_window(seen[top : self.window.bottom])
         return Window(left, top + first, right, top + end) if end > first else Window(0, 0, 0, 0)
 
+    @property
+    def sampled(self) -> int:
+        """How many radii are sampled with all samples."""
+        each = zip(self.same_as, self.one_sample, self.behind, strict=True)
+        return sum(first == number and not one and known is None for number, (first, one, known) in enumerate(each))
+
+    def asks_tiles(self, seen: NDArray[np.bool_], settings: "Settings") -> bool:
+        """Whether it is asked if bounds of the depths decide samples of whole tiles.
+
+        Parameters
+        ----------
+        seen : (H, W) bool
+            Which texels see a surface.
+        settings : Settings
+            What the AO passes are run with.
+        """
+        if not self.in_tiles or settings.samples is None:
+            return False
+        return worth_asking(int(np.count_nonzero(seen)), seen.size, len(settings.samples), self.sampled)
+
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""
         grown = surface.grown(reach, self.whole)
         return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole
+
+
+def _may_ask_tiles(view: View, settings: "Settings") -> bool:
+    if settings.estimator != "lf" or settings.neighbours or settings.samples is None:
+        return False
+    return view.world_to_image.kind == CROSSED_SLITS and len(settings.samples) >= LEAST_SAMPLES
 
 
 def _decided(view: View, bounds: NDArray[np.float64], settings: "Settings", window: Window) -> DecidedRadii:

@@ -25,6 +25,7 @@ from lfssao import (
     make_samples,
     passes,
     ray_cast_occlusion,
+    tiles,
 )
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint
@@ -40,6 +41,7 @@ from lfssao.kernels import (
     rays,
     spiral,
     ssao,
+    tiled_ssao,
     triangle,
     truth_batches,
     visibility,
@@ -91,6 +93,26 @@ def occlusions(dtype):
     yield "merge", merged
     yield "blur", np.array([passes.blur(merged, sigma) for sigma in (0.7, 2.0)])
     yield "shade", passes.shade(rgb, merged)
+
+
+def in_tiles(dtype):
+    """Algorithm 2 with many samples, some decided for whole tiles, and how many of each row of tiles are not."""
+    rng = np.random.default_rng(5)
+    module, samples = DISPLAY.view(0, np.eye(3, 4)).world_to_image, make_samples("latin", 300, 9, 0.2, 1.0)
+    z = np.linspace(-0.1, 0.1, HEIGHT * WIDTH).reshape(HEIGHT, WIDTH) + rng.uniform(-0.01, 0.01, (HEIGHT, WIDTH))
+    z[:, -WIDTH // 4 :] = np.inf
+    u, v = (np.arange(WIDTH) + 0.5) / WIDTH - 0.5, 0.75 * (0.5 - (np.arange(HEIGHT)[:, None] + 0.5) / HEIGHT)
+    positions = np.stack([0.3 + (u - 0.3) * (0.7 - z) / 0.7, 0.1 + (v - 0.1) * (z + 2) / 2, z], axis=-1).astype(dtype)
+    depth = z.astype(dtype)
+    bounds = tiles.depth_bounds(depth)
+    looked_up, given = np.empty((2, -(-HEIGHT // 8)), np.int64)
+    offsets, numbers = (0.15 * samples).astype(dtype), module.as_type(dtype)
+    tiled_ssao.count_decided(depth, positions, offsets, numbers, bounds, 1, looked_up, given)
+    occlusion, outside = np.empty_like(depth), np.empty(len(given), np.int64)
+    tiled_ssao.algorithm2_in_tiles(depth, positions, offsets, numbers, bounds, occlusion, outside)
+    yield "bounds of depths", bounds
+    yield "in tiles", occlusion
+    yield "outside of tiles", np.array([outside, looked_up, given])
 
 
 def no_samples(depth, positions, m):
@@ -278,7 +300,7 @@ GROUPS = {
     "rays": lambda: (*casts(), *truth(), *batches()),
     "estimators": estimates,
     "kit": lambda: (*conformance(), *accepted()),
-    "float32": lambda: (*occlusions(np.float32), *mapped(np.float32)),
+    "float32": lambda: (*occlusions(np.float32), *in_tiles(np.float32), *mapped(np.float32)),
     "float64": lambda: (*occlusions(np.float64), *mapped(np.float64)),
 }
 

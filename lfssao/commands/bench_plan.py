@@ -24,7 +24,7 @@ def add_to(benches: Any) -> None:
     plan.set_defaults(run=_plan)
     plan.add_argument("--quick", action="store_true", help="one embedded scene and the wall, few turns")
     plan.add_argument("--display", metavar="NAME", default="virtual", help="a preset or a .toml file (virtual)")
-    plan.add_argument("--repeats", metavar="N", type=values.threads, help="turns (25; with --quick 7)")
+    plan.add_argument("--repeats", metavar="N", type=values.threads, help="turns (25; with --quick 6)")
     plan.add_argument("--json", metavar="FILE", type=Path, help="write the figures as JSON, too")
 
 
@@ -35,7 +35,7 @@ def _plan(options: argparse.Namespace) -> int:
     from lfssao.manifest import describe_machine
 
     display, made = find_display(options.display), []
-    repeats = options.repeats or (7 if options.quick else 25)
+    repeats = options.repeats or (6 if options.quick else 25)
     print(savings.HEAD, flush=True)
     for saving in savings.savings(savings.cases(display, options.quick), display, repeats):
         print(savings.as_text(saving), flush=True)

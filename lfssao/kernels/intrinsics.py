@@ -1,5 +1,6 @@
 """What numba does not offer: memory on the stack, and look-ups by numbers of known sign."""
 
+from math import prod
 from typing import Any
 
 from numba import extending, types
@@ -18,15 +19,28 @@ def scratch(_typing: Any, dtype: Any) -> Any:
     took five times as long. It begins where a cache line does, so that no vector lies across two. It must not be
     returned, nor kept.
     """
-    array = types.Array(dtype.dtype, 1, "C")
+    return _on_the_stack(dtype, CHUNK)
+
+
+@extending.intrinsic
+def scratch_rows(_typing: Any, dtype: Any) -> Any:
+    """The same, CHUNK rows of four numbers."""
+    return _on_the_stack(dtype, CHUNK, 4)
+
+
+def _on_the_stack(dtype: Any, *shape: int) -> Any:
+    array = types.Array(dtype.dtype, len(shape), "C")
 
     def allocate(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         item = context.get_data_type(array.dtype)
-        space = cgutils.alloca_once(builder, item, size=CHUNK)
+        space = cgutils.alloca_once(builder, item, size=prod(shape))
         space.align = 64
         made = context.make_array(array)(context, builder)
-        size, length = (context.get_constant(types.intp, number) for number in (context.get_abi_sizeof(item), CHUNK))
-        context.populate_array(made, data=space, shape=[length], strides=[size], itemsize=size, meminfo=None)
+        number = context.get_abi_sizeof(item)
+        size = context.get_constant(types.intp, number)
+        lengths = [context.get_constant(types.intp, length) for length in shape]
+        strides = [context.get_constant(types.intp, number * prod(shape[k + 1 :])) for k in range(len(shape))]
+        context.populate_array(made, data=space, shape=lengths, strides=strides, itemsize=size, meminfo=None)
         return made._getvalue()
 
     return array(dtype), allocate

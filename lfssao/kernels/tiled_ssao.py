@@ -1,0 +1,137 @@
+"""LF Algorithm 2 of a flat linear display, a tile of texels after the other: for many samples.
+
+With 256 samples most have one outcome for all points of a tile, which bounds of the depths decide
+(``lfssao.kernels.tile_bounds``); the others are listed, and only those are looked up, by the loops of
+``lfssao.kernels.ssao``. Its arithmetic and its counts, so its bits.
+"""
+
+import numpy as np
+
+from lfssao.kernels.intrinsics import CHUNK, scratch, scratch_rows
+from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.mapping import CROSSED_SLITS
+from lfssao.kernels.runs import sees_surface
+from lfssao.kernels.ssao import count_crossed_slits, load_points, transform_offsets, write_shares
+from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
+from lfssao.kernels.tile_bounds import bounds_of, undecided
+
+_TILE = 8  # texels of each of the ROWS_A_BLOCK rows
+_TEXELS = _TILE * ROWS_A_BLOCK
+
+
+@kernel
+def _load_tile(m, depth, places, width, left, right, top, bottom, a, b, c, count):
+    """Points of a tile, row after row of _TILE texels, NaN beyond the texture; whether one sees a surface."""
+    some = False
+    for j in range(top, bottom):
+        some |= sees_surface(depth, np.uint64(j * width + left), np.uint64(j * width + right))
+    if some:
+        for i in range(_TEXELS):
+            a[i], b[i], c[i], count[i] = np.nan, np.nan, np.nan, 0
+        for j in range(top, bottom):
+            start, at = j * width + left, (j - top) * _TILE
+            load_points(CROSSED_SLITS, m, depth, places, start, right - left, at, a, b, c, a, count)  # there is no q
+    return some
+
+
+@kernel
+def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, behind, inside, found, count, occlusion):
+    """Add the decided samples, so many ``behind``, to each point's count, and write its share of all samples.
+
+    Returns how many samples of the visible points are outside, where ``found`` of those not decided are not.
+    """
+    points = 0
+    for i in range(_TEXELS):
+        there = np.int32((a[i] == a[i]) & (b[i] == b[i]) & (c[i] == c[i]))
+        count[i] += there * np.int32(behind)
+        points += there
+    visible = 0
+    for j in range(top, bottom):
+        visible += write_shares(depth, j * width + left, right - left, samples, (j - top) * _TILE, count, occlusion)
+    return visible * samples - points * inside - found
+
+
+@kernel(parallel=True)
+def algorithm2_in_tiles(depth, positions, offsets, m, blocks, occlusion, outside):
+    """``lfssao.kernels.ssao.algorithm2`` for mappings of kind CROSSED_SLITS.
+
+    Parameters
+    ----------
+    depth, positions, offsets, m
+        As there.
+    blocks : (2, R, C), same dtype
+        The depths' bounds (``bound_depths``).
+    occlusion : (H, W), same dtype
+        Out: as there.
+    outside : (ceil(H / ROWS_A_BLOCK),) int64
+        Out: samples of so many rows each outside the texture or the mapping's domain.
+    """
+    height, width = depth.shape
+    surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
+    shares, bounds = occlusion.reshape(height * width), blocks.reshape(blocks.size)
+    columns, half, samples, texels = blocks.shape[2], blocks.size // 2, offsets.shape[0], _TEXELS
+    image_offsets = transform_offsets(offsets, CROSSED_SLITS, m)
+    by_number = image_offsets.T.copy().reshape(image_offsets.size)
+    for row in interleaved(outside.shape[0]):
+        wide_vectors()
+        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        count, mixed = scratch(np.int32), scratch_rows(m.dtype)
+        top, bottom = row * ROWS_A_BLOCK, min(height, (row + 1) * ROWS_A_BLOCK)
+        outside[row] = 0
+        for left in range(0, width, _TILE):
+            right = min(left + _TILE, width)
+            found = behind = inside = 0
+            if _load_tile(m, surface, places, width, left, right, top, bottom, a, b, c, count):
+                box = bounds_of(texels, a, b, c)
+                for first in range(0, samples, CHUNK):
+                    some, hidden, known = undecided(
+                        m, width, height, columns, half, bounds, box, samples, by_number, image_offsets, first,
+                        min(samples - first, CHUNK), mixed,
+                    )  # fmt: skip
+                    found += count_crossed_slits(m, surface, width, height, texels, a, b, c, some, mixed, count)
+                    behind, inside = behind + hidden, inside + known
+                outside[row] += _finish_tile(
+                    surface, width, left, right, top, bottom, samples, a, b, c, behind, inside, found, count, shares
+                )
+            else:
+                for j in range(top, bottom):
+                    for texel in range(np.uint64(j * width + left), np.uint64(j * width + right)):
+                        shares[texel] = m.dtype.type(0)
+
+
+@kernel(parallel=True)
+def count_decided(depth, positions, offsets, m, blocks, every, looked_up, given):
+    """How many samples ``algorithm2_in_tiles`` decides, of every so many tiles of every so many of their rows.
+
+    Parameters
+    ----------
+    depth, positions, offsets, m, blocks
+        As there.
+    every : int
+        How many.
+    looked_up, given : (ceil(ceil(H / ROWS_A_BLOCK) / every),) int64
+        Out: samples of tiles that are looked up, of each of those rows of tiles, and samples of all its tiles with a
+        surface.
+    """
+    height, width = depth.shape
+    surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
+    columns, half, samples, texels = blocks.shape[2], blocks.size // 2, offsets.shape[0], _TEXELS
+    bounds = blocks.reshape(blocks.size)
+    image_offsets = transform_offsets(offsets, CROSSED_SLITS, m)
+    by_number = image_offsets.T.copy().reshape(image_offsets.size)
+    for k in interleaved(given.shape[0]):
+        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        count, mixed = scratch(np.int32), scratch_rows(m.dtype)
+        top, bottom = k * every * ROWS_A_BLOCK, min(height, (k * every + 1) * ROWS_A_BLOCK)
+        looked_up[k] = given[k] = 0
+        for left in range(k % every * _TILE, width, every * _TILE):
+            right = min(left + _TILE, width)
+            if _load_tile(m, surface, places, width, left, right, top, bottom, a, b, c, count):
+                box = bounds_of(texels, a, b, c)
+                given[k] += samples
+                for first in range(0, samples, CHUNK):
+                    some, _, _ = undecided(
+                        m, width, height, columns, half, bounds, box, samples, by_number, image_offsets, first,
+                        min(samples - first, CHUNK), mixed,
+                    )  # fmt: skip
+                    looked_up[k] += some

@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.kernels import footprints
-from lfssao.kernels.rays import DISPLAY
+from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
+from lfssao.kernels.tries import first_hits_by_tries
 from lfssao.tree import TriangleTree
 from lfssao.view import View
 from lfssao.window import Window
@@ -13,9 +14,37 @@ from lfssao.window import Window
 TRIES_A_TEXEL = 8.0
 
 # Shares of the triangles for threads: enough to be even, few enough that their counts cost nothing.
-_CHUNKS = 64
+_CHUNKS = 16
+
+# Where r = 1 / (alpha + beta z) is bounded, and so rounding is: no nearer to a singular plane than 2^-8 of the way from
+# the screen to it, and all that rounding may do a quarter of a unit (``lfssao.kernels.footprints``).
+_LARGEST_R = 2.0**8
+_ROUNDING = 2.0**-41
+_LARGEST_OFFSET = 2.0**30
 
 Hits = tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]
+
+
+def ray_halves(view: View, window: Window) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+    """Rays that fall into a half for columns and a half for rows: of no DISPLAY.
+
+    Parameters
+    ----------
+    view : View
+        Whose rays.
+    window : Window
+        Which columns and rows.
+
+    Returns
+    -------
+    columns, rows : (2 W,) float64, (2 H,) float64
+        o of x = o + d z of each column of the window, then d; of y of each row.
+    near, far : float
+        Where the rays begin and end.
+    """
+    columns, rows = np.empty((2, window.width)), np.empty((2, window.height))
+    near, far = footprints.ray_tables(view.ray_kind, view.lens, columns, rows, window.left, window.top)
+    return columns.reshape(-1), rows.reshape(-1), near, far
 
 
 def hits_by_footprint(
@@ -24,6 +53,7 @@ def hits_by_footprint(
     tries: float,
     window: Window | None = None,
     triangle: NDArray[np.int32] | None = None,
+    weighted: bool = True,
 ) -> Hits | None:
     """The first triangle of every texel's ray, if no more than so many tries a texel find it.
 
@@ -39,37 +69,41 @@ def hits_by_footprint(
         Which texels; all by default.
     triangle : (n,) int32, optional
         Where to write the triangles.
+    weighted : bool
+        Whether weights are asked for.
 
     Returns
     -------
     triangle, z, weights : (n,) int32, (n,) float64, (n, 2) float64, or None
-        As ``lfssao.kernels.visibility.first_hits`` has them; None where it takes more tries, or where rays do not fall
-        into a half for columns and a half for rows (curved screens, conical diffusers, calibrated optics).
+        As ``lfssao.kernels.visibility.first_hits`` has them, weights (0, 2) where none are asked for; None where it
+        takes more tries, or where rays do not fall into a half for columns and a half for rows (curved screens, conical
+        diffusers, calibrated optics).
     """
-    if view.ray_kind == DISPLAY:
+    window = window or Window.whole(view)
+    if view.ray_kind == DISPLAY or max(window.width, window.height) > footprints.LARGEST:
         return None
-    left, top, _, _ = window = window or Window.whole(view)
-    columns, rows = np.empty((window.width, 2)), np.empty((window.height, 2))
-    near, far = footprints.ray_tables(view.ray_kind, view.lens, columns, rows, left, top)
-    bands = -(-window.height // footprints.BAND)
-    reaches, boxes = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
-    counts, tests = np.empty((_CHUNKS, bands), np.int64), np.empty(_CHUNKS, np.int64)
+    columns, rows, near, far = ray_halves(view, window)
+    u_axis, v_axis = image_axes(view, window, *_scales(tree.bounds, columns, rows, far))
+    n_faces, bands = len(tree.faces), -(-window.height // footprints.BAND)
+    places, found = np.empty(len(tree.vertices), np.int64), np.empty((n_faces + _CHUNKS, 3), np.int32)
+    counts, (kept, tests) = np.empty((_CHUNKS, 2 * bands), np.int64), np.empty((2, _CHUNKS), np.int64)
     footprints.bound_triangles(
-        view.ray_kind, view.lens, window.width, window.height, *_scales(tree.bounds, columns, rows, far),
-        tree.vertices, tree.faces, reaches, boxes, counts, tests, left, top,
+        window.width, window.height, u_axis, v_axis, tree.vertices.reshape(-1), tree.faces.reshape(-1), places, found,
+        counts, kept, tests,
     )  # fmt: skip
     size = window.texels
     if tests.sum() > tries * size:
         return None
-    ends = np.cumsum(counts.T).reshape(bands, _CHUNKS)
+    ends = np.cumsum(counts.T).reshape(2 * bands, _CHUNKS)
     starts = np.ascontiguousarray((ends - counts.T).T)
-    members = np.empty(ends[-1, -1], np.int32)
-    footprints.sort_into_bands(boxes, starts, members)
+    members = np.empty((ends[-1, -1], 3), np.int32)
+    footprints.sort_into_bands(n_faces, found, kept, starts, members)
     triangle = np.empty(size, np.int32) if triangle is None else triangle
-    z, weights = np.empty(size), np.empty((size, 2))
-    footprints.first_hits_by_footprint(
-        columns, rows, near, far, tree.corners, tree.order, boxes, members, ends[:, -1].copy(), triangle, z, weights
-    )
+    z, weights = np.empty(size), np.empty((size if weighted else 0, 2))
+    first_hits_by_tries(
+        columns, rows, near, far, tree.corners.reshape(-1), tree.nearest, tree.order, members,
+        ends[1::2, -1].copy(), triangle, z, weights.reshape(-1),
+    )  # fmt: skip
     return triangle, z, weights
 
 
@@ -81,5 +115,40 @@ def _scales(
     These places are within |o| + |d| far of the rays', and rounding of o counts |z| / far times in d z.
     """
     x, y, z = np.abs(bounds).max(axis=0).tolist()
-    (o_x, d_x), (o_y, d_y) = np.abs(columns).max(axis=0).tolist(), np.abs(rows).max(axis=0).tolist()
+    (o_x, d_x), (o_y, d_y) = (np.abs(table).reshape(2, -1).max(axis=1).tolist() for table in (columns, rows))
     return x + 2 * (o_x * (1 + z / far) + d_x * (z + far)), y + 2 * (o_y * (1 + z / far) + d_y * (z + far))
+
+
+def image_axes(view: View, window: Window, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
+    """How x, and y, of a corner becomes its place in the image.
+
+    Parameters
+    ----------
+    view : View
+        Of no DISPLAY.
+    window : Window
+        Whose first column and row places are counted from.
+    scale_x, scale_y : float
+        Upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
+
+    Returns
+    -------
+    list of two (6,) float64
+        What ``lfssao.kernels.footprints.place_vertices`` takes.
+    """
+    lens, largest = view.lens.tolist(), np.inf
+    if view.ray_kind == FLAT_LINEAR:
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
+        u, v = (1.0, -1.0 / m_z, m_x, u_scale, u_0), (1.0, -1.0 / z_o, y_o, v_scale, v_0)
+        largest = _LARGEST_R
+    else:
+        alpha, beta = (0.0, 1.0) if view.ray_kind == PERSPECTIVE else (1.0, 0.0)
+        u, v = (alpha, beta, 0.0, lens[0], lens[2]), (alpha, beta, 0.0, -lens[1], lens[3])
+    axes = []
+    for (alpha, beta, c, a, b), first, scale in ((u, window.left, scale_x), (v, window.top, scale_y)):
+        limit = min(largest, 0.25 / (_ROUNDING * scale * abs(a) * footprints.UNITS))
+        if not abs(a * c) + abs(b) + first < _LARGEST_OFFSET:
+            limit = 0.0
+        offset = ((a * c + b) - first) - 0.5
+        axes.append(np.array([alpha, beta, c, a * footprints.UNITS, offset * footprints.UNITS, limit]))
+    return axes

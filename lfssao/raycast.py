@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lfssao import footprints
 from lfssao.embree import build_scene, in_chunks, require_embree
 from lfssao.errors import InputError
-from lfssao.footprints import hits_by_footprint
+from lfssao.footprints import hits_by_footprint, ray_halves
 from lfssao.kernels import hits, paint, rays, visibility
 from lfssao.kernels import normals as normal_kernels
 from lfssao.matrix import Matrix
@@ -135,11 +135,18 @@ class RayCaster:
         directions = None if normals is None else window.texture(0, (*shape, 3))
         if window.texels:
             seen, world_from_cast = triangle[rows].reshape(-1), np.ravel(view.world_from_cast)
-            z, weights = self._first_hits(view, window, seen)
-            hits.write_surface(
-                view.ray_kind, view.lens, world_from_cast, window.width, seen, z, depth[rows].reshape(-1),
-                positions[rows].reshape(-1, 3), window.left, window.top,
-            )  # fmt: skip
+            z, weights = self._first_hits(view, window, seen, weighted=colored or directions is not None)
+            surface = seen, z, depth[rows].reshape(-1)
+            if view.ray_kind == rays.DISPLAY:
+                hits.write_surface(
+                    view.ray_kind, view.lens, world_from_cast, window.width, *surface, positions[rows].reshape(-1, 3),
+                    window.left, window.top,
+                )  # fmt: skip
+            else:
+                columns, halves, _, _ = ray_halves(view, window)
+                hits.write_surface_by_halves(
+                    view.ray_kind, view.lens, world_from_cast, columns, halves, *surface, positions[rows].reshape(-1)
+                )
             if rgb is not None and self._paint is not None:
                 self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[rows].reshape(-1, 3))
             if directions is not None:
@@ -147,12 +154,12 @@ class RayCaster:
         return GBuffer(depth=depth, positions=positions, color=rgb, triangle=triangle, normals=directions)
 
     def _first_hits(
-        self, view: View, window: Window, triangle: NDArray[np.int32]
+        self, view: View, window: Window, triangle: NDArray[np.int32], weighted: bool
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Triangle, written, z and weights of each texel of a window, by the faster way; both give the same bits."""
         tree = self._tree
         tries = footprints.TRIES_A_TEXEL
-        found = hits_by_footprint(view, tree, tries, window, triangle)
+        found = hits_by_footprint(view, tree, tries, window, triangle, weighted)
         if found is not None:
             return found[1:]
         z, weights = np.empty(window.texels), np.empty((window.texels, 2))

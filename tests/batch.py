@@ -28,7 +28,7 @@ from lfssao import (
     tiles,
 )
 from lfssao.estimators.registry import ESTIMATORS
-from lfssao.footprints import hits_by_footprint
+from lfssao.footprints import hits_by_footprint, ray_halves
 from lfssao.kernels import (
     ball,
     depth_ranges,
@@ -53,6 +53,7 @@ from lfssao.oracle.points import point_bounds
 from lfssao.oracle.texels import Surfaces
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
 from lfssao.tree import TriangleTree
+from lfssao.window import Window
 
 HEIGHT, WIDTH = 43, 85
 FACES = np.arange(90, dtype=np.int32).reshape(30, 3)
@@ -237,6 +238,14 @@ def casts():
         yield f"footprints {view.ray_kind}", np.column_stack(with_footprints)[number >= 0]
         depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
         hits.write_surface(view.ray_kind, view.lens, np.ravel(view.world_from_cast), WIDTH, number, z, depth, positions)
+        again, places = np.empty_like(depth), np.empty_like(positions)
+        columns, rows, _, _ = ray_halves(view, Window.whole(view))
+        turn = np.ravel(view.world_from_cast)
+        hits.write_surface_by_halves(
+            view.ray_kind, view.lens, turn, columns, rows, number, z, again, places.reshape(-1)
+        )
+        assert (again == depth).all()
+        assert (places == positions).all()
         rgb = np.empty((size, 3), np.float32)
         paint.paint_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
         yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])

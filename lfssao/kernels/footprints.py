@@ -3,206 +3,167 @@
 For flat screens with the linear diffuser and for cameras the x half of a ray depends on the texel's column alone and
 the y half on its row. hit_triangle moves each corner along the ray into one plane, p = a_x - (o_x + d_x a_z), and a
 hit needs a p <= 0 and a p >= 0 among the corners. Without rounding p = slope (u_a - u), with u_a the corner's image
-and u the column's centre, so a hit needs a corner with u_a <= u and one with u_a >= u; what rounding adds is bounded
-by ``margin`` / slope. Likewise for rows. No other texel can be hit, so the result is that of trying every triangle on
-every ray, as the tree's is (``lfssao.kernels.visibility``), for less work as long as the bounds hold few texels.
+and u the column's centre, so a hit needs a corner with u_a <= u and one with u_a >= u, up to what rounding adds.
+Likewise for rows. No other texel can be hit, so the result is that of trying every triangle on every ray, as the tree's
+is (``lfssao.kernels.visibility``), for less work as long as the bounds hold few texels.
 
-Bands of rows are threads' shares: each thread goes through the triangles of its band.
+Places in the image are whole numbers here, UNITS a texel, with 0 at the centre of the first column or row. Along
+either axis u_a = (x - c) r A + B with r = 1 / (alpha + beta z): on a flat screen alpha = 1 and beta = -1 / m_z (of
+rows -1 / z_o), in perspective 0 and 1, in orthographic projection 1 and 0. The slope is 1 / (|A| r). What rounding
+does:
+
+- p is off by less than 2^-47 scale, 64 times half an ulp of the numbers it is made of, for some dozen operations;
+- r is off by less than 2^-43 of itself where r <= 256: alpha + beta z, then at least 2^-8, is rounded three times as
+  1 + |z / m_z|, at most 2 + 2^-8, is; without a difference, in cameras, by less; u_a's product by little more;
+- so the two together are less than 2^-41 scale |A| r texels, and below a quarter of a unit where ``limit`` holds r.
+
+B is off by less than another quarter (``lfssao.footprints`` asks for numbers below 2^30), and a place is rounded
+down. So a corner with place U lies between U - 1 and U + 2, and where r is not within its limit it lies anywhere.
+
+Bands of rows are threads' shares: each thread goes through the triangles of its band. Those that turn their front come
+before those that turn their back, as the first mostly hide the second; which come first changes the time, and no
+result.
 """
 
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel
-from lfssao.kernels.rays import FLAT_LINEAR, PERSPECTIVE, texel_ray
-from lfssao.kernels.threads import interleaved
-from lfssao.kernels.triangle import hit_triangle
+from lfssao.kernels.intrinsics import CHUNK, scratch
+from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.rays import texel_ray
 
-BAND = 8  # rows
+UNITS = 1024  # whole numbers to a texel, 2**10
+BAND = 16  # rows
+LARGEST = 2**15 - 1  # columns or rows of a texture: a column and a row are two halves of an int32
 
-# Rounding of o + d z, of p and of the corner's image: some dozen operations of half an ulp each, doubled.
-_ULPS = 64 * 2.0**-53
-
-# Nearer to the singular planes than this share of the way from the screen, rounding is not bounded by _ULPS.
-_NEAREST = 2.0**-8
+_ANYWHERE = -(2**31)
+_FARTHEST = 2.0**30 - 1.0  # where places beyond are held: outside of any texture
 
 
 @kernel(inline=True)
-def image_and_slopes(kind, lens, x, y, z):
-    """Where a corner appears, u and v, and how much p and q change a texel: slopes, NaN near the singular planes."""
-    if kind == FLAT_LINEAR:
-        m_x, m_z, y_o, z_o = lens[0], lens[1], lens[2], lens[3]
-        a, b = 1.0 - z / m_z, 1.0 - z / z_o
-        if not min(a, b) > _NEAREST:
-            return np.nan, np.nan, np.nan, np.nan
-        u = lens[4] * (m_x + (x - m_x) / a) + lens[5]
-        v = lens[6] * (y_o + (y - y_o) / b) + lens[7]
-        return u, v, a / abs(lens[4]), b / abs(lens[6])
-    depth = z if kind == PERSPECTIVE else 1.0
-    return (
-        lens[0] * (x / depth) + lens[2],
-        lens[3] - lens[1] * (y / depth),
-        depth / abs(lens[0]),
-        depth / abs(lens[1]),
-    )
+def _place(x, z, alpha, beta, c, a, b, limit):
+    """A corner's place along one axis of the image, and whether r is within its limit."""
+    r = 1.0 / (alpha + beta * z)
+    bounded = (r > 0.0) & (r <= limit)
+    place = ((x - c) * r) * a + b if bounded else 0.0
+    # A sum above 0, which conversion rounds down.
+    held = np.int32(min(max(place, -_FARTHEST), _FARTHEST) + 2.0**30) - np.int32(2**30)
+    return np.int32(held), bounded
 
 
 @kernel(inline=True)
 def centres_between(low, high, size):
-    """First and last whole number k, 0 <= k < size, with low <= k + 0.5 <= high; all of them where a bound is NaN."""
-    first = 0 if not low > 0.5 else np.int32(min(np.ceil(low - 0.5), size))
-    last = size - 1 if not high < size - 0.5 else np.int32(max(np.floor(high - 0.5), -1.0))
-    return np.int32(first), np.int32(last)
-
-
-@kernel(inline=True)
-def _reach(kind, lens, x, y, z, width, height, scale_x, scale_y, left, top):
-    """Columns and rows, first and last, of the centres not farther from a corner's image than rounding may move it."""
-    u, v, slope_u, slope_v = image_and_slopes(kind, lens, x, y, z)
-    if not (slope_u > 0.0 and slope_v > 0.0):
-        u, v = np.nan, np.nan  # anywhere
-    # The millionth of a texel is for the rounding of u and v, which matters only in and near the texture.
-    margin_u, margin_v = _ULPS * scale_x / slope_u + 1e-6, _ULPS * scale_y / slope_v + 1e-6
-    i0, i1 = centres_between((u - margin_u) - left, (u + margin_u) - left, width)
-    j0, j1 = centres_between((v - margin_v) - top, (v + margin_v) - top, height)
-    return i0, i1, j0, j1
+    """First and last whole number k, 0 <= k < size, with low - 1 <= UNITS k <= high + 2, int32 all."""
+    first = (low + np.int32(UNITS - 2)) >> np.int32(10)
+    last = (high + np.int32(2)) >> np.int32(10)
+    return np.int32(max(first, np.int32(0))), np.int32(min(last, np.int32(size - 1)))
 
 
 @kernel(parallel=True)
-def bound_triangles(
-    kind, lens, width, height, scale_x, scale_y, vertices, faces, reaches, boxes, counts, tests, left=0, top=0
-):
-    """The texels that each triangle may cover, and how many triangles each band has.
-
-    Whole numbers are made of each vertex once; first ones rise with the bound that they are made of, so the first of a
-    triangle is the smallest of its corners', and the last the largest.
+def bound_triangles(width, height, u_axis, v_axis, vertices, faces, places, found, counts, kept, tries):
+    """The triangles that may cover texels, which ones, and how many each band has.
 
     Parameters
     ----------
-    kind, lens : int, float64 array
-        The rays: FLAT_LINEAR, PERSPECTIVE or ORTHOGRAPHIC (``lfssao.kernels.rays``).
     width, height : int
-        Size of the texture.
-    scale_x, scale_y : float
-        Upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
-    vertices, faces : (V, 3) float64, (F, 3) int32
-        The triangles.
-    reaches : (V, 4) int32
-        Out: first and last column, first and last row of each vertex, between which no centre need be.
-    boxes : (F, 4) int32
-        Out: first and last column, first and last row; the first after the last where there is no texel.
-    counts : (chunks, bands) int64
-        Out: how many triangles of each chunk, ceil(F / chunks) of them, reach into each band of rows.
-    tests : (chunks,) int64
-        Out: how many texels the triangles of each chunk may cover.
-    left, top : int
-        The column and the row of the view that column and row 0 here are: a window of a larger texture.
+        Size of the texture, at most LARGEST.
+    u_axis, v_axis : (6,) float64
+        alpha, beta, c, A, B and the limit of r along columns and rows; A and B in units, B from the centre of column
+        and row 0 on.
+    vertices, faces : (3 V,) float64, (3 F,) int32
+        The triangles, cast space.
+    places : (V,) int64
+        Out: each vertex' place along columns in the upper half, along rows in the lower one. -2^31 in the upper half:
+        anywhere.
+    found : (>= F, 3) int32
+        Out: from number ``chunk * ceil(F / chunks)`` on, those triangles of each chunk that may cover a texel: 2 times
+        its number, + 1 where it turns its back; first and last column, + 2^16 times first and last row.
+    counts : (chunks, 2 bands) int64
+        Out: how many triangles of each chunk reach into each band of rows, those in front and those that turn their
+        back.
+    kept, tries : (chunks,) int64
+        Out: how many triangles of each chunk may cover a texel, and how many texels they may cover together.
     """
-    for k in prange(vertices.shape[0]):
-        reaches[k, 0], reaches[k, 1], reaches[k, 2], reaches[k, 3] = _reach(
-            kind, lens, vertices[k, 0], vertices[k, 1], vertices[k, 2], width, height, scale_x, scale_y, left, top
-        )
-    chunks, bands = counts.shape
-    size = (faces.shape[0] + chunks - 1) // chunks
+    for k in prange(places.shape[0]):
+        n = np.uint64(3) * np.uint64(k)
+        x, y, z = vertices[n], vertices[n + np.uint64(1)], vertices[n + np.uint64(2)]
+        u, u_bounded = _place(x, z, u_axis[0], u_axis[1], u_axis[2], u_axis[3], u_axis[4], u_axis[5])
+        v, v_bounded = _place(y, z, v_axis[0], v_axis[1], v_axis[2], v_axis[3], v_axis[4], v_axis[5])
+        u = u if u_bounded & v_bounded else np.int32(_ANYWHERE)
+        places[k] = (np.int64(u) << np.int64(32)) | (np.int64(v) & np.int64(0xFFFFFFFF))
+    chunks = counts.shape[0]
+    n_faces = faces.shape[0] // 3
+    size = (n_faces + chunks - 1) // chunks
     for chunk in prange(chunks):
-        for band in range(bands):
-            counts[chunk, band] = 0
-        area, first, end = 0, chunk * size, min((chunk + 1) * size, faces.shape[0])
-        # Two loops, as the first then has no branches: less time than in one.
-        for p in range(first, end):
-            a, b, c = np.uint64(faces[p, 0]), np.uint64(faces[p, 1]), np.uint64(faces[p, 2])
-            boxes[p, 0] = min(reaches[a, 0], reaches[b, 0], reaches[c, 0])
-            boxes[p, 1] = max(reaches[a, 1], reaches[b, 1], reaches[c, 1])
-            boxes[p, 2] = min(reaches[a, 2], reaches[b, 2], reaches[c, 2])
-            boxes[p, 3] = max(reaches[a, 3], reaches[b, 3], reaches[c, 3])
-        for p in range(first, end):
-            i0, i1, j0, j1 = boxes[p, 0], boxes[p, 1], boxes[p, 2], boxes[p, 3]
-            if i0 <= i1 and j0 <= j1:
-                area += np.int64(i1 - i0 + 1) * np.int64(j1 - j0 + 1)
-                for band in range(np.uint32(j0) // np.uint32(BAND), np.uint32(j1) // np.uint32(BAND) + 1):
-                    counts[chunk, band] += 1
-        tests[chunk] = area
+        wide_vectors()
+        first, last, turned, there = scratch(np.int32), scratch(np.int32), scratch(np.int32), scratch(np.int32)
+        for k in range(counts.shape[1]):
+            counts[chunk, k] = 0
+        area, n, end = np.int64(0), np.uint64(chunk * size), min((chunk + 1) * size, n_faces)
+        for start in range(chunk * size, end, CHUNK):
+            m = min(CHUNK, end - start)
+            for k in range(m):  # without branches, which makes it vectors
+                f = np.uint64(3) * (np.uint64(start) + np.uint64(k))
+                a, b = places[np.uint64(faces[f])], places[np.uint64(faces[f + np.uint64(1)])]
+                c = places[np.uint64(faces[f + np.uint64(2)])]
+                ua, ub, uc = np.int32(a >> np.int64(32)), np.int32(b >> np.int64(32)), np.int32(c >> np.int64(32))
+                va, vb, vc = np.int32(a), np.int32(b), np.int32(c)
+                i0, i1 = centres_between(min(ua, ub, uc), max(ua, ub, uc), width)
+                j0, j1 = centres_between(min(va, vb, vc), max(va, vb, vc), height)
+                anywhere = min(ua, ub, uc) == np.int32(_ANYWHERE)
+                i0, i1 = np.int32(0) if anywhere else i0, np.int32(width - 1) if anywhere else i1
+                j0, j1 = np.int32(0) if anywhere else j0, np.int32(height - 1) if anywhere else j1
+                right, left = np.float32(ub) - np.float32(ua), np.float32(uc) - np.float32(ua)
+                down, up = np.float32(vc) - np.float32(va), np.float32(vb) - np.float32(va)
+                turned[k], there[k] = np.int32(right * down > left * up), np.int32((i0 <= i1) & (j0 <= j1))
+                first[k], last[k] = np.int32(i0 | (j0 << np.int32(16))), np.int32(i1 | (j1 << np.int32(16)))
+                texels = np.int64(np.int32(i1 - i0 + 1)) * np.int64(np.int32(j1 - j0 + 1))
+                area += texels * there[k]
+            for k in range(m):
+                e = np.uint64(k)
+                found[n, 0], found[n, 1], found[n, 2] = 2 * (start + k) + turned[e], first[e], last[e]
+                if there[e] != 0:
+                    n += np.uint64(1)
+                    for band in range((first[e] >> 16) // BAND, (last[e] >> 16) // BAND + 1):
+                        counts[chunk, np.uint64(2 * band + turned[e])] += 1
+        tries[chunk], kept[chunk] = area, n - np.uint64(chunk * size)
 
 
 @kernel(parallel=True)
-def sort_into_bands(boxes, starts, members):
-    """The triangles of each band, in order.
+def sort_into_bands(n_faces, found, kept, starts, members):
+    """The triangles of each band, in order, those that turn their back behind the others.
 
     Parameters
     ----------
-    boxes : (F, 4) int32
-        As bound_triangles made them.
-    starts : (chunks, bands) int64
+    n_faces : int
+        F of bound_triangles.
+    found, kept : (>= F, 3) int32, (chunks,) int64
+        What bound_triangles found.
+    starts : (chunks, 2 bands) int64
         In: where in ``members`` each chunk's triangles of each band begin; used up.
-    members : (n,) int32
-        Out: triangles' places, band by band.
+    members : (n, 3) int32
+        Out: a triangle's number; first and last column, + 2^16 times first and last row.
     """
-    chunks = starts.shape[0]
-    size = (boxes.shape[0] + chunks - 1) // chunks
-    for chunk in prange(chunks):
-        for p in range(chunk * size, min((chunk + 1) * size, boxes.shape[0])):
-            if boxes[p, 0] <= boxes[p, 1] and boxes[p, 2] <= boxes[p, 3]:
-                for band in range(boxes[p, 2] // BAND, boxes[p, 3] // BAND + 1):
-                    members[starts[chunk, band]] = p
-                    starts[chunk, band] += 1
+    size = (n_faces + starts.shape[0] - 1) // starts.shape[0]
+    for chunk in prange(starts.shape[0]):
+        for k in range(chunk * size, chunk * size + kept[chunk]):
+            number, first, last = found[k, 0], found[k, 1], found[k, 2]
+            for band in range((first >> 16) // BAND, (last >> 16) // BAND + 1):
+                part = np.uint64(2 * band + (number & 1))
+                n = np.uint64(starts[chunk, part])
+                members[n, 0], members[n, 1], members[n, 2] = number >> 1, first, last
+                starts[chunk, part] += 1
 
 
 @kernel
 def ray_tables(kind, lens, columns, rows, left=0, top=0):
-    """Out: o and d of the x half of each column's rays, (W, 2), of the y half of each row's, (H, 2); near and far.
+    """Out: o and d of the x half of each column's rays, (2, W), of the y half of each row's, (2, H); near and far.
 
     Columns are counted from ``left`` on, rows from ``top`` on.
     """
-    for i in range(columns.shape[0]):
-        columns[i, 0], _, _, columns[i, 1], _, _, _, _ = texel_ray(kind, lens, (left + i) + 0.5, 0.5)
-    for j in range(rows.shape[0]):
-        _, rows[j, 0], _, _, rows[j, 1], _, _, _ = texel_ray(kind, lens, 0.5, (top + j) + 0.5)
+    for i in range(columns.shape[1]):
+        columns[0, i], _, _, columns[1, i], _, _, _, _ = texel_ray(kind, lens, (left + i) + 0.5, 0.5)
+    for j in range(rows.shape[1]):
+        _, rows[0, j], _, _, rows[1, j], _, _, _ = texel_ray(kind, lens, 0.5, (top + j) + 0.5)
     _, _, _, _, _, _, near, far = texel_ray(kind, lens, 0.5, 0.5)
     return near, far
-
-
-@kernel(parallel=True)
-def first_hits_by_footprint(columns, rows, near, far, corners, order, boxes, members, ends, triangle, depth, weights):
-    """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
-
-    Parameters
-    ----------
-    columns, rows, near, far
-        The rays (``ray_tables``).
-    corners, order : (F, 9) float64, (F,) int64
-        Corners of the triangles and their numbers.
-    boxes, members : (F, 4) int32, (n,) int32
-        The texels that each may cover; the triangles of each band of rows.
-    ends : (bands,) int64
-        Where in ``members`` each band's triangles end.
-    triangle : (H * W,) int32
-        Out: number of the triangle, -1 where there is none.
-    depth : (H * W,) float64
-        Out: z of the hit in cast space; ``far`` where there is none.
-    weights : (H * W, 2) float64
-        Out: barycentric weights of the triangle's second and third corner; untouched where there is none.
-    """
-    width, height, bands = columns.shape[0], rows.shape[0], ends.shape[0]
-    for band in interleaved(bands):
-        top, bottom = band * BAND, min(height, (band + 1) * BAND)
-        for texel in range(top * width, bottom * width):
-            triangle[texel], depth[texel] = -1, far
-        for n in range(0 if band == 0 else ends[band - 1], ends[band]):
-            p = members[n]
-            face = order[p]
-            ax, ay, az = corners[p, 0], corners[p, 1], corners[p, 2]
-            bx, by, bz = corners[p, 3], corners[p, 4], corners[p, 5]
-            cx, cy, cz = corners[p, 6], corners[p, 7], corners[p, 8]
-            nearest = min(az, bz, cz)
-            for j in range(max(top, boxes[p, 2]), min(bottom, boxes[p, 3] + 1)):
-                for i in range(boxes[p, 0], boxes[p, 1] + 1):
-                    texel = j * width + i
-                    if nearest > depth[texel]:
-                        continue
-                    hit, z, weight_b, weight_c = hit_triangle(
-                        columns[i, 0], rows[j, 0], columns[i, 1], rows[j, 1], ax, ay, az, bx, by, bz, cx, cy, cz
-                    )
-                    first = z < depth[texel] or (z == depth[texel] and face < triangle[texel])
-                    if hit and first and near < z:
-                        depth[texel], triangle[texel] = z, face
-                        weights[texel, 0], weights[texel, 1] = weight_b, weight_c

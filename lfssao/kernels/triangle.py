@@ -15,7 +15,7 @@ the normal range, 2**-969 with its rest: corners 1e-150 of a unit away from a ra
 from lfssao.kernels.jit import kernel
 
 # Twice the rounding error of a difference of two rounded products is below this share of their sizes' sum.
-_DOUBTFUL = 2.0**-50
+DOUBTFUL = 2.0**-50
 _SPLITTER = 134217729.0  # 2**27 + 1
 
 
@@ -61,7 +61,7 @@ def edge_function(a, b, c, d):
     """The number a b - c d: as it rounds where its sign is beyond doubt, exact_difference where it is not."""
     p, q = a * b, c * d
     difference = p - q
-    if abs(difference) > _DOUBTFUL * (abs(p) + abs(q)):
+    if abs(difference) > DOUBTFUL * (abs(p) + abs(q)):
         return difference
     return exact_difference(a, b, c, d)
 

@@ -111,7 +111,7 @@ def bound_triangles(width, height, u_axis, v_axis, vertices, faces, places, foun
                 i0, i1 = centres_between(min(ua, ub, uc), max(ua, ub, uc), width)
                 j0, j1 = centres_between(min(va, vb, vc), max(va, vb, vc), height)
                 anywhere = min(ua, ub, uc) == np.int32(_ANYWHERE)
-                i0, i1 = np.int32(0) if anywhere else i0, np.int32(width - 1) if anywhere else i1
+                i1 = np.int32(width - 1) if anywhere else i1  # i0 is 0: the place is farther to the left
                 j0, j1 = np.int32(0) if anywhere else j0, np.int32(height - 1) if anywhere else j1
                 right, left = np.float32(ub) - np.float32(ua), np.float32(uc) - np.float32(ua)
                 down, up = np.float32(vc) - np.float32(va), np.float32(vb) - np.float32(va)

@@ -76,7 +76,7 @@ def counted(samples: int, path: str) -> Measured:
     dtype = np.dtype(path)
     counts = np.array([1, 2**24 - 1, 2**24, 2**24 + 1, samples // 2 + 1, samples - 1, samples], np.int32)
     depth, shares = np.zeros(len(counts), dtype), np.empty(len(counts), dtype)
-    ssao.write_shares.py_func(depth, 0, len(counts), samples, 0, counts, shares)
+    ssao.finish_run.py_func(depth, 0, 0, len(counts), samples, counts, shares)
     unit = float(np.finfo(dtype).epsneg)
     exact = [Fraction(int(k), samples) for k in counts]
     errors = [abs(float(Fraction(float(a)) - b)) for a, b in zip(shares, exact, strict=True)]

@@ -151,49 +151,23 @@ def count_display(d, depth, width, height, n, a, b, c, offsets, count):
     return found
 
 
-@kernel(inline=True)
-def load_points(kind, m, depth, places, start, n, first, a, b, c, q, count):
-    """Lines 1 and 2, and the affine half of line 6, of the n texels from number ``start`` on.
-
-    They are written to the arrays' numbers from ``first`` on, as ``count_crossed_slits`` takes them; q for MATRIX only.
-    """
-    nothing = m.dtype.type(np.nan)
-    for i in range(n):
-        t, k = 3 * (start + i), np.uint64(first + i)  # line 1
-        x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
-        x = x if depth[np.uint64(start + i)] < np.inf else nothing
-        a[k], b[k], c[k] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
-        if kind == MATRIX:
-            q[k] = affine_row(m, 3, x, y, z)
-        count[k] = 0
-
-
-@kernel(inline=True)
-def write_shares(depth, start, n, samples, first, count, occlusion):
-    """Write count / samples, 0 without a surface, of the n texels from number ``start`` on, counts from ``first`` on.
-
-    Returns how many of them see a surface.
-    """
-    zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
-    visible = np.int32(0)
-    for i in range(n):
-        texel = np.uint64(start + i)
-        there = depth[texel] < np.inf
-        share = depth.dtype.type(count[np.uint64(first + i)]) / total
-        occlusion[texel] = share if there else zero
-        visible = np.int32(visible + np.int32(there))
-    return np.int64(visible)
-
-
 @kernel
 def finish_run(depth, at, start, n, samples, count, occlusion):
     """Write occlusion, 0 of the texels from number ``at`` to the run's start and count / samples of the n in the run.
 
     Returns how many samples the run's visible points have.
     """
+    zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
     for texel in range(np.uint64(at), np.uint64(start)):
-        occlusion[texel] = depth.dtype.type(0)
-    return write_shares(depth, start, n, samples, 0, count, occlusion) * samples
+        occlusion[texel] = zero
+    visible = np.int32(0)
+    for i in range(n):
+        texel = np.uint64(start + i)
+        there = depth[texel] < np.inf
+        share = depth.dtype.type(count[i]) / total
+        occlusion[texel] = share if there else zero
+        visible = np.int32(visible + np.int32(there))
+    return np.int64(visible) * samples
 
 
 @kernel(parallel=True)
@@ -222,7 +196,7 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
     shares = occlusion.reshape(height * width)
     module = m[12:].copy()
     image_offsets = transform_offsets(offsets, kind, m)
-    samples = offsets.shape[0]
+    samples, nothing = offsets.shape[0], m.dtype.type(np.nan)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in interleaved(blocks):
         wide_vectors()
@@ -233,7 +207,15 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
             outside[j] = 0
             while at < end:
                 start, n = run_of(surface, at, min(at + CHUNK, end), every)
-                load_points(kind, m, surface, places, start, n, 0, a, b, c, q, count)
+                # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
+                for i in range(n):
+                    t = 3 * (start + i)  # line 1
+                    x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
+                    x = x if surface[np.uint64(start + i)] < np.inf else nothing
+                    a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                    if kind == MATRIX:
+                        q[i] = affine_row(m, 3, x, y, z)
+                    count[i] = 0
                 if kind == CROSSED_SLITS:
                     found = count_crossed_slits(m, surface, width, height, n, a, b, c, samples, image_offsets, count)
                 elif kind == MATRIX:

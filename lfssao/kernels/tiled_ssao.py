@@ -9,9 +9,9 @@ import numpy as np
 
 from lfssao.kernels.intrinsics import CHUNK, scratch, scratch_rows
 from lfssao.kernels.jit import kernel, wide_vectors
-from lfssao.kernels.mapping import CROSSED_SLITS
+from lfssao.kernels.mapping import CROSSED_SLITS, affine_row
 from lfssao.kernels.runs import sees_surface
-from lfssao.kernels.ssao import count_crossed_slits, load_points, transform_offsets, write_shares
+from lfssao.kernels.ssao import count_crossed_slits, transform_offsets
 from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 from lfssao.kernels.tile_bounds import bounds_of, undecided
 
@@ -29,9 +29,30 @@ def _load_tile(m, depth, places, width, left, right, top, bottom, a, b, c, count
         for i in range(_TEXELS):
             a[i], b[i], c[i], count[i] = np.nan, np.nan, np.nan, 0
         for j in range(top, bottom):
-            start, at = j * width + left, (j - top) * _TILE
-            load_points(CROSSED_SLITS, m, depth, places, start, right - left, at, a, b, c, a, count)  # there is no q
+            start, first = j * width + left, (j - top) * _TILE
+            for i in range(right - left):
+                t, k = 3 * (start + i), np.uint64(first + i)  # line 1
+                x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
+                x = x if depth[np.uint64(start + i)] < np.inf else m.dtype.type(np.nan)
+                a[k], b[k], c[k] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
     return some
+
+
+@kernel(inline=True)
+def _write_shares(depth, start, n, samples, first, count, occlusion):
+    """Write count / samples, 0 without a surface, of the n texels from number ``start`` on, counts from ``first`` on.
+
+    Returns how many of them see a surface.
+    """
+    zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
+    visible = np.int32(0)
+    for i in range(n):
+        texel = np.uint64(start + i)
+        there = depth[texel] < np.inf
+        share = depth.dtype.type(count[np.uint64(first + i)]) / total
+        occlusion[texel] = share if there else zero
+        visible = np.int32(visible + np.int32(there))
+    return np.int64(visible)
 
 
 @kernel
@@ -47,7 +68,7 @@ def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, behin
         points += there
     visible = 0
     for j in range(top, bottom):
-        visible += write_shares(depth, j * width + left, right - left, samples, (j - top) * _TILE, count, occlusion)
+        visible += _write_shares(depth, j * width + left, right - left, samples, (j - top) * _TILE, count, occlusion)
     return visible * samples - points * inside - found
 
 

@@ -134,7 +134,7 @@ def image_axes(view: View, window: Window, scale_x: float, scale_y: float) -> li
     Returns
     -------
     list of two (6,) float64
-        What ``lfssao.kernels.footprints.place_vertices`` takes.
+        What ``lfssao.kernels.footprints.bound_triangles`` takes.
     """
     lens, largest = view.lens.tolist(), np.inf
     if view.ray_kind == FLAT_LINEAR:

@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from lfssao import passes
 from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Estimator, FloatArray
-from lfssao.kernels.mapping import CROSSED_SLITS
 from lfssao.samples import make_samples
 
 SURFACES = ("depth", "positions")
@@ -51,7 +50,7 @@ def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray 
     if view.screen_to_world is not None:
         matrix = view.world_to_image.numbers.reshape(4, 4)
         return passes.algorithm1(buffers.depth, view.screen_to_world, matrix, points, radius, buffers.every_texel)
-    bounds = buffers.depth_bounds if buffers.in_tiles and view.world_to_image.kind == CROSSED_SLITS else None
+    bounds = buffers.depth_bounds if buffers.in_tiles else None
     return passes.algorithm2(
         buffers.depth, buffers.positions, view.world_to_image, points, radius, buffers.every_texel, bounds
     )

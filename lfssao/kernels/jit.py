@@ -63,9 +63,10 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     Parameters
     ----------
     function : callable
-        The function; with ``parallel`` each ``prange`` runs over rows that one thread alone writes.
+        The function; with ``parallel`` each ``prange`` or ``interleaved`` runs over rows that one thread alone writes.
     parallel : bool
-        Whether each ``prange`` of the function's own body is shared among threads (``lfssao.kernels.threads``).
+        Whether each ``prange`` and ``interleaved`` of the function's own body is shared among threads
+        (``lfssao.kernels.threads``).
     inline : bool
         Whether LLVM must put the function into its callers, so that their loops become vectors.
 

@@ -20,6 +20,7 @@ from lfssao.kernels.mapping import CROSSED_SLITS
 from lfssao.matrix import Matrix
 from lfssao.tiles import occlusion_in_tiles
 from lfssao.view import WorldToImage
+from lfssao.window import Window
 
 Texture = NDArray[np.floating[Any]]
 
@@ -61,6 +62,7 @@ def algorithm1(
     samples: Texture,
     radius: float,
     every_texel: bool = False,
+    window: Window | None = None,
 ) -> Occlusion:
     """LF Algorithm 1: occlusion of an ordinary view from its depth texture and two matrices.
 
@@ -76,11 +78,13 @@ def algorithm1(
         R, world units.
     every_texel : bool
         Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
+    window : Window, optional
+        Texels outside of which no surface is seen, so that none is looked for there; all by default.
 
     Raises
     ------
     InputError
-        If a shape, a dtype or the radius is wrong.
+        If a shape, a dtype, the radius or the window is wrong.
     """
     check_texture("depth", depth, 2)
     for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
@@ -90,7 +94,8 @@ def algorithm1(
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     ssao.algorithm1(
         np.ascontiguousarray(depth), offsets, np.ascontiguousarray(np.ravel(screen_to_world), depth.dtype),
-        np.ascontiguousarray(np.ravel(world_to_screen), depth.dtype), every_texel, occlusion, outside,
+        np.ascontiguousarray(np.ravel(world_to_screen), depth.dtype), every_texel, _numbers(window, depth),
+        occlusion, outside,
     )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
 
@@ -102,6 +107,7 @@ def algorithm2(
     samples: Texture,
     radius: float,
     every_texel: bool = False,
+    window: Window | None = None,
     bounds: Texture | None = None,
 ) -> Occlusion:
     """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
@@ -120,6 +126,8 @@ def algorithm2(
         R, world units.
     every_texel : bool
         Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
+    window : Window, optional
+        Texels outside of which no surface is seen, so that none is looked for there; all by default.
     bounds : (2, R, C), same dtype, optional
         Bounds of the depths (``lfssao.tiles.depth_bounds``). With them it is asked if many samples have one outcome for
         whole tiles of texels, which takes less time then and gives the same bits; of a flat linear display's modules.
@@ -127,7 +135,7 @@ def algorithm2(
     Raises
     ------
     InputError
-        If a shape, a dtype or the radius is wrong.
+        If a shape, a dtype, the radius or the window is wrong.
     """
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
@@ -143,7 +151,10 @@ def algorithm2(
         if found is not None:
             return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm2(depth, positions, offsets, world_to_image.kind, numbers, every_texel, occlusion, outside)
+    ssao.algorithm2(
+        depth, positions, offsets, world_to_image.kind, numbers, every_texel, _numbers(window, depth), occlusion,
+        outside,
+    )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
 
 
@@ -214,11 +225,19 @@ def merge(layers: list[Texture] | Texture) -> Texture:
     """
     if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
         raise InputError("merge needs at least one texture, all of one size")
-    stack = np.ascontiguousarray(layers)
-    check_texture("layers", stack, 3)
-    merged = np.empty(stack.shape[1:], stack.dtype)
-    merge_kernels.merge_maximum(stack, merged)
-    return merged
+    for number, layer in enumerate(layers):
+        check_texture(f"layer {number}", layer, 2)
+        if layer.dtype != layers[0].dtype:
+            raise InputError(f"layer {number} is of {layer.dtype}, layer 0 of {layers[0].dtype}")
+    left = [np.ascontiguousarray(layer) for layer in layers]
+    while True:
+        some, left = left[: merge_kernels.AT_ONCE], left[merge_kernels.AT_ONCE :]
+        merged = np.empty_like(some[0])
+        again = [some[-1]] * (merge_kernels.AT_ONCE - len(some))  # which changes nothing
+        merge_kernels.merge_maximum(*some, *again, merged)
+        if not left:
+            return merged
+        left.insert(0, merged)
 
 
 def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
@@ -293,6 +312,30 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     return shaded
 
 
+def shade_white(depth: Texture, occlusion: Texture) -> Texture:
+    """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 beside it.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Image z, +infinity where there is no surface.
+    occlusion : (H, W), same dtype
+        0 to 1.
+
+    Raises
+    ------
+    InputError
+        If sizes or dtypes do not fit.
+    """
+    check_texture("depth", depth, 2)
+    check_texture("occlusion", occlusion, 2)
+    if depth.shape != occlusion.shape or depth.dtype != occlusion.dtype:
+        raise InputError(f"depth is {depth.shape} of {depth.dtype}, expected {occlusion.shape} of {occlusion.dtype}")
+    shaded = np.empty((*depth.shape, 3), depth.dtype)
+    shade_kernels.apply_to_white(np.ascontiguousarray(depth), np.ascontiguousarray(occlusion), shaded)
+    return shaded
+
+
 def check_radius(radius: float) -> None:
     """Refuse a radius that is not a finite number of at least 0."""
     if not 0 <= radius < np.inf:
@@ -304,6 +347,15 @@ def _check_positions(depth: Texture, positions: Texture) -> None:
         raise InputError(
             f"positions are {positions.shape} of {positions.dtype}, expected {(*depth.shape, 3)} of {depth.dtype}"
         )
+
+
+def _numbers(window: Window | None, texture: Texture) -> NDArray[np.int64]:
+    """A window of a texture as kernels take it."""
+    height, width = texture.shape
+    left, top, right, bottom = window or (0, 0, width, height)
+    if not (0 <= left <= right <= width and 0 <= top <= bottom <= height):
+        raise InputError(f"window is {left}, {top}, {right}, {bottom}, not a part of {width}x{height} texels")
+    return np.array((left, top, right, bottom), np.int64)
 
 
 def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:

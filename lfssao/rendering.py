@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import sqrt
 from typing import TypeVar
 
@@ -124,8 +125,8 @@ class Textures:
         Occlusion, one texture a radius.
     merged, blurred : (H, W) float32
         Maximum over the radii; the same after the blur.
-    image, shaded : (H, W, 3) float32
-        The colour texture (white on the surface where the mesh has no colour), without and with AO.
+    shaded : (H, W, 3) float32
+        The colour texture (white on the surface where the mesh has no colour) with AO.
     outside : tuple of int
         Samples of each radius that fell outside the texture or the mapping's domain.
     seconds : dict
@@ -137,10 +138,14 @@ class Textures:
     ao: tuple[FloatTexture, ...]
     merged: FloatTexture
     blurred: FloatTexture
-    image: FloatTexture
     shaded: FloatTexture
     outside: tuple[int, ...]
     seconds: dict[str, float]
+
+    @cached_property
+    def image(self) -> FloatTexture:
+        """What AO is multiplied into, (H, W, 3): the colour texture, or white on the surface; made when asked for."""
+        return _cropped(self.view, base_image(self.gbuffer.color, self.gbuffer.triangle >= 0))
 
     def _repr_png_(self) -> bytes:
         from lfssao import contact  # late: only notebooks show it
@@ -185,16 +190,17 @@ def render_view(
 
     plan = plan or ViewPlan.of(view, caster.bounds, settings)
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals, plan.window))
-    seen = gbuffer.triangle >= 0
-    surface = plan.surface(seen)
+    surface = plan.surface(gbuffer.depth)
     # Behind the AO everything is +0 outside of this window.
     window = plan.reached(surface, passes.blur_reach(settings.blur))
-    buffers = replace(Buffers.of(gbuffer, view), every_texel=plan.every_texel, in_tiles=plan.asks_tiles(seen, settings))
+    buffers = replace(
+        Buffers.of(gbuffer, view), every_texel=plan.every_texel, window=surface if plan.cut else None,
+        in_tiles=plan.asks_tiles(gbuffer.depth, settings),
+    )  # fmt: skip
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([window.part(a.texture) for a in ao], plan))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
-    image = timed("image", lambda: _image(gbuffer, window))
-    shaded = timed("shade", lambda: passes.shade(window.crop(image), blurred) if window.texels else window.crop(image))
+    shaded = timed("shade", lambda: _shade(gbuffer, window, blurred))
 
     def texture(part: FloatTexture) -> FloatTexture:
         return _cropped(view, window.paste(part, (view.height, view.width, *part.shape[2:])))
@@ -205,7 +211,6 @@ def render_view(
         ao=tuple(_cropped(view, a.texture) for a in ao),
         merged=texture(merged),
         blurred=texture(blurred),
-        image=_cropped(view, image),
         shaded=texture(shaded),
         outside=tuple(a.outside for a in ao),
         seconds=seconds,
@@ -262,12 +267,13 @@ def _occlusion(
     return estimate(settings.estimator, buffers, radius, settings.samples, settings.weights, **settings.parameters)
 
 
-def _image(gbuffer: GBuffer, window: Window) -> FloatTexture:
-    """``base_image`` of a G-buffer that has no surface outside of a window."""
-    if gbuffer.color is not None:
-        return gbuffer.color
-    white = base_image(None, window.crop(gbuffer.triangle) >= 0)
-    return window.paste(white, (*gbuffer.triangle.shape, 3))
+def _shade(gbuffer: GBuffer, window: Window, blurred: FloatTexture) -> FloatTexture:
+    """The window of the shaded image; without colour none is made to be shaded."""
+    if not window.texels:
+        return np.zeros((*blurred.shape, 3), np.float32)
+    if gbuffer.color is None:
+        return passes.shade_white(window.crop(gbuffer.depth), blurred)
+    return passes.shade(window.crop(gbuffer.color), blurred)
 
 
 def base_image(color: FloatTexture | None, surface: NDArray[np.bool_]) -> FloatTexture:

@@ -186,7 +186,7 @@ def _left_out(work: Work, item: Item, depth: Part) -> dict[str, Any] | None:
         return None
     view = work.views[item.view]
     plan = ViewPlan.of(view, work.boxes[item.frame], work.settings)
-    surface = plan.surface(np.isfinite(depth.pixels[..., 0]))
+    surface = plan.surface(depth.pixels[..., 0])
     run = plan.reached(surface, blur_reach(work.settings.blur))
     windows = {"cast": plan.window, "surface": surface, "blurred": run}
     return {name: list(window) if window.texels else None for name, window in windows.items()}

@@ -9,8 +9,10 @@ The rules, and why the textures are the same without what they leave out:
   positive weights with +0 to +0. Taps beyond the grown window read the texel on its border, which is +0, or lies on
   the texture's own border. Beyond the blur's reach the image, +0 without a surface, is +0 (1 - 0) = +0. (Within it
   1 - AO may round below 0 and make -0 of +0; that is why the grown window is multiplied too.)
-- AO of background: a share of texels without a surface is +0 whatever their samples are. Rows are sampled in runs of
-  32 texels or more of which one sees a surface (``lfssao.kernels.runs``); of other estimators this is not switched.
+- AO of background: a share of texels without a surface is +0 whatever their samples are. Within the window of those
+  that see one, rows are sampled in runs that begin with such a texel (``lfssao.kernels.runs``); of other estimators
+  this is not switched.
+- Image: without colour it is white on the surface, which needs no texture to be multiplied.
 - Equal radii: an estimator is a function of its arguments, so a radius that comes again is not computed again.
 - Radius 0: the offsets 0 s are all (+-0, +-0, +-0). Algorithms 1 and 2 add them to coordinates, of which only the
   sign of a zero can change, and compare: all n samples have one outcome, and n / n = 1 / 1, 0 / n = 0 / 1.
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
     from lfssao.rendering import Settings
 
 # Radii that appear as so many texels, roughly, are not asked for whether they appear smaller than half of one.
-_NOT_SMALL = 8.0
+_NOT_SMALL = 2.0
 
 # A window that holds more of the texture than this is not worth copying textures for, by measurement.
 _WORTH_CUTTING = 0.5
@@ -115,20 +117,20 @@ class ViewPlan:
         whole, count = Window.whole(view), len(settings.radii)
         return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False, every_texel=True)
 
-    def surface(self, seen: NDArray[np.bool_]) -> Window:
+    def surface(self, depth: NDArray[np.float32]) -> Window:
         """The window that the passes behind the ray caster run on, before the blur's reach; empty for no surface.
 
         Parameters
         ----------
-        seen : (H, W) bool
-            Which texels see a surface.
+        depth : (H, W) float32
+            Image z, +infinity where there is no surface.
         """
         if not self.cut:
             return self.whole
         if not self.window.texels:
             return self.window
         top = self.window.top
-        left, first, right, end = surface_window(seen[top : self.window.bottom])
+        left, first, right, end = surface_window(depth[top : self.window.bottom])
         return Window(left, top + first, right, top + end) if end > first else Window(0, 0, 0, 0)
 
     @property
@@ -137,19 +139,20 @@ class ViewPlan:
         each = zip(self.same_as, self.one_sample, self.behind, strict=True)
         return sum(first == number and not one and known is None for number, (first, one, known) in enumerate(each))
 
-    def asks_tiles(self, seen: NDArray[np.bool_], settings: "Settings") -> bool:
+    def asks_tiles(self, depth: NDArray[np.float32], settings: "Settings") -> bool:
         """Whether it is asked if bounds of the depths decide samples of whole tiles.
 
         Parameters
         ----------
-        seen : (H, W) bool
-            Which texels see a surface.
+        depth : (H, W) float32
+            Image z, +infinity where there is no surface.
         settings : Settings
             What the AO passes are run with.
         """
         if not self.in_tiles or settings.samples is None:
             return False
-        return worth_asking(int(np.count_nonzero(seen)), seen.size, len(settings.samples), self.sampled)
+        seen = int(np.count_nonzero(depth < np.inf))
+        return worth_asking(seen, depth.size, len(settings.samples), self.sampled)
 
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""

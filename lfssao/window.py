@@ -197,10 +197,11 @@ def _between(low: float, high: float, size: int) -> tuple[int, int]:
     return first, last
 
 
-def surface_window(seen: NDArray[np.bool_]) -> Window:
-    """The smallest window that holds all texels of a (H, W) texture that are True; empty for none."""
-    ones = seen.view(np.uint8)  # of which maxima are taken faster than any() of truth values
-    rows, columns = np.flatnonzero(ones.max(axis=1)), np.flatnonzero(ones.max(axis=0))
+def surface_window(depth: NDArray[np.float32]) -> Window:
+    """The smallest window that holds all texels of a depth texture, (H, W), that see a surface; empty for none."""
+    rows = np.flatnonzero(depth.min(axis=1) < np.inf)
     if len(rows) == 0:
         return Window(0, 0, 0, 0)
-    return Window(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
+    top, bottom = int(rows[0]), int(rows[-1]) + 1
+    columns = np.flatnonzero(depth[top:bottom].min(axis=0) < np.inf)
+    return Window(int(columns[0]), top, int(columns[-1]) + 1, bottom)

@@ -94,6 +94,7 @@ def occlusions(dtype):
     yield "merge", merged
     yield "blur", np.array([passes.blur(merged, sigma) for sigma in (0.7, 2.0)])
     yield "shade", passes.shade(rgb, merged)
+    yield "shade white", passes.shade_white(depth, merged)
 
 
 def in_tiles(dtype):
@@ -119,8 +120,9 @@ def in_tiles(dtype):
 def no_samples(depth, positions, m):
     occlusion, outside = np.empty_like(depth), np.empty(HEIGHT, np.int64)
     ssao.algorithm2(
-        depth, positions, np.empty((0, 3), depth.dtype), mapping.CROSSED_SLITS, m, False, occlusion, outside
-    )
+        depth, positions, np.empty((0, 3), depth.dtype), mapping.CROSSED_SLITS, m, False,
+        np.array([0, 0, WIDTH, HEIGHT]), occlusion, outside,
+    )  # fmt: skip
     return occlusion
 
 

@@ -51,13 +51,16 @@ def textures(draw, dtype, shape=None):
 @given(data=st.data())
 def test_merge_equals_its_twin(dtype, data):
     shape = data.draw(shapes)
-    layers = np.stack([data.draw(textures(dtype, shape)) for _ in range(data.draw(st.integers(1, 5)))])
-    merged = np.full(shape, 9, dtype)
-    merge_kernels.merge_maximum(layers, merged)
+    layers = np.stack([data.draw(textures(dtype, shape)) for _ in range(data.draw(st.integers(1, 11)))])
+    kept = layers.copy()
+    merged = passes.merge(list(layers))
     assert_same_bits(merged, twins.merge(layers))
-    assert_same_bits(passes.merge(list(layers)), merged)
+    assert_same_bits(layers, kept)
     np.testing.assert_array_equal(merged, layers.max(axis=0))
     np.testing.assert_array_equal(passes.merge(layers[::-1]), merged)
+    named = np.full(shape, 9, dtype)
+    merge_kernels.merge_maximum(*(layers[k % len(layers)] for k in range(5)), named)
+    np.testing.assert_array_equal(named, layers[:5].max(axis=0))
 
 
 @given(st.floats(5e-324, 1e308), st.integers(0, 20))
@@ -158,6 +161,19 @@ def test_shade_equals_its_twin(dtype, data):
 
 
 @both
+@given(data=st.data())
+def test_shading_without_colour_shades_a_white_image(dtype, data):
+    shape = data.draw(shapes)
+    seen = data.draw(st.integers(0, 2**32).map(lambda seed: np.random.default_rng(seed).random(shape) < 0.7))
+    depth, occlusion = np.where(seen, dtype(0.5), dtype(np.inf)), data.draw(textures(dtype, shape))
+    white = np.repeat(seen[..., None], 3, axis=2).astype(dtype)
+    shaded = np.full_like(white, 9)
+    shade_kernels.apply_to_white(depth, occlusion, shaded)
+    assert_same_bits(shaded, twins.shade(white, occlusion))
+    assert_same_bits(passes.shade_white(depth, occlusion), shaded)
+
+
+@both
 def test_shade_by_hand(dtype):
     rgb = np.array([[[1.0, 0.5, 0.25], [1.0, 2.0, 4.0], [3.0, 2.0, 1.0]]], dtype)
     occlusion = np.array([[0.0, 0.75, 1.0]], dtype)
@@ -169,9 +185,13 @@ def test_the_passes_refuse_what_does_not_fit():
     for sigma in (-1.0, np.nan, np.inf):
         with pytest.raises(InputError):
             passes.blur(texture, sigma)
-    for bad in ([], [texture, texture[:1]], [texture.astype(int)], [texture[0]], np.zeros((0, 2, 3))):
+    mixed = [texture, texture.astype(np.float32)]
+    for bad in ([], [texture, texture[:1]], [texture.astype(int)], [texture[0]], np.zeros((0, 2, 3)), mixed):
         with pytest.raises(InputError):
             passes.merge(bad)
+    for depth, occlusion in ((texture[0], texture[0]), (texture, texture[:1]), tuple(mixed)):
+        with pytest.raises(InputError):
+            passes.shade_white(depth, occlusion)
     for bad in (texture[0], texture.astype(np.float16), texture[:, :0], texture.tolist()):
         with pytest.raises(InputError):
             passes.blur(bad, 1.0)

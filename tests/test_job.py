@@ -33,7 +33,7 @@ TEXTURES = {
     "merged": ("merged.AO",),
     "blurred": ("blurred.AO",),
 }
-PASSES = {"ray_cast", "ao", "merge", "blur", "image", "shade", "digest", "write", "contact"}
+PASSES = {"ray_cast", "ao", "merge", "blur", "shade", "digest", "write", "contact"}
 COMMAND = ["render", "statue", "--display", "sample-a", "--modules", "3:5", "--resolution", "64x48",
            "--radii", "0.05,4%", "--samples", "6", "--seed", "9", "--blur", "1.5"]  # fmt: skip
 

@@ -5,10 +5,13 @@ import pytest
 import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 
 from lfssao import Camera, Display, Module, WorldToImage, fit_roi, passes
 from lfssao.errors import InputError
 from lfssao.kernels import ssao
+from lfssao.kernels.runs import next_run
+from lfssao.window import Window
 
 CROSSED_SLITS, MATRIX = 0, 1
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -27,15 +30,20 @@ def unwritten(depth):
     return np.full_like(depth, 9), np.full(depth.shape[0], -9, np.int64)
 
 
-def run1(depth, offsets, back, m, every=False):
+def whole(depth):
+    return np.array([0, 0, depth.shape[1], depth.shape[0]])
+
+
+def run1(depth, offsets, back, m, every=False, window=None):
     occlusion, outside = unwritten(depth)
-    ssao.algorithm1(depth, offsets, back, m, every, occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, m, every, whole(depth) if window is None else window, occlusion, outside)
     return occlusion, outside
 
 
-def run2(depth, positions, offsets, kind, m, every=False):
+def run2(depth, positions, offsets, kind, m, every=False, window=None):
     occlusion, outside = unwritten(depth)
-    ssao.algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside)
+    window = whole(depth) if window is None else window
+    ssao.algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, outside)
     return occlusion, outside
 
 
@@ -132,6 +140,53 @@ def test_both_algorithms_equal_their_twins_for_any_numbers(dtype, data):
     for every in (False, True):
         assert_same(run2(depth, positions, offsets, kind, m, every), second)
         assert_same(run1(depth, offsets, back, m, every), first)
+
+
+@both
+@given(data=st.data())
+def test_outside_of_a_window_no_surface_is_looked_for(dtype, data):
+    depth, positions, offsets, kind, m, back = data.draw(raw_cases(dtype))
+    height, width = depth.shape
+    left, right = sorted(data.draw(st.tuples(*[st.integers(0, width)] * 2)))
+    top, bottom = sorted(data.draw(st.tuples(*[st.integers(0, height)] * 2)))
+    window, inside = np.array([left, top, right, bottom]), np.zeros(depth.shape, bool)
+    inside[top:bottom, left:right] = True
+    for made, expected in (
+        (run2(depth, positions, offsets, kind, m, window=window), twins.algorithm2(depth, positions, offsets, kind, m)),
+        (run1(depth, offsets, back, m, window=window), twins.algorithm1(depth, offsets, back, m)),
+    ):
+        assert_same_bits(made[0], np.where(inside, expected[0], dtype(0)))
+        rows = np.flatnonzero((inside | ~(depth < np.inf)).all(axis=1))  # that see nothing outside
+        assert made[1][rows].tolist() == expected[1][rows].tolist()
+
+
+@njit
+def all_runs(depth, at, end, most):
+    found = []
+    while at < end:
+        start, n = next_run(depth, at, end, most)
+        found.append((start, n))
+        at = start + n
+    return found
+
+
+@settings(max_examples=60)
+@given(
+    st.integers(0, 2**32), st.integers(1, 1300), st.integers(0, 40), st.sampled_from([16, 256, 2000]),
+    st.sampled_from([0.0, 1e-3, 0.01, 0.3, 1.0]),
+)  # fmt: skip
+def test_runs_hold_all_that_sees_a_surface_and_little_else(seed, width, first, most, share):
+    rng = np.random.default_rng(seed)
+    seen = rng.random(first + width) < share
+    seen[first + rng.integers(width) : first + rng.integers(width + 1)] |= rng.random() < 0.5
+    depth, at = np.where(seen, np.float32(-1), np.float32(np.inf)), first
+    for start, n in all_runs(depth, first, first + width, most):
+        assert not seen[at:start].any()
+        assert n <= most
+        assert seen[start] if n else start == first + width
+        assert all(seen[k : min(k + 32, start + n)].any() for k in range(start, start + n, 32))
+        at = start + n
+    assert not seen[at : first + width].any()
 
 
 @both
@@ -301,3 +356,8 @@ def test_algorithm_passes_refuse_what_does_not_fit():
     for back, forth in [(np.eye(3), np.eye(4)), (np.eye(4), np.eye(4).ravel())]:
         with pytest.raises(InputError):
             passes.algorithm1(depth, back, forth, samples, 1.0)
+    for window in ((-1, 0, 3, 2), (0, -1, 3, 2), (0, 0, 4, 2), (0, 0, 3, 3), (2, 0, 1, 2), (0, 2, 3, 1)):
+        with pytest.raises(InputError, match="window"):
+            passes.algorithm2(depth, positions, mapping, samples, 1.0, window=Window(*window))
+        with pytest.raises(InputError, match="window"):
+            passes.algorithm1(depth, np.eye(4), np.eye(4), samples, 1.0, window=Window(*window))

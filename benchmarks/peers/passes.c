@@ -250,15 +250,15 @@ void blur_vertical(int width, int height, const float *source, const float *weig
     }
 }
 
-void merge_maximum(int width, int height, int count, const float *layers, float *merged)
+static float larger(float value, float most) { return value > most ? value : most; }
+
+void merge_maximum(int width, int height, const float *first, const float *second, const float *third,
+                   const float *fourth, const float *fifth, float *merged)
 {
     ROWS for (int i = 0; i < width; i++) {
-        float most = layers[(int64_t)j * width + i];
-        for (int k = 1; k < count; k++) {
-            const float value = layers[((int64_t)k * height + j) * width + i];
-            most = value > most ? value : most;
-        }
-        merged[(int64_t)j * width + i] = most;
+        const int64_t t = (int64_t)j * width + i;
+        const float most = larger(third[t], larger(second[t], first[t]));
+        merged[t] = larger(fifth[t], larger(fourth[t], most));
     }
 }
 

@@ -13,6 +13,7 @@ from lfssao.passes import check_texture
 from lfssao.raycast import GBuffer
 from lfssao.tiles import depth_bounds
 from lfssao.view import View
+from lfssao.window import Window
 
 Texture = NDArray[np.floating[Any]]
 
@@ -33,6 +34,8 @@ class Buffers:
         Unit normals in world space, towards the viewer, 0 where there is no surface; None where none were made.
     every_texel : bool
         Whether LF's estimator is to compute texels without a surface too, only to show what leaving them out saves.
+    window : Window or None
+        Texels outside of which it need not look for a surface; None where it is not known that there is none.
     in_tiles : bool
         Whether it is to ask if many of its samples have one outcome for whole tiles of texels (``lfssao.tiles``).
 
@@ -47,6 +50,7 @@ class Buffers:
     positions: Texture
     normals: Texture | None = None
     every_texel: bool = field(default=False, kw_only=True)
+    window: Window | None = field(default=None, kw_only=True)
     in_tiles: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:

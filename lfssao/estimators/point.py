@@ -49,11 +49,14 @@ def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray 
     view = buffers.view
     if view.screen_to_world is not None:
         matrix = view.world_to_image.numbers.reshape(4, 4)
-        return passes.algorithm1(buffers.depth, view.screen_to_world, matrix, points, radius, buffers.every_texel)
+        return passes.algorithm1(
+            buffers.depth, view.screen_to_world, matrix, points, radius, buffers.every_texel, buffers.window
+        )
     bounds = buffers.depth_bounds if buffers.in_tiles else None
     return passes.algorithm2(
-        buffers.depth, buffers.positions, view.world_to_image, points, radius, buffers.every_texel, bounds
-    )
+        buffers.depth, buffers.positions, view.world_to_image, points, radius, buffers.every_texel, buffers.window,
+        bounds,
+    )  # fmt: skip
 
 
 def point(

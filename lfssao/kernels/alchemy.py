@@ -219,7 +219,7 @@ def alchemy(
                 at = j * width + column
                 end = min(at + CHUNK, (j + 1) * width)
                 while at < end:
-                    start, n = next_run(surface, at, end)
+                    start, n = next_run(surface, at, end, CHUNK)
                     load(places, start, n, scratch, _POINT)
                     load(facing, start, n, scratch, _NORMAL)
                     load(looking, start, n, scratch, _LOOK)

@@ -4,17 +4,26 @@ from numba import prange
 
 from lfssao.kernels.jit import kernel, wide_vectors
 
+# How many textures merge_maximum takes: LF's radii.
+AT_ONCE = 5
+
+
+@kernel(inline=True)
+def _larger(value, most):
+    return value if value > most else most
+
 
 @kernel(parallel=True)
-def merge_maximum(layers, merged):
-    """Maximum over axis 0 of layers, (K, H, W), K >= 1, into merged, (H, W); the order does not matter."""
+def merge_maximum(first, second, third, fourth, fifth, merged):
+    """Maximum of five textures, (H, W) all; a NaN behind the first is never the larger.
+
+    Each is read where it is: to put them behind each other takes twice as long as to compare them.
+    """
     for j in prange(merged.shape[0]):
+        wide_vectors()
         for i in range(merged.shape[1]):
-            merged[j, i] = layers[0, j, i]
-        for k in range(1, layers.shape[0]):
-            for i in range(merged.shape[1]):
-                value = layers[k, j, i]
-                merged[j, i] = value if value > merged[j, i] else merged[j, i]
+            most = _larger(third[j, i], _larger(second[j, i], first[j, i]))
+            merged[j, i] = _larger(fifth[j, i], _larger(fourth[j, i], most))
 
 
 @kernel(parallel=True)

@@ -67,7 +67,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
         at, end = j * width, (j + 1) * width
         outside[j] = 0
         while at < end:
-            start, n = next_run(visible, at, end)
+            start, n = next_run(visible, at, end, width)
             found = 0
             for i in range(n):
                 count[i] = 0

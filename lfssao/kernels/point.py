@@ -116,7 +116,7 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_run(surface, at, min(at + CHUNK, end))
+                start, n = next_run(surface, at, end, CHUNK)
                 load_row(places, start, n, points)
                 if hemisphere:
                     load_row(facing, start, n, up)

@@ -7,6 +7,9 @@ from lfssao.kernels.jit import kernel
 # Texels looked at together: two of the widest vectors. Runs are of whole groups, except where the row ends.
 _GROUP = 32
 
+# Texels that are skipped together.
+_MANY = 256
+
 # Texels that are computed or left out together where triangles say which see a surface: as few as hide what starting a
 # loop takes.
 PIECE = 64
@@ -32,8 +35,37 @@ def sees_triangle(triangle, first, end):
     return common != -1
 
 
+@kernel(inline=True)
+def skip_background(depth, at, end):
+    """The first texel from number ``at`` on that sees a surface; ``end`` or beyond where there is none.
+
+    Many groups at a time first: of a small scene most rows see nothing.
+    """
+    while at + np.uint64(_MANY) <= end:
+        some = np.int32(0)
+        for k in range(_MANY):
+            some |= np.int32(depth[at + np.uint64(k)] < np.inf)
+        if some != 0:
+            break
+        at += np.uint64(_MANY)
+    while at < end and not sees_surface(depth, at, min(at + np.uint64(_GROUP), end)):
+        at += np.uint64(_GROUP)
+    while at < end and not depth[at] < np.inf:
+        at += np.uint64(1)
+    return at
+
+
 @kernel
-def next_run(depth, at, end):
+def run_length(depth, at, end):
+    """How many texels from number ``at`` on are in groups of which one sees a surface."""
+    start = at
+    while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
+        at += _GROUP
+    return min(at, end) - start
+
+
+@kernel(inline=True)
+def next_run(depth, at, end, most):
     """The next texels worth computing of a row.
 
     Parameters
@@ -42,24 +74,26 @@ def next_run(depth, at, end):
         The depth texture, +infinity where there is no surface.
     at, end : int
         Texel numbers: where to look from; the row's end.
+    most : int
+        How many texels a run has at most.
 
     Returns
     -------
     start, n : int
-        Texel number and length of the run; between runs no texel sees a surface, within one not every texel need.
+        Texel number and length of the run; before it no texel sees a surface, within it not every texel need.
         (end, 0) where there is no more.
     """
-    while at < end and not sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
-        at += _GROUP
-    start = min(at, end)
-    while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
-        at += _GROUP
-    return start, min(at, end) - start
+    start = min(np.int64(skip_background(depth, np.uint64(at), np.uint64(end))), end)
+    return start, run_length(depth, start, min(start + most, end))
 
 
-@kernel
-def run_of(depth, at, end, every):
-    """next_run, or all the texels that are left of the row where ``every`` is asked for."""
+@kernel(inline=True)
+def run_of(depth, at, end, most, every, left, right):
+    """next_run where texels of the row before number ``left``, and from number ``right`` on, see nothing.
+
+    Where ``every`` is asked for it is all the next texels of the row, as many as a run has at most.
+    """
     if every:
-        return at, end - at
-    return next_run(depth, at, end)
+        return at, min(most, end - at)
+    start, n = next_run(depth, max(at, left), right, most)
+    return start if n > 0 else end, n

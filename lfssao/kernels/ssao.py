@@ -171,7 +171,7 @@ def finish_run(depth, at, start, n, samples, count, occlusion):
 
 
 @kernel(parallel=True)
-def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
+def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, outside):
     """LF Algorithm 2, occlusion of every texel of one module.
 
     Parameters
@@ -186,6 +186,8 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
         The mapping world -> image (``lfssao.kernels.mapping``).
     every : bool
         Whether texels without a surface are computed too, for nothing.
+    window : (4,) int64
+        First column and row, last column and row + 1 of what is looked at otherwise: texels outside see no surface.
     occlusion : (H, W), same dtype
         Out: occluded samples / n; 0 where there is no surface and for n = 0.
     outside : (H,) int64
@@ -204,9 +206,10 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
+            left, right = at + window[0], at + (window[2] if window[1] <= j < window[3] else 0)
             outside[j] = 0
             while at < end:
-                start, n = run_of(surface, at, min(at + CHUNK, end), every)
+                start, n = run_of(surface, at, end, CHUNK, every, left, right)
                 # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
                 for i in range(n):
                     t = 3 * (start + i)  # line 1
@@ -227,7 +230,7 @@ def algorithm2(depth, positions, offsets, kind, m, every, occlusion, outside):
 
 
 @kernel(parallel=True)
-def algorithm1(depth, offsets, screen_to_world, m, every, occlusion, outside):
+def algorithm1(depth, offsets, screen_to_world, m, every, window, occlusion, outside):
     """LF Algorithm 1, occlusion of every texel of an ordinary view.
 
     Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,) the rows of a 4x4 matrix, in place of
@@ -244,9 +247,10 @@ def algorithm1(depth, offsets, screen_to_world, m, every, occlusion, outside):
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
+            left, right = at + window[0], at + (window[2] if window[1] <= j < window[3] else 0)
             outside[j] = 0
             while at < end:
-                start, n = run_of(surface, at, min(at + CHUNK, end), every)
+                start, n = run_of(surface, at, end, CHUNK, every, left, right)
                 first = m.dtype.type(start - j * width) + half
                 for i in range(n):
                     u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1

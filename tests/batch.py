@@ -249,8 +249,11 @@ def casts():
         assert (again == depth).all()
         assert (places == positions).all()
         rgb = np.empty((size, 3), np.float32)
-        paint.paint_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
+        paint.paint_textured_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
         yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])
+        flat = (array.reshape(-1) for array in (weights, faces, factors, material, colors, rgb))
+        paint.paint_hits(number, *flat)
+        yield f"hits without textures {view.ray_kind}", rgb
 
 
 def estimates():

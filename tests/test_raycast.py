@@ -380,11 +380,15 @@ def test_colour_equals_its_twin(name, textured, colored):
 
 
 def test_colour_by_hand():
-    """Red, green and blue at the corners; the texel in the middle sees a third of each, a corner's only its own."""
-    view = scenes.VIEWS["orthographic"](3, 3)
+    """Red, green and blue at the corners; the texel in the middle sees a third of each, a corner's only its own.
+
+    The texture is longer than the pieces of it that are looked at together: most see nothing.
+    """
+    view = scenes.VIEWS["orthographic"](3, 99)
     vertices = scenes.at(view, [0.5, 2.5, 1.5], [0.5, 0.5, 3.5], 0.0)
     paint = Paint.from_vertex_colors(np.eye(3, dtype=np.float32), 1)
     seen = RayCaster(Mesh(scenes.to_world(view, vertices), [[0, 1, 2]], paint), view.cast_from_world).gbuffer(view)
     np.testing.assert_allclose(seen.color[0], [[1, 0, 0], [0.5, 0.5, 0], [0, 1, 0]], atol=1e-7)
     np.testing.assert_allclose(seen.color[1, 1], [1 / 3, 1 / 3, 1 / 3], atol=1e-7)
     assert not seen.color[2, [0, 2]].any()
+    assert not seen.color[4:].any()

@@ -35,38 +35,20 @@ def sees_triangle(triangle, first, end):
     return common != -1
 
 
-@kernel(inline=True)
-def skip_background(depth, at, end):
-    """The first texel from number ``at`` on that sees a surface; ``end`` or beyond where there is none.
-
-    Many groups at a time first: of a small scene most rows see nothing.
-    """
-    while at + np.uint64(_MANY) <= end:
-        some = np.int32(0)
-        for k in range(_MANY):
-            some |= np.int32(depth[at + np.uint64(k)] < np.inf)
-        if some != 0:
-            break
-        at += np.uint64(_MANY)
-    while at < end and not sees_surface(depth, at, min(at + np.uint64(_GROUP), end)):
-        at += np.uint64(_GROUP)
-    while at < end and not depth[at] < np.inf:
-        at += np.uint64(1)
-    return at
-
-
 @kernel
 def run_length(depth, at, end):
     """How many texels from number ``at`` on are in groups of which one sees a surface."""
     start = at
-    while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
-        at += _GROUP
+    while at < end and sees_surface(depth, at, min(at + np.uint64(_GROUP), end)):
+        at += np.uint64(_GROUP)
     return min(at, end) - start
 
 
 @kernel(inline=True)
 def next_run(depth, at, end, most):
     """The next texels worth computing of a row.
+
+    Many groups at a time are skipped first: of a small scene most rows see nothing.
 
     Parameters
     ----------
@@ -83,8 +65,21 @@ def next_run(depth, at, end, most):
         Texel number and length of the run; before it no texel sees a surface, within it not every texel need.
         (end, 0) where there is no more.
     """
-    start = min(np.int64(skip_background(depth, np.uint64(at), np.uint64(end))), end)
-    return start, run_length(depth, start, min(start + most, end))
+    start, last = np.uint64(at), np.uint64(end)
+    while start + np.uint64(_MANY) <= last:
+        some = np.int32(0)
+        for k in range(_MANY):
+            some |= np.int32(depth[start + np.uint64(k)] < np.inf)
+        if some != 0:
+            break
+        start += np.uint64(_MANY)
+    while start < last and not sees_surface(depth, start, min(start + np.uint64(_GROUP), last)):
+        start += np.uint64(_GROUP)
+    while start < last and not depth[start] < np.inf:
+        start += np.uint64(1)
+    if start >= last:
+        return end, 0
+    return np.int64(start), np.int64(run_length(depth, start, min(start + np.uint64(most), last)))
 
 
 @kernel(inline=True)

@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lfssao import Buffers, Camera, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
-from lfssao.embree import in_chunks
+from lfssao.embree import CentredScene, in_chunks
 from lfssao.ground_truth import _CLEAR, FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
 from lfssao.kernels import truth_batches
 
@@ -210,6 +210,30 @@ def test_from_the_least_offset_no_plane_hides_itself():
             assert not ray_cast_occlusion(occluders, seen, radius, offset=least / radius, **options).texture.any()
             with pytest.raises(InputError, match=r"rays begin .* off the surface, and Embree's float32 needs"):
                 ray_cast_occlusion(occluders, seen, radius, offset=0.999 * least / radius, **options)
+
+
+def test_rays_do_not_slip_through_between_triangles():
+    """Rays from afar through vertices and edges of a sheet without holes, inside its rim.
+
+    Robust traversal loses one of 1,700 of them with any instruction set; the other one of 6, and of 50 on diagonals.
+    """
+    rng, n, side = np.random.default_rng(11), 20_000, 65
+    x, y = np.meshgrid(*[np.linspace(-1, 1, side)] * 2, indexing="ij")
+    corners = np.stack([x, y, rng.uniform(-0.005, 0.005, x.shape)], axis=-1).reshape(-1, 3)
+    first = np.arange(side**2).reshape(side, side)[:-1, :-1].ravel()
+    squares = np.stack([first, first + 1, first + side + 1, first + side], axis=1)
+    sheet = CentredScene(Mesh(corners, np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]]])))
+    inner = squares[(np.abs(corners[squares, :2]) < 0.9).all(axis=(1, 2))]
+    share = np.round(rng.random((n, 1)), 1)
+    for ends in ([0, 1], [0, 2], [0, 3]):  # along a row, the diagonal, along a column
+        low, high = np.moveaxis(corners[rng.choice(inner, n)][:, ends], 1, 0)
+        origins = np.column_stack([rng.uniform(-25, 25, (n, 2)), np.full(n, 100.0)])
+        ways = low + share * (high - low) - origins
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        origins = (origins - sheet.middle) / sheet.unit
+        for any_hit in (False, True):
+            met = sheet.distances(origins.astype(np.float32), ways.astype(np.float32), np.inf, any_hit)
+            assert np.isinf(met).mean() < 1 / 500
 
 
 # Extremes, threads, memory

@@ -103,7 +103,7 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
     with path.open("wb", buffering=_BUFFER) as stream:
         stream.write(head + bytes(8 * sum(counts)))  # the table of offsets is known at the end
         sizes = [
-            stream.write(struct.pack("<iii", number, first - part.guard, len(data)) + data)
+            stream.write(struct.pack("<iii", number, first - part.guard, len(data))) + stream.write(data)
             for number, part in enumerate(parts)
             for first, data in _chunks(part)
         ]
@@ -178,7 +178,7 @@ def _chunks(part: Part) -> Iterator[tuple[int, bytes]]:
     height, width, channels = part.pixels.shape
     pixels, order = np.ascontiguousarray(part.pixels).view(np.uint32), np.array(_order(part), np.int64)
     gathered = np.empty(_LINES * width * channels, np.uint32)
-    packed = np.empty(2 * gathered.size, np.uint16)
+    packed = np.empty(4 * gathered.size, np.uint8)
     for first in range(0, height, _LINES):
         size = min(_LINES, height - first) * width * channels
         if channels == 1:  # as they are in memory
@@ -186,6 +186,7 @@ def _chunks(part: Part) -> Iterator[tuple[int, bytes]]:
         else:
             words = gathered[:size]
             gather_lines(pixels, order, first, words)
-        split_and_difference(words, packed[: 2 * size])
-        data = isal_zlib.compress(packed[: 2 * size].astype("<u2", copy=False).data, _LEVEL)
-        yield first, data if len(data) < 4 * size else words.astype("<u4", copy=False).tobytes()
+        stored = words.astype("<u4", copy=False).view(np.uint8)
+        split_and_difference(stored, packed[: 4 * size])
+        data = isal_zlib.compress(packed[: 4 * size].data, _LEVEL)
+        yield first, data if len(data) < 4 * size else stored.tobytes()

@@ -22,25 +22,16 @@ def gather_lines(pixels, order, first, words):
 
 
 @kernel
-def split_and_difference(words, packed):
+def split_and_difference(stored, packed):
     """OpenEXR's two steps before deflate: bytes 0, 2, 4, ... before bytes 1, 3, 5, ..., then differences + 128.
 
-    A word stands for its four bytes, the lowest first, a number of packed for its two. words: (n,) uint32, n > 0;
-    packed: (2 n,) uint16, out.
+    stored: (n,) uint8, n even and > 0; packed: (n,) uint8, out.
     """
-    n, eight = words.size, np.uint32(8)
-    even, odd = packed[1:n], packed[n + 1 :]
-    for k in range(n - 1):
-        even[k] = _differences(words[k + 1], words[k])
-    for k in range(n - 1):
-        odd[k] = _differences(words[k + 1] >> eight, words[k] >> eight)
-    packed[0] = _differences(words[0], np.uint32(128 << 16))
-    packed[n] = _differences(words[0] >> eight, words[n - 1])
-
-
-@kernel(inline=True)
-def _differences(word, before):
-    """Byte 0 of word less byte 2 of before, byte 2 of word less byte 0 of it, each + 128, as one number."""
-    bias, byte, half = np.uint32(128), np.uint32(255), np.uint32(16)
-    low, high = (word - (before >> half) + bias) & byte, ((word >> half) - word + bias) & byte
-    return np.uint16(low | high << np.uint32(8))
+    half, bias = stored.size // 2, np.uint8(128)
+    odd = packed[half:]
+    for k in range(1, half):
+        packed[k] = stored[2 * k] - stored[2 * k - 2] + bias
+    for k in range(1, half):
+        odd[k] = stored[2 * k + 1] - stored[2 * k - 1] + bias
+    packed[0] = stored[0]
+    odd[0] = stored[1] - stored[2 * half - 2] + bias

@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0; 2 where the input was wrong; 130 where the user interrupted; of ``compare`` its own codes; 1 of
         ``samples check`` where a promise is broken, of ``bench stability`` where a bound is.
     """
-    gc.set_threshold(20_000, 20, 20)  # the compiler makes millions of objects: to look through them less saves a tenth
+    gc.set_threshold(100_000, 50, 50)  # the compiler makes millions of objects: to look through them less saves a tenth
     words = list(sys.argv[1:] if arguments is None else arguments)
     bad_input = compare.NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
     try:

@@ -189,6 +189,15 @@ def test_runs_hold_all_that_sees_a_surface_and_little_else(seed, width, first, m
     assert not seen[at : first + width].any()
 
 
+def test_a_run_is_found_wherever_its_only_texel_is():
+    for place in range(3, 800):
+        depth = np.full(800, np.float32(np.inf))
+        depth[place] = 0
+        start, n = all_runs(depth, 3, 800, 256)[0]
+        assert start == place
+        assert 1 <= n <= 32
+
+
 @both
 @given(data=st.data())
 def test_pass_algorithm2_equals_its_twin_on_modules(dtype, data):

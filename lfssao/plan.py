@@ -163,7 +163,7 @@ def _layers(mesh: Mesh, settings: Settings, plans: Sequence[ViewPlan]) -> list[C
             float(not colored),
             None,
             BUILT_IN,
-            "the mesh has colour" if colored else "the mesh has no colour: the image is white, no colour is made",
+            "the mesh has colour" if colored else "the mesh has no colour: white is shaded, no image is made",
         )
     )
     reads = find_estimator(settings.estimator).normals
@@ -216,7 +216,8 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
     switched = settings.estimator == "lf" and not settings.neighbours
     cuts.append(
         Cut("AO", "texels without a surface", None, None, None, None, AT_RUN_TIME if switched else BUILT_IN,
-            "rows are sampled in runs that see a surface; where a view shows none, no estimator runs")
+            "rows of the window that holds all surface texels are sampled in runs that see one; where a view shows none, no "
+            "estimator runs")
     )  # fmt: skip
     return cuts
 

@@ -22,7 +22,7 @@ from lfssao.estimators.surroundings import ball_mirrors
 from lfssao.kernels import outcomes
 from lfssao.oracle import shares
 from lfssao.oracle.error_model import MODELS
-from lfssao.oracle.points import BOUNDED, NORMALS, point_bounds
+from lfssao.oracle.points import BOUNDED, NORMALS, Estimate, point_bounds
 from lfssao.oracle.texels import Surfaces, Texels
 
 RENDERERS = 40
@@ -245,6 +245,41 @@ def test_few_points_are_open(name, seen):
             assert opened.mean() / len(points) < 0.005
             assert (opened == 0).mean() > 0.95
             assert found.upper.max() > 0.2
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_what_an_estimate_was_run_with_is_what_its_bounds_are_of(name):
+    """By a camera, whose axis VO reads; of another of its numbers, or in another model, they would be others."""
+    mesh, rng = builtin_scene("statue"), np.random.default_rng(4)
+    view = Camera.looking_at(mesh.bounds).view(5, 4)
+    depth, positions, points = critical_scene(rng, view, 6, 0.3, lambda samples, number: samples[number])
+    normals = unit(rng.normal(size=positions.shape)).astype(np.float32)
+    options, weights = ESTIMATORS[name].parameters, rng.uniform(0.2, 3, 6)
+    made = Estimate(name, points, weights, options, view.cast_from_world)
+    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals)
+
+    def same(a, b):
+        return all(np.array_equal(getattr(a, end), getattr(b, end)) for end in ("lower", "upper", "open"))
+
+    found = [made.bounds(depth, positions, normals, view.world_to_image, 0.3, MODELS[m]) for m in ("shader", "nearest")]
+    right = [point_bounds(name, given, 0.3, points, weights, options, m) for m in ("shader", "nearest")]
+    assert same(found[0], right[0])
+    assert same(found[1], right[1])
+    assert not same(*right)
+    assert same(point_bounds(name, given, 0.3, points, weights, options), right[0])
+    away = Surfaces(depth, positions, view.world_to_image, -view.cast_from_world, normals)
+    assert same(right[0], point_bounds(name, away, 0.3, points, weights, options)) == (not name.startswith("vo-"))
+
+
+def test_estimates_know_whether_they_have_bounds():
+    view = Camera.looking_at(builtin_scene("statue").bounds).view(2, 2)
+    for name, estimator in ESTIMATORS.items():
+        for thickness in (0.0, 0.1):
+            options = {**estimator.parameters, "thickness": thickness}
+            made = Estimate(name, None, None, options, view.cast_from_world)
+            assert made.is_bounded == (name in BOUNDED and thickness == 0)
+            assert made.bounds(np.zeros((2, 2)), np.zeros((2, 2, 3)), None, view.world_to_image, 0.1, "shader") is None
+        assert Estimate(name, None, None, {}, view.cast_from_world).is_bounded == (name in BOUNDED)
 
 
 def test_other_estimators_have_no_bounds():

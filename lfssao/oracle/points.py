@@ -73,7 +73,7 @@ class Estimate:
         model: ErrorModel,
     ) -> Bounds | None:
         """Bounds of its occlusion of these textures, None where there is none; arguments as of ``point_bounds``."""
-        if self.points is None or not self.is_bounded:
+        if self.points is None:
             return None
         given = Surfaces(depth, positions, world_to_image, self.cast_from_world, normals)
         return point_bounds(self.name, given, radius, self.points, self.weights, self.options, model)

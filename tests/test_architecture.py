@@ -54,7 +54,7 @@ def run(*command, env=None):
 def test_kernels_import_nothing_from_above(path):
     allowed = {"numpy", "numba", "math", "__future__"}
     if path.name == "intrinsics.py":
-        allowed |= {"typing", "numba.core"}
+        allowed |= {"typing", "numba.core", "llvmlite"}
     if path.name in ("jit.py", "linked.py", "threads.py"):
         allowed |= {"ast", "functools", "hashlib", "inspect", "textwrap", "collections.abc", "pathlib", "typing"}
         allowed |= {"llvmlite", "numba.core", "numba.core.codegen", "numba.core.compiler"}

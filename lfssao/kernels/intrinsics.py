@@ -1,8 +1,9 @@
-"""What numba does not offer: memory on the stack, and look-ups by numbers of known sign."""
+"""What numba does not offer: memory on the stack, look-ups by numbers of known sign, and those to come announced."""
 
 from math import prod
 from typing import Any
 
+from llvmlite import ir
 from numba import extending, types
 from numba.core import cgutils
 
@@ -60,3 +61,21 @@ def element(_typing: Any, array: Any, number: Any) -> Any:
         return builder.load(builder.gep(made.data, [wide], inbounds=True))
 
     return array.dtype(array, types.int32), load
+
+
+@extending.intrinsic
+def prefetch(_typing: Any, array: Any, number: Any) -> Any:
+    """Let the processor bring an element of a flat array near, which will be read soon; it waits for nothing."""
+
+    def announce(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        made = context.make_array(signature.args[0])(context, builder, arguments[0])
+        place = builder.bitcast(builder.gep(made.data, [arguments[1]]), cgutils.voidptr_t)
+        whole = ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [place.type, whole, whole, whole])
+        # To read, to be kept in all caches, data.
+        builder.call(
+            builder.module.declare_intrinsic("llvm.prefetch", [place.type], kind), [place, whole(0), whole(3), whole(1)]
+        )
+        return context.get_dummy_value()
+
+    return types.void(array, number), announce

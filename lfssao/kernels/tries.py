@@ -8,13 +8,14 @@ doubt as it rounds, hit_triangle itself decides.
 import numpy as np
 
 from lfssao.kernels.footprints import BAND
-from lfssao.kernels.intrinsics import CHUNK, scratch
+from lfssao.kernels.intrinsics import CHUNK, prefetch, scratch
 from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.runs import PIECE, sees_triangle
 from lfssao.kernels.threads import interleaved
 from lfssao.kernels.triangle import DOUBTFUL, hit_triangle
 
 # Texels of a row that are looked at together, whether a triangle can cover them or not: fewer branches.
-_PIECE = 4
+_AT_ONCE = 4
 
 # Lanes of the widest vectors.
 _LANES = 8
@@ -61,6 +62,17 @@ def _clear(far, first, end, best, triangle, place, at):
         place[lane], at[lane] = 0, 0
 
 
+@kernel(inline=True)
+def _write_depth(first, end, best, triangle, depth):
+    """What a band ends with: z of the texels from number ``first`` to before ``end`` that see a triangle."""
+    for start in range(first, end, np.uint64(PIECE)):
+        stop = min(start + np.uint64(PIECE), end)
+        if sees_triangle(triangle, start, stop):
+            for texel in range(start, stop):
+                if triangle[texel] >= 0:
+                    depth[texel] = best[texel - first]
+
+
 @kernel(parallel=True)
 def first_hits_by_tries(columns, rows, near, far, corners, nearest, order, members, ends, triangle, depth, weights):
     """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
@@ -87,7 +99,7 @@ def first_hits_by_tries(columns, rows, near, far, corners, nearest, order, membe
     cells, weighted = BAND * width, weights.shape[0] > 0
     for band in interleaved(bands):
         wide_vectors()
-        best = np.empty(cells + _PIECE)  # z of the band's texels; pieces reach beyond the last
+        best = np.empty(cells + _AT_ONCE)  # z of the band's texels; pieces reach beyond the last
         place, at, chosen = scratch(np.int32), scratch(np.int32), scratch(np.int32)
         z_of, b_of, c_of = scratch(np.float64), scratch(np.float64), scratch(np.float64)
         top, bottom = band * BAND, min(height, (band + 1) * BAND)
@@ -100,15 +112,18 @@ def first_hits_by_tries(columns, rows, near, far, corners, nearest, order, membe
             j, j1 = max(first >> 16, top) + down, min(last >> 16, bottom - 1)
             # A pair that does not count is overwritten by the next: no branches, which nothing could foretell.
             cell, texel, z = np.uint64((j - top) * width + i), np.int32(i | (j << 16)), nearest[np.uint64(p)]
-            for c in range(_PIECE):
+            for c in range(_AT_ONCE):
                 place[n], at[n] = p, texel + np.int32(c)
                 n += np.uint64((i + np.int64(c) <= i1) & (not z > best[cell + np.uint64(c)]))
-            row_ends = i + _PIECE > i1
-            triangle_ends = row_ends & (j >= j1)
-            across = np.int64(0) if row_ends else across + np.int64(_PIECE)
-            down = np.int64(0) if triangle_ends else down + np.int64(row_ends)
-            m += np.uint64(triangle_ends)
-            if n <= CHUNK - _PIECE and m < end:
+            prefetch(corners, np.uint64(9) * np.uint64(p))
+            prefetch(corners, np.uint64(9) * np.uint64(p) + np.uint64(8))
+            # Masks, of which all bits are 1 or all 0: of truth values LLVM would make branches here.
+            row_ends = (i1 - i - np.int64(_AT_ONCE)) >> np.int64(63)
+            triangle_ends = row_ends & ((j1 - j - np.int64(1)) >> np.int64(63))
+            across = (across + np.int64(_AT_ONCE)) & ~row_ends
+            down = (down - row_ends) & ~triangle_ends
+            m -= np.uint64(triangle_ends)
+            if n <= CHUNK - _AT_ONCE and m < end:
                 continue
             for lane in range((n + np.uint64(_LANES - 1)) // np.uint64(_LANES) * np.uint64(_LANES)):
                 c = np.uint64(9) * np.uint64(place[lane])
@@ -145,6 +160,4 @@ def first_hits_by_tries(columns, rows, near, far, corners, nearest, order, membe
                         t = np.uint64(2) * texel
                         weights[t], weights[t + np.uint64(1)] = b_of[lane], c_of[lane]
             n = np.uint64(0)
-        for texel in range(top * width, bottom * width):
-            if triangle[texel] >= 0:
-                depth[texel] = best[texel - top * width]
+        _write_depth(np.uint64(top * width), np.uint64(bottom * width), best, triangle, depth)

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import kit_digests
@@ -160,7 +161,60 @@ def test_singular_cases_have_their_singularity(name, singular):
 def test_cases_of_borders_have_points_on_both_sides_of_them(name, expected):
     case = make_case(f"border_{name}")
     assert sorted(set(case.outputs["answers"].tolist())) == expected
+    if name in ("crossed_slits", "conical", "folded", "horizon"):
+        z_m, z_o = (
+            case.parameters["mapping"]["numbers"][k] for k in ((12, 13) if name == "crossed_slits" else (14, 16))
+        )
+        assert {z_m, z_o} <= set(case.inputs["points"][:, 2].tolist())
     assert np.isfinite(case.outputs["image"]).all()
+
+
+def side_of(name, numbers, x, y, z):
+    """A number that is 0 on the border that a case of borders is of, negative beyond it."""
+    if name == "camera":
+        return numbers[12] * x + numbers[13] * y + numbers[14] * z + numbers[15]
+    assert numbers[:12] == [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]  # physical space is the world
+    m_x, _, m_z, y_o, z_o, screen, observers = (lens := numbers[12:])[:7]
+    dx, dz = x - m_x, m_z - z
+    if name == "horizon":
+        s_x, s_y = m_x + dx * m_z / dz, y_o + (y - y_o) * z_o / (z_o - z)
+        return lens[14] * s_x + lens[15] * s_y + lens[16]
+    if name == "folded":  # texels are 16 a metre from the distortion's centre, 16 of them its unit: 1 = r^2 / 4
+        return 4 - (m_x + dx * m_z / dz) ** 2 - (y_o + (y - y_o) * z_o / (z_o - z)) ** 2
+    if name == "conical":  # 1 + kappa, made a difference of squares where kappa is negative
+        below, above = (y - y_o) * z_o / (z_o - z) + y_o - numbers[13], (y - y_o) * z_o / (z_o - z)
+        return below**2 + m_z**2 - (z / z_o) ** 2 * (above**2 + z_o**2) if z > 0 else 1
+    if name == "observers_first":  # the line meets the observers' outside the screen's circle
+        at = m_x + dx * (m_z - z_o) / dz
+        return screen * (at * at + z_o * z_o) - 2 * z_o
+    # How far a line through the lens passes the circle's middle by, in radii
+    k, low = (screen, 0) if name == "grazed" else (observers, z_o)
+    aside = dx * (m_z - low - 1 / k) + dz * m_x
+    return 1 - k * k * aside * aside / (dx * dx + dz * dz)
+
+
+@pytest.mark.parametrize(
+    ("name", "on", "beyond"),
+    [("grazed", {0}, 3), ("observers_missed", {2, 3}, 2), ("folded", {4}, 4), ("horizon", {4}, 4), ("camera", {1}, 1),
+     ("observers_first", set(), 3), ("conical", set(), 1)],
+)  # fmt: skip
+def test_cases_of_borders_have_points_that_are_on_them_exactly(name, on, beyond):
+    """By fractions, of points between observers and lens; a line that touches a circle meets it.
+
+    No point of binary digits is where screen and observers meet, nor is any on the conical diffuser's border. Points
+    where the observers' arc is touched are on it or beyond the screen.
+    """
+    case = make_case(f"border_{name}")
+    numbers = [Fraction(n) for n in case.parameters["mapping"]["numbers"]]
+    found = {1: set(), 0: set(), -1: set()}
+    for point, answer in zip(case.inputs["points"].tolist(), case.outputs["answers"].tolist(), strict=True):
+        x, y, z = (Fraction(n) for n in point)
+        if name == "camera" or numbers[16] < z < numbers[14]:
+            side = side_of(name, numbers, x, y, z)
+            found[(side > 0) - (side < 0)].add(answer)
+    assert found[0] == on
+    assert found[-1] == {beyond}
+    assert 0 in found[1]
 
 
 def test_an_infinite_far_plane_is_null_and_depths_of_it_stand_for_no_distance():

@@ -23,7 +23,7 @@ from lfssao.cli import main
 from lfssao.display_file import find_display
 from lfssao.errors import InputError
 from lfssao.estimators.registry import ESTIMATORS
-from lfssao.samples import sample_set
+from lfssao.samples import METHODS, sample_set
 from lfssao.scene.builtin import builtin_scene
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -240,6 +240,44 @@ def test_all_samplers_of_an_estimator_tend_to_the_integral_of_its_own_set(name):
             weights = np.sqrt(1 - squares)
         mean = np.average(np.sqrt(squares), weights=weights)
         assert mean == pytest.approx(expected, abs=0.04), sampler
+
+
+@pytest.mark.parametrize("name", [n for n in ESTIMATORS if plans.takes_samples(ESTIMATORS[n])])
+def test_samplers_are_left_out_where_their_points_alone_are_not_even(name):
+    """The spiral's are taps, repulsion's are even with their weights, which VO reads."""
+    estimator = ESTIMATORS[name]
+    methods = METHODS["ball" if estimator.dimensions == 3 else "disk"]
+    even = set(methods) - {"spiral", "repulsion"}
+    even |= {"spiral"} & set(methods) if name == "alchemy" else set()
+    even |= {"repulsion"} & set(methods) if name.startswith("vo-") else set()
+    assert set(plans.samplers_of(estimator, plans.FULL)) == even
+    assert set(plans.samplers_of(estimator, plans.QUICK)) == even & {"random", "latin", "poisson"}
+    for sampler in even:
+        most = methods[sampler].most
+        wide = replace(plans.FULL, counts=(1, (most or 9) - 1, most or 9, (most or 9) + 1))
+        assert tuple(plans.counts_of(estimator, sampler, wide)) == wide.counts[: 3 if most else 4]
+    assert list(plans.counts_of(estimator, plans.TIMED_FOR_ALL, plans.FULL)) == list(plans.FULL.counts)
+    first, second, again = (plans.samples_for(estimator, "random", 5, seed)[0] for seed in (1, 2, 1))
+    assert np.array_equal(first, again)
+    assert not (first == second).any()
+
+
+@pytest.mark.parametrize("name", [n for n in ESTIMATORS if not plans.takes_samples(ESTIMATORS[n])])
+def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
+    estimator = ESTIMATORS[name]
+    default, *others = plans.own_counts_of(estimator, plans.FULL)
+    assert default == (None, {})
+    counted = {"taps", "directions", "steps"} & set(estimator.parameters)
+    assert bool(others) == bool(counted)
+    for n, parameters in others:
+        assert counted <= set(parameters) <= set(estimator.parameters)
+        assert n == np.prod([parameters[key] for key in counted])
+        assert parameters.get("turns", 0) == 0  # as many as make the taps even
+    assert plans.own_counts_of(estimator, plans.QUICK) == [default]
+
+
+def test_a_plan_needs_each_radius_once():
+    assert replace(plans.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).shares == (0.005, 0.02, 0.1)
 
 
 # Times, the front, advice

@@ -216,8 +216,8 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
     switched = settings.estimator == "lf" and not settings.neighbours
     cuts.append(
         Cut("AO", "texels without a surface", None, None, None, None, AT_RUN_TIME if switched else BUILT_IN,
-            "rows of the window that holds all surface texels are sampled in runs that see one; where a view shows none, no "
-            "estimator runs")
+            "rows of the window that holds all surface texels are sampled in runs that see one; where a view shows "
+            "none, no estimator runs")
     )  # fmt: skip
     return cuts
 

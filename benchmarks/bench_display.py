@@ -2,13 +2,20 @@
 
 All modules of c80, 1024x768, the embedded armadillo (about 213,000 faces), five radii of 8 samples, blur, EXR files:
 wall and processor time and peak memory of ``lfssao render``; seconds of each pass; strong and weak scaling over
-threads; and the program that one would write from ``trimesh.ray`` and NumPy, on one module, in turn with ours: with
-its file and without, as the file's compression and digests, which both need, bound what can be gained.
+threads; and the program that one would write from ``trimesh.ray`` and NumPy, in turn with ours. Ours renders the whole
+display before and after each turn of the plain program, which takes a second a module: it renders modules spread over
+the display, whose mean stands for all.
 
 "lost" is the share of the wall clock, from the first ray to the manifest, that is not the sum of the passes on one
 thread, and of the contact sheet's five rows, spread evenly over the threads.
-On a loaded machine wall seconds say little: processor seconds over the cores are the wall clock of a quiet one, if
-nothing is lost; ours are those of one more module, so without the start. Neither's building of the tree counts.
+
+Ratios of the plain program's seconds to ours:
+display         the whole display from the first ray to the last file, without either's start and building of the tree
+command         the wall clock of the whole commands: packages, the mesh, the tree, and all of the above
+passes          the textures alone, without files, contact sheet and manifest
+processor       as display and passes, from processor seconds over the cores: the wall clock of a quiet machine, if
+                nothing is lost; ours are those of further modules, so without the start
+files           processor, if our passes took no time at all
 """
 
 import argparse
@@ -24,6 +31,7 @@ from pathlib import Path
 
 import numba
 import numpy as np
+from plain_program import Plain, save_scene, write_plain
 
 from lfssao import (
     RayCaster,
@@ -39,7 +47,8 @@ from lfssao import (
 from lfssao.exr import read_exr
 from lfssao.manifest import describe_machine
 
-DISPLAY = "c80"
+DISPLAY, MODULES = "c80", 80
+COMPARED = range(0, MODULES, 11)  # modules that the plain program renders
 
 # Threads that wait in a loop would count as work: those of OpenMP, and those of BLAS, which are of no use to products
 # with 3 x 3 matrices.
@@ -51,107 +60,26 @@ def render(scene: str, folder: Path, modules: int, threads: int) -> dict:
 
     Of these "render" begins with the tree, which is taken out of it.
     """
-    first = 40 - modules // 2
+    first = (MODULES - modules) // 2
     words = [scene, "--display", DISPLAY, "--modules", f"{first}:{first + modules}", "--threads", str(threads)]
-    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-m", "lfssao", "render", *words, "-o", str(folder)]
     # A process between reports the peak of this command alone: that of children is the largest of all.
-    done = subprocess.run(
-        [sys.executable, "-c", PEAK, *command], check=True, stdout=subprocess.PIPE, text=True
-    ).stdout.splitlines()[-1]  # fmt: skip
-    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    words = [sys.executable, "-c", PEAK, *command]
+    wall, peak = map(float, subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout.split())
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = json.loads((folder / "manifest.json").read_text())["seconds"]
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     seconds["render"] -= seconds["build_bvh"]
-    return {"modules": modules, "threads": threads, "wall": wall, "cpu": cpu, "peak_mib": int(done) / 1024, **seconds}
+    return {"modules": modules, "threads": threads, "wall": wall, "cpu": cpu, "peak_mib": peak / 1024, **seconds}
 
 
 PEAK = """
-import resource, subprocess, sys
+import resource, subprocess, sys, time
+start = time.perf_counter()
 subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
-print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+print(time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 """
-
-
-class Plain:
-    """What one would write: trimesh casts the rays, NumPy does the rest, for all texels at once."""
-
-    def __init__(self, mesh, view, samples, radii):
-        import trimesh
-
-        self.to_physical = np.vstack([view.cast_from_world, [0, 0, 0, 1]])
-        self.scene = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-        self.scene.apply_transform(self.to_physical)
-        self.scene.ray.intersects_any([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])  # builds the tree, once for all modules
-        self.samples, self.radii = samples, radii
-
-    def textures(self, view) -> dict:
-        """Channels and pixels of each part of a module's file."""
-        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = view.lens
-        to_physical, to_world = self.to_physical, view.world_from_cast
-        # Rays: through the screen point of each texel's centre, the module's line and the observers' line.
-        s_x, s_y = np.meshgrid(
-            (np.arange(view.width) + 0.5 - u_0) / u_scale, (np.arange(view.height) + 0.5 - v_0) / v_scale
-        )
-        directions = np.stack([(m_x - s_x) / m_z, (y_o - s_y) / z_o, np.ones_like(s_x)], axis=-1).reshape(-1, 3)
-        origins = np.stack([s_x, s_y, np.zeros_like(s_x)], axis=-1).reshape(-1, 3) + z_o * directions
-        points, texels, _ = self.scene.ray.intersects_location(origins, directions, multiple_hits=False)
-        depth = np.full(view.height * view.width, np.inf)
-        depth[texels] = points[:, 2]
-        surface = points @ to_world[:, :3].T + to_world[:, 3]
-        world = np.full((view.height * view.width, 3), np.inf)
-        world[texels] = surface
-        layers = []
-        for radius in self.radii:
-            occluded = np.zeros(len(texels))
-            for offset in self.samples * radius:
-                x, y, z = ((surface + offset) @ to_physical[:3, :3].T + to_physical[:3, 3]).T
-                u = u_0 + u_scale * (m_x + (x - m_x) * m_z / (m_z - z))
-                v = v_0 + v_scale * (y_o + (y - y_o) * z_o / (z_o - z))
-                i, j = np.floor(u).astype(int), np.floor(v).astype(int)
-                inside = (i >= 0) & (i < view.width) & (j >= 0) & (j < view.height)
-                there = np.clip(j, 0, view.height - 1) * view.width + np.clip(i, 0, view.width - 1)
-                occluded += inside & (depth[there] < z)
-            layer = np.zeros(view.height * view.width, np.float32)
-            layer[texels] = occluded / len(self.samples)
-            layers.append(layer.reshape(view.height, view.width))
-        merged = np.max(layers, axis=0)
-        weights = np.exp(-0.5 * np.arange(-3, 4) ** 2)
-        padded = np.pad(merged, 3, mode="edge")
-        rows = np.apply_along_axis(np.convolve, 1, padded, weights / weights.sum(), "valid")
-        blurred = np.apply_along_axis(np.convolve, 0, rows, weights / weights.sum(), "valid").astype(np.float32)
-        color = np.zeros((view.height * view.width, 3), np.float32)
-        color[texels] = 1
-        shaded = color.reshape(view.height, view.width, 3) * (1 - blurred[..., None])
-        named = [(f"ao_{k}", layer) for k, layer in enumerate(layers, 1)] + [("merged", merged), ("blurred", blurred)]
-        return {
-            "shaded": (("R", "G", "B"), shaded),
-            "depth": (("Z",), depth.reshape(view.height, view.width, 1)),
-            "positions": (("P.X", "P.Y", "P.Z"), world.reshape(view.height, view.width, 3)),
-            **{name: ((f"{name}.AO",), texture[..., None]) for name, texture in named},
-        }
-
-
-def write_plain(path: Path, parts: dict) -> None:
-    """A multi-part EXR file as OpenImageIO's documentation has it."""
-    import OpenImageIO as oiio
-
-    specs = []
-    for name, (channels, pixels) in parts.items():
-        spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], oiio.FLOAT)
-        spec.channelnames = channels
-        spec.attribute("name", name)
-        spec.attribute("compression", "zip")
-        specs.append(spec)
-    output = oiio.ImageOutput.create(str(path))
-    for number, (_, pixels) in enumerate(parts.values()):
-        opened = (
-            output.open(str(path), specs[number], "AppendSubimage") if number else output.open(str(path), tuple(specs))
-        )
-        if not opened or not output.write_image(np.ascontiguousarray(pixels, np.float32)):
-            raise OSError(output.geterror())
-    if not output.close():
-        raise OSError(output.geterror())
 
 
 def clocked(work) -> tuple:
@@ -161,54 +89,80 @@ def clocked(work) -> tuple:
     return result, time.perf_counter() - start, time.process_time() - cpu
 
 
-def compare_plain(scene: str, folder: Path, modules: int, repeats: int) -> dict:
-    """Ours and the plain program in turn: wall and processor seconds a module of each, and how far they agree."""
+def start_plain(folder: Path, mesh, view) -> float:
+    """Wall seconds of the plain program's start, in a process of its own."""
+    save_scene(folder / "scene.npz", mesh, view)
+    command = [sys.executable, str(Path(__file__).with_name("plain_program.py")), str(folder / "scene.npz")]
+    return clocked(lambda: subprocess.run(command, check=True))[1]
+
+
+def compare_plain(scene: str, folder: Path, few: int, turns: int) -> dict:
+    """The whole display and the plain program in turn: seconds of each, their ratios, and how far they agree."""
     cores = len(os.sched_getaffinity(0))
     numba.set_num_threads(cores)
     mesh = load_scene(scene) if "." in scene else builtin_scene(scene)
-    view, settings = module_views(mesh, find_display(DISPLAY), range(40, 41))[0], Settings(default_radii(mesh))
-    caster = RayCaster(mesh, view.cast_from_world, cores)
-    plain = Plain(mesh, view, make_samples(), settings.radii)
-    render_view(caster, view, settings)  # compiled
-    rows = []
-    for _ in range(repeats):
-        few, many = (render(scene, folder / f"ours{n}", n, cores) for n in (modules, 2 * modules))
-        _, passes_wall, passes_cpu = clocked(lambda: [render_view(caster, view, settings) for _ in range(modules)])
-        parts, plain_wall, plain_cpu = clocked(lambda: plain.textures(view))
-        _, file_wall, file_cpu = clocked(lambda parts=parts: write_plain(folder / "plain.exr", parts))
-        rows.append(
-            {
-                "ours_wall": many["render"] / many["modules"],
-                "ours_cpu": (many["cpu"] - few["cpu"]) / modules,
-                "ours_passes_wall": passes_wall / modules,
-                "ours_passes_cpu": passes_cpu / modules,
-                "plain_wall": plain_wall + file_wall,
-                "plain_cpu": plain_cpu + file_cpu,
-                "plain_passes_wall": plain_wall,
-                "plain_passes_cpu": plain_cpu,
-            }
-        )
-
-    def alone(row):
-        """The plain program's wall clock on a quiet machine: only OpenImageIO runs on several threads."""
-        return row["plain_passes_cpu"] + (row["plain_cpu"] - row["plain_passes_cpu"]) / cores
-
-    reference = read_exr(folder / f"ours{modules}" / "module_040.exr")["merged"].pixels
-    ratios = {
-        "wall_ratio": [row["plain_wall"] / row["ours_wall"] for row in rows],
-        "cpu_ratio": [alone(row) / (row["ours_cpu"] / cores) for row in rows],
-        "passes_wall_ratio": [row["plain_passes_wall"] / row["ours_passes_wall"] for row in rows],
-        "passes_cpu_ratio": [row["plain_passes_cpu"] / (row["ours_passes_cpu"] / cores) for row in rows],
-        # What would be left if our passes took no time at all: our files against the whole of the plain program.
-        "cpu_ratio_of_files": [alone(r) / ((r["ours_cpu"] - r["ours_passes_cpu"]) / cores) for r in rows],
-    }
+    settings, display = Settings(default_radii(mesh)), find_display(DISPLAY)
+    views = [module_views(mesh, display, range(k, k + 1))[0] for k in COMPARED]
+    caster = RayCaster(mesh, views[0].cast_from_world, cores)
+    plain = Plain(mesh, views[0], make_samples(), settings.radii)
+    render_view(caster, views[0], settings)  # compiled
+    wholes, rows = [render(scene, folder / "whole", MODULES, cores)], []
+    for _ in range(turns):
+        row = {"plain_start_wall": start_plain(folder, mesh, views[0]), "equal": []}
+        of_plain = []
+        for number, view in zip(COMPARED, views, strict=True):
+            parts, *passes = clocked(lambda view=view: plain.textures(view))
+            _, *file = clocked(lambda parts=parts: write_plain(folder / "plain.exr", parts))
+            of_plain.append((*passes, *file))
+            reference = read_exr(folder / "whole" / f"module_{number:03d}.exr")["merged"].pixels
+            row["equal"].append(float(np.mean(parts["merged"][1] == reference)))
+        _, *passes = clocked(lambda: [render_view(caster, view, settings) for view in views])
+        some = render(scene, folder / "some", few, cores)
+        wholes.append(render(scene, folder / "whole", MODULES, cores))
+        rows.append(row | _seconds(np.mean(of_plain, axis=0), np.array(passes) / len(views), some, wholes[-2:]))
+    ratios = {name: [ratio(row, cores) for row in rows] for name, ratio in RATIOS.items()}
     return {
+        "whole": wholes,
         "rows": rows,
-        **{name: statistics.median(row[name] for row in rows) for name in rows[0]},
+        **{name: statistics.median(row[name] for row in rows) for name in rows[0] if name != "equal"},
         **{name: statistics.median(values) for name, values in ratios.items()},
         "spread": {name: [min(values), max(values)] for name, values in ratios.items()},
-        "texels_of_equal_merged_ao": float(np.mean(parts["merged"][1] == reference)),
+        "texels_of_equal_merged_ao": float(np.mean([row["equal"] for row in rows])),
     }
+
+
+def _seconds(of_plain, passes, some: dict, around: list[dict]) -> dict[str, float]:
+    """One turn's seconds a module, and of our whole commands: ``around`` are the one before and the one after."""
+    passes_wall, passes_cpu, file_wall, file_cpu = map(float, of_plain)
+    wall, cpu, command = (statistics.mean(run[name] for run in around) for name in ("render", "cpu", "wall"))
+    return {
+        "plain_passes_wall": passes_wall,
+        "plain_passes_cpu": passes_cpu,
+        "plain_wall": passes_wall + file_wall,
+        "plain_cpu": passes_cpu + file_cpu,
+        "ours_passes_wall": float(passes[0]),
+        "ours_passes_cpu": float(passes[1]),
+        "ours_wall": wall / MODULES,
+        "ours_cpu": (cpu - some["cpu"]) / (MODULES - some["modules"]),
+        "ours_command_wall": command,
+    }
+
+
+def alone(row: dict, cores: int) -> float:
+    """The plain program's wall clock on a quiet machine: only OpenImageIO runs on several threads."""
+    return row["plain_passes_cpu"] + (row["plain_cpu"] - row["plain_passes_cpu"]) / cores
+
+
+RATIOS = {
+    "display_ratio": lambda row, _: row["plain_wall"] / row["ours_wall"],
+    "command_ratio": lambda row, _: (row["plain_start_wall"] + MODULES * row["plain_wall"]) / row["ours_command_wall"],
+    "passes_ratio": lambda row, _: row["plain_passes_wall"] / row["ours_passes_wall"],
+    "display_processor_ratio": lambda row, cores: alone(row, cores) / (row["ours_cpu"] / cores),
+    "passes_processor_ratio": lambda row, cores: row["plain_passes_cpu"] / (row["ours_passes_cpu"] / cores),
+    "files_processor_ratio": lambda row, cores: (
+        alone(row, cores) / ((row["ours_cpu"] - row["ours_passes_cpu"]) / cores)
+    ),
+}
 
 
 def say_plain(versus: dict) -> None:
@@ -216,7 +170,9 @@ def say_plain(versus: dict) -> None:
     for name in ("plain_passes", "ours_passes", "plain", "ours"):
         label = f"{name.partition('_')[0]:6s}" + ("without files" if "_" in name else "with files")
         print(f"  {label:32s} {versus[f'{name}_wall']:8.3f} {versus[f'{name}_cpu']:10.3f}")
-    for name in ("passes_wall_ratio", "passes_cpu_ratio", "wall_ratio", "cpu_ratio", "cpu_ratio_of_files"):
+    print(f"  start of the plain program {versus['plain_start_wall']:.2f} s, "
+          f"our whole command {versus['ours_command_wall']:.2f} s")  # fmt: skip
+    for name in RATIOS:
         low, high = versus["spread"][name]
         print(f"  {name:32s} {versus[name]:8.1f}   ({low:.1f} to {high:.1f})")
     print(f"  equal merged AO in {100 * versus['texels_of_equal_merged_ao']:.2f} % of the texels")
@@ -237,8 +193,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scene", nargs="?", default="armadillo", help="an embedded scene or a mesh file")
     parser.add_argument("--modules", type=int, default=8, help="of the scaling runs")
-    parser.add_argument("--alternate", type=int, default=3)
-    parser.add_argument("--repeats", type=int, default=1, help="of the whole display")
+    parser.add_argument("--alternate", type=int, default=3, help="turns of the plain program, between whole displays")
     parser.add_argument("--json", type=Path, default=Path(__file__).parent / "results" / "display.json")
     options = parser.parse_args()
     cores = len(os.sched_getaffinity(0))
@@ -250,10 +205,9 @@ def main() -> None:
         one_thread = sum(single["passes"].values()) / n
         strong = [single, *(render(options.scene, folder / f"strong{k}", n, k) for k in range(2, cores + 1))]
         weak = [render(options.scene, folder / f"weak{k}", n * k, k) for k in range(2, cores + 1)]
-        whole = [render(options.scene, folder / "whole", 80, cores) for _ in range(options.repeats)]
         versus = compare_plain(options.scene, folder, n, options.alternate)
     print(f"load of the machine {os.getloadavg()[0]:.1f}: wall seconds mean something near {cores} or less")
-    for run in whole:
+    for run in versus["whole"]:
         say("whole display", run, one_thread, contact)
     for run in strong:
         say("strong scaling", run, one_thread, contact)
@@ -267,7 +221,7 @@ def main() -> None:
     print("trimesh.ray and NumPy, and ours, in turn")
     say_plain(versus)
     result = {
-        "machine": describe_machine(cores, sys.argv), "load": os.getloadavg(), "whole": whole, "strong": strong,
+        "machine": describe_machine(cores, sys.argv), "load": os.getloadavg(), "strong": strong,
         "weak": weak, "one_thread_seconds_a_module": one_thread, "contact_sheet": contact, "plain": versus,
     }  # fmt: skip
     options.json.parent.mkdir(exist_ok=True)

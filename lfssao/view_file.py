@@ -172,7 +172,7 @@ def _entry(work: Work, item: Item, parts: Iterable[Part], seconds: dict[str, flo
         "file": path.name,
         "bytes": path.stat().st_size,
         "view": describe_view(view),
-        "surface_texels": int(np.isfinite(by_name["depth"].pixels).sum()),
+        "surface_texels": int(np.count_nonzero(np.isfinite(by_name["depth"].pixels))),
         "left_out": _left_out(work, item, by_name["depth"]),
         "samples_outside": [int(by_name[f"ao_{k}"].attributes["outside"]) for k in radii],
         "seconds": seconds,

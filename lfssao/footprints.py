@@ -86,7 +86,7 @@ def hits_by_footprint(
     u_axis, v_axis = image_axes(view, window, *_scales(tree.bounds, columns, rows, far))
     n_faces, bands = len(tree.faces), -(-window.height // footprints.BAND)
     places, found = np.empty(len(tree.vertices), np.int64), np.empty((n_faces + _CHUNKS, 3), np.int32)
-    counts, (kept, tests) = np.empty((_CHUNKS, 2 * bands), np.int64), np.empty((2, _CHUNKS), np.int64)
+    counts, (kept, tests) = np.empty((_CHUNKS, 2 * bands + 2), np.int64), np.empty((2, _CHUNKS), np.int64)
     footprints.bound_triangles(
         window.width, window.height, u_axis, v_axis, tree.vertices.reshape(-1), tree.faces.reshape(-1), places, found,
         counts, kept, tests,
@@ -94,7 +94,7 @@ def hits_by_footprint(
     size = window.texels
     if tests.sum() > tries * size:
         return None
-    ends = np.cumsum(counts.T).reshape(2 * bands, _CHUNKS)
+    ends = np.cumsum(counts.T).reshape(2 * bands + 2, _CHUNKS)
     starts = np.ascontiguousarray((ends - counts.T).T)
     members = np.empty((ends[-1, -1], 3), np.int32)
     footprints.sort_into_bands(n_faces, found, kept, starts, members)
@@ -102,7 +102,7 @@ def hits_by_footprint(
     z, weights = np.empty(size), np.empty((size if weighted else 0, 2))
     first_hits_by_tries(
         columns, rows, near, far, tree.corners.reshape(-1), tree.nearest, tree.order, members,
-        ends[1::2, -1].copy(), triangle, z, weights.reshape(-1),
+        ends[1:-2:2, -1].copy(), triangle, z, weights.reshape(-1),
     )  # fmt: skip
     return triangle, z, weights
 

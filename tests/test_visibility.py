@@ -492,7 +492,7 @@ def bound(view, vertices, faces, chunks, window=None, scale=9.1):
     window, n = window or Window.whole(view), len(faces)
     places, found = np.empty(len(vertices), np.int64), np.empty((n + chunks, 3), np.int32)
     bands = -(-view.height // footprint_kernels.BAND)
-    counts, (kept, area) = np.empty((chunks, 2 * bands), np.int64), np.empty((2, chunks), np.int64)
+    counts, (kept, area) = np.empty((chunks, 2 * bands + 2), np.int64), np.empty((2, chunks), np.int64)
     footprint_kernels.bound_triangles(
         view.width, view.height, *image_axes(view, window, scale, scale), vertices.reshape(-1), faces.reshape(-1),
         places, found, counts, kept, area,

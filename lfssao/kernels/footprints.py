@@ -36,6 +36,7 @@ UNITS = 1024  # whole numbers to a texel, 2**10
 BAND = 16  # rows
 LARGEST = 2**15 - 1  # columns or rows of a texture: a column and a row are two halves of an int32
 
+_BAND_OF = 16 + 4  # of a column + 2^16 times a row, the bits below its band
 _ANYWHERE = -(2**31)
 _FARTHEST = 2.0**30 - 1.0  # where places beyond are held: outside of any texture
 
@@ -59,6 +60,15 @@ def centres_between(low, high, size):
     return np.int32(max(first, np.int32(0))), np.int32(min(last, np.int32(size - 1)))
 
 
+@kernel(inline=True)
+def _part(texel, number):
+    """Which of the counts is a triangle's in the band of a row: 2 times the band, + 1 where it turns its back.
+
+    texel is a column + 2^16 times a row; of the triangle's number the last bit says which way it turns.
+    """
+    return np.uint64(2 * (texel >> _BAND_OF) + (number & 1))
+
+
 @kernel(parallel=True)
 def bound_triangles(width, height, u_axis, v_axis, vertices, faces, places, found, counts, kept, tries):
     """The triangles that may cover texels, which ones, and how many each band has.
@@ -78,13 +88,14 @@ def bound_triangles(width, height, u_axis, v_axis, vertices, faces, places, foun
     found : (>= F, 3) int32
         Out: from number ``chunk * ceil(F / chunks)`` on, those triangles of each chunk that may cover a texel: 2 times
         its number, + 1 where it turns its back; first and last column, + 2^16 times first and last row.
-    counts : (chunks, 2 bands) int64
+    counts : (chunks, 2 bands + 2) int64
         Out: how many triangles of each chunk reach into each band of rows, those in front and those that turn their
-        back.
+        back; none into the band behind the last.
     kept, tries : (chunks,) int64
         Out: how many triangles of each chunk may cover a texel, and how many texels they may cover together.
     """
     for k in prange(places.shape[0]):
+        wide_vectors()
         n = np.uint64(3) * np.uint64(k)
         x, y, z = vertices[n], vertices[n + np.uint64(1)], vertices[n + np.uint64(2)]
         u, u_bounded = _place(x, z, u_axis[0], u_axis[1], u_axis[2], u_axis[3], u_axis[4], u_axis[5])
@@ -119,13 +130,16 @@ def bound_triangles(width, height, u_axis, v_axis, vertices, faces, places, foun
                 first[k], last[k] = np.int32(i0 | (j0 << np.int32(16))), np.int32(i1 | (j1 << np.int32(16)))
                 texels = np.int64(np.int32(i1 - i0 + 1)) * np.int64(np.int32(j1 - j0 + 1))
                 area += texels * there[k]
-            for k in range(m):
+            packed = n
+            for k in range(m):  # again without branches: what does not count is overwritten by the next
                 e = np.uint64(k)
                 found[n, 0], found[n, 1], found[n, 2] = 2 * (start + k) + turned[e], first[e], last[e]
-                if there[e] != 0:
-                    n += np.uint64(1)
-                    for band in range((first[e] >> 16) // BAND, (last[e] >> 16) // BAND + 1):
-                        counts[chunk, np.uint64(2 * band + turned[e])] += 1
+                n += np.uint64(there[e])
+            for e in range(packed, n):
+                counts[chunk, _part(found[e, 1], found[e, 0])] += 1
+                counts[chunk, _part(found[e, 2], found[e, 0]) + np.uint64(2)] -= 1
+        for part in range(2, counts.shape[1]):
+            counts[chunk, np.uint64(part)] += counts[chunk, np.uint64(part - 2)]
         tries[chunk], kept[chunk] = area, n - np.uint64(chunk * size)
 
 
@@ -139,7 +153,7 @@ def sort_into_bands(n_faces, found, kept, starts, members):
         F of bound_triangles.
     found, kept : (>= F, 3) int32, (chunks,) int64
         What bound_triangles found.
-    starts : (chunks, 2 bands) int64
+    starts : (chunks, 2 bands + 2) int64
         In: where in ``members`` each chunk's triangles of each band begin; used up.
     members : (n, 3) int32
         Out: a triangle's number; first and last column, + 2^16 times first and last row.
@@ -148,8 +162,7 @@ def sort_into_bands(n_faces, found, kept, starts, members):
     for chunk in prange(starts.shape[0]):
         for k in range(chunk * size, chunk * size + kept[chunk]):
             number, first, last = found[k, 0], found[k, 1], found[k, 2]
-            for band in range((first >> 16) // BAND, (last >> 16) // BAND + 1):
-                part = np.uint64(2 * band + (number & 1))
+            for part in range(_part(first, number), _part(last, number) + np.uint64(1), np.uint64(2)):
                 n = np.uint64(starts[chunk, part])
                 members[n, 0], members[n, 1], members[n, 2] = number >> 1, first, last
                 starts[chunk, part] += 1

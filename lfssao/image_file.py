@@ -111,14 +111,22 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
             raise InputError(f"{path}: it holds a {'deep image' if spec.deep else 'volume'}, not a texture")
         if spec.width < 1 or spec.height < 1 or spec.nchannels < 1:
             raise InputError(f"{path}: it is damaged (a part of {spec.width}x{spec.height})")
-        claimed += spec.width * spec.height * spec.pixel_bytes(True)
+        claimed += _bytes_in_memory(spec)
     there = path.stat().st_size
     if claimed > max(_HARMLESS, _MOST_EXPANSION * there):
-        size = f"{specs[0].width}x{specs[0].height}"
+        most = max(specs, key=_bytes_in_memory)
+        tiles = f" in tiles of {most.tile_width}x{most.tile_height}" if most.tile_width else ""
         raise InputError(
-            f"{path}: its header claims {size} texels, {claimed / 1e9:.3g} GB in all; "
+            f"{path}: its header claims {most.width}x{most.height} texels{tiles}, {claimed / 1e9:.3g} GB in all; "
             f"a file of {there} bytes cannot hold that"
         )
+
+
+def _bytes_in_memory(spec: Any) -> int:
+    """Bytes that reading a part takes: of an image in tiles it may be one of them that is larger than the image."""
+    columns, lines = max(spec.tile_width, 1), max(spec.tile_height, 1)
+    texels = -(-spec.width // columns) * columns * -(-spec.height // lines) * lines
+    return int(texels * spec.pixel_bytes(True))
 
 
 def _read_part(path: Path, oiio: Any, source: Any, number: int, spec: Any) -> ImagePart:

@@ -30,3 +30,14 @@ def write_parts(path, parts):
         assert number == 0 or target.open(str(path), spec, "AppendSubimage"), target.geterror()
         assert target.write_image(pixels), target.geterror()
     assert target.close()
+
+
+def write_tiled(path, pixels, size):
+    """Write one image (H, W, channels) in square tiles, uncompressed."""
+    spec = oiio.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], oiio.FLOAT)
+    spec.tile_width = spec.tile_height = size
+    spec.attribute("compression", "none")
+    target = oiio.ImageOutput.create(str(path))
+    assert target.open(str(path), spec), target.geterror()
+    assert target.write_image(pixels), target.geterror()
+    assert target.close()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from compare_folders import changed, nudge, poke
-from exr_parts import read_parts, write_parts
+from exr_parts import read_parts, write_parts, write_tiled
 from hostile_worker import SECONDS, mutated
 from PIL import Image
 
@@ -109,6 +110,31 @@ def test_mutants_of_other_formats_are_read_or_refused(tmp_path, ending):
         path.write_bytes(b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + bytes(100))
         with pytest.raises(InputError, match="claims 4294967295 bytes"):
             read_image_file(path)
+
+
+@pytest.mark.parametrize("ending", ["exr", "tif"])
+def test_a_tile_that_is_larger_than_memory_is_refused(tmp_path, ending):
+    """The reader allocates a whole tile, however small the image is."""
+    path = tmp_path / f"a.{ending}"
+    pixels = np.random.default_rng(1).random((15, 20, 1), np.float32)
+    write_tiled(path, pixels, 16)
+    (part,) = read_image_file(path)
+    assert np.array_equal(part.planes[0], pixels[..., 0])
+    data = path.read_bytes()
+    if ending == "exr":
+        before = b"tiles\0tiledesc\0" + struct.pack("<i", 9)
+        small, large = (before + struct.pack("<II", size, size) for size in (16, 30_000))
+    else:  # TIFF's tags 322 and 323, TileWidth and TileLength: short, one of them, padded to 4 bytes
+        small, large = (
+            b"".join(struct.pack("<HHIHH", tag, 3, 1, size, 0) for tag in (322, 323)) for size in (16, 30_000)
+        )
+    assert data.count(small) == 1
+    path.write_bytes(data.replace(small, large))
+    words = (
+        r"a\.\w+: its header claims 20x15 texels in tiles of 30000x30000, 3\.6 GB in all; a file of \d+ bytes cannot"
+    )
+    with pytest.raises(InputError, match=words):
+        read_image_file(path)
 
 
 def test_a_mutant_has_its_number():

@@ -23,7 +23,7 @@ from lfssao.cli import main
 from lfssao.display_file import find_display
 from lfssao.errors import InputError
 from lfssao.estimators.registry import ESTIMATORS
-from lfssao.samples import METHODS, sample_set
+from lfssao.samples import METHODS, make_samples, sample_set
 from lfssao.scene.builtin import builtin_scene
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -244,7 +244,7 @@ def test_all_samplers_of_an_estimator_tend_to_the_integral_of_its_own_set(name):
 
 @pytest.mark.parametrize("name", [n for n in ESTIMATORS if plans.takes_samples(ESTIMATORS[n])])
 def test_samplers_are_left_out_where_their_points_alone_are_not_even(name):
-    """The spiral's are taps, repulsion's are even with their weights, which VO reads."""
+    """The spiral's are taps, repulsion's are even with their weights, which VO reads. LF's are those of its shell."""
     estimator = ESTIMATORS[name]
     methods = METHODS["ball" if estimator.dimensions == 3 else "disk"]
     even = set(methods) - {"spiral", "repulsion"}
@@ -256,6 +256,10 @@ def test_samplers_are_left_out_where_their_points_alone_are_not_even(name):
         most = methods[sampler].most
         wide = replace(plans.FULL, counts=(1, (most or 9) - 1, most or 9, (most or 9) + 1))
         assert tuple(plans.counts_of(estimator, sampler, wide)) == wide.counts[: 3 if most else 4]
+        points, weights = plans.samples_for(estimator, sampler, 16, 3)
+        assert (weights is not None and len(set(weights)) > 1) == (sampler == "repulsion")
+        if name == "lf":
+            assert np.array_equal(points, make_samples(sampler, 16, 3))
     assert list(plans.counts_of(estimator, plans.TIMED_FOR_ALL, plans.FULL)) == list(plans.FULL.counts)
     first, second, again = (plans.samples_for(estimator, "random", 5, seed)[0] for seed in (1, 2, 1))
     assert np.array_equal(first, again)

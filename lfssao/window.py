@@ -1,11 +1,13 @@
 """Windows of textures: which texels can see a box at all, and passes that run on a part of a texture only."""
 
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from lfssao.display_window import image_range
+from lfssao.kernels import fills
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.matrix import Matrix
 from lfssao.view import View
@@ -68,22 +70,19 @@ class Window(NamedTuple):
         return np.ascontiguousarray(self.part(texture))
 
     def texture(self, background: float, shape: tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
-        """A texture of that shape with ``background`` in the rows above and below the window, anything in its own.
-
-        Zeros are not written but asked of the system, which has them for nothing until somebody reads them.
-        """
-        if background == 0 and self.height < shape[0]:
-            return np.zeros(shape, dtype)
-        texture = np.empty(shape, dtype)
-        texture[: self.top] = background
-        texture[self.bottom if self.height else self.top :] = background
+        """A texture of that shape, of 32-bit numbers, with ``background`` all around the window, anything inside."""
+        texture, channels = np.empty(shape, dtype), prod(shape[2:])
+        fills.fill_around(
+            texture.reshape(-1).view(np.uint32), shape[1] * channels, self.left * channels, self.right * channels,
+            self.top, self.bottom, np.array(background, dtype).view(np.uint32)[()],
+        )  # fmt: skip
         return texture
 
     def paste(self, part: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
         """A texture that is ``part`` in the window and 0 elsewhere; ``part`` itself if there is no else."""
         if part.shape == shape:
             return part
-        texture = np.zeros(shape, part.dtype)
+        texture = self.texture(0, shape, part.dtype)
         texture[self.top : self.bottom, self.left : self.right] = part
         return texture
 

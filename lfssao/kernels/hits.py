@@ -3,6 +3,8 @@
 import numpy as np
 from numba import prange
 
+from lfssao.kernels.fills import fill
+from lfssao.kernels.intrinsics import streamed
 from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.rays import image_depth, texel_ray
 from lfssao.kernels.runs import PIECE, sees_triangle
@@ -69,8 +71,8 @@ def write_surface_by_halves(kind, lens, world_from_cast, columns, rows, triangle
             if not sees_triangle(triangle, texel, texel + np.uint64(n)):
                 for k in range(n):
                     depth[texel + np.uint64(k)] = np.inf
-                for k in range(3 * n):
-                    positions[np.uint64(3) * texel + np.uint64(k)] = np.inf
+                first = np.uint64(3) * texel
+                fill(positions, first, first + np.uint64(3 * n), np.float32(np.inf))
                 continue
             for k in range(n):
                 t, i = texel + np.uint64(k), np.uint64(start) + np.uint64(k)
@@ -81,3 +83,4 @@ def write_surface_by_halves(kind, lens, world_from_cast, columns, rows, triangle
                 for row in range(3):
                     place = ((m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * at) + m[4 * row + 3]
                     positions[np.uint64(3) * t + np.uint64(row)] = np.float32(place) if seen else np.float32(np.inf)
+        streamed()

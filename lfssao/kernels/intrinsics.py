@@ -79,3 +79,55 @@ def prefetch(_typing: Any, array: Any, number: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(array, number), announce
+
+
+# Bytes of a cache line, which ``stream`` writes at once.
+LINE = 64
+
+
+@extending.intrinsic
+def bytes_into_line(_typing: Any, array: Any, number: Any) -> Any:
+    """How many bytes behind the beginning of its cache line an element of a flat array lies, int64."""
+
+    def find(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        made = context.make_array(signature.args[0])(context, builder, arguments[0])
+        place = builder.ptrtoint(builder.gep(made.data, [arguments[1]]), ir.IntType(64))
+        return builder.and_(place, ir.IntType(64)(LINE - 1))
+
+    return types.int64(array, number), find
+
+
+@extending.intrinsic
+def stream(_typing: Any, array: Any, number: Any, value: Any) -> Any:
+    """Write a cache line full of a value, from an element on that begins one, past the caches.
+
+    A store fetches the line that it changes; of one that is written whole nothing need be fetched. ``streamed`` ends
+    a series of these.
+    """
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = signature.args[0]
+        made = context.make_array(kind)(context, builder, arguments[0])
+        item = context.get_data_type(kind.dtype)
+        many = ir.VectorType(item, LINE // context.get_abi_sizeof(item))
+        one = context.cast(builder, arguments[2], signature.args[2], kind.dtype)
+        first = builder.insert_element(ir.Constant(many, ir.Undefined), one, ir.IntType(32)(0))
+        mask = ir.Constant(ir.VectorType(ir.IntType(32), many.count), [0] * many.count)
+        vector = builder.shuffle_vector(first, ir.Constant(many, ir.Undefined), mask)
+        place = builder.bitcast(builder.gep(made.data, [arguments[1]]), many.as_pointer())
+        store = builder.store(vector, place, align=LINE)
+        store.set_metadata("nontemporal", builder.module.add_metadata([ir.IntType(32)(1)]))
+        return context.get_dummy_value()
+
+    return types.void(array, number, value), write
+
+
+@extending.intrinsic
+def streamed(_typing: Any) -> Any:
+    """Let other threads see what was streamed before what is written from here on."""
+
+    def wait(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+        builder.fence("seq_cst")
+        return context.get_dummy_value()
+
+    return types.void(), wait

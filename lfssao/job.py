@@ -51,9 +51,9 @@ def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -
 
 def needed_memory(texels: int, radius_count: int, texel_bytes: int) -> int:
     """Bytes that one view takes, from its ray cast to its file; ``texel_bytes`` is the estimator's."""
-    # Peaks of shading and writing and, with many radii, of the merge, measured at 12 and 48 million texels; and of the
-    # last radius' estimate, beside the G-buffer and the other radii.
-    return texels * max(108 + 4 * radius_count, 48 + 8 * radius_count, 40 + 4 * radius_count + texel_bytes)
+    # Peaks of shading and writing, measured at 12 and 48 million texels with 5 and with 40 radii; and of the last
+    # radius' estimate, beside the G-buffer and the other radii.
+    return texels * (4 * radius_count + max(108, 40 + texel_bytes))
 
 
 def views_at_once(work: Work, most: int) -> int:

@@ -16,7 +16,7 @@ from lfssao.kernels import blur as blur_kernels
 from lfssao.kernels import merge as merge_kernels
 from lfssao.kernels import shade as shade_kernels
 from lfssao.kernels import ssao
-from lfssao.kernels.mapping import CROSSED_SLITS
+from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX
 from lfssao.matrix import Matrix
 from lfssao.tiles import occlusion_in_tiles
 from lfssao.view import WorldToImage
@@ -63,6 +63,7 @@ def algorithm1(
     radius: float,
     every_texel: bool = False,
     window: Window | None = None,
+    bounds: Texture | None = None,
 ) -> Occlusion:
     """LF Algorithm 1: occlusion of an ordinary view from its depth texture and two matrices.
 
@@ -80,6 +81,8 @@ def algorithm1(
         Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
     window : Window, optional
         Texels outside of which no surface is seen, so that none is looked for there; all by default.
+    bounds : (2, R, C), same dtype, optional
+        As of ``algorithm2``.
 
     Raises
     ------
@@ -91,12 +94,12 @@ def algorithm1(
         if np.shape(matrix) != (4, 4):
             raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
     offsets = _offsets(samples, radius, depth.dtype)
+    depth = np.ascontiguousarray(depth)
+    back, forth = (np.ascontiguousarray(np.ravel(m), depth.dtype) for m in (screen_to_world, world_to_screen))
+    if bounds is not None and (found := occlusion_in_tiles(depth, back, offsets, MATRIX, forth, bounds)) is not None:
+        return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm1(
-        np.ascontiguousarray(depth), offsets, np.ascontiguousarray(np.ravel(screen_to_world), depth.dtype),
-        np.ascontiguousarray(np.ravel(world_to_screen), depth.dtype), every_texel, _numbers(window, depth),
-        occlusion, outside,
-    )  # fmt: skip
+    ssao.algorithm1(depth, offsets, back, forth, every_texel, _numbers(window, depth), occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
 
@@ -147,7 +150,7 @@ def algorithm2(
         world_to_image.as_type(depth.dtype),
     )
     if bounds is not None and world_to_image.kind == CROSSED_SLITS:
-        found = occlusion_in_tiles(depth, positions, offsets, numbers, bounds)
+        found = occlusion_in_tiles(depth, positions, offsets, CROSSED_SLITS, numbers, bounds)
         if found is not None:
             return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)

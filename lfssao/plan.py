@@ -243,7 +243,7 @@ def _tiles(settings: Settings, plans: Sequence[ViewPlan]) -> Cut:
     elif settings.neighbours:
         reason = "of a sample several depth textures are asked, and bounds of one do not decide it"
     elif settings.samples is not None and len(settings.samples) >= LEAST_SAMPLES:
-        reason = "bounds of a tile's depths decide samples of modules of flat linear displays only"
+        reason = "bounds of a tile's depths decide samples of modules of flat linear displays, and of cameras, only"
     return Cut("tiles", "AO", None, 0, 0.0, 0.0, PLANNED, reason)
 
 

@@ -1,4 +1,4 @@
-"""LF Algorithm 2 with samples of whole tiles decided by bounds of the depths, where that is found to save time."""
+"""LF's algorithms with samples of whole tiles decided by bounds of the depths, where that is found to save time."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
+from lfssao.kernels.mapping import MATRIX
 from lfssao.kernels.threads import ROWS_A_BLOCK
 
 Texture = NDArray[np.floating[Any]]
@@ -33,20 +34,25 @@ def worth_asking(seen: int, texels: int, samples: int, radii: int) -> bool:
 
 
 def occlusion_in_tiles(
-    depth: Texture, positions: Texture, offsets: Texture, numbers: Texture, bounds: Texture
+    depth: Texture,
+    surface: Texture,
+    offsets: Texture,
+    kind: int,
+    numbers: Texture,
+    bounds: Texture,
 ) -> tuple[Texture, int] | None:
-    """Algorithm 2 in tiles, bit for bit; None where too few samples would be decided.
+    """Algorithm 1 or 2 in tiles, bit for bit; None where too few samples would be decided.
 
     Parameters
     ----------
     depth : (H, W) float32 or float64
         Image z, +infinity where there is no surface.
-    positions : (H, W, 3), same dtype
-        World coordinates of the visible surface.
+    surface : (H, W, 3) or (16,), same dtype
+        World coordinates of the visible surface; for a camera rows of the matrix screen -> world.
     offsets : (n, 3), same dtype
         The samples relative to the point, world units.
-    numbers : (16,), same dtype
-        The mapping world -> image, of kind CROSSED_SLITS.
+    kind, numbers : int, (16,), same dtype
+        The mapping world -> image, CROSSED_SLITS or a camera's MATRIX.
     bounds : (2, R, C), same dtype
         ``depth_bounds``.
 
@@ -62,7 +68,7 @@ def occlusion_in_tiles(
     InputError
         If the bounds are not of such a texture.
     """
-    from lfssao.kernels.tiled_ssao import algorithm2_in_tiles, count_decided  # late: compiled for many samples only
+    from lfssao.kernels import tiled_ssao  # late: compiled for many samples only
 
     if bounds.shape != (2, *_blocks_of(depth)) or bounds.dtype != depth.dtype:
         raise InputError(
@@ -70,11 +76,14 @@ def occlusion_in_tiles(
         )
     tiles = -(-depth.shape[0] // ROWS_A_BLOCK)
     looked_up, given = np.empty((2, -(-tiles // _EVERY)), np.int64)
-    count_decided(depth, positions, offsets, numbers, bounds, _EVERY, looked_up, given)
+    nothing = np.empty((0, 0, 3), depth.dtype), np.empty(0, depth.dtype)
+    positions, back = (nothing[0], surface) if kind == MATRIX else (surface, nothing[1])
+    asked = depth, positions, offsets, kind, back, numbers, bounds
+    tiled_ssao.count_decided(*asked, _EVERY, looked_up, given)
     if looked_up.sum() >= (1 - _LEAST_DECIDED) * given.sum():  # or no tile that was asked sees a surface
         return None
     occlusion, outside = np.empty_like(depth), np.empty(tiles, np.int64)
-    algorithm2_in_tiles(depth, positions, offsets, numbers, bounds, occlusion, outside)
+    tiled_ssao.occlusion_in_tiles(*asked, occlusion, outside)
     return occlusion, int(outside.sum())
 
 

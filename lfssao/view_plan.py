@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.kernels.mapping import CROSSED_SLITS
+from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX
 from lfssao.small_balls import DecidedRadii, decided_radii
 from lfssao.tiles import LEAST_SAMPLES, worth_asking
 from lfssao.view import View
@@ -163,7 +163,7 @@ class ViewPlan:
 def _may_ask_tiles(view: View, settings: "Settings") -> bool:
     if settings.estimator != "lf" or settings.neighbours or settings.samples is None:
         return False
-    return view.world_to_image.kind == CROSSED_SLITS and len(settings.samples) >= LEAST_SAMPLES
+    return view.world_to_image.kind in (CROSSED_SLITS, MATRIX) and len(settings.samples) >= LEAST_SAMPLES
 
 
 def _decided(view: View, bounds: NDArray[np.float64], settings: "Settings", window: Window) -> DecidedRadii:

@@ -98,7 +98,7 @@ def occlusions(dtype):
 
 
 def in_tiles(dtype):
-    """Algorithm 2 with many samples, some decided for whole tiles, and how many of each row of tiles are not."""
+    """Both algorithms with many samples, some decided for whole tiles, and how many of each row of tiles are not."""
     rng = np.random.default_rng(5)
     module, samples = DISPLAY.view(0, np.eye(3, 4)).world_to_image, make_samples("latin", 300, 9, 0.2, 1.0)
     z = np.linspace(-0.1, 0.1, HEIGHT * WIDTH).reshape(HEIGHT, WIDTH) + rng.uniform(-0.01, 0.01, (HEIGHT, WIDTH))
@@ -107,14 +107,18 @@ def in_tiles(dtype):
     positions = np.stack([0.3 + (u - 0.3) * (0.7 - z) / 0.7, 0.1 + (v - 0.1) * (z + 2) / 2, z], axis=-1).astype(dtype)
     depth = z.astype(dtype)
     bounds = tiles.depth_bounds(depth)
-    looked_up, given = np.empty((2, -(-HEIGHT // 8)), np.int64)
-    offsets, numbers = (0.15 * samples).astype(dtype), module.as_type(dtype)
-    tiled_ssao.count_decided(depth, positions, offsets, numbers, bounds, 1, looked_up, given)
-    occlusion, outside = np.empty_like(depth), np.empty(len(given), np.int64)
-    tiled_ssao.algorithm2_in_tiles(depth, positions, offsets, numbers, bounds, occlusion, outside)
+    offsets, numbers, camera = (0.15 * samples).astype(dtype), module.as_type(dtype), CAMERA.view(WIDTH, HEIGHT)
+    back, forth = camera.screen_to_world.ravel().astype(dtype), camera.world_to_image.as_type(dtype)
     yield "bounds of depths", bounds
-    yield "in tiles", occlusion
-    yield "outside of tiles", np.array([outside, looked_up, given])
+    for kind, points, m in ((mapping.CROSSED_SLITS, positions, numbers), (mapping.MATRIX, positions[:0], forth)):
+        seen = depth if kind == mapping.CROSSED_SLITS else dtype(0.5) + depth
+        blocks = tiles.depth_bounds(seen)
+        looked_up, given = np.empty((2, -(-HEIGHT // 8)), np.int64)
+        tiled_ssao.count_decided(seen, points, offsets, kind, back, m, blocks, 1, looked_up, given)
+        occlusion, outside = np.empty_like(depth), np.empty(len(given), np.int64)
+        tiled_ssao.occlusion_in_tiles(seen, points, offsets, kind, back, m, blocks, occlusion, outside)
+        yield f"in tiles {kind}", occlusion
+        yield f"outside of tiles {kind}", np.array([outside, looked_up, given])
 
 
 def no_samples(depth, positions, m):

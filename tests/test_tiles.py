@@ -6,7 +6,7 @@ import tiles_twin
 import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_ssao import CROSSED_SLITS, assert_same_bits, both, module_cases, raw_cases, run2
+from test_ssao import CROSSED_SLITS, MATRIX, assert_same_bits, both, camera_cases, module_cases, raw_cases, run1, run2
 
 from lfssao import Camera, RayCaster, Settings, WorldToImage, builtin_scene, find_display, make_samples, passes, tiles
 from lfssao.errors import InputError
@@ -18,12 +18,16 @@ from lfssao.view_plan import ViewPlan
 pytestmark = pytest.mark.usefixtures("one_thread")
 
 
-def in_tiles(depth, positions, offsets, m):
-    """Occlusion and outside, of eight rows each, of the kernel."""
+def in_tiles(depth, positions, offsets, m, back=None):
+    """Occlusion and outside, of eight rows each, of the kernel; of a camera's where ``back`` is its matrix."""
     occlusion, outside = np.full_like(depth, 9), np.full(-(-depth.shape[0] // 8), -9, np.int64)
-    bounds = tiles.depth_bounds(depth)
-    tiled_ssao.algorithm2_in_tiles(depth, positions, offsets, m, bounds, occlusion, outside)
+    tiled_ssao.occlusion_in_tiles(*asked(depth, positions, offsets, m, back), occlusion, outside)
     return occlusion, outside
+
+
+def asked(depth, positions, offsets, m, back=None):
+    kind, bounds = CROSSED_SLITS if back is None else MATRIX, tiles.depth_bounds(depth)
+    return depth, positions, offsets, kind, np.empty(0, m.dtype) if back is None else back, m, bounds
 
 
 def assert_equal(found, expected):
@@ -52,6 +56,14 @@ def smooth(rng, dtype, height, width, step=0.0):
     return depth, positions, m
 
 
+def camera(height, width, recession, dtype):
+    """Matrices screen -> world and world -> screen of a camera in whose middle a texel is as large as a unit."""
+    x, y = width / 2, height / 2
+    back = [1, 0, 0, -x, 0, 1, 0, -y, 0, 0, 1, 0, 0, 0, -recession, 1]
+    forth = [1, 0, x * recession, x, 0, 1, y * recession, y, 0, 0, 1, 0, 0, 0, recession, 1]
+    return np.array(back, dtype), np.array(forth, dtype)
+
+
 def plane(side):
     """Depth, positions and mapping of a plane that faces the viewers."""
     depth, positions, m = smooth(np.random.default_rng(0), np.float32, side, side)
@@ -72,6 +84,48 @@ def smooth_cases(draw, dtype, most):
     if step:
         offsets[:, 2] = np.round(offsets[:, 2] / step) * step
     return depth, positions, offsets.astype(dtype), m
+
+
+@st.composite
+def smooth_camera_cases(draw, dtype, most):
+    """The same depths as a camera's."""
+    depth, positions, offsets, _ = draw(smooth_cases(dtype, most))
+    return depth, positions, offsets, *camera(*depth.shape, draw(st.sampled_from([0.0, 0.1, 1.5])), dtype)
+
+
+@both
+@given(data=st.data())
+def test_the_kernel_equals_algorithm1s_twin_for_any_numbers(dtype, data):
+    depth, positions, offsets, _, m, back = data.draw(raw_cases(dtype))
+    assert_equal(in_tiles(depth, positions, offsets, m, back), twins.algorithm1(depth, offsets, back, m))
+
+
+@both
+@given(data=st.data())
+def test_the_kernel_equals_algorithm1s_twin_on_smooth_surfaces(dtype, data):
+    depth, positions, offsets, back, m = data.draw(smooth_camera_cases(dtype, 40))
+    assert_equal(in_tiles(depth, positions, offsets, m, back), twins.algorithm1(depth, offsets, back, m))
+
+
+@both
+@settings(max_examples=200)
+@given(data=st.data())
+def test_the_kernel_equals_algorithm1_for_many_samples(dtype, data):
+    depth, positions, offsets, back, m = data.draw(smooth_camera_cases(dtype, 600))
+    assert_equal(in_tiles(depth, positions, offsets, m, back), run1(depth, offsets, back, m))
+
+
+@both
+@given(data=st.data())
+def test_cameras_with_and_without_bounds(dtype, data):
+    depth, view, samples, radius = data.draw(camera_cases(dtype))
+    matrices = view.screen_to_world, view.world_to_image.numbers.reshape(4, 4)
+    without = passes.algorithm1(depth, *matrices, samples, radius)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tiles, "_LEAST_DECIDED", data.draw(st.sampled_from([-1.0, 0.3])))
+        made = passes.algorithm1(depth, *matrices, samples, radius, bounds=tiles.depth_bounds(depth))
+    assert_same_bits(made.texture, without.texture)
+    assert made.outside == without.outside
 
 
 @both
@@ -125,9 +179,9 @@ def test_bounds_of_depths_of_textures_wider_than_a_chunk():
     np.testing.assert_array_equal(tiles.depth_bounds(depth), tiles_twin.blocks(depth))
 
 
-def counted(depth, positions, offsets, m, every):
+def counted(depth, positions, offsets, m, every, back=None):
     looked_up, given = np.full((2, len(range(0, depth.shape[0], 8 * every))), -9)
-    tiled_ssao.count_decided(depth, positions, offsets, m, tiles.depth_bounds(depth), every, looked_up, given)
+    tiled_ssao.count_decided(*asked(depth, positions, offsets, m, back), every, looked_up, given)
     return looked_up.tolist(), given.tolist()
 
 
@@ -140,6 +194,39 @@ def test_what_is_decided_equals_the_twin(dtype, data, every):
     rows = [np.s_[k * every, k % every :: every] for k in range(-(-len(left) // every))]
     expected = [left[row].sum() for row in rows], [seen[row].sum() * len(offsets) for row in rows]
     assert counted(depth, positions, offsets, m, every) == expected
+
+
+@both
+@settings(max_examples=40)
+@given(data=st.data())
+def test_what_is_decided_of_cameras_equals_the_twin(dtype, data):
+    depth, positions, offsets, back, m = data.draw(smooth_camera_cases(dtype, 300))
+    left, seen = tiles_twin.looked_up(depth, positions, offsets, m, back)
+    expected = left.sum(axis=1).tolist(), (seen.sum(axis=1) * len(offsets)).tolist()
+    assert counted(depth, positions, offsets, m, 1, back) == expected
+
+
+def test_every_outcome_is_decided_somewhere_of_a_camera():
+    """As below; a sample behind the eye, or in its plane, is not decided."""
+    depth, positions, _ = plane(16)
+    back, m = camera(16, 16, 0.5, np.float32)
+    expected = {(0, 0, 1): (1, 0), (0, 0, -0.1): (0, 0), (0, 0, 0): (0, 0), (99, 0, 1): (0, 256), (0, 0, -2): (0, 256)}
+    for offset, (occlusion, outside) in expected.items():
+        offsets = np.array([offset], np.float32)
+        assert counted(depth, positions, offsets, m, 1, back)[0] == ([2, 2] if offset[2] == -2 else [0, 0])
+        made = in_tiles(depth, positions, offsets, m, back)
+        assert made[0].tolist() == np.full((16, 16), occlusion).tolist()
+        assert made[1].sum() == outside
+
+
+def test_a_cameras_tile_with_a_depth_that_overflows_alone_is_not_decided():
+    """Its row is inf - inf, the others are finite: its samples are in the texture, and before all that is there."""
+    depth, positions, _ = plane(16)
+    back, m = camera(16, 16, 0.0, np.float32)
+    m[8], m[9] = 3e38, -3e38
+    offsets = np.zeros((3, 3), np.float32)
+    assert counted(depth, positions, offsets, m, 1, back)[0] == [3, 3]  # the tiles where x and y have one sign
+    assert_equal(in_tiles(depth, positions, offsets, m, back), run1(depth, offsets, back, m))
 
 
 def test_every_outcome_is_decided_somewhere():
@@ -189,13 +276,13 @@ def test_a_point_that_overflows_to_no_number_has_no_sample_in_the_texture():
 @pytest.fixture
 def done(monkeypatch):
     """Sizes of the textures that are done in tiles."""
-    sizes, kernel = [], tiled_ssao.algorithm2_in_tiles
+    sizes, kernel = [], tiled_ssao.occlusion_in_tiles
 
     def noted(depth, *rest):
         sizes.append(depth.shape)
         kernel(depth, *rest)
 
-    monkeypatch.setattr(tiled_ssao, "algorithm2_in_tiles", noted)
+    monkeypatch.setattr(tiled_ssao, "occlusion_in_tiles", noted)
     return sizes
 
 
@@ -216,7 +303,7 @@ def test_few_decided_samples_are_looked_up_in_rows(done):
     beside[9:, 9:] = 0  # no tile that is asked sees the surface
     passes.algorithm2(beside, positions, mapping, samples, 2.0, bounds=tiles.depth_bounds(beside))
     assert done == [(48, 48)]
-    # A camera's mapping is not looked at in tiles, whatever the bounds are.
+    # Algorithm 2 of a camera's mapping is not asked, whatever the bounds are.
     passes.algorithm2(depth, positions, WorldToImage(1, np.eye(4).ravel()), samples, 2.0, bounds=bounds)
     assert done == [(48, 48)]
 
@@ -236,10 +323,14 @@ def test_asking_is_worth_its_time_where_there_is_much_to_look_up():
     assert tiles.worth_asking(10, 100, 256, 4)
 
 
-def test_renders_in_tiles_have_the_bits_of_all_others(done):
+@pytest.mark.parametrize("kind", ["module", "perspective", "orthographic"])
+def test_renders_in_tiles_have_the_bits_of_all_others(kind, done):
     """Every sampled radius of a view with many samples, whatever is decided; radius 0 and one that comes again not."""
     mesh, samples = builtin_scene("statue"), make_samples("latin", 300)
-    view = module_views(mesh, find_display("virtual").with_resolution(96, 72))[0]
+    if kind == "module":
+        view = module_views(mesh, find_display("virtual").with_resolution(96, 72))[0]
+    else:
+        view = Camera.looking_at(mesh.bounds, kind).view(96, 72)
     caster, options = RayCaster(mesh, view.cast_from_world), Settings((0.0, 0.4, 0.2, 0.4), samples)
     plan, everything = ViewPlan.of(view, mesh.bounds, options), ViewPlan.everything(view, options)
     assert (plan.in_tiles, everything.in_tiles, plan.sampled) == (True, False, 2)
@@ -266,7 +357,8 @@ def test_renders_in_tiles_have_the_bits_of_all_others(done):
         ({"samples": 256}, "convex", "flat linear"),
         ({"samples": 256, "neighbours": 1}, "sample-a", "several"),
         ({"samples": 256, "estimator": "point"}, "virtual", "own affair"),
-        ({"samples": 256}, None, "flat linear"),
+        ({"samples": 256}, None, None),
+        ({"samples": 127}, None, "fewer than 128"),
     ],
 )
 def test_the_plan_says_what_is_asked(options, display, word):

@@ -35,18 +35,34 @@ def span(low, high):
     return first, max(last - first + 1, LEAST), last - first + 1
 
 
+def image_of_slits(low, high, m):
+    """Bounds of u, v and z of a box of points and a sample, a flat linear display's; None where none are known."""
+    z_m, z_o, u_0, v_0 = m[12:16]
+    near, far = z_m - high[2], z_m - low[2]
+    below, above = low[2] - z_o, high[2] - z_o
+    if not (near > 0 and below > 0):
+        return None
+    u, v = interval(low[0], high[0], near, far), interval(-high[1], -low[1], below, above)
+    return *(u_0 + x for x in u), *(v_0 + x for x in v), low[2], high[2]
+
+
+def image_of_matrix(low, high, points):
+    """The same of a camera's."""
+    mixed = np.isnan(points).any(axis=1) & ~np.isnan(points).all(axis=1)
+    if mixed.any() or not low[3] > 0:
+        return None
+    return sum((interval(low[k], high[k], low[3], high[3]) for k in range(3)), ())
+
+
 @np.errstate(all="ignore")
 def is_decided(depth, points, sample, m):
     """Whether a sample surely has one outcome for all points, the mapping's affine half behind them."""
     height, width = depth.shape
-    z_m, z_o, u_0, v_0 = m[12:16]
-    low, high = np.nanmin(points, axis=0) + sample, np.nanmax(points, axis=0) + sample
-    near, far = z_m - high[2], z_m - low[2]
-    below, above = low[2] - z_o, high[2] - z_o
-    if not (near > 0 and below > 0):
+    low, high = np.fmin.reduce(points) + sample, np.fmax.reduce(points) + sample
+    image = image_of_slits(low, high, m) if len(sample) == 3 else image_of_matrix(low, high, points)
+    if image is None:
         return False
-    left, right = (u_0 + x for x in interval(low[0], high[0], near, far))
-    top, bottom = (v_0 + x for x in interval(-high[1], -low[1], below, above))
+    left, right, top, bottom, z_low, z_high = image
     if right < 0 or left >= width or bottom < 0 or top >= height:
         return True
     if not (left >= 0 and right < width and top >= 0 and bottom < height):
@@ -56,12 +72,25 @@ def is_decided(depth, points, sample, m):
     if wide > MOST or tall > MOST:
         return False
     least, most = cells_bounds(depth, row, rows, column, columns)
-    return least >= high[2] or most < low[2]
+    return least >= z_high or most < z_low
+
+
+def unprojected(back, depth, j, i):
+    """World coordinates of what a camera's texel sees."""
+    half, d = depth.dtype.type(0.5), depth[j, i]
+    x, y, z, w = (
+        twins.affine_row(back, row, depth.dtype.type(i) + half, depth.dtype.type(j) + half, d) for row in range(4)
+    )
+    return x / w, y / w, z / w
 
 
 @np.errstate(all="ignore")
-def looked_up(depth, positions, offsets, m):
-    """Of each tile how many samples are not decided, and whether it sees a surface: two arrays of tiles."""
+def looked_up(depth, positions, offsets, m, back=None):
+    """Of each tile how many samples are not decided, and whether it sees a surface: two arrays of tiles.
+
+    ``back``: a camera's matrix screen -> world, which its points are made by, as rows of four.
+    """
+    rows = 3 if back is None else 4
     height, width = depth.shape
     shape = -(-height // TILE), -(-width // TILE)
     left, seen = np.zeros(shape, np.int64), np.zeros(shape, np.bool_)
@@ -69,9 +98,10 @@ def looked_up(depth, positions, offsets, m):
         tile = np.s_[j * TILE : (j + 1) * TILE, i * TILE : (i + 1) * TILE]
         seen[j, i] = (depth[tile] < np.inf).any()
         if seen[j, i]:
-            there = positions[tile][depth[tile] < np.inf]
-            points = np.array([[twins.affine_row(m, row, *p) for row in range(3)] for p in there])
+            there = np.argwhere(depth[tile] < np.inf) + np.array([j * TILE, i * TILE])
+            seen_at = [positions[y, x] if back is None else unprojected(back, depth, y, x) for y, x in there]
+            points = np.array([[twins.affine_row(m, row, *p) for row in range(rows)] for p in seen_at])
             for offset in offsets:
-                sample = np.array([twins.linear_row(m, row, *offset) for row in range(3)])
+                sample = np.array([twins.linear_row(m, row, *offset) for row in range(rows)])
                 left[j, i] += not is_decided(depth, points, sample, m)
     return left, seen

@@ -46,13 +46,12 @@ def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray 
     weights : None
         LF's samples all weigh 1 / n; weights are not read.
     """
-    view = buffers.view
+    view, bounds = buffers.view, buffers.depth_bounds if buffers.in_tiles else None
     if view.screen_to_world is not None:
         matrix = view.world_to_image.numbers.reshape(4, 4)
         return passes.algorithm1(
-            buffers.depth, view.screen_to_world, matrix, points, radius, buffers.every_texel, buffers.window
+            buffers.depth, view.screen_to_world, matrix, points, radius, buffers.every_texel, buffers.window, bounds
         )
-    bounds = buffers.depth_bounds if buffers.in_tiles else None
     return passes.algorithm2(
         buffers.depth, buffers.positions, view.world_to_image, points, radius, buffers.every_texel, buffers.window,
         bounds,

@@ -257,7 +257,7 @@ ENTRIES = (
         points_run,
         samples=_ball_samples,
         count=12,
-        texel_bytes=36,
+        texel_bytes=28,
     ),
     *_pair(
         "vo-lines",
@@ -267,7 +267,7 @@ ENTRIES = (
         samples=_disk_samples,
         dimensions=2,
         count=5,
-        texel_bytes=36,
+        texel_bytes=28,
     ),
     *_pair(
         "vo-area",
@@ -277,7 +277,7 @@ ENTRIES = (
         samples=_area_samples,
         dimensions=2,
         count=1,
-        texel_bytes=68,
+        texel_bytes=61,
         parameters={**_PARAMETERS, "half_width": sqrt(3.0), "prefilter": False},
         limits={**_LIMITS, "half_width": (0.0, 100.0)},
     ),

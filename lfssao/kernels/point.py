@@ -129,7 +129,7 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
                     if looks and kind == CROSSED_SLITS:
                         found += count_crossed_slits(m, surface, width, height, n, a, b, c, 1, still, count)
                     elif looks and kind == MATRIX:
-                        found += count_matrix(m, surface, width, height, n, a, b, c, q, still, count)
+                        found += count_matrix(m, surface, width, height, n, a, b, c, q, 1, still, count)
                     else:
                         found += count_near(
                             kind, m, module, surface, places, reach, forward, wide, high, n, points, a, b, c, q, texel,

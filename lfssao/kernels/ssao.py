@@ -114,11 +114,11 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, samples, offsets, c
 
 
 @kernel(inline=True)
-def count_matrix(m, depth, width, height, n, a, b, c, q, offsets, count):
+def count_matrix(m, depth, width, height, n, a, b, c, q, samples, offsets, count):
     """Algorithm 1, lines 5 to 10; arguments and result of count_crossed_slits, with q, row 3 of M."""
     wide, high = m.dtype.type(width), m.dtype.type(height)
     found = 0
-    for s in range(offsets.shape[0]):
+    for s in range(samples):
         oa, ob, oc, oq = offsets[s, 0], offsets[s, 1], offsets[s, 2], offsets[s, 3]
         inside = np.int32(0)
         for i in range(n):
@@ -222,7 +222,7 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
                 if kind == CROSSED_SLITS:
                     found = count_crossed_slits(m, surface, width, height, n, a, b, c, samples, image_offsets, count)
                 elif kind == MATRIX:
-                    found = count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count)
+                    found = count_matrix(m, surface, width, height, n, a, b, c, q, samples, image_offsets, count)
                 else:
                     found = count_display(module, surface, width, height, n, a, b, c, image_offsets, count)
                 outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
@@ -261,6 +261,6 @@ def algorithm1(depth, offsets, screen_to_world, m, every, window, occlusion, out
                     z = affine_row(screen_to_world, 2, u, v, d) / w
                     a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
                     q[i], count[i] = affine_row(m, 3, x, y, z), 0
-                found = count_matrix(m, surface, width, height, n, a, b, c, q, image_offsets, count)
+                found = count_matrix(m, surface, width, height, n, a, b, c, q, samples, image_offsets, count)
                 outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
                 at = start + n

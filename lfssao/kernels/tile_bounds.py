@@ -1,9 +1,10 @@
-"""Samples that have one outcome for all points of a tile, decided by bounds of the depth texture (LF Algorithm 2).
+"""Samples that have one outcome for all points of a tile, decided by bounds of the depth texture (LF section 5).
 
 The ball's samples are the same for every texel. The points of a tile, behind the mapping's affine half, lie in a box
-a_0 <= a <= a_1, b_0 <= b <= b_1, c_0 <= c <= c_1. CROSSED_SLITS makes of a point and a sample (a_o, b_o, c_o)
+a_0 <= a <= a_1, b_0 <= b <= b_1, c_0 <= c <= c_1, q_0 <= q <= q_1. Of a point and a sample (a_o, b_o, c_o, q_o)
 
-    z = c + c_o,   u = u_0 + (a + a_o) / (z_m - z),   v = v_0 + (b + b_o) / (z_o - z)
+    CROSSED_SLITS makes   z = c + c_o,   u = u_0 + (a + a_o) / (z_m - z),   v = v_0 + (b + b_o) / (z_o - z)
+    MATRIX makes          z = (c + c_o) / d,   u = (a + a_o) / d,   v = (b + b_o) / d,   d = q + q_o
 
 Why the same operations on the ends of the box bound, to the last bit, what the kernel computes for each point of it:
 
@@ -13,7 +14,8 @@ Why the same operations on the ends of the box bound, to the last bit, what the 
   rounded, it is so again. Upper bounds are minus the lower ones of -x. Negatives are exact, and z_o - z = -(z - z_o).
 - Where a bound of a divisor is not positive, nothing is decided; a bound that is not finite, or NaN, never compares
   as inside the texture. It decides a sample outside only if it is an infinity on that side, beyond which nothing is.
-- A point with a NaN, as those of texels without a surface are, has no sample in the texture; bounds leave it out.
+- A point with a NaN, as those of texels without a surface are, has no sample in the texture; bounds leave it out. With
+  MATRIX it has if only c is one: where some numbers of a point are NaN and others are not, nothing is decided.
 
 The texels that a sample reads lie between those of the bounds of u and v, as truncation keeps order too. It is behind
 all of them if z > depth for the least z and the largest depth there, before all if z <= depth for the largest z and the
@@ -26,6 +28,7 @@ from numba import prange
 
 from lfssao.kernels.intrinsics import CHUNK, element, scratch
 from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.mapping import MATRIX
 
 CELL_BITS = 2
 CELL = 1 << CELL_BITS  # texels
@@ -106,6 +109,19 @@ def bounds_of(n, a, b, c):
     return a0, a1, b0, b1, c0, c1
 
 
+@kernel
+def divisors_of(n, a, b, c, q):
+    """The same of q; from -infinity on where a point has both numbers and NaN, so that nothing is decided."""
+    far = type(q[0])(np.inf)
+    q0, q1, odd = far, -far, np.int32(0)
+    for i in range(n):
+        w = q[i]
+        q0, q1 = w if w < q0 else q0, w if w > q1 else q1
+        missing = np.int32(np.isnan(a[i])) + np.int32(np.isnan(b[i])) + np.int32(np.isnan(c[i])) + np.int32(np.isnan(w))
+        odd |= np.int32((missing != 0) & (missing != 4))
+    return -far if odd != 0 else q0, q1
+
+
 @kernel(inline=True)
 def _least_quotient(low, near, far):
     """Lower bound of x / d over x >= low and 0 < near <= d <= far."""
@@ -119,20 +135,44 @@ def _cell(u, inside):
 
 
 @kernel(inline=True)
-def _outcome(z_module, z_observer, u_0, v_0, width, height, columns, half, blocks, box, a, b, c):
-    """What the sample (a, b, c) is for all points of a box; arguments as of ``undecided``.
+def _image_of_slits(z_module, z_observer, u_0, v_0, box, a, b, c):
+    """Bounds of u, v and z of the sample (a, b, c) over a box, CROSSED_SLITS; u, v are NaN where nothing is known."""
+    a0, a1, b0, b1, c0, c1 = box
+    zero, unknown = type(a)(0), type(a)(np.nan)
+    z0, z1 = c0 + c, c1 + c
+    near_u, far_u, near_v, far_v = z_module - z1, z_module - z0, z0 - z_observer, z1 - z_observer
+    known = (near_u > zero) & (near_v > zero)
+    origin_u, origin_v = u_0 if known else unknown, v_0 if known else unknown
+    return (
+        origin_u + _least_quotient(a0 + a, near_u, far_u), origin_u - _least_quotient(-(a1 + a), near_u, far_u),
+        origin_v + _least_quotient(-(b1 + b), near_v, far_v), origin_v - _least_quotient(b0 + b, near_v, far_v), z0, z1,
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def _image_of_matrix(box, divisors, a, b, c, q):
+    """The same of the sample (a, b, c, q), MATRIX."""
+    a0, a1, b0, b1, c0, c1 = box
+    near, far = divisors[0] + q, divisors[1] + q
+    near = near if near > type(a)(0) else type(a)(np.nan)  # of which no quotient compares
+    far = far if near > type(a)(0) else near
+    return (
+        _least_quotient(a0 + a, near, far), -_least_quotient(-(a1 + a), near, far),
+        _least_quotient(b0 + b, near, far), -_least_quotient(-(b1 + b), near, far),
+        _least_quotient(c0 + c, near, far), -_least_quotient(-(c1 + c), near, far),
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def _outcome(image, width, height, columns, half, blocks):
+    """What a sample is between such bounds; arguments as of ``undecided``.
 
     One look-up tells which of 'before' and 'behind' is possible, so that the other four are in one half of the bounds.
     """
-    a0, a1, b0, b1, c0, c1 = box
-    zero, wide, high = type(a)(0), type(a)(width), type(a)(height)
-    z0, z1 = c0 + c, c1 + c
-    near_u, far_u, near_v, far_v = z_module - z1, z_module - z0, z0 - z_observer, z1 - z_observer
-    left, right = u_0 + _least_quotient(a0 + a, near_u, far_u), u_0 - _least_quotient(-(a1 + a), near_u, far_u)
-    top, bottom = v_0 + _least_quotient(-(b1 + b), near_v, far_v), v_0 - _least_quotient(b0 + b, near_v, far_v)
-    known = (near_u > zero) & (near_v > zero)
-    outside = known & ((right < zero) | (left >= wide) | (bottom < zero) | (top >= high))
-    inside = known & (left >= zero) & (right < wide) & (top >= zero) & (bottom < high)
+    left, right, top, bottom, z0, z1 = image
+    zero, wide, high = type(z0)(0), type(z0)(width), type(z0)(height)
+    outside = (right < zero) | (left >= wide) | (bottom < zero) | (top >= high)
+    inside = (left >= zero) & (right < wide) & (top >= zero) & (bottom < high)
     i0, i1, j0, j1 = _cell(left, inside), _cell(right, inside), _cell(top, inside), _cell(bottom, inside)
     most = np.int32(2 * BLOCK)
     covered = inside & (np.int32(i1 - i0) < most) & (np.int32(j1 - j0) < most)
@@ -152,21 +192,23 @@ def _outcome(z_module, z_observer, u_0, v_0, width, height, columns, half, block
 
 
 @kernel
-def undecided(m, width, height, columns, half, blocks, box, samples, columns_of, offsets, first, n, mixed):
+def undecided(
+    kind, m, width, height, columns, half, blocks, box, divisors, samples, columns_of, offsets, first, n, mixed
+):
     """Copy the samples that have not the same outcome for all points of a tile.
 
     Parameters
     ----------
-    m : (16,) array
-        The mapping, CROSSED_SLITS.
+    kind, m : int, (16,) array
+        The mapping, CROSSED_SLITS or MATRIX.
     width, height : int
         Size of the texture.
     columns, half : int
         How many blocks a row has; how many there are.
     blocks : (2 * half,) array
         Their least depths, then their largest.
-    box : tuple of six numbers
-        ``bounds_of`` the tile's points.
+    box, divisors : tuples of six and of two numbers
+        ``bounds_of`` the tile's points; with MATRIX ``divisors_of`` them, else not read.
     samples : int
         How many there are.
     columns_of, offsets : (4 * samples,) and (samples, 4) arrays
@@ -185,11 +227,19 @@ def undecided(m, width, height, columns, half, blocks, box, samples, columns_of,
     z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
     outcome = scratch(np.int32)
     behind, inside = np.int32(0), np.int32(0)
+    if kind == MATRIX:
+        for k in range(n):
+            s = first + k
+            a, b = columns_of[np.uint64(s)], columns_of[np.uint64(samples + s)]
+            c, q = columns_of[np.uint64(2 * samples + s)], columns_of[np.uint64(3 * samples + s)]
+            outcome[k] = _outcome(_image_of_matrix(box, divisors, a, b, c, q), width, height, columns, half, blocks)
+    else:
+        for k in range(n):
+            s = first + k
+            a, b = columns_of[np.uint64(s)], columns_of[np.uint64(samples + s)]
+            image = _image_of_slits(z_module, z_observer, u_0, v_0, box, a, b, columns_of[np.uint64(2 * samples + s)])
+            outcome[k] = _outcome(image, width, height, columns, half, blocks)
     for k in range(n):
-        outcome[k] = _outcome(
-            z_module, z_observer, u_0, v_0, width, height, columns, half, blocks, box, columns_of[np.uint64(first + k)],
-            columns_of[np.uint64(samples + first + k)], columns_of[np.uint64(2 * samples + first + k)],
-        )  # fmt: skip
         behind = np.int32(behind + np.int32(outcome[k] == _BEHIND))
         inside = np.int32(inside + np.int32((outcome[k] == _BEHIND) | (outcome[k] == _BEFORE)))
     left = 0

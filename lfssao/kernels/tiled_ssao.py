@@ -1,4 +1,4 @@
-"""LF Algorithm 2 of a flat linear display, a tile of texels after the other: for many samples.
+"""LF Algorithm 2 of a flat linear display, Algorithm 1 of a camera, a tile of texels after the other: for many samples.
 
 With 256 samples most have one outcome for all points of a tile, which bounds of the depths decide
 (``lfssao.kernels.tile_bounds``); the others are listed, and only those are looked up, by the loops of
@@ -9,32 +9,53 @@ import numpy as np
 
 from lfssao.kernels.intrinsics import CHUNK, scratch, scratch_rows
 from lfssao.kernels.jit import kernel, wide_vectors
-from lfssao.kernels.mapping import CROSSED_SLITS, affine_row
+from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX, affine_row
 from lfssao.kernels.runs import sees_surface
-from lfssao.kernels.ssao import count_crossed_slits, transform_offsets
+from lfssao.kernels.ssao import count_crossed_slits, count_matrix, transform_offsets
 from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
-from lfssao.kernels.tile_bounds import bounds_of, undecided
+from lfssao.kernels.tile_bounds import bounds_of, divisors_of, undecided
 
 _TILE = 8  # texels of each of the ROWS_A_BLOCK rows
 _TEXELS = _TILE * ROWS_A_BLOCK
 
 
+@kernel(inline=True)
+def _world_point(kind, back, depth, places, width, j, i):
+    """World coordinates of the surface that texel (i, j) sees; x is NaN where it sees none (lines 1 to 3)."""
+    texel, half = np.uint64(j * width + i), type(depth[0])(0.5)
+    d = depth[texel]
+    if kind == MATRIX:
+        u, v = type(d)(i) + half, type(d)(j) + half
+        w = affine_row(back, 3, u, v, d)
+        x, y = affine_row(back, 0, u, v, d) / w, affine_row(back, 1, u, v, d) / w
+        z = affine_row(back, 2, u, v, d) / w
+    else:
+        t = np.uint64(3) * texel
+        x, y, z = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
+    return x if d < np.inf else type(d)(np.nan), y, z
+
+
 @kernel
-def _load_tile(m, depth, places, width, left, right, top, bottom, a, b, c, count):
-    """Points of a tile, row after row of _TILE texels, NaN beyond the texture; whether one sees a surface."""
+def _load_tile(kind, back, m, depth, places, width, left, right, top, bottom, a, b, c, q, count):
+    """Points of a tile behind the mapping's affine half, row after row of _TILE texels, NaN beyond the texture.
+
+    Returns whether one sees a surface; without one nothing is loaded. q is 0 but for a camera.
+    """
     some = False
     for j in range(top, bottom):
         some |= sees_surface(depth, np.uint64(j * width + left), np.uint64(j * width + right))
     if some:
         for i in range(_TEXELS):
             a[i], b[i], c[i], count[i] = np.nan, np.nan, np.nan, 0
+            q[i] = np.nan if kind == MATRIX else 0.0
         for j in range(top, bottom):
-            start, first = j * width + left, (j - top) * _TILE
+            first = (j - top) * _TILE
             for i in range(right - left):
-                t, k = 3 * (start + i), np.uint64(first + i)  # line 1
-                x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
-                x = x if depth[np.uint64(start + i)] < np.inf else m.dtype.type(np.nan)
+                k = np.uint64(first + i)
+                x, y, z = _world_point(kind, back, depth, places, width, j, left + i)
                 a[k], b[k], c[k] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                if kind == MATRIX:
+                    q[k] = affine_row(m, 3, x, y, z)
     return some
 
 
@@ -56,14 +77,14 @@ def _write_shares(depth, start, n, samples, first, count, occlusion):
 
 
 @kernel
-def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, behind, inside, found, count, occlusion):
+def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, q, behind, inside, found, count, occlusion):
     """Add the decided samples, so many ``behind``, to each point's count, and write its share of all samples.
 
     Returns how many samples of the visible points are outside, where ``found`` of those not decided are not.
     """
     points = 0
     for i in range(_TEXELS):
-        there = np.int32((a[i] == a[i]) & (b[i] == b[i]) & (c[i] == c[i]))
+        there = np.int32((a[i] == a[i]) & (b[i] == b[i]) & (c[i] == c[i]) & (q[i] == q[i]))
         count[i] += there * np.int32(behind)
         points += there
     visible = 0
@@ -73,13 +94,15 @@ def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, behin
 
 
 @kernel(parallel=True)
-def algorithm2_in_tiles(depth, positions, offsets, m, blocks, occlusion, outside):
-    """``lfssao.kernels.ssao.algorithm2`` for mappings of kind CROSSED_SLITS.
+def occlusion_in_tiles(depth, positions, offsets, kind, back, m, blocks, occlusion, outside):
+    """``lfssao.kernels.ssao.algorithm2`` for mappings of kind CROSSED_SLITS, ``algorithm1`` for those of kind MATRIX.
 
     Parameters
     ----------
-    depth, positions, offsets, m
-        As there.
+    depth, positions, offsets, kind, m
+        As there; ``positions`` is not read for kind MATRIX.
+    back : (16,), same dtype
+        Algorithm 1's ``screen_to_world``; not read for kind CROSSED_SLITS.
     blocks : (2, R, C), same dtype
         The depths' bounds (``bound_depths``).
     occlusion : (H, W), same dtype
@@ -88,31 +111,35 @@ def algorithm2_in_tiles(depth, positions, offsets, m, blocks, occlusion, outside
         Out: samples of so many rows each outside the texture or the mapping's domain.
     """
     height, width = depth.shape
-    surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
+    surface, places = depth.reshape(height * width), positions.reshape(positions.size)
     shares, bounds = occlusion.reshape(height * width), blocks.reshape(blocks.size)
     columns, half, samples, texels = blocks.shape[2], blocks.size // 2, offsets.shape[0], _TEXELS
-    image_offsets = transform_offsets(offsets, CROSSED_SLITS, m)
+    image_offsets = transform_offsets(offsets, kind, m)
     by_number = image_offsets.T.copy().reshape(image_offsets.size)
     for row in interleaved(outside.shape[0]):
         wide_vectors()
-        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        a, b, c, q = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         count, mixed = scratch(np.int32), scratch_rows(m.dtype)
         top, bottom = row * ROWS_A_BLOCK, min(height, (row + 1) * ROWS_A_BLOCK)
         outside[row] = 0
         for left in range(0, width, _TILE):
             right = min(left + _TILE, width)
             found = behind = inside = 0
-            if _load_tile(m, surface, places, width, left, right, top, bottom, a, b, c, count):
+            if _load_tile(kind, back, m, surface, places, width, left, right, top, bottom, a, b, c, q, count):
                 box = bounds_of(texels, a, b, c)
+                divisors = divisors_of(texels, a, b, c, q) if kind == MATRIX else (q[0], q[0])
                 for first in range(0, samples, CHUNK):
                     some, hidden, known = undecided(
-                        m, width, height, columns, half, bounds, box, samples, by_number, image_offsets, first,
-                        min(samples - first, CHUNK), mixed,
+                        kind, m, width, height, columns, half, bounds, box, divisors, samples, by_number,
+                        image_offsets, first, min(samples - first, CHUNK), mixed,
                     )  # fmt: skip
-                    found += count_crossed_slits(m, surface, width, height, texels, a, b, c, some, mixed, count)
+                    if kind == CROSSED_SLITS:
+                        found += count_crossed_slits(m, surface, width, height, texels, a, b, c, some, mixed, count)
+                    else:
+                        found += count_matrix(m, surface, width, height, texels, a, b, c, q, some, mixed, count)
                     behind, inside = behind + hidden, inside + known
                 outside[row] += _finish_tile(
-                    surface, width, left, right, top, bottom, samples, a, b, c, behind, inside, found, count, shares
+                    surface, width, left, right, top, bottom, samples, a, b, c, q, behind, inside, found, count, shares
                 )
             else:
                 for j in range(top, bottom):
@@ -121,12 +148,12 @@ def algorithm2_in_tiles(depth, positions, offsets, m, blocks, occlusion, outside
 
 
 @kernel(parallel=True)
-def count_decided(depth, positions, offsets, m, blocks, every, looked_up, given):
-    """How many samples ``algorithm2_in_tiles`` decides, of every so many tiles of every so many of their rows.
+def count_decided(depth, positions, offsets, kind, back, m, blocks, every, looked_up, given):
+    """How many samples ``occlusion_in_tiles`` decides, of every so many tiles of every so many of their rows.
 
     Parameters
     ----------
-    depth, positions, offsets, m, blocks
+    depth, positions, offsets, kind, back, m, blocks
         As there.
     every : int
         How many.
@@ -135,24 +162,25 @@ def count_decided(depth, positions, offsets, m, blocks, every, looked_up, given)
         surface.
     """
     height, width = depth.shape
-    surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
+    surface, places = depth.reshape(height * width), positions.reshape(positions.size)
     columns, half, samples, texels = blocks.shape[2], blocks.size // 2, offsets.shape[0], _TEXELS
     bounds = blocks.reshape(blocks.size)
-    image_offsets = transform_offsets(offsets, CROSSED_SLITS, m)
+    image_offsets = transform_offsets(offsets, kind, m)
     by_number = image_offsets.T.copy().reshape(image_offsets.size)
     for k in interleaved(given.shape[0]):
-        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        a, b, c, q = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         count, mixed = scratch(np.int32), scratch_rows(m.dtype)
         top, bottom = k * every * ROWS_A_BLOCK, min(height, (k * every + 1) * ROWS_A_BLOCK)
         looked_up[k] = given[k] = 0
         for left in range(k % every * _TILE, width, every * _TILE):
             right = min(left + _TILE, width)
-            if _load_tile(m, surface, places, width, left, right, top, bottom, a, b, c, count):
+            if _load_tile(kind, back, m, surface, places, width, left, right, top, bottom, a, b, c, q, count):
                 box = bounds_of(texels, a, b, c)
+                divisors = divisors_of(texels, a, b, c, q) if kind == MATRIX else (q[0], q[0])
                 given[k] += samples
                 for first in range(0, samples, CHUNK):
                     some, _, _ = undecided(
-                        m, width, height, columns, half, bounds, box, samples, by_number, image_offsets, first,
-                        min(samples - first, CHUNK), mixed,
+                        kind, m, width, height, columns, half, bounds, box, divisors, samples, by_number,
+                        image_offsets, first, min(samples - first, CHUNK), mixed,
                     )  # fmt: skip
                     looked_up[k] += some

@@ -145,7 +145,7 @@ def _rays(plans: Sequence[ViewPlan]) -> Cut:
     run, texels = sum(plan.window.texels for plan in plans), sum(plan.whole.texels for plan in plans)
     out = texels - run
     bounded = any(plan.window != plan.whole for plan in plans)
-    reason = "rows above and below the image of the scene's box see nothing"
+    reason = "rows above and below the image of the scene's box see nothing; in columns beside it no triangle is tried"
     if not bounded:
         reason = "the image of the scene's box has all rows of each texture, or reaches the lens or the viewers"
     return Cut("rays", "one a texel", run, out, _share(out, texels), out * _NS_A_BACKGROUND_TEXEL * 1e-6, PLANNED,

@@ -220,13 +220,15 @@ def test_every_outcome_is_decided_somewhere_of_a_camera():
 
 
 def test_a_cameras_tile_with_a_depth_that_overflows_alone_is_not_decided():
-    """Its row is inf - inf, the others are finite: its samples are in the texture, and before all that is there."""
+    """Of column 0 Z = 1e4 x - 1e4 y is inf - inf, else 0; all land on (10, 10), before nothing and behind nothing."""
     depth, positions, _ = plane(16)
-    back, m = camera(16, 16, 0.0, np.float32)
-    m[8], m[9] = 3e38, -3e38
+    back = np.array([0, 0, 0, 3.40316e34, 0, 0, 0, 3.40316e34, 0, 0, 1, 0, 1e-4, 0, 0, 1], np.float32)
+    m = np.array([1, 0, 0, 0, 0, 1, 0, 0, 1e4, -1e4, 0, 0, 0.1, 0, 0, 0], np.float32)
     offsets = np.zeros((3, 3), np.float32)
-    assert counted(depth, positions, offsets, m, 1, back)[0] == [3, 3]  # the tiles where x and y have one sign
-    assert_equal(in_tiles(depth, positions, offsets, m, back), run1(depth, offsets, back, m))
+    assert counted(depth, positions, offsets, m, 1, back)[0] == [3, 3]
+    made = in_tiles(depth, positions, offsets, m, back)
+    assert made[1].sum() == 0
+    assert_equal(made, run1(depth, offsets, back, m))
 
 
 def test_every_outcome_is_decided_somewhere():

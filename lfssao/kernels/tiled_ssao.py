@@ -77,14 +77,14 @@ def _write_shares(depth, start, n, samples, first, count, occlusion):
 
 
 @kernel
-def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, q, behind, inside, found, count, occlusion):
+def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, behind, inside, found, count, occlusion):
     """Add the decided samples, so many ``behind``, to each point's count, and write its share of all samples.
 
     Returns how many samples of the visible points are outside, where ``found`` of those not decided are not.
     """
     points = 0
     for i in range(_TEXELS):
-        there = np.int32((a[i] == a[i]) & (b[i] == b[i]) & (c[i] == c[i]) & (q[i] == q[i]))
+        there = np.int32((a[i] == a[i]) & (b[i] == b[i]) & (c[i] == c[i]))
         count[i] += there * np.int32(behind)
         points += there
     visible = 0
@@ -139,7 +139,7 @@ def occlusion_in_tiles(depth, positions, offsets, kind, back, m, blocks, occlusi
                         found += count_matrix(m, surface, width, height, texels, a, b, c, q, some, mixed, count)
                     behind, inside = behind + hidden, inside + known
                 outside[row] += _finish_tile(
-                    surface, width, left, right, top, bottom, samples, a, b, c, q, behind, inside, found, count, shares
+                    surface, width, left, right, top, bottom, samples, a, b, c, behind, inside, found, count, shares
                 )
             else:
                 for j in range(top, bottom):

@@ -99,10 +99,12 @@ def occlusion_in_tiles(depth, positions, offsets, kind, back, m, blocks, occlusi
 
     Parameters
     ----------
-    depth, positions, offsets, kind, m
+    depth, positions, offsets, kind
         As there; ``positions`` is not read for kind MATRIX.
     back : (16,), same dtype
         Algorithm 1's ``screen_to_world``; not read for kind CROSSED_SLITS.
+    m
+        As there.
     blocks : (2, R, C), same dtype
         The depths' bounds (``bound_depths``).
     occlusion : (H, W), same dtype

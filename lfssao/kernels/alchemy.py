@@ -23,7 +23,7 @@ from lfssao.kernels.mapping import (
 )
 from lfssao.kernels.neighbourhood import CHUNK, load, slot
 from lfssao.kernels.power import power
-from lfssao.kernels.runs import next_run
+from lfssao.kernels.runs import next_groups
 from lfssao.kernels.spiral import hash_angle, rotated
 from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
@@ -219,7 +219,7 @@ def alchemy(
                 at = j * width + column
                 end = min(at + CHUNK, (j + 1) * width)
                 while at < end:
-                    start, n = next_run(surface, at, end, CHUNK)
+                    start, n = next_groups(surface, at, end)
                     load(places, start, n, scratch, _POINT)
                     load(facing, start, n, scratch, _NORMAL)
                     load(looking, start, n, scratch, _LOOK)

@@ -82,6 +82,20 @@ def next_run(depth, at, end, most):
     return np.int64(start), np.int64(run_length(depth, start, min(start + np.uint64(most), last)))
 
 
+@kernel
+def next_groups(depth, at, end):
+    """The next whole groups of a row of which each sees a surface, as next_run has them but for its exact beginning.
+
+    For kernels in which LLVM gives up the vectors of their loops if what they call has more loops than this.
+    """
+    while at < end and not sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
+        at += _GROUP
+    start = min(at, end)
+    while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
+        at += _GROUP
+    return start, min(at, end) - start
+
+
 @kernel(inline=True)
 def run_of(depth, at, end, most, every, left, right):
     """next_run where texels of the row before number ``left``, and from number ``right`` on, see nothing.

@@ -8,7 +8,6 @@ from typing import Any
 from lfssao.commands.terminal import bar_size
 from lfssao.files import output_folder
 from lfssao.job import Job, views_at_once
-from lfssao.memory import keep_freed_memory
 from lfssao.pipeline import recover, run_here, run_on
 from lfssao.view_file import Result
 from lfssao.work import Item, Renderer, Work
@@ -79,7 +78,6 @@ def _runner(work: Work, items: list[Item], threads: int, scheduler: str | None) 
     elif scheduler is None:
         # Read when numba's threads start: waiting in a loop, they would take time from those that write files.
         os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-        keep_freed_memory()
         renderer = Renderer(work, threads)
         renderer.prepare(items[0])
         yield lambda: run_here(renderer, items, threads, views_at_once(work, threads + 1))

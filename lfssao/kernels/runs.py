@@ -4,7 +4,7 @@ import numpy as np
 
 from lfssao.kernels.jit import kernel
 
-# Texels looked at together: two of the widest vectors. Runs are of whole groups, except where the row ends.
+# Texels looked at together: two of the widest vectors. Runs are of whole groups, except where they or the row end.
 _GROUP = 32
 
 # Texels that are skipped together.
@@ -90,10 +90,8 @@ def next_groups(depth, at, end):
     """
     while at < end and not sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
         at += _GROUP
-    start = min(at, end)
-    while at < end and sees_surface(depth, np.uint64(at), np.uint64(min(at + _GROUP, end))):
-        at += _GROUP
-    return start, min(at, end) - start
+    start = np.uint64(min(at, end))
+    return np.int64(start), np.int64(run_length(depth, start, np.uint64(end)))
 
 
 @kernel(inline=True)

@@ -187,7 +187,7 @@ def algorithm2_with_neighbours(
     Raises
     ------
     InputError
-        As for ``algorithm2``, or if a neighbour's depth texture is none, or of another dtype.
+        As for ``algorithm2``, or if a neighbour's depth texture is none, or of another dtype, or all have 2^31 texels.
     """
     from lfssao.kernels.neighbours import share_hidden  # late: compiled for this alone
 
@@ -204,6 +204,8 @@ def algorithm2_with_neighbours(
         row[: len(mapping.numbers)] = mapping.as_type(depth.dtype)
     sizes = np.array([(other.shape[1], other.shape[0]) for _, other in views], np.int64)
     texels = np.cumsum(sizes[:, 0] * sizes[:, 1])
+    if texels[-1] >= 2**31:  # the kernel's numbers of texels are of 32 bits
+        raise InputError(f"depth textures of {len(views)} modules have {texels[-1]} texels, 2^31 or more in all")
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     share_hidden(
         np.ascontiguousarray(depth), np.ascontiguousarray(positions), _offsets(samples, radius, depth.dtype),

@@ -2,17 +2,24 @@
 
 import math
 
+import display_twin
 import numpy as np
 import twins
+
+DISPLAY = 2
 
 
 def lands_behind(view, point, offset):
     """Whether a sample lies behind a view's surface; None where it falls outside the texture or the domain."""
     depth, kind, m = view
     height, width = depth.shape
-    rows = 3 if kind == twins.CROSSED_SLITS else 4
+    rows = 4 if kind == twins.MATRIX else 3
     moved = [twins.affine_row(m, row, *point) + twins.linear_row(m, row, *offset) for row in range(rows)]
-    u, v, z, valid = twins.project(kind, m, *moved, *[None] * (4 - rows))
+    if kind == DISPLAY:
+        u, v, answer = display_twin.physical_to_image(m[12:], *moved)
+        z, valid = moved[2], answer == display_twin.VALID
+    else:
+        u, v, z, valid = twins.project(kind, m, *moved, *[None] * (4 - rows))
     if not (valid and 0 <= u < width and 0 <= v < height):
         return None
     return bool(depth[math.floor(v), math.floor(u)] < z)

@@ -57,6 +57,30 @@ def test_neighbours_equal_their_twin(dtype, data):
 
 
 @both
+@pytest.mark.parametrize(("name", "radius"), [("convex", 2.0), ("picoarray", 0.4)])
+def test_neighbours_of_any_display_equal_their_twin(dtype, name, radius):
+    display = find_display(name).with_resolution(40, 24)
+    chosen = range(len(display.modules) // 2, len(display.modules) // 2 + 3)
+    views = module_views(ball(), display, chosen)
+    caster = RayCaster(ball(), views[0].cast_from_world)
+    depths = [caster.gbuffer(view).depth.astype(dtype) for view in views]
+    depths[1] = np.ascontiguousarray(depths[1][:20, :30])  # where what falls beyond is outside
+    positions = caster.gbuffer(views[0]).positions.astype(dtype)
+    samples = make_samples("random", 5, 3)
+    others = [(view.world_to_image, depth) for view, depth in zip(views[1:], depths[1:], strict=True)]
+    actual = passes.algorithm2_with_neighbours(depths[0], positions, views[0].world_to_image, others, samples, radius)
+    known = [
+        (depth, view.world_to_image.kind, view.world_to_image.numbers.astype(dtype))
+        for view, depth in zip(views, depths, strict=True)
+    ]
+    occlusion, outside = neighbours_twin.share_hidden(depths[0], positions, (radius * samples).astype(dtype), known)
+    assert_same_bits(actual.texture, occlusion)
+    assert actual.outside == outside.sum() > 0
+    alone = passes.algorithm2(depths[0], positions, views[0].world_to_image, samples, radius)
+    assert (alone.texture > occlusion).any()
+
+
+@both
 @given(data=st.data())
 def test_without_neighbours_it_is_algorithm_2(dtype, data):
     depth, positions, mapping, samples, radius = data.draw(module_cases(dtype))
@@ -112,6 +136,32 @@ def test_a_neighbour_of_another_dtype_is_refused():
     for other in (np.zeros((3, 4)), np.zeros((0, 4), np.float32)):
         with pytest.raises(InputError, match="neighbour 1"):
             passes.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, other)], np.ones((1, 3)), 1.0)
+
+
+def test_more_texels_than_32_bits_can_number_are_refused():
+    mapping = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
+    depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
+    others = [(mapping, np.broadcast_to(np.float32(0), (2**15, 2**15)))] * 2
+    with pytest.raises(InputError, match="3 modules have 2147483660 texels"):
+        passes.algorithm2_with_neighbours(depth, positions, mapping, others, np.ones((1, 3)), 1.0)
+
+
+@both
+def test_texels_without_a_surface_have_no_samples_wherever_they_are_said_to_be(dtype):
+    """Positions mean nothing where depth is infinite: renderers may leave there what was there before."""
+    mapping, depth, positions = card_before_a_wall(10)
+    depth, positions = depth.astype(dtype), positions.astype(dtype)
+    depth[::2] = np.inf
+    samples = make_samples("latin", 8)
+    expected = passes.algorithm2(depth, positions, mapping, samples, 0.1)
+    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, depth)], samples, 0.1)
+    assert_same_bits(actual.texture, expected.texture)
+    assert actual.outside == expected.outside > 0
+    depth[:, 60:66] = np.inf  # and in the middle of a run
+    expected = passes.algorithm2(depth, positions, mapping, samples, 0.1)
+    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [], samples, 0.1)
+    assert_same_bits(actual.texture, expected.texture)
+    assert actual.outside == expected.outside
 
 
 def test_nearest_modules_and_how_many_there_are():

@@ -86,6 +86,11 @@ def occlusions(dtype):
         layers.append(passes.algorithm2(depth, positions, camera.world_to_image, samples, radius))
         screen = depth_texture(rng, dtype, 0.2, 0.8)
         layers.append(passes.algorithm1(screen, camera.screen_to_world, forth, samples, radius))
+    others = [
+        (camera.world_to_image, screen),
+        (replace(DISPLAY, diffuser="conical").view(0, WORLD).world_to_image, depth),
+    ]
+    layers.append(passes.algorithm2_with_neighbours(depth, positions, module.world_to_image, others, samples, 0.4))
     merged = passes.merge([layer.texture for layer in layers])
     rgb = rng.random((HEIGHT, WIDTH, 3)).astype(dtype)
     yield "ssao", np.array([layer.texture for layer in layers])

@@ -23,6 +23,8 @@ Of the conical diffuser s is the point of the screen, and with kappa = (z / z_o)
     ds_x = (dx - (s_x - m_x) dkappa) / (1 + kappa)
 """
 
+import numpy as np
+
 from lfssao.display_window import crossing
 from lfssao.ranges import Numbers, Range
 
@@ -52,7 +54,23 @@ def ray_points(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Range, 
     return sigma.times(far).plus(m_x), height.times(before.minus(far).over(before.minus(tau))).plus(y_o)
 
 
-def screen_slopes(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Slopes, Slopes]:
+def ray_ways(lens: Numbers, s_x: Range, s_y: Range) -> tuple[Numbers, Numbers]:
+    """How far along x and y a ray goes per metre along z, of the rays through the middles of rectangles of z = 0."""
+    m_x, m_y, m_z, y_o, z_o, screen, observers, conical = lens[:8].tolist()
+    across, below = 0.5 * (s_x.low + s_x.high) - m_x, 0.5 * (s_y.low + s_y.high) - m_y
+    if conical:
+        above = below + (m_y - y_o)
+        return across / z_o * np.sqrt((above**2 + z_o**2) / (below**2 + m_z**2)), above / -z_o
+    sigma = across / m_z
+    (tau, _), (before, _) = (
+        crossing(curvature, m_x, z, Range(sigma, sigma)) for curvature, z in ((screen, m_z), (observers, m_z - z_o))
+    )
+    return -sigma, (below * tau.low / m_z + (m_y - y_o)) / (before.low - tau.low)
+
+
+def screen_slopes(
+    lens: Numbers, s_x: Range, s_y: Range, z: Range, way: tuple[Range, Range] | None = None
+) -> tuple[Slopes, Slopes]:
     """Derivatives of s_x and of s_y by x, y and z, NaN where a point of the range may have no image.
 
     Parameters
@@ -61,9 +79,12 @@ def screen_slopes(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Slop
         The module's numbers (``lfssao.kernels.display``).
     s_x, s_y, z : Range
         Which points: where they appear on the plane z = 0 as seen from the lens, and their depth, metres.
+    way : pair of Range, optional
+        How far along x and y it goes with each metre along z, in place of straight on: along rays little changes.
     """
+    way = way or (Range.constant(0.0, z), Range.constant(0.0, z))
     if lens[7]:
-        return _conical(lens, s_x, s_y, z)
+        return _conical(lens, s_x, s_y, z, way)
     m_x, m_y, m_z, y_o, z_o, screen, observers = lens[:7].tolist()
     far, sigma = z.times(-1.0).plus(m_z), s_x.plus(-m_x).times(1.0 / m_z)
     tau, tau_slope = _crossing(screen, m_x, m_z, sigma)
@@ -74,14 +95,14 @@ def screen_slopes(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Slop
     by_sigma = height.times(before_slope.minus(tau_slope).over(ahead).minus(before_slope.over(rest)))
     scale = Range.constant(m_z, tau).over(tau)
     by_sigma = scale.times(by_sigma).minus(on_plane.times(tau_slope.over(tau)))
-    sigma_x, sigma_z = Range.constant(1.0, far).over(far), sigma.over(far)
+    sigma_x, sigma_z = Range.constant(1.0, far).over(far), sigma.plus(way[0]).over(far)
     zero = Range.constant(0.0, far)
     return (
         (sigma_x.times(m_z), zero, sigma_z.times(m_z)),
         (
             by_sigma.times(sigma_x),
             scale.times(ahead.over(rest)),
-            by_sigma.times(sigma_z).minus(scale.times(height.over(rest))),
+            by_sigma.times(sigma_z).plus(scale.times(ahead.times(way[1]).minus(height).over(rest))),
         ),
     )
 
@@ -92,7 +113,7 @@ def _crossing(curvature: float, x: float, z: float, sigma: Range) -> tuple[Range
     return before, sigma.times(before).plus(x).times(before).times(-curvature).over(root)
 
 
-def _conical(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Slopes, Slopes]:
+def _conical(lens: Numbers, s_x: Range, s_y: Range, z: Range, way: tuple[Range, Range]) -> tuple[Slopes, Slopes]:
     m_x, m_y, m_z, y_o, z_o = lens[:5].tolist()
     below, above, across = s_y.plus(-m_y), s_y.plus(-y_o), s_x.plus(-m_x)
     square_m, square_e = below.squared().plus(m_z * m_z), above.squared().plus(z_o * z_o)
@@ -101,11 +122,14 @@ def _conical(lens: Numbers, s_x: Range, s_y: Range, z: Range) -> tuple[Slopes, S
     over_room = Range.constant(1.0, kappa).over(kappa.plus(1.0))
     rest = z.plus(-z_o)
     by_height = kappa.times(above.over(square_e).minus(below.over(square_m)))
-    height_y, height_z = Range.constant(-z_o, rest).over(rest), above.times(-1.0).over(rest)
+    height_y, height_z = Range.constant(-z_o, rest).over(rest), way[1].times(-z_o).minus(above).over(rest)
     kappa_z = ratio.times(1.0 / z_o).plus(by_height.times(height_z))
     aside = across.times(-1.0).times(over_room)
     zero = Range.constant(0.0, rest)
-    return (over_room, aside.times(by_height).times(height_y), aside.times(kappa_z)), (zero, height_y, height_z)
+    return (
+        (over_room, aside.times(by_height).times(height_y), way[0].times(over_room).plus(aside.times(kappa_z))),
+        (zero, height_y, height_z),
+    )
 
 
 def texel_slopes(

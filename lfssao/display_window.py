@@ -22,6 +22,9 @@ _PARTS = (8, 3, 8)
 # Rounding of a ray in space, of the largest of its numbers; float64 has 2^-53.
 _ROUNDING = 2.0**-38
 
+# That of a sum of three products, of its terms' sizes.
+_SUMS = 2.0**-50
+
 
 def image_range(lens: Numbers, box: Numbers) -> tuple[float, float, float, float] | None:
     """Between which u, and which v, the points of a box appear; None where that is not known.
@@ -43,7 +46,7 @@ def image_range(lens: Numbers, box: Numbers) -> tuple[float, float, float, float
     size = float(max(np.abs(box).max(), np.abs(lens[:5]).max()))
     with np.errstate(all="ignore"):  # NaN is asked for in the end
         x, y, z = _parts(box + np.array([[-1.0], [1.0]]) * (_ROUNDING * size))
-        u, v = distorted(lens, *projected(lens[8:17], *_screen_point(lens, x, y, z)))
+        u, v = distorted(lens, *projected(lens[8:17], *screen_points(lens, x, y, z)))
     ends = float(u.low.min()), float(u.high.max()), float(v.low.min()), float(v.high.max())
     return ends if np.isfinite(ends).all() else None
 
@@ -65,8 +68,16 @@ def _parts(box: Numbers) -> tuple[Range, Range, Range]:
     return x, y, z
 
 
-def _screen_point(lens: Numbers, x: Range, y: Range, z: Range) -> tuple[Range, Range]:
-    """Where points appear on the plane z = 0, as seen from the lens."""
+def screen_points(lens: Numbers, x: Range, y: Range, z: Range) -> tuple[Range, Range]:
+    """Where points appear on the plane z = 0, as seen from the lens.
+
+    Parameters
+    ----------
+    lens : (32,) float64
+        The module's numbers (``lfssao.kernels.display``).
+    x, y, z : Range
+        Metres.
+    """
     m_x, m_y, m_z, y_o, z_o, screen, observers, conical = lens[:8].tolist()
     far = Range(m_z - z.high, m_z - z.low)
     if conical:
@@ -114,15 +125,16 @@ def crossing(curvature: float, x: float, z: float, sigma: Range) -> tuple[Range,
 
 def projected(matrix: Numbers, x: Range, y: Range) -> tuple[Range, Range]:
     """A homography's, (9,), image of rectangles: with a positive divisor it is largest and smallest in corners."""
-    a, b, c, d, e, f, g, h, i = matrix.tolist()
-    us, vs = [], []
-    for p in x:
-        for q in y:
-            w = (g * p + h * q) + i
-            w = np.where(w > 0.0, w, np.nan)
-            us.append(((a * p + b * q) + c) / w)
-            vs.append(((d * p + e * q) + f) / w)
-    return Range(np.minimum.reduce(us), np.maximum.reduce(us)), Range(np.minimum.reduce(vs), np.maximum.reduce(vs))
+    rows = matrix.reshape(3, 3).tolist()
+    u, v, w = (np.stack([(g * p + h * q) + i for p in x for q in y]) for g, h, i in rows)
+    w = np.where(w > 0.0, w, np.nan)
+    terms = [(abs(g) * x.size + abs(h) * y.size) + abs(i) for g, h, i in rows]
+    made = []
+    for corners, size in ((u / w, terms[0]), (v / w, terms[1])):
+        ends = Range(corners.min(axis=0), corners.max(axis=0))
+        off = _SUMS * (size + ends.size * terms[2]) / w.min(axis=0)
+        made.append(ends.plus(Range(-off, off)))
+    return made[0], made[1]
 
 
 def distorted(lens: Numbers, u: Range, v: Range) -> tuple[Range, Range]:

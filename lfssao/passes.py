@@ -16,7 +16,7 @@ from lfssao.kernels import blur as blur_kernels
 from lfssao.kernels import merge as merge_kernels
 from lfssao.kernels import shade as shade_kernels
 from lfssao.kernels import ssao
-from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX
+from lfssao.kernels.mapping import MATRIX
 from lfssao.matrix import Matrix
 from lfssao.tiles import occlusion_in_tiles
 from lfssao.view import WorldToImage
@@ -133,7 +133,7 @@ def algorithm2(
         Texels outside of which no surface is seen, so that none is looked for there; all by default.
     bounds : (2, R, C), same dtype, optional
         Bounds of the depths (``lfssao.tiles.depth_bounds``). With them it is asked if many samples have one outcome for
-        whole tiles of texels, which takes less time then and gives the same bits; of a flat linear display's modules.
+        whole tiles of texels, which takes less time then and gives the same bits.
 
     Raises
     ------
@@ -149,8 +149,8 @@ def algorithm2(
         np.ascontiguousarray(positions),
         world_to_image.as_type(depth.dtype),
     )
-    if bounds is not None and world_to_image.kind == CROSSED_SLITS:
-        found = occlusion_in_tiles(depth, positions, offsets, CROSSED_SLITS, numbers, bounds)
+    if bounds is not None and world_to_image.kind != MATRIX:
+        found = occlusion_in_tiles(depth, positions, offsets, world_to_image.kind, numbers, bounds)
         if found is not None:
             return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)

@@ -4,7 +4,7 @@
 cast, where surfaces will be, is stated as a rule; the manifest says what it came to.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.estimators.registry import find_estimator
+from lfssao.kernels.mapping import DISPLAY
 from lfssao.passes import gaussian_kernel
 from lfssao.rendering import Settings
 from lfssao.scene.mesh import Mesh
-from lfssao.tiles import LEAST_OF_ALL, LEAST_SAMPLES
+from lfssao.tiles import LEAST_LOOKED_UP, LEAST_OF_ALL, least_samples
 from lfssao.view import View
 from lfssao.view_plan import ViewPlan
 
@@ -117,7 +118,7 @@ def make_plan(
             "their depth textures are cast as far as they may see the scene, none where none is asked; one that sees "
             "nothing is still asked, for it shows samples in the open",
         ),
-        _tiles(settings, seen),
+        _tiles(settings, seen, {view.world_to_image.kind for view in views}),
         Cut(
             "64-bit", "rays", None, 0, 0.0, 0.0, PLANNED,
             "AO, merge, blur and image are float32 as it is; depth and positions are float64 results rounded once, "
@@ -223,27 +224,40 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
     return cuts
 
 
-def _tiles(settings: Settings, plans: Sequence[ViewPlan]) -> Cut:
+def _tiles(settings: Settings, plans: Sequence[ViewPlan], kinds: Set[int]) -> Cut:
     """What is decided for whole tiles; no whole radius ever is, as a tile's bounds hold its own points' depths."""
+    any_display = DISPLAY in kinds  # screens that are not flat, and so on, whose look-ups are dearer
     if any(plan.in_tiles for plan in plans):
+        shares = (
+            "26 to 55 % at a radius of a fiftieth of its diagonal and 49 to 76 % at a twelfth, where AO with 256 "
+            "samples takes 0.3 to 0.8 times as long"
+            if any_display
+            else "44 to 56 % at a radius of a fiftieth of its diagonal and 60 to 83 % at a twelfth, where AO with 256 "
+            "samples takes 0.4 to 0.85 times as long"
+        )
+        least = (
+            f"a sixth is decided, if {LEAST_LOOKED_UP / 1e6:g} million samples or more are looked up in a view"
+            if any_display
+            else f"a third is decided, if over all radii {LEAST_OF_ALL} samples or more are looked up for each texel, "
+            "background included"
+        )
         return Cut(
             "tiles", "AO", None, None, None, None, AT_RUN_TIME,
-            "bounds of the depths decide samples for whole tiles of 8 x 8 texels: of an ordinary scene's 44 to 56 % at "
-            "a radius of a fiftieth of its diagonal and 60 to 83 % at a twelfth, where AO with 256 samples takes 0.4 "
-            "to 0.85 times as long; each radius is asked in one tile of 64, and done so if a third is decided, if "
-            f"over all radii {LEAST_OF_ALL} samples or more are looked up for each texel, background included",
+            f"bounds of the depths decide samples for whole tiles of 8 x 8 texels: of an ordinary scene's {shares}; "
+            f"each radius is asked in one tile of 64, and done so if {least}",
         )  # fmt: skip
-    reason = (
-        f"of fewer than {LEAST_SAMPLES} samples none is decided by bounds of a tile's depths: they do decide 44 to 83 "
-        "% of an ordinary scene's where the radius is not small, but with 8 or 16 asking in each tile takes more than "
-        "that saves: AO takes 1.3 to 2.9 times as long"
+    fewest = min((least_samples(kind) for kind in kinds), default=0)
+    reason = f"of fewer than {fewest} samples none is decided by bounds of a tile's depths: "
+    reason += (
+        "asking in each tile may take more than that saves, with 8 or 16 AO takes 0.4 to 1.5 times as long"
+        if any_display
+        else "they do decide 44 to 83 % of an ordinary scene's where the radius is not small, but with 8 or 16 asking "
+        "in each tile takes more than that saves: AO takes 1.3 to 2.9 times as long"
     )
     if settings.estimator != "lf":
         reason = f"samples of estimator {settings.estimator} are its own affair"
     elif settings.neighbours:
         reason = "of a sample several depth textures are asked, and bounds of one do not decide it"
-    elif settings.samples is not None and len(settings.samples) >= LEAST_SAMPLES:
-        reason = "bounds of a tile's depths decide samples of modules of flat linear displays, and of cameras, only"
     return Cut("tiles", "AO", None, 0, 0.0, 0.0, PLANNED, reason)
 
 

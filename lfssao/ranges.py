@@ -13,8 +13,13 @@ from numpy.typing import NDArray
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+_HUGE = 2.0**80  # far less than where float32 overflows: how far results are scaled, and some sums, are left aside
 FLUSHED = 2.0**-100  # far more than what an operation's operands and result lose where float32 flushes them to zero
 SAFETY = 1.0 + 2.0**-20  # outweighs the rounding of the bounds themselves
+_MORE = 1.0 + 2.0**-40  # outweighs that of an error, which is sums and products of numbers that are not negative
+
+# By how much ends of ranges are moved outwards: an operation's rounding, and that of a constant or a reciprocal.
+_OUTWARD = 2.0**-51
 
 
 class Range(NamedTuple):
@@ -40,19 +45,19 @@ class Range(NamedTuple):
     def plus(self, other: "Range | float") -> "Range":
         """The sums with a number or with numbers of another range."""
         low, high = other if isinstance(other, Range) else (other, other)
-        return Range(self.low + low, self.high + high)
+        return _outward(self.low + low, self.high + high)
 
     def minus(self, other: "Range") -> "Range":
         """The differences."""
-        return Range(self.low - other.high, self.high - other.low)
+        return _outward(self.low - other.high, self.high - other.low)
 
     def times(self, other: "Range | float") -> "Range":
         """The products."""
         if not isinstance(other, Range):
             a, b = self.low * other, self.high * other
-            return Range(np.minimum(a, b), np.maximum(a, b))
+            return _outward(np.minimum(a, b), np.maximum(a, b))
         a, b, c, d = self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high
-        return Range(
+        return _outward(
             np.minimum(np.minimum(a, b), np.minimum(c, d)),
             np.maximum(np.maximum(a, b), np.maximum(c, d)),
         )
@@ -67,11 +72,16 @@ class Range(NamedTuple):
         """The squares."""
         ends = self.low * self.low, self.high * self.high
         through = (self.low < 0.0) & (self.high > 0.0)
-        return Range(np.where(through, 0.0, np.minimum(*ends)), np.maximum(*ends))
+        return _outward(np.where(through, 0.0, np.minimum(*ends)), np.maximum(*ends))
 
     def root(self) -> "Range":
         """The square roots of those that are not negative; unknown where all are."""
-        return Range(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(self.high))
+        return _outward(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(self.high))
+
+
+def _outward(low: Numbers, high: Numbers) -> Range:
+    """The range between computed numbers, and by their rounding more."""
+    return Range(low - _OUTWARD * np.abs(low), high + _OUTWARD * np.abs(high))
 
 
 class Rounded:
@@ -85,7 +95,8 @@ class Rounded:
         sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x))
 
     A comparison is of the computed numbers and has one answer, that of most parts. Parts for all of whose numbers it is
-    not the answer are doubted: what is computed of them behind it may mean nothing.
+    not the answer are doubted: what is computed of them behind it may mean nothing. So are parts with a product or a
+    quotient that float32 may not hold.
 
     Parameters
     ----------
@@ -125,18 +136,18 @@ class Rounded:
     def __mul__(self, other: "Rounded") -> "Rounded":
         x, y, e, f = self.size, other.size, self.error, other.error
         exact = self.exact.squared() if other is self else self.exact.times(other.exact)
-        return self._with(other, exact, (x * f + y * e) + e * f, 1.0 + x + y)
+        return self._with(other, exact, (x * f + y * e) + e * f, 1.0 + x + y)._held()
 
     def __truediv__(self, other: "Rounded") -> "Rounded":
         sign = np.where(other.exact.high < 0.0, -1.0, 1.0)
         divisor = other.exact.times(Range(sign, sign))
-        exact, room = self.exact.times(Range(sign, sign)).over(divisor), divisor.low - other.error
+        exact, room = self.exact.times(Range(sign, sign)).over(divisor), divisor.low - other.error * _MORE
         room = np.where(room > FLUSHED, room, np.nan)
-        return self._with(other, exact, (self.error + exact.size * other.error) / room, 1.0 + 1.0 / room)
+        return self._with(other, exact, (self.error + exact.size * other.error) / room, 1.0 + 1.0 / room)._held()
 
     def sqrt(self) -> "Rounded":
         """The square root, which numpy.sqrt asks an object for."""
-        exact, least = self.exact.root(), self.exact.low - self.error
+        exact, least = self.exact.root(), self.exact.low - self.error * _MORE
         below = np.sqrt(np.where(least > 0.0, least, np.nan))
         return self._with(self, exact, self.error / (exact.low + below))
 
@@ -162,6 +173,12 @@ class Rounded:
         made = Rounded(exact, 0.0, unit, doubt)
         made.error = (1.0 + unit) * error + (unit * made.size + FLUSHED * flushed)
         return made
+
+    def _held(self) -> "Rounded":
+        """The number, doubted where float32 may overflow."""
+        if self.doubt is not None:
+            self.doubt |= ~(self.size + self.error < _HUGE)
+        return self
 
     def _positive(self) -> bool:
         """Whether it is positive, of differences of computed numbers."""

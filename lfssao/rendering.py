@@ -195,7 +195,7 @@ def render_view(
     window = plan.reached(surface, passes.blur_reach(settings.blur))
     buffers = replace(
         Buffers.of(gbuffer, view), every_texel=plan.every_texel, window=surface if plan.cut else None,
-        in_tiles=plan.asks_tiles(gbuffer.depth, settings),
+        in_tiles=plan.asks_tiles(view, gbuffer.depth, settings),
     )  # fmt: skip
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([window.part(a.texture) for a in ao], plan))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.kernels.mapping import MATRIX
+from lfssao.kernels.mapping import CROSSED_SLITS, DISPLAY, MATRIX
 from lfssao.kernels.threads import ROWS_A_BLOCK
 
 Texture = NDArray[np.floating[Any]]
@@ -14,23 +14,35 @@ Texture = NDArray[np.floating[Any]]
 # By measurement, in one thread: the bounds of a view's depths take what one or two samples of all its texels take, and
 # asking in one tile of _EVERY^2 some thousandths. In a tile a decided sample costs an eighth of its look-ups, any other
 # a quarter more than in long rows; with few samples the tile itself costs more than they do.
-LEAST_SAMPLES = 128
+# Of kind DISPLAY a look-up takes 22 to 32 ns, twenty times as long: a decided sample costs a fiftieth of it, any other
+# a tenth more than in rows, and what is asked first, slopes above all, 4 ms and one look-up a texel of each radius.
+_LEAST_SAMPLES = {CROSSED_SLITS: 128, MATRIX: 128, DISPLAY: 64}
 LEAST_OF_ALL = 96
+LEAST_LOOKED_UP = 15_000_000
 _LEAST_DECIDED = 1 / 3
 _EVERY = 8
 
 
-def worth_asking(seen: int, texels: int, samples: int, radii: int) -> bool:
+def least_samples(kind: int) -> int:
+    """How many samples there have to be for bounds of depths to be asked, by the kind of the mapping."""
+    return _LEAST_SAMPLES[kind]
+
+
+def worth_asking(kind: int, seen: int, texels: int, samples: int, radii: int) -> bool:
     """Whether there is so much to look up that asking what can be decided is next to nothing, 3 % at most.
 
     Parameters
     ----------
+    kind : int
+        Of the mapping world -> image.
     seen, texels : int
         How many texels see a surface, and how many there are.
     samples, radii : int
         Samples of each that does, of one radius, and how many radii are sampled.
     """
-    return samples >= LEAST_SAMPLES and seen * samples * radii >= LEAST_OF_ALL * texels
+    if samples < least_samples(kind):
+        return False
+    return seen * samples >= LEAST_LOOKED_UP if kind == DISPLAY else seen * samples * radii >= LEAST_OF_ALL * texels
 
 
 def occlusion_in_tiles(
@@ -51,8 +63,8 @@ def occlusion_in_tiles(
         World coordinates of the visible surface; for a camera rows of the matrix screen -> world.
     offsets : (n, 3), same dtype
         The samples relative to the point, world units.
-    kind, numbers : int, (16,), same dtype
-        The mapping world -> image, CROSSED_SLITS or a camera's MATRIX.
+    kind, numbers : int, (16,) or (44,), same dtype
+        The mapping world -> image; of kind MATRIX a camera's.
     bounds : (2, R, C), same dtype
         ``depth_bounds``.
 
@@ -78,9 +90,11 @@ def occlusion_in_tiles(
     looked_up, given = np.empty((2, -(-tiles // _EVERY)), np.int64)
     nothing = np.empty((0, 0, 3), depth.dtype), np.empty(0, depth.dtype)
     positions, back = (nothing[0], surface) if kind == MATRIX else (surface, nothing[1])
-    asked = depth, positions, offsets, kind, back, numbers, bounds
+    slopes = _slopes(depth, surface, offsets, numbers) if kind == DISPLAY else np.empty((0, 0, 0), depth.dtype)
+    asked = depth, positions, offsets, kind, back, numbers, bounds, slopes
     tiled_ssao.count_decided(*asked, _EVERY, looked_up, given)
-    if looked_up.sum() >= (1 - _LEAST_DECIDED) * given.sum():  # or no tile that was asked sees a surface
+    least = _LEAST_DECIDED / 2 if kind == DISPLAY else _LEAST_DECIDED
+    if looked_up.sum() >= (1 - least) * given.sum():  # or no tile that was asked sees a surface
         return None
     occlusion, outside = np.empty_like(depth), np.empty(tiles, np.int64)
     tiled_ssao.occlusion_in_tiles(*asked, occlusion, outside)
@@ -103,6 +117,17 @@ def depth_bounds(depth: Texture) -> Texture:
     blocks = np.empty((2, rows, columns), depth.dtype)
     bound_depths(depth, cells, blocks)
     return blocks
+
+
+def _slopes(depth: Texture, positions: Texture, offsets: Texture, numbers: Texture) -> Texture:
+    """``tile_slopes`` of a texture's tiles."""
+    from lfssao.kernels.tiled_ssao import TILE, tile_boxes  # late: as above
+    from lfssao.tile_slopes import tile_slopes
+
+    height, width = depth.shape
+    boxes = np.empty((-(-height // ROWS_A_BLOCK), -(-width // TILE), 6), depth.dtype)
+    tile_boxes(depth, positions, numbers, boxes)
+    return tile_slopes(numbers, offsets, boxes)
 
 
 def _blocks_of(depth: Texture) -> tuple[int, int]:

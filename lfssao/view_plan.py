@@ -20,8 +20,9 @@ The rules, and why the textures are the same without what they leave out:
   lies behind it or before it by more than float32 can be off, so all texels have one count
   (``lfssao.small_balls``, which proves it).
 - Samples of tiles: of many samples most have one outcome for all texels of a tile, which bounds of the depths there
-  decide (``lfssao.kernels.tile_bounds``, which proves it). Asked where there are so many samples that asking is next to
-  nothing, and done where enough of a few tiles' samples are decided (``lfssao.tiles``).
+  decide (``lfssao.kernels.tile_bounds`` proves it, with ``lfssao.tile_slopes`` for displays that are not flat and
+  linear). Asked where there are so many samples that asking is next to nothing, and done where enough of a few tiles'
+  samples are decided (``lfssao.tiles``).
 - Merge of one radius, blur with the one weight 1: what goes in comes out.
 """
 
@@ -32,9 +33,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX
 from lfssao.small_balls import DecidedRadii, decided_radii
-from lfssao.tiles import LEAST_SAMPLES, worth_asking
+from lfssao.tiles import least_samples, worth_asking
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
@@ -139,11 +139,13 @@ class ViewPlan:
         each = zip(self.same_as, self.one_sample, self.behind, strict=True)
         return sum(first == number and not one and known is None for number, (first, one, known) in enumerate(each))
 
-    def asks_tiles(self, depth: NDArray[np.float32], settings: "Settings") -> bool:
+    def asks_tiles(self, view: View, depth: NDArray[np.float32], settings: "Settings") -> bool:
         """Whether it is asked if bounds of the depths decide samples of whole tiles.
 
         Parameters
         ----------
+        view : View
+            Which.
         depth : (H, W) float32
             Image z, +infinity where there is no surface.
         settings : Settings
@@ -152,7 +154,7 @@ class ViewPlan:
         if not self.in_tiles or settings.samples is None:
             return False
         seen = int(np.count_nonzero(depth < np.inf))
-        return worth_asking(seen, depth.size, len(settings.samples), self.sampled)
+        return worth_asking(view.world_to_image.kind, seen, depth.size, len(settings.samples), self.sampled)
 
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""
@@ -163,7 +165,7 @@ class ViewPlan:
 def _may_ask_tiles(view: View, settings: "Settings") -> bool:
     if settings.estimator != "lf" or settings.neighbours or settings.samples is None:
         return False
-    return view.world_to_image.kind in (CROSSED_SLITS, MATRIX) and len(settings.samples) >= LEAST_SAMPLES
+    return len(settings.samples) >= least_samples(view.world_to_image.kind)
 
 
 def _decided(view: View, bounds: NDArray[np.float64], settings: "Settings", window: Window) -> DecidedRadii:

@@ -52,6 +52,7 @@ from lfssao.oracle import bounds
 from lfssao.oracle.points import point_bounds
 from lfssao.oracle.texels import Surfaces
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
+from lfssao.tile_slopes import tile_slopes
 from lfssao.tree import TriangleTree
 from lfssao.window import Window
 
@@ -115,13 +116,21 @@ def in_tiles(dtype):
     offsets, numbers, camera = (0.15 * samples).astype(dtype), module.as_type(dtype), CAMERA.view(WIDTH, HEIGHT)
     back, forth = camera.screen_to_world.ravel().astype(dtype), camera.world_to_image.as_type(dtype)
     yield "bounds of depths", bounds
-    for kind, points, m in ((mapping.CROSSED_SLITS, positions, numbers), (mapping.MATRIX, positions[:0], forth)):
-        seen = depth if kind == mapping.CROSSED_SLITS else dtype(0.5) + depth
+    conical = replace(DISPLAY, diffuser="conical").view(0, np.eye(3, 4)).world_to_image.as_type(dtype)
+    boxes = np.empty((-(-HEIGHT // tiled_ssao.TILE), -(-WIDTH // tiled_ssao.TILE), 6), dtype)
+    tiled_ssao.tile_boxes(depth, positions, conical, boxes)
+    slopes = tile_slopes(conical, offsets, boxes)
+    yield "boxes of tiles", boxes
+    for kind, points, m in (
+        (mapping.CROSSED_SLITS, positions, numbers), (mapping.MATRIX, positions[:0], forth),
+        (mapping.DISPLAY, positions, conical),
+    ):  # fmt: skip
+        seen = dtype(0.5) + depth if kind == mapping.MATRIX else depth
         blocks = tiles.depth_bounds(seen)
         looked_up, given = np.empty((2, -(-HEIGHT // 8)), np.int64)
-        tiled_ssao.count_decided(seen, points, offsets, kind, back, m, blocks, 1, looked_up, given)
+        tiled_ssao.count_decided(seen, points, offsets, kind, back, m, blocks, slopes, 1, looked_up, given)
         occlusion, outside = np.empty_like(depth), np.empty(len(given), np.int64)
-        tiled_ssao.occlusion_in_tiles(seen, points, offsets, kind, back, m, blocks, occlusion, outside)
+        tiled_ssao.occlusion_in_tiles(seen, points, offsets, kind, back, m, blocks, slopes, occlusion, outside)
         yield f"in tiles {kind}", occlusion
         yield f"outside of tiles {kind}", np.array([outside, looked_up, given])
 

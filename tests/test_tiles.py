@@ -2,24 +2,29 @@
 
 import numpy as np
 import pytest
+import test_display
 import tiles_twin
 import twins
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from test_ssao import CROSSED_SLITS, MATRIX, assert_same_bits, both, camera_cases, module_cases, raw_cases, run1, run2
 
 from lfssao import Camera, RayCaster, Settings, WorldToImage, builtin_scene, find_display, make_samples, passes, tiles
 from lfssao.errors import InputError
 from lfssao.kernels import tiled_ssao
+from lfssao.kernels.mapping import DISPLAY
 from lfssao.plan import make_plan
-from lfssao.rendering import module_views, render_view
+from lfssao.rendering import diagonal, module_views, render_view
 from lfssao.view_plan import ViewPlan
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 def in_tiles(depth, positions, offsets, m, back=None):
-    """Occlusion and outside, of eight rows each, of the kernel; of a camera's where ``back`` is its matrix."""
+    """Occlusion and outside, of eight rows each, of the kernel; of a camera's where ``back`` is its matrix.
+
+    The mapping is of any display where it has 44 numbers.
+    """
     occlusion, outside = np.full_like(depth, 9), np.full(-(-depth.shape[0] // 8), -9, np.int64)
     tiled_ssao.occlusion_in_tiles(*asked(depth, positions, offsets, m, back), occlusion, outside)
     return occlusion, outside
@@ -27,7 +32,10 @@ def in_tiles(depth, positions, offsets, m, back=None):
 
 def asked(depth, positions, offsets, m, back=None):
     kind, bounds = CROSSED_SLITS if back is None else MATRIX, tiles.depth_bounds(depth)
-    return depth, positions, offsets, kind, np.empty(0, m.dtype) if back is None else back, m, bounds
+    slopes = np.empty((0, 0, 0), m.dtype)
+    if len(m) == 44:
+        kind, slopes = DISPLAY, tiles._slopes(depth, positions, offsets, m)
+    return depth, positions, offsets, kind, np.empty(0, m.dtype) if back is None else back, m, bounds, slopes
 
 
 def assert_equal(found, expected):
@@ -126,6 +134,43 @@ def test_cameras_with_and_without_bounds(dtype, data):
         made = passes.algorithm1(depth, *matrices, samples, radius, bounds=tiles.depth_bounds(depth))
     assert_same_bits(made.texture, without.texture)
     assert made.outside == without.outside
+
+
+@st.composite
+def display_cases(draw, dtype, most):
+    """A surface seen by a module of any display, some of its points anywhere, and samples from near to far."""
+    height, width = draw(st.sampled_from([(1, 1), (9, 17), (40, 48)]))
+    try:
+        display = draw(test_display.displays()).with_resolution(width, height)
+    except InputError:  # in a texture of another shape its distortion would fold
+        reject()
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    world = np.hstack([np.diag([0.5, 0.4, -0.6]), rng.uniform(-0.05, 0.05, (3, 1))])
+    depth, positions = (np.ascontiguousarray(n, dtype) for n in test_display.textures(display, rng, world))
+    odd = rng.random(positions.shape) < rng.choice([0.0, 0.0, 0.003])
+    positions[odd] = rng.choice([np.nan, np.inf, -np.inf, 3.0, -50.0, 1e30])
+    offsets = draw(st.sampled_from([0.01, 0.1, 0.5])) * rng.uniform(-1, 1, (draw(st.sampled_from([1, 5, most])), 3))
+    m = np.concatenate([world.ravel(), display.module_numbers(0)]).astype(dtype)
+    return depth, positions, offsets.astype(dtype), m
+
+
+@both
+@settings(max_examples=100)
+@given(data=st.data())
+def test_the_kernel_equals_algorithm2_of_any_display(dtype, data):
+    depth, positions, offsets, m = data.draw(display_cases(dtype, 300))
+    assert_equal(in_tiles(depth, positions, offsets, m), run2(depth, positions, offsets, DISPLAY, m))
+
+
+@both
+@settings(max_examples=30)
+@given(data=st.data())
+def test_what_is_decided_of_any_display_equals_the_twin(dtype, data):
+    depth, positions, offsets, m = data.draw(display_cases(dtype, 20))
+    slopes = tiles._slopes(depth, positions, offsets, m)
+    left, seen = tiles_twin.looked_up(depth, positions, offsets, m, slopes=slopes)
+    expected = left.sum(axis=1).tolist(), (seen.sum(axis=1) * len(offsets)).tolist()
+    assert counted(depth, positions, offsets, m, 1) == expected
 
 
 @both
@@ -259,6 +304,17 @@ def test_each_of_the_four_blocks_is_asked(elsewhere, there, corner):
     assert_equal(in_tiles(depth, positions, offsets, m), expected)
 
 
+@pytest.mark.parametrize(("name", "least"), [("convex", 0.7), ("sample-b", 0.7), ("picoarray", 0.5)])
+def test_most_samples_of_an_ordinary_scene_are_decided_on_displays_that_are_not_flat(name, least):
+    mesh = builtin_scene("statue")
+    views = module_views(mesh, find_display(name))
+    view = views[len(views) // 3]
+    seen = RayCaster(mesh, view.cast_from_world).gbuffer(view, None)
+    offsets = (0.08 * diagonal(mesh) * make_samples("latin", 64)).astype(np.float32)
+    left, given = counted(seen.depth, seen.positions, offsets, view.world_to_image.as_type(np.float32), 1)
+    assert sum(left) < (1 - least) * sum(given)
+
+
 def test_a_point_that_overflows_to_no_number_has_no_sample_in_the_texture():
     """Its row is inf - inf, the others are finite: the tile is decided without it."""
     depth, positions, m = plane(16)
@@ -319,18 +375,23 @@ def test_bounds_of_another_texture_are_refused():
 
 
 def test_asking_is_worth_its_time_where_there_is_much_to_look_up():
-    assert tiles.worth_asking(100, 100, 128, 1)
-    assert not tiles.worth_asking(100, 100, 127, 99)
-    assert not tiles.worth_asking(10, 100, 256, 3)
-    assert tiles.worth_asking(10, 100, 256, 4)
+    for kind in (CROSSED_SLITS, MATRIX):
+        assert tiles.worth_asking(kind, 100, 100, 128, 1)
+        assert not tiles.worth_asking(kind, 100, 100, 127, 99)
+        assert not tiles.worth_asking(kind, 10, 100, 256, 3)
+        assert tiles.worth_asking(kind, 10, 100, 256, 4)
+    assert tiles.worth_asking(DISPLAY, 234_375, 10**7, 64, 1)
+    assert not tiles.worth_asking(DISPLAY, 234_374, 10**6, 64, 99)
+    assert not tiles.worth_asking(DISPLAY, 10**6, 10**6, 63, 99)
 
 
-@pytest.mark.parametrize("kind", ["module", "perspective", "orthographic"])
+@pytest.mark.parametrize("kind", ["virtual", "convex", "sample-b", "perspective", "orthographic"])
 def test_renders_in_tiles_have_the_bits_of_all_others(kind, done):
     """Every sampled radius of a view with many samples, whatever is decided; radius 0 and one that comes again not."""
     mesh, samples = builtin_scene("statue"), make_samples("latin", 300)
-    if kind == "module":
-        view = module_views(mesh, find_display("virtual").with_resolution(96, 72))[0]
+    if kind not in ("perspective", "orthographic"):
+        views = module_views(mesh, find_display(kind).with_resolution(96, 72))
+        view = views[len(views) // 3]
     else:
         view = Camera.looking_at(mesh.bounds, kind).view(96, 72)
     caster, options = RayCaster(mesh, view.cast_from_world), Settings((0.0, 0.4, 0.2, 0.4), samples)
@@ -341,6 +402,7 @@ def test_renders_in_tiles_have_the_bits_of_all_others(kind, done):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tiles, "_LEAST_DECIDED", -1.0)
         patch.setattr(tiles, "_EVERY", 1)
+        patch.setattr(tiles, "LEAST_LOOKED_UP", 0)
         made = render_view(caster, view, options, (), plan)
     assert done == [(72, 96)] * 2
     assert made.outside == without.outside
@@ -356,7 +418,8 @@ def test_renders_in_tiles_have_the_bits_of_all_others(kind, done):
     [
         ({"samples": 256}, "virtual", None),
         ({"samples": 127}, "virtual", "fewer than 128"),
-        ({"samples": 256}, "convex", "flat linear"),
+        ({"samples": 64}, "convex", None),
+        ({"samples": 63}, "convex", "fewer than 64"),
         ({"samples": 256, "neighbours": 1}, "sample-a", "several"),
         ({"samples": 256, "estimator": "point"}, "virtual", "own affair"),
         ({"samples": 256}, None, None),

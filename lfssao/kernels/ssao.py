@@ -133,11 +133,11 @@ def count_matrix(m, depth, width, height, n, a, b, c, q, samples, offsets, count
 
 
 @kernel(inline=True)
-def count_display(d, depth, width, height, n, a, b, c, offsets, count):
+def count_display(d, depth, width, height, n, a, b, c, samples, offsets, count):
     """Algorithm 2, lines 4 to 9, for any display; as count_crossed_slits, with d, the module's numbers."""
     wide, high = d.dtype.type(width), d.dtype.type(height)
     found = 0
-    for s in range(offsets.shape[0]):
+    for s in range(samples):
         oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
         inside = np.int32(0)
         for i in range(n):
@@ -224,7 +224,7 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
                 elif kind == MATRIX:
                     found = count_matrix(m, surface, width, height, n, a, b, c, q, samples, image_offsets, count)
                 else:
-                    found = count_display(module, surface, width, height, n, a, b, c, image_offsets, count)
+                    found = count_display(module, surface, width, height, n, a, b, c, samples, image_offsets, count)
                 outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
                 at = start + n
 

@@ -5,6 +5,7 @@ a_0 <= a <= a_1, b_0 <= b <= b_1, c_0 <= c <= c_1, q_0 <= q <= q_1. Of a point a
 
     CROSSED_SLITS makes   z = c + c_o,   u = u_0 + (a + a_o) / (z_m - z),   v = v_0 + (b + b_o) / (z_o - z)
     MATRIX makes          z = (c + c_o) / d,   u = (a + a_o) / d,   v = (b + b_o) / d,   d = q + q_o
+    DISPLAY makes         z = c + c_o,   u and v as lfssao.kernels.tile_images bounds them
 
 Why the same operations on the ends of the box bound, to the last bit, what the kernel computes for each point of it:
 
@@ -28,7 +29,8 @@ from numba import prange
 
 from lfssao.kernels.intrinsics import CHUNK, element, scratch
 from lfssao.kernels.jit import kernel, wide_vectors
-from lfssao.kernels.mapping import MATRIX
+from lfssao.kernels.mapping import DISPLAY, MATRIX
+from lfssao.kernels.tile_images import image_of_display
 
 CELL_BITS = 2
 CELL = 1 << CELL_BITS  # texels
@@ -94,19 +96,6 @@ def bound_depths(depth, cells, blocks):
                     least = low if low < least else least
                     most = high if high > most else most
             blocks[0, row, column], blocks[1, row, column] = least, most
-
-
-@kernel
-def bounds_of(n, a, b, c):
-    """Least and largest of each of n points' numbers, NaN left out."""
-    far = type(a[0])(np.inf)
-    a0, a1, b0, b1, c0, c1 = far, -far, far, -far, far, -far
-    for i in range(n):
-        x, y, z = a[i], b[i], c[i]
-        a0, a1 = x if x < a0 else a0, x if x > a1 else a1
-        b0, b1 = y if y < b0 else b0, y if y > b1 else b1
-        c0, c1 = z if z < c0 else c0, z if z > c1 else c1
-    return a0, a1, b0, b1, c0, c1
 
 
 @kernel
@@ -193,22 +182,25 @@ def _outcome(image, width, height, columns, half, blocks):
 
 @kernel
 def undecided(
-    kind, m, width, height, columns, half, blocks, box, divisors, samples, columns_of, offsets, first, n, mixed
+    kind, m, module, width, height, columns, half, blocks, extent, samples, columns_of, offsets, first, n, mixed
 ):
     """Copy the samples that have not the same outcome for all points of a tile.
 
     Parameters
     ----------
-    kind, m : int, (16,) array
-        The mapping, CROSSED_SLITS or MATRIX.
+    kind, m : int, (16,) or (44,) array
+        The mapping.
+    module : (32,) array
+        With DISPLAY a module's numbers, else not read.
     width, height : int
         Size of the texture.
     columns, half : int
         How many blocks a row has; how many there are.
     blocks : (2 * half,) array
         Their least depths, then their largest.
-    box, divisors : tuples of six and of two numbers
-        ``bounds_of`` the tile's points; with MATRIX ``divisors_of`` them, else not read.
+    extent : tuples of six, of two and of five numbers
+        ``bounds_of`` the tile's points; with MATRIX ``divisors_of`` them, else not read; with DISPLAY
+        ``lfssao.kernels.tile_images.middle_of`` them, else not read.
     samples : int
         How many there are.
     columns_of, offsets : (4 * samples,) and (samples, 4) arrays
@@ -225,6 +217,7 @@ def undecided(
     """
     wide_vectors()
     z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+    box, divisors, middle = extent
     outcome = scratch(np.int32)
     behind, inside = np.int32(0), np.int32(0)
     if kind == MATRIX:
@@ -233,6 +226,12 @@ def undecided(
             a, b = columns_of[np.uint64(s)], columns_of[np.uint64(samples + s)]
             c, q = columns_of[np.uint64(2 * samples + s)], columns_of[np.uint64(3 * samples + s)]
             outcome[k] = _outcome(_image_of_matrix(box, divisors, a, b, c, q), width, height, columns, half, blocks)
+    elif kind == DISPLAY:
+        for k in range(n):
+            s = first + k
+            a, b = columns_of[np.uint64(s)], columns_of[np.uint64(samples + s)]
+            image = image_of_display(module, box, middle, a, b, columns_of[np.uint64(2 * samples + s)])
+            outcome[k] = _outcome(image, width, height, columns, half, blocks)
     else:
         for k in range(n):
             s = first + k

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lfssao import Display, Module, find_display
-from lfssao.display_window import Range, image_range
+from lfssao.display_window import Range, image_range, projected
 from lfssao.kernels.display import map_points, trace_texels
 from lfssao.kernels.rays import DISPLAY
 from lfssao.window import Window, seen_window
@@ -70,6 +70,19 @@ def test_every_ray_that_meets_a_box_lies_in_its_window(display, seed):
     meets = (meets & (z <= box[1, 2]) & (z > near) & (z < far)).any(axis=0).reshape(view.height, view.width)
     window = seen_window(view, box)
     assert window.part(meets).sum() == meets.sum(), module
+
+
+@given(seed=st.integers(0, 2**32))
+def test_images_of_a_homography_whose_sums_cancel_are_held(seed):
+    rng = np.random.default_rng(seed)
+    rows, (p, q) = rng.uniform(-1, 1, (3, 3)), rng.uniform(-1, 1, 2)
+    rows[:, 2] = rng.uniform(0, 10.0 ** rng.uniform(-15, 0, 3)) - (rows[:, 0] * p + rows[:, 1] * q)
+    sums = [Fraction(g) * Fraction(p) + Fraction(h) * Fraction(q) + Fraction(i) for g, h, i in rows.tolist()]
+    with np.errstate(all="ignore"):
+        made = projected(rows.ravel(), *(Range(np.array([n]), np.array([n])) for n in (p, q)))
+    for place, top in zip(made, sums, strict=False):
+        if sums[2] > 2**-40 and np.isfinite(place.low[0]):
+            assert Fraction(float(place.low[0])) <= top / sums[2] <= Fraction(float(place.high[0]))
 
 
 def lens_of(diffuser="linear", screen=0.0, arc=0.0, **module):

@@ -1,14 +1,14 @@
 """Where all of a tile's points appear, of modules of any display: around where the tile's middle does.
 
 ``lfssao.tile_slopes`` bounds how far the computed image of one point of a tile and a sample lies from that of another:
-by L . |P - C| + e texels. Here C is the middle of the box around the tile's points, with the sample's offset added. As
-rounding keeps order, and the image of P is itself a number of the arithmetic, the rounded sum of C's image and what the
-others are off by at most is a bound of all of them.
+by L . D + e texels, D being how far the two are apart along x, y and a ray. Here C is in the middle of the tile's
+points, with the sample's offset added. As rounding keeps order, and the image of P is itself a number of the
+arithmetic, the rounded sum of C's image and what the others are off by at most is a bound of all of them.
 """
 
 import numpy as np
 
-from lfssao.kernels.display import VALID, physical_to_image
+from lfssao.kernels.display import physical_to_image
 from lfssao.kernels.intrinsics import scratch
 from lfssao.kernels.jit import kernel
 
@@ -37,7 +37,7 @@ def _farther(x, low, high):
 
 @kernel(inline=True)
 def _middle(low, high, back, least, most):
-    """The middle of a range, so far back, held between two others."""
+    """The middle of a range, so far back, held between two others: it may not be if a point has NaN and numbers."""
     x = (type(low)(0.5) * low + type(low)(0.5) * high) - back
     x = x if x > least else least
     return x if x < most else most
@@ -94,7 +94,5 @@ def image_of_display(d, box, middle, a, b, c):
         The sample behind the mapping's linear part.
     """
     x, y, z, of_u, of_v = middle
-    u, v, answer = physical_to_image(d, x + a, y + b, z + c)
-    u = u if answer == VALID else type(u)(np.nan)  # which no sum compares of
-    v = v if answer == VALID else type(v)(np.nan)
+    u, v, _ = physical_to_image(d, x + a, y + b, z + c)  # VALID where slopes are known, of which of_u and of_v are
     return u - of_u, u + of_u, v - of_v, v + of_v, box[4] + c, box[5] + c

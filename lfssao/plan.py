@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.estimators.registry import find_estimator
-from lfssao.kernels.mapping import DISPLAY
+from lfssao.kernels.mapping import CROSSED_SLITS, DISPLAY
 from lfssao.passes import gaussian_kernel
 from lfssao.rendering import Settings
 from lfssao.scene.mesh import Mesh
@@ -229,14 +229,14 @@ def _tiles(settings: Settings, plans: Sequence[ViewPlan], kinds: Set[int]) -> Cu
     any_display = DISPLAY in kinds  # screens that are not flat, and so on, whose look-ups are dearer
     if any(plan.in_tiles for plan in plans):
         shares = (
-            "26 to 55 % at a radius of a fiftieth of its diagonal and 49 to 76 % at a twelfth, where AO with 256 "
-            "samples takes 0.3 to 0.8 times as long"
+            "26 to 60 % at a radius of a fiftieth of its diagonal and 49 to 80 % at a twelfth, where AO with 256 "
+            "samples takes 0.25 to 0.75 times as long"
             if any_display
             else "44 to 56 % at a radius of a fiftieth of its diagonal and 60 to 83 % at a twelfth, where AO with 256 "
             "samples takes 0.4 to 0.85 times as long"
         )
         least = (
-            f"a sixth is decided, if {LEAST_LOOKED_UP / 1e6:g} million samples or more are looked up in a view"
+            f"a sixth is decided, if {LEAST_LOOKED_UP / 1e6:g} million samples or more are looked up of a radius in a view"
             if any_display
             else f"a third is decided, if over all radii {LEAST_OF_ALL} samples or more are looked up for each texel, "
             "background included"
@@ -246,7 +246,7 @@ def _tiles(settings: Settings, plans: Sequence[ViewPlan], kinds: Set[int]) -> Cu
             f"bounds of the depths decide samples for whole tiles of 8 x 8 texels: of an ordinary scene's {shares}; "
             f"each radius is asked in one tile of 64, and done so if {least}",
         )  # fmt: skip
-    fewest = min((least_samples(kind) for kind in kinds), default=0)
+    fewest = min(map(least_samples, kinds or {CROSSED_SLITS}))
     reason = f"of fewer than {fewest} samples none is decided by bounds of a tile's depths: "
     reason += (
         "asking in each tile may take more than that saves, with 8 or 16 AO takes 0.4 to 1.5 times as long"

@@ -15,11 +15,11 @@ Texture = NDArray[np.floating[Any]]
 # asking in one tile of _EVERY^2 some thousandths. In a tile a decided sample costs an eighth of its look-ups, any other
 # a quarter more than in long rows; with few samples the tile itself costs more than they do.
 # Of kind DISPLAY a look-up takes 22 to 32 ns, twenty times as long: a decided sample costs a fiftieth of it, any other
-# a tenth more than in rows, and what is asked first, slopes above all, 4 ms and one look-up a texel of each radius.
+# a tenth more than in rows, and what is asked first, slopes above all, 4 to 12 ms of each radius.
 _LEAST_SAMPLES = {CROSSED_SLITS: 128, MATRIX: 128, DISPLAY: 64}
 LEAST_OF_ALL = 96
-LEAST_LOOKED_UP = 15_000_000
-_LEAST_DECIDED = 1 / 3
+LEAST_LOOKED_UP = 20_000_000
+_LEAST_DECIDED = 1 / 3  # of kind DISPLAY half of that
 _EVERY = 8
 
 

@@ -381,8 +381,8 @@ def test_asking_is_worth_its_time_where_there_is_much_to_look_up():
         assert not tiles.worth_asking(kind, 100, 100, 127, 99)
         assert not tiles.worth_asking(kind, 10, 100, 256, 3)
         assert tiles.worth_asking(kind, 10, 100, 256, 4)
-    assert tiles.worth_asking(DISPLAY, 234_375, 10**7, 64, 1)
-    assert not tiles.worth_asking(DISPLAY, 234_374, 10**6, 64, 99)
+    assert tiles.worth_asking(DISPLAY, 312_500, 10**7, 64, 1)
+    assert not tiles.worth_asking(DISPLAY, 312_499, 10**6, 64, 99)
     assert not tiles.worth_asking(DISPLAY, 10**6, 10**6, 63, 99)
 
 

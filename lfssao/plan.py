@@ -236,7 +236,7 @@ def _tiles(settings: Settings, plans: Sequence[ViewPlan], kinds: Set[int]) -> Cu
             "samples takes 0.4 to 0.85 times as long"
         )
         least = (
-            f"a sixth is decided, if {LEAST_LOOKED_UP / 1e6:g} million samples or more are looked up of a radius in a view"
+            f"a sixth is decided, if of a radius {LEAST_LOOKED_UP / 1e6:g} million samples or more are to be looked up"
             if any_display
             else f"a third is decided, if over all radii {LEAST_OF_ALL} samples or more are looked up for each texel, "
             "background included"

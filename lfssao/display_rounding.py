@@ -103,5 +103,6 @@ def rounded_image(lens: Numbers, sigma: Range, x: Range, y: Range, z: Range, dou
 
 def plain_image(lens: Numbers, x: float, y: float, z: float) -> tuple[float, float]:
     """The u and v of one physical point in float64, for which nothing is compiled; NaN where it has no image."""
-    u, v, answer = _image(_crossing)(lens.tolist(), x, y, z)
+    with np.errstate(all="ignore"):  # what has no image is computed too
+        u, v, answer = _image(_crossing)(lens, *np.array([x, y, z]))
     return (u, v) if answer == display.VALID else (np.nan, np.nan)

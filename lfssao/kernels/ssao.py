@@ -135,7 +135,7 @@ def count_matrix(m, depth, width, height, n, a, b, c, q, samples, offsets, count
 @kernel(inline=True)
 def count_display(d, depth, width, height, n, a, b, c, samples, offsets, count):
     """Algorithm 2, lines 4 to 9, for any display; as count_crossed_slits, with d, the module's numbers."""
-    wide, high = d.dtype.type(width), d.dtype.type(height)
+    zero, wide, high = d.dtype.type(0), d.dtype.type(width), d.dtype.type(height)
     found = 0
     for s in range(samples):
         oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
@@ -143,9 +143,11 @@ def count_display(d, depth, width, height, n, a, b, c, samples, offsets, count):
         for i in range(n):
             z = c[i] + oc
             u, v, answer = physical_to_image(d, a[i] + oa, b[i] + ob, z)
-            there, texel = nearest_texel(u, v, wide, high)
-            there = there & (answer == VALID)
-            count[i] += np.int32((depth[texel] < z) & there)
+            there = (answer == VALID) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            hit = False
+            if there:
+                hit = element(depth, signed_texel_number(u, v, wide)) < z
+            count[i] += np.int32(hit)
             inside = np.int32(inside + np.int32(there))
         found += inside
     return found

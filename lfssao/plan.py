@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.estimators.registry import find_estimator
-from lfssao.kernels.mapping import CROSSED_SLITS, DISPLAY
+from lfssao.kernels.mapping import DISPLAY
 from lfssao.passes import gaussian_kernel
 from lfssao.rendering import Settings
 from lfssao.scene.mesh import Mesh
-from lfssao.tiles import LEAST_LOOKED_UP, LEAST_OF_ALL, least_samples
+from lfssao.tiles import LEAST_LOOKED_UP, LEAST_OF_ALL, LEAST_SAMPLES
 from lfssao.view import View
 from lfssao.view_plan import ViewPlan
 
@@ -226,33 +226,29 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
 
 def _tiles(settings: Settings, plans: Sequence[ViewPlan], kinds: Set[int]) -> Cut:
     """What is decided for whole tiles; no whole radius ever is, as a tile's bounds hold its own points' depths."""
-    any_display = DISPLAY in kinds  # screens that are not flat, and so on, whose look-ups are dearer
+    any_display = DISPLAY in kinds  # screens that are not flat, and so on: slopes are to be found first
     if any(plan.in_tiles for plan in plans):
         shares = (
             "26 to 60 % at a radius of a fiftieth of its diagonal and 49 to 80 % at a twelfth, where AO with 256 "
-            "samples takes 0.25 to 0.75 times as long"
+            "samples takes 0.5 to 0.95 times as long"
             if any_display
             else "44 to 56 % at a radius of a fiftieth of its diagonal and 60 to 83 % at a twelfth, where AO with 256 "
             "samples takes 0.4 to 0.85 times as long"
         )
         least = (
-            f"a sixth is decided, if of a radius {LEAST_LOOKED_UP / 1e6:g} million samples or more are to be looked up"
+            f"of a radius {LEAST_LOOKED_UP / 1e6:g} million samples or more are to be looked up"
             if any_display
-            else f"a third is decided, if over all radii {LEAST_OF_ALL} samples or more are looked up for each texel, "
-            "background included"
+            else f"over all radii {LEAST_OF_ALL} samples or more are looked up for each texel, background included"
         )
         return Cut(
             "tiles", "AO", None, None, None, None, AT_RUN_TIME,
             f"bounds of the depths decide samples for whole tiles of 8 x 8 texels: of an ordinary scene's {shares}; "
-            f"each radius is asked in one tile of 64, and done so if {least}",
+            f"each radius is asked in one tile of 64, and done so if a third is decided, if {least}",
         )  # fmt: skip
-    fewest = min(map(least_samples, kinds or {CROSSED_SLITS}))
-    reason = f"of fewer than {fewest} samples none is decided by bounds of a tile's depths: "
-    reason += (
-        "asking in each tile may take more than that saves, with 8 or 16 AO takes 0.4 to 1.5 times as long"
-        if any_display
-        else "they do decide 44 to 83 % of an ordinary scene's where the radius is not small, but with 8 or 16 asking "
-        "in each tile takes more than that saves: AO takes 1.3 to 2.9 times as long"
+    reason = (
+        f"of fewer than {LEAST_SAMPLES} samples none is decided by bounds of a tile's depths: they do decide 26 to 83 "
+        "% of an ordinary scene's where the radius is not small, but with 8 or 16 asking in each tile takes more than "
+        f"that saves: AO takes {'1.5 to 5.3' if any_display else '1.3 to 2.9'} times as long"
     )
     if settings.estimator != "lf":
         reason = f"samples of estimator {settings.estimator} are its own affair"

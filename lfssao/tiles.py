@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.kernels.mapping import CROSSED_SLITS, DISPLAY, MATRIX
+from lfssao.kernels.mapping import DISPLAY, MATRIX
 from lfssao.kernels.threads import ROWS_A_BLOCK
 
 Texture = NDArray[np.floating[Any]]
@@ -14,18 +14,12 @@ Texture = NDArray[np.floating[Any]]
 # By measurement, in one thread: the bounds of a view's depths take what one or two samples of all its texels take, and
 # asking in one tile of _EVERY^2 some thousandths. In a tile a decided sample costs an eighth of its look-ups, any other
 # a quarter more than in long rows; with few samples the tile itself costs more than they do.
-# Of kind DISPLAY a look-up takes 22 to 32 ns, twenty times as long: a decided sample costs a fiftieth of it, any other
-# a tenth more than in rows, and what is asked first, slopes above all, 4 to 12 ms of each radius.
-_LEAST_SAMPLES = {CROSSED_SLITS: 128, MATRIX: 128, DISPLAY: 64}
+# Of kind DISPLAY there are slopes to be found first, 5 to 10 ms for the tiles that are asked: 3 % of as many look-ups.
+LEAST_SAMPLES = 128
 LEAST_OF_ALL = 96
-LEAST_LOOKED_UP = 20_000_000
-_LEAST_DECIDED = 1 / 3  # of kind DISPLAY half of that
+LEAST_LOOKED_UP = 50_000_000
+_LEAST_DECIDED = 1 / 3
 _EVERY = 8
-
-
-def least_samples(kind: int) -> int:
-    """How many samples there have to be for bounds of depths to be asked, by the kind of the mapping."""
-    return _LEAST_SAMPLES[kind]
 
 
 def worth_asking(kind: int, seen: int, texels: int, samples: int, radii: int) -> bool:
@@ -40,7 +34,7 @@ def worth_asking(kind: int, seen: int, texels: int, samples: int, radii: int) ->
     samples, radii : int
         Samples of each that does, of one radius, and how many radii are sampled.
     """
-    if samples < least_samples(kind):
+    if samples < LEAST_SAMPLES:
         return False
     return seen * samples >= LEAST_LOOKED_UP if kind == DISPLAY else seen * samples * radii >= LEAST_OF_ALL * texels
 
@@ -81,6 +75,7 @@ def occlusion_in_tiles(
         If the bounds are not of such a texture.
     """
     from lfssao.kernels import tiled_ssao  # late: compiled for many samples only
+    from lfssao.kernels.tile_images import BLOCK
 
     if bounds.shape != (2, *_blocks_of(depth)) or bounds.dtype != depth.dtype:
         raise InputError(
@@ -88,16 +83,15 @@ def occlusion_in_tiles(
         )
     tiles = -(-depth.shape[0] // ROWS_A_BLOCK)
     looked_up, given = np.empty((2, -(-tiles // _EVERY)), np.int64)
-    nothing = np.empty((0, 0, 3), depth.dtype), np.empty(0, depth.dtype)
-    positions, back = (nothing[0], surface) if kind == MATRIX else (surface, nothing[1])
-    slopes = _slopes(depth, surface, offsets, numbers) if kind == DISPLAY else np.empty((0, 0, 0), depth.dtype)
-    asked = depth, positions, offsets, kind, back, numbers, bounds, slopes
-    tiled_ssao.count_decided(*asked, _EVERY, looked_up, given)
-    least = _LEAST_DECIDED / 2 if kind == DISPLAY else _LEAST_DECIDED
-    if looked_up.sum() >= (1 - least) * given.sum():  # or no tile that was asked sees a surface
+    positions = np.empty((0, 0, 3), depth.dtype) if kind == MATRIX else surface
+    back = surface if kind == MATRIX else np.empty(0, depth.dtype)
+    asked = depth, positions, offsets, kind, back, numbers, bounds
+    tiled_ssao.count_decided(*asked, _slopes(*asked[:4], numbers, _EVERY), _EVERY, looked_up, given)
+    if looked_up.sum() >= (1 - _LEAST_DECIDED) * given.sum():  # or no tile that was asked sees a surface
         return None
+    slopes = _slopes(*asked[:4], numbers, BLOCK)
     occlusion, outside = np.empty_like(depth), np.empty(tiles, np.int64)
-    tiled_ssao.occlusion_in_tiles(*asked, occlusion, outside)
+    tiled_ssao.occlusion_in_tiles(*asked, slopes, occlusion, outside)
     return occlusion, int(outside.sum())
 
 
@@ -119,14 +113,16 @@ def depth_bounds(depth: Texture) -> Texture:
     return blocks
 
 
-def _slopes(depth: Texture, positions: Texture, offsets: Texture, numbers: Texture) -> Texture:
-    """``tile_slopes`` of a texture's tiles."""
+def _slopes(depth: Texture, positions: Texture, offsets: Texture, kind: int, numbers: Texture, every: int) -> Texture:
+    """``tile_slopes`` of the tiles that ``tile_boxes`` takes; only kind DISPLAY has any."""
     from lfssao.kernels.tiled_ssao import TILE, tile_boxes  # late: as above
     from lfssao.tile_slopes import tile_slopes
 
+    if kind != DISPLAY:
+        return np.empty((0, 0, 0), depth.dtype)
     height, width = depth.shape
     boxes = np.empty((-(-height // ROWS_A_BLOCK), -(-width // TILE), 6), depth.dtype)
-    tile_boxes(depth, positions, numbers, boxes)
+    tile_boxes(depth, positions, numbers, every, boxes)
     return tile_slopes(numbers, offsets, boxes)
 
 

@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.small_balls import DecidedRadii, decided_radii
-from lfssao.tiles import least_samples, worth_asking
+from lfssao.tiles import LEAST_SAMPLES, worth_asking
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
@@ -108,7 +108,7 @@ class ViewPlan:
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
             behind=tuple(decided.behind if radius in decided else None for radius in radii),
             open=decided.open,
-            in_tiles=_may_ask_tiles(view, settings),
+            in_tiles=_may_ask_tiles(settings),
         )
 
     @classmethod
@@ -162,10 +162,10 @@ class ViewPlan:
         return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole
 
 
-def _may_ask_tiles(view: View, settings: "Settings") -> bool:
+def _may_ask_tiles(settings: "Settings") -> bool:
     if settings.estimator != "lf" or settings.neighbours or settings.samples is None:
         return False
-    return len(settings.samples) >= least_samples(view.world_to_image.kind)
+    return len(settings.samples) >= LEAST_SAMPLES
 
 
 def _decided(view: View, bounds: NDArray[np.float64], settings: "Settings", window: Window) -> DecidedRadii:

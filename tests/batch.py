@@ -118,7 +118,7 @@ def in_tiles(dtype):
     yield "bounds of depths", bounds
     conical = replace(DISPLAY, diffuser="conical").view(0, np.eye(3, 4)).world_to_image.as_type(dtype)
     boxes = np.empty((-(-HEIGHT // tiled_ssao.TILE), -(-WIDTH // tiled_ssao.TILE), 6), dtype)
-    tiled_ssao.tile_boxes(depth, positions, conical, boxes)
+    tiled_ssao.tile_boxes(depth, positions, conical, 2, boxes)
     slopes = tile_slopes(conical, offsets, boxes)
     yield "boxes of tiles", boxes
     for kind, points, m in (

@@ -170,7 +170,7 @@ def test_boxes_of_tiles(dtype):
     positions[rng.random(positions.shape) < 0.02] = rng.choice([np.nan, np.inf, -3.0])
     m = rng.uniform(-1, 1, 44).astype(dtype)
     boxes = np.empty((2, 4, 6), dtype)
-    tiled_ssao.tile_boxes(depth, positions, m, boxes)
+    tiled_ssao.tile_boxes(depth, positions, m, BLOCK, boxes)
     np.testing.assert_array_equal(boxes, tiles_twin.boxes(depth, positions, m))
 
 
@@ -188,3 +188,21 @@ def test_middles_of_tiles_equal_the_twin_and_lie_between_the_points(dtype, seed)
     made = middle_of(64, *np.ascontiguousarray(points.T), box, slopes, 1)
     assert_same_bits(np.array(made, dtype), np.array(tiles_twin.middle_of(points, slopes[SLOPES:]), dtype))
     assert ((low <= made[:3]) & (made[:3] <= high)).all()
+
+
+@pytest.mark.parametrize("every", [2, 4, 6])
+def test_boxes_of_the_blocks_with_tiles_that_are_asked(every):
+    rng = np.random.default_rng(6)
+    depth, positions = np.zeros((140, 170), np.float32), rng.uniform(-1, 1, (140, 170, 3)).astype(np.float32)
+    m, made = rng.uniform(-1, 1, 44).astype(np.float32), np.empty((18, 22, 6), np.float32)
+    tiled_ssao.tile_boxes(depth, positions, m, every, made)
+    every_tile = np.empty_like(made)
+    tiled_ssao.tile_boxes(depth, positions, m, BLOCK, every_tile)
+    asked = np.zeros((18, 22), bool)
+    for k, row in enumerate(range(0, 18, every)):
+        for column in range(k % every, 22, every):
+            corner = row // BLOCK * BLOCK, column // BLOCK * BLOCK
+            asked[corner[0] : corner[0] + BLOCK, corner[1] : corner[1] + BLOCK] = True
+    assert asked.mean() < 0.3 or every == BLOCK
+    nothing = np.array([np.inf, -np.inf] * 3, np.float32)
+    np.testing.assert_array_equal(made, np.where(asked[..., None], every_tile, nothing))

@@ -13,6 +13,7 @@ from lfssao import Camera, RayCaster, Settings, WorldToImage, builtin_scene, fin
 from lfssao.errors import InputError
 from lfssao.kernels import tiled_ssao
 from lfssao.kernels.mapping import DISPLAY
+from lfssao.kernels.tile_images import BLOCK
 from lfssao.plan import make_plan
 from lfssao.rendering import diagonal, module_views, render_view
 from lfssao.view_plan import ViewPlan
@@ -34,7 +35,7 @@ def asked(depth, positions, offsets, m, back=None):
     kind, bounds = CROSSED_SLITS if back is None else MATRIX, tiles.depth_bounds(depth)
     slopes = np.empty((0, 0, 0), m.dtype)
     if len(m) == 44:
-        kind, slopes = DISPLAY, tiles._slopes(depth, positions, offsets, m)
+        kind, slopes = DISPLAY, tiles._slopes(depth, positions, offsets, DISPLAY, m, BLOCK)
     return depth, positions, offsets, kind, np.empty(0, m.dtype) if back is None else back, m, bounds, slopes
 
 
@@ -166,7 +167,7 @@ def test_the_kernel_equals_algorithm2_of_any_display(dtype, data):
 @given(data=st.data(), every=st.integers(1, 3))
 def test_what_is_decided_of_any_display_equals_the_twin(dtype, data, every):
     depth, positions, offsets, m = data.draw(display_cases(dtype, 20))
-    slopes = tiles._slopes(depth, positions, offsets, m)
+    slopes = tiles._slopes(depth, positions, offsets, DISPLAY, m, BLOCK)
     left, seen = tiles_twin.looked_up(depth, positions, offsets, m, slopes=slopes)
     assert counted(depth, positions, offsets, m, every) == of_some(left, seen, len(offsets), every)
 
@@ -381,9 +382,9 @@ def test_asking_is_worth_its_time_where_there_is_much_to_look_up():
         assert not tiles.worth_asking(kind, 100, 100, 127, 99)
         assert not tiles.worth_asking(kind, 10, 100, 256, 3)
         assert tiles.worth_asking(kind, 10, 100, 256, 4)
-    assert tiles.worth_asking(DISPLAY, 312_500, 10**7, 64, 1)
-    assert not tiles.worth_asking(DISPLAY, 312_499, 10**6, 64, 99)
-    assert not tiles.worth_asking(DISPLAY, 10**6, 10**6, 63, 99)
+    assert tiles.worth_asking(DISPLAY, 390_625, 10**7, 128, 1)
+    assert not tiles.worth_asking(DISPLAY, 390_624, 10**6, 128, 99)
+    assert not tiles.worth_asking(DISPLAY, 10**6, 10**6, 127, 99)
 
 
 @pytest.mark.parametrize("kind", ["virtual", "convex", "sample-b", "perspective", "orthographic"])
@@ -402,7 +403,7 @@ def test_renders_in_tiles_have_the_bits_of_all_others(kind, done):
     assert not done
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tiles, "_LEAST_DECIDED", -1.0)
-        patch.setattr(tiles, "_EVERY", 1)
+        patch.setattr(tiles, "_EVERY", BLOCK)
         patch.setattr(tiles, "LEAST_LOOKED_UP", 0)
         made = render_view(caster, view, options, (), plan)
     assert done == [(72, 96)] * 2
@@ -419,8 +420,8 @@ def test_renders_in_tiles_have_the_bits_of_all_others(kind, done):
     [
         ({"samples": 256}, "virtual", None),
         ({"samples": 127}, "virtual", "fewer than 128"),
-        ({"samples": 64}, "convex", None),
-        ({"samples": 63}, "convex", "fewer than 64"),
+        ({"samples": 128}, "convex", None),
+        ({"samples": 127}, "convex", "fewer than 128"),
         ({"samples": 256, "neighbours": 1}, "sample-a", "several"),
         ({"samples": 256, "estimator": "point"}, "virtual", "own affair"),
         ({"samples": 256}, None, None),

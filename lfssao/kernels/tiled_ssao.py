@@ -104,13 +104,15 @@ def _finish_tile(depth, width, left, right, top, bottom, samples, a, b, c, behin
 
 
 @kernel(parallel=True)
-def tile_boxes(depth, positions, m, boxes):
+def tile_boxes(depth, positions, m, every, boxes):
     """Boxes around the points of tiles, behind the affine half of a mapping of kind DISPLAY.
 
     Parameters
     ----------
     depth, positions, m
         As of ``occlusion_in_tiles``.
+    every : int
+        A multiple of BLOCK: of the blocks of tiles only those with a tile that ``count_decided`` looks at; BLOCK: all.
     boxes : (ceil(H / ROWS_A_BLOCK), ceil(W / TILE), 6), same dtype
         Out: least and largest x, y and z of each tile, metres; +infinity and -infinity where there are none.
     """
@@ -119,9 +121,12 @@ def tile_boxes(depth, positions, m, boxes):
     for row in interleaved(boxes.shape[0]):
         a, b, c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype), scratch(m.dtype), scratch(np.int32)
         top, bottom = row * ROWS_A_BLOCK, min(height, (row + 1) * ROWS_A_BLOCK)
+        chosen = row // every % every // BLOCK  # of each so many blocks of the row
         for left in range(0, width, TILE):
             right = min(left + TILE, width)
-            some = _load_tile(DISPLAY, m, m, surface, places, width, left, right, top, bottom, a, b, c, q, count)
+            some = row % every < BLOCK and left // (BLOCK * TILE) % (every // BLOCK) == chosen
+            if some:
+                some = _load_tile(DISPLAY, m, m, surface, places, width, left, right, top, bottom, a, b, c, q, count)
             box = bounds_of(_TEXELS if some else 0, a, b, c)
             for end in range(6):
                 boxes[row, left // TILE, end] = box[end]

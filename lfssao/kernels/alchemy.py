@@ -100,6 +100,28 @@ def add_term(surface, places, texel, epsilon, i, scratch):
     scratch[slot(_TOTAL, i)] += term(x, y, z, nx, ny, nz, scratch[slot(_BIAS, i)], epsilon, surface)
 
 
+@kernel
+def add_display_taps(d, depth, places, wide, high, epsilon, n, scratch, found):
+    """The same as add_taps, of any display; d: the module's numbers.
+
+    Not inlined: beside another loop of look-ups that is vectors LLVM makes none of those of flat displays.
+    """
+    nothing = type(epsilon)(np.inf)
+    numbers = (
+        d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15], d[16],
+        d[17], d[18], d[19], d[20], d[21], d[22],
+    )  # fmt: skip
+    for i in range(n):
+        a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+        u, v, answer = physical_to_image(numbers, a, b, c)
+        scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)] = u if answer == VALID else type(a)(-1), v
+    for i in range(n):
+        there, texel = nearest_texel(scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], wide, high)
+        surface = depth[texel]
+        add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+        found[i] += np.int32(there)
+
+
 @kernel(inline=True)
 def add_taps(kind, m, module, depth, places, wide, high, epsilon, n, scratch, found):
     """Add the terms of one tap of n texels, in their places; found: how many are in the texture, in and out."""
@@ -125,14 +147,7 @@ def add_taps(kind, m, module, depth, places, wide, high, epsilon, n, scratch, fo
             add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
             found[i] += np.int32(there)
     else:
-        for i in range(n):
-            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
-            u, v, answer = physical_to_image(module, a, b, c)
-            there, texel = nearest_texel(u, v, wide, high)
-            there = there & (answer == VALID)
-            surface = depth[texel]
-            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
-            found[i] += np.int32(there)
+        add_display_taps(module, depth, places, wide, high, epsilon, n, scratch, found)
 
 
 @kernel

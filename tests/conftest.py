@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 
 # Threads that wait between kernels must not spin where another process of the run could work: 2 ms of processor time
 # for each call of a small kernel, fifty times its own. OpenMP reads this once.
@@ -16,6 +17,10 @@ settings.register_profile(
     "lfssao", derandomize=True, deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("lfssao")
+
+# A shell's background jobs ignore interrupts, and so would all that they start: what is tested is that they do not.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The compiler makes millions of objects: to look for garbage as often as by default takes a twentieth of the run.
 gc.set_threshold(20_000, 20, 20)

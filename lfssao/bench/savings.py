@@ -15,6 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.bench.times import balanced_orders
 from lfssao.display import Display
 from lfssao.oracle.judge import same_bits
 from lfssao.raycast import RayCaster
@@ -173,10 +174,11 @@ def _saving(case: Case, caster: RayCaster, view: View, everything: ViewPlan, rep
     variants |= {name: cut(fields) for name, fields in CUTS.items()}
     times: dict[str, list[float]] = {name: [] for name in variants}
     first, same = render_view(caster, view, case.settings, (), everything), True
+    names, orders = list(variants), balanced_orders(len(variants))
     for turn in range(repeats + 1):
-        for name, plan in variants.items():
+        for name in (names[k] for k in orders[turn % len(orders)]):
             start = time.process_time()
-            textures = render_view(caster, view, case.settings, (), plan())
+            textures = render_view(caster, view, case.settings, (), variants[name]())
             taken = 1e3 * (time.process_time() - start)
             if turn:
                 times[name].append(taken)

@@ -17,6 +17,9 @@ from lfssao.view import View
 _ULPS = 64 * 2.0**-53
 _NEAREST = 2.0**-8
 
+# Half of how many rows or columns count as the middle of what is seen: a few cache lines.
+_MIDDLE = 32
+
 
 class Window(NamedTuple):
     """Columns left to right - 1 and rows top to bottom - 1 of a texture; empty where there are none."""
@@ -198,9 +201,27 @@ def _between(low: float, high: float, size: int) -> tuple[int, int]:
 
 def surface_window(depth: NDArray[np.float32]) -> Window:
     """The smallest window that holds all texels of a depth texture, (H, W), that see a surface; empty for none."""
-    rows = np.flatnonzero(depth.min(axis=1) < np.inf)
-    if len(rows) == 0:
+    top, bottom = _seeing_rows(depth)
+    if bottom == top:
         return Window(0, 0, 0, 0)
-    top, bottom = int(rows[0]), int(rows[-1]) + 1
-    columns = np.flatnonzero(depth[top:bottom].min(axis=0) < np.inf)
-    return Window(int(columns[0]), top, int(columns[-1]) + 1, bottom)
+    left, right = _seeing_rows(depth[top:bottom].T)
+    return Window(left, top, right, bottom)
+
+
+def _seeing_rows(depth: NDArray[np.float32]) -> tuple[int, int]:
+    """First row that sees a surface, and the last one + 1: 0 and 0 for none.
+
+    Those that see one in the middle need not be looked through: most of what is seen is there.
+    """
+    middle = depth.shape[1] // 2
+    first, end = _ends(depth[:, max(middle - _MIDDLE, 0) : middle + _MIDDLE])
+    if end == 0:
+        return _ends(depth)
+    (above, any_above), (_, below) = _ends(depth[:first]), _ends(depth[end:])
+    return above if any_above else first, end + below
+
+
+def _ends(depth: NDArray[np.float32]) -> tuple[int, int]:
+    """The same of each row looked through."""
+    rows = np.flatnonzero(depth.min(axis=1) < np.inf)
+    return (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 0)

@@ -291,8 +291,12 @@ def test_a_cast_box_holds_all_vertices(seed, offset, scale):
     assert (moved <= box[1]).all()
 
 
-@settings(max_examples=100)
-@given(st.integers(0, 2**32), st.integers(1, 9), st.integers(1, 9), st.sampled_from([0.0, 0.02, 0.2, 1.0]))
+# Some larger than the middle that is looked at first.
+lengths = st.one_of(st.integers(1, 9), st.integers(65, 200))
+
+
+@settings(max_examples=200)
+@given(st.integers(0, 2**32), lengths, lengths, st.sampled_from([0.0, 0.0003, 0.02, 0.2, 1.0]))
 def test_surface_windows(seed, width, height, share):
     seen = np.random.default_rng(seed).random((height, width)) < share
     window = surface_window(np.where(seen, np.float32(0.5), np.float32(np.inf)))

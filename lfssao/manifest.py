@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao import __version__
+from lfssao.digests import digest
 from lfssao.display import Display
 from lfssao.passes import gaussian_kernel
 from lfssao.rendering import Settings
@@ -21,12 +21,6 @@ from lfssao.view import KINDS, View
 
 FORMAT = 1
 _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "scikit-image", "OpenImageIO", "pillow")
-
-
-def digest(array: NDArray[Any]) -> str:
-    """SHA-256 over an array's numbers, little-endian, row by row."""
-    data = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
-    return hashlib.sha256(data.reshape(-1).view(np.uint8).data).hexdigest()
 
 
 def short_digest(value: Any) -> str:

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.digests import digest
 from lfssao.display import Display, Module
 from lfssao.errors import InputError
 from lfssao.exr import read_exr
-from lfssao.manifest import FORMAT, digest
+from lfssao.manifest import FORMAT
 
 MANIFEST = "manifest.json"
 

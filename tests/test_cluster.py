@@ -205,43 +205,70 @@ def test_overlapped_files_are_the_same_and_come_in_order(local, tmp_path, thread
     assert textures_of(results) == local[:6]
 
 
-@pytest.mark.parametrize("ahead", [1, 3])
-def test_no_more_views_are_in_memory_than_asked_for(tmp_path, monkeypatch, ahead):
-    """Writing is held until no more items come: so many, and the one whose textures are being made, are alive."""
-    made, gate, alive, most = [], threading.Event(), set(), []
-    work = work_in(tmp_path, 8)
-    monkeypatch.setattr(Renderer, "textures", lambda _, item: (made.append(item), alive.add(item))[:0] or (item, 0.0))
+class Untouched:
+    """A view's textures, of which only their number is told apart."""
 
-    def write(_work, item, *_):
+    def __init__(self, item):
+        self.item = item
+
+
+@pytest.fixture
+def untouched(monkeypatch):
+    """Passes, digests and files that do nothing but what a test puts into their place."""
+    monkeypatch.setattr(Renderer, "textures", lambda _, item: (Untouched(item), 0.0))
+    monkeypatch.setattr(lfssao.pipeline, "seal", lambda _, views: [textures for _, textures, _ in views])
+    monkeypatch.setattr(lfssao.pipeline, "write_view", lambda _, view: view.item)
+    return monkeypatch
+
+
+@pytest.mark.parametrize("ahead", [1, 3, 6])
+def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
+    """Writing is held until no more items come."""
+    gate, alive, most = threading.Event(), set(), []
+    work = work_in(tmp_path, 8)
+    untouched.setattr(Renderer, "textures", lambda _, item: (alive.add(item) or Untouched(item), 0.0))
+
+    def write(_work, view):
         gate.wait(0.2)
         most.append(len(alive))
-        alive.discard(item)
-        return item
+        alive.discard(view.item)
+        return view.item
 
-    monkeypatch.setattr(lfssao.pipeline, "write_view", write)
+    untouched.setattr(lfssao.pipeline, "write_view", write)
     assert len(list(run_here(Renderer(work, 2), work.items(), 2, ahead))) == 8
     assert max(most) == ahead
 
 
-def test_files_are_written_while_the_next_passes_run(tmp_path, monkeypatch):
-    """The second item's passes end once the first one's file is being written, and that once they have begun."""
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize(("ahead", "expected"), [(1, [1] * 7), (3, [1] * 7), (5, [2, 2, 2, 1]), (20, [3, 3, 1])])
+def test_textures_of_some_views_are_hashed_together(tmp_path, untouched, threads, ahead, expected):
+    found, work = [], work_in(tmp_path, 7)
+    untouched.setattr(
+        lfssao.pipeline, "seal", lambda _, views: (found.append(len(views)), [view[1] for view in views])[1]
+    )
+    assert [item.view for item, _ in run_here(Renderer(work, threads), work.items(), threads, ahead)] == list(range(7))
+    assert found == expected
+
+
+def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
+    """The passes of the second views' group end once a file of the first is being written, and that once they began."""
     writing, computing = threading.Event(), threading.Event()
-    work = work_in(tmp_path, 2)
+    work = work_in(tmp_path, 4)
 
     def textures(_, item):
-        if item.view == 1:
+        if item.view == 3:
             computing.set()
             assert writing.wait(20)
-        return item, 0.0
+        return Untouched(item), 0.0
 
-    def write(_work, item, *_):
+    def write(_work, view):
         writing.set()
         assert computing.wait(20)
-        return item
+        return view.item
 
-    monkeypatch.setattr(Renderer, "textures", textures)
-    monkeypatch.setattr(lfssao.pipeline, "write_view", write)
-    assert len(list(run_here(Renderer(work, 2), work.items(), 2, 3))) == 2
+    untouched.setattr(Renderer, "textures", textures)
+    untouched.setattr(lfssao.pipeline, "write_view", write)
+    assert len(list(run_here(Renderer(work, 2), work.items(), 2, 6))) == 4
 
 
 def test_files_that_were_begun_are_finished_when_the_job_is_stopped(tmp_path):

@@ -8,7 +8,7 @@ from typing import Any
 from lfssao.commands.terminal import bar_size
 from lfssao.files import output_folder
 from lfssao.job import Job, views_at_once
-from lfssao.pipeline import recover, run_here, run_on
+from lfssao.pipeline import TOGETHER, recover, run_here, run_on
 from lfssao.view_file import Result
 from lfssao.work import Item, Renderer, Work
 
@@ -80,7 +80,7 @@ def _runner(work: Work, items: list[Item], threads: int, scheduler: str | None) 
         os.environ.setdefault("OMP_WAIT_POLICY", "passive")
         renderer = Renderer(work, threads)
         renderer.prepare(items[0])
-        yield lambda: run_here(renderer, items, threads, views_at_once(work, threads + 1))
+        yield lambda: run_here(renderer, items, threads, views_at_once(work, threads + 1 + TOGETHER))
     else:
         from lfssao.cluster import executor_of  # late: an optional package
 

@@ -135,7 +135,7 @@ def _entries(path: Path, manifest: dict[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -> None:
-    from lfssao.manifest import digest
+    from lfssao.digests import digest
 
     there = {layer.name: layer for layer in layers}
     for name, entry in described.items():

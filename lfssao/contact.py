@@ -1,6 +1,6 @@
 """The contact sheet: a picture of a handful of views, as LF's figure 10 shows them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,19 +42,31 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
     Returns
     -------
     PIL.Image.Image
-        8-bit sRGB. Visibility is shown as it is, 0 black and 1 white, not as light.
+        8-bit sRGB, of one channel if all are equal. Visibility is shown as it is, 0 black and 1 white, not as light.
     """
     from PIL import Image  # late: only pictures need it
 
     grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
-    pictures = (to_codes(image), grey, to_codes(shaded))
+    pictures = (_codes(image), grey, _codes(shaded))
     texel_rows, texel_columns = blurred.shape
     scale = width / max(texel_columns, texel_rows)
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
-    row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
+    row = Image.new(_mode(picture.ndim == 2 for picture in pictures), (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
         row.paste(resized(picture, size), (column * (width + _MARGIN), 0))
     return row
+
+
+def _codes(image: FloatTexture) -> NDArray[np.uint8]:
+    """8-bit sRGB codes, of one channel if all are equal, as in a scene without colour: a third of the work."""
+    red = image[..., 0]
+    grey = np.array_equal(red, image[..., 1]) and np.array_equal(red, image[..., 2])
+    return to_codes(red if grey else image)
+
+
+def _mode(grey: Iterable[bool]) -> str:
+    """Pillow's mode of a picture with others in it."""
+    return "L" if all(grey) else "RGB"
 
 
 def resized(picture: NDArray[np.uint8], size: tuple[int, int]) -> "Image":
@@ -80,7 +92,7 @@ def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":
 
     width = strips[0][1].width
     height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips)
-    sheet = Image.new("RGB", (width + 2 * _MARGIN, height), "white")
+    sheet = Image.new(_mode(picture.mode == "L" for _, picture in strips), (width + 2 * _MARGIN, height), "white")
     draw = ImageDraw.Draw(sheet)
     column = (width + _MARGIN) // 3
     top = 0

@@ -15,7 +15,7 @@ from PIL import Image
 from lfssao import RayCaster, Settings, builtin_scene, exr, find_display, module_views
 from lfssao import job as job_module
 from lfssao.cli import main
-from lfssao.contact import sheet_rows
+from lfssao.contact import contact_sheet, sheet_rows, strip
 from lfssao.errors import InputError
 from lfssao.estimators.registry import find_estimator
 from lfssao.files import check_folder, output_folder, write_whole
@@ -191,6 +191,21 @@ def test_contact_sheet_shows_the_three_pictures(folder):
                 # A pixel within the texel (7.5 pixels a texel), away from its borders.
                 pixel = sheet[top + int(7.5 * row + 3.75), left + int(7.5 * texel + 3.75)]
                 assert pixel == pytest.approx(wanted[row, texel], abs=0.51 + 1e-3)
+
+
+def test_contact_sheet_without_colour_has_one_channel_of_the_same_picture():
+    random = np.random.default_rng(5)
+    grey, shaded = (np.repeat(random.random((24, 32, 1), np.float32), 3, axis=2) for _ in range(2))
+    blurred = random.random((24, 32), np.float32)
+    expected = strip(grey, blurred, shaded)
+    assert expected.mode == contact_sheet([("one", expected)] * 2).mode == "L"
+    for channel in (1, 2):
+        for colored in ((grey.copy(), shaded), (grey, shaded.copy())):
+            colored[0 if colored[1] is shaded else 1][-1, -1, channel] = 0
+            found = strip(colored[0], blurred, colored[1])
+            assert found.mode == contact_sheet([("one", expected), ("two", found)]).mode == "RGB"
+            rows = slice(0, -20)  # of a texel there are 15 pixels
+            np.testing.assert_array_equal(np.asarray(found)[rows], np.asarray(expected.convert("RGB"))[rows])
 
 
 @pytest.mark.parametrize("size", ["1x900", "900x1", "1x1"])

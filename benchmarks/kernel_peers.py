@@ -63,7 +63,7 @@ PEERS = (
     Peer("lfssao.passes.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
          lambda a: [*_size(a[0]), len(a[2]), a[0], a[1], _ends(a[2], a[3], a[4]), a[4], a[7]], (7,)),
     Peer("lfssao.passes.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
-         lambda a: [*_size(a[5]), *a], (5,)),
+         lambda a: [*_size(a[7]), *a[:5], a[7]], (7,)),
     Peer("lfssao.passes.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
          lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Peer("lfssao.passes.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",

@@ -215,18 +215,20 @@ def algorithm2_with_neighbours(
     return Occlusion(occlusion, int(outside.sum()))
 
 
-def merge(layers: list[Texture] | Texture) -> Texture:
+def merge(layers: list[Texture] | Texture, window: Window | None = None) -> Texture:
     """Multi-resolution merge: the maximum over textures of several radii (LF section 6).
 
     Parameters
     ----------
     layers : (K, H, W), or a list of K textures (H, W)
         Occlusion, one texture a radius, K >= 1.
+    window : Window, optional
+        The part that is merged and returned; all by default.
 
     Raises
     ------
     InputError
-        If there is no texture, or their sizes or dtypes differ.
+        If there is no texture, or their sizes or dtypes differ, or the window is no part of them.
     """
     if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
         raise InputError("merge needs at least one texture, all of one size")
@@ -234,15 +236,21 @@ def merge(layers: list[Texture] | Texture) -> Texture:
         check_texture(f"layer {number}", layer, 2)
         if layer.dtype != layers[0].dtype:
             raise InputError(f"layer {number} is of {layer.dtype}, layer 0 of {layers[0].dtype}")
-    left = [np.ascontiguousarray(layer) for layer in layers]
-    while True:
-        some, left = left[: merge_kernels.AT_ONCE], left[merge_kernels.AT_ONCE :]
-        merged = np.empty_like(some[0])
-        again = [some[-1]] * (merge_kernels.AT_ONCE - len(some))  # which changes nothing
-        merge_kernels.merge_maximum(*some, *again, merged)
-        if not left:
-            return merged
-        left.insert(0, merged)
+    left, top, right, bottom = _numbers(window, layers[0]).tolist()
+    merged = _merge_some([np.ascontiguousarray(a) for a in layers[: merge_kernels.AT_ONCE]], top, left, bottom, right)
+    more = [np.ascontiguousarray(layer[top:bottom, left:right]) for layer in layers[merge_kernels.AT_ONCE :]]
+    while more:
+        some, more = [merged, *more[: merge_kernels.AT_ONCE - 1]], more[merge_kernels.AT_ONCE - 1 :]
+        merged = _merge_some(some, 0, 0, *merged.shape)
+    return merged
+
+
+def _merge_some(layers: list[Texture], top: int, left: int, bottom: int, right: int) -> Texture:
+    """Part of the maximum of at most AT_ONCE textures."""
+    again = [layers[-1]] * (merge_kernels.AT_ONCE - len(layers))  # which changes nothing
+    merged = np.empty((bottom - top, right - left), layers[0].dtype)
+    merge_kernels.merge_maximum(*layers, *again, top, left, merged)
+    return merged
 
 
 def gaussian_kernel(sigma: float) -> NDArray[np.float64]:

@@ -198,7 +198,7 @@ def render_view(
         in_tiles=plan.asks_tiles(view, gbuffer.depth, settings),
     )  # fmt: skip
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
-    merged = timed("merge", lambda: _merge([window.part(a.texture) for a in ao], plan))
+    merged = timed("merge", lambda: _merge([a.texture for a in ao], window, plan))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
     shaded = timed("shade", lambda: _shade(gbuffer, window, blurred))
 
@@ -250,10 +250,11 @@ def _everywhere(depth: FloatTexture, behind: int, samples: int) -> FloatTexture:
     return np.where(depth < np.inf, share, np.float32(0))
 
 
-def _merge(layers: list[FloatTexture], plan: ViewPlan) -> FloatTexture:
-    if plan.cut and (len(set(plan.same_as)) == 1 or not layers[0].size):
-        return np.ascontiguousarray(layers[0])
-    return passes.merge(layers)
+def _merge(layers: list[FloatTexture], window: Window, plan: ViewPlan) -> FloatTexture:
+    """The window of the merged texture."""
+    if plan.cut and (len(set(plan.same_as)) == 1 or not window.texels):
+        return window.crop(layers[0])
+    return passes.merge(layers, window)
 
 
 def _occlusion(

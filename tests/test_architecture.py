@@ -251,7 +251,7 @@ def test_kernels_compile_without_a_cache_where_none_can_be_written(monkeypatch):
     single, several = jit.kernel(ball.algorithm3.py_func), jit.kernel(parallel=True)(merge.merge_maximum.py_func)
     assert single(0.0, 0.5) == (0, 1, 0)
     merged = np.zeros((1, 2))
-    several(*np.array([[[1.0, 2.0]], [[3.0, 0.0]], [[0.0, 1.0]], [[2.0, 2.0]], [[1.0, 5.0]]]), merged)
+    several(*np.array([[[1.0, 2.0]], [[3.0, 0.0]], [[0.0, 1.0]], [[2.0, 2.0]], [[1.0, 5.0]]]), 0, 0, merged)
     assert merged.tolist() == [[3, 5]]
     for kernel in (single, *several.loops):
         assert not kernel.stats.cache_path

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from lfssao import passes
 from lfssao.errors import InputError
 from lfssao.kernels import blur as blur_kernels
-from lfssao.kernels import merge as merge_kernels
 from lfssao.kernels import shade as shade_kernels
+from lfssao.window import Window
 
 DTYPES = (np.float32, np.float64)
 both = pytest.mark.parametrize("dtype", DTYPES)
@@ -58,9 +58,10 @@ def test_merge_equals_its_twin(dtype, data):
     assert_same_bits(layers, kept)
     np.testing.assert_array_equal(merged, layers.max(axis=0))
     np.testing.assert_array_equal(passes.merge(layers[::-1]), merged)
-    named = np.full(shape, 9, dtype)
-    merge_kernels.merge_maximum(*(layers[k % len(layers)] for k in range(5)), named)
-    np.testing.assert_array_equal(named, layers[:5].max(axis=0))
+    left, right = sorted(data.draw(st.tuples(*[st.integers(0, shape[1])] * 2)))
+    top, bottom = sorted(data.draw(st.tuples(*[st.integers(0, shape[0])] * 2)))
+    part = passes.merge(list(layers), Window(left, top, right, bottom))
+    assert_same_bits(part, merged[top:bottom, left:right])
 
 
 @given(st.floats(5e-324, 1e308), st.integers(0, 20))
@@ -189,6 +190,9 @@ def test_the_passes_refuse_what_does_not_fit():
     for bad in ([], [texture, texture[:1]], [texture.astype(int)], [texture[0]], np.zeros((0, 2, 3)), mixed):
         with pytest.raises(InputError):
             passes.merge(bad)
+    for window in (Window(0, 0, 4, 2), Window(-1, 0, 3, 2), Window(2, 0, 1, 2)):
+        with pytest.raises(InputError, match="not a part of 3x2 texels"):
+            passes.merge([texture], window)
     for depth, occlusion in ((texture[0], texture[0]), (texture, texture[:1]), tuple(mixed)):
         with pytest.raises(InputError):
             passes.shade_white(depth, occlusion)

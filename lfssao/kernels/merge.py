@@ -14,16 +14,19 @@ def _larger(value, most):
 
 
 @kernel(parallel=True)
-def merge_maximum(first, second, third, fourth, fifth, merged):
-    """Maximum of five textures, (H, W) all; a NaN behind the first is never the larger.
+def merge_maximum(first, second, third, fourth, fifth, top, left, merged):
+    """Maximum of five textures, (H, W) all, from row ``top`` and column ``left`` on; merged: what is wanted of it, out.
 
-    Each is read where it is: to put them behind each other takes twice as long as to compare them.
+    A NaN behind the first is never the larger. Each texture is read where it is: to put them behind each other, or
+    only their parts, takes twice as long as to compare them.
     """
     for j in prange(merged.shape[0]):
         wide_vectors()
-        for i in range(merged.shape[1]):
-            most = _larger(third[j, i], _larger(second[j, i], first[j, i]))
-            merged[j, i] = _larger(fifth[j, i], _larger(fourth[j, i], most))
+        width = merged.shape[1]
+        a, b, c = first[top + j, left:], second[top + j, left:], third[top + j, left:]
+        d, e, most = fourth[top + j, left:], fifth[top + j, left:], merged[j]
+        for i in range(width):
+            most[i] = _larger(e[i], _larger(d[i], _larger(c[i], _larger(b[i], a[i]))))
 
 
 @kernel(parallel=True)

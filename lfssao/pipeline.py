@@ -12,6 +12,7 @@ from lfssao import __version__
 from lfssao.errors import InputError
 from lfssao.exr import use_threads
 from lfssao.files import scratch_file
+from lfssao.rendering import Textures
 from lfssao.view_file import Result, SealedView, recover_view, seal, write_view
 from lfssao.work import Item, Renderer, Work
 
@@ -48,7 +49,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     groups = [items[first : first + together] for first in range(0, len(items), together)]
     if threads == 1:
         for group in groups:
-            for view in _sealed(renderer, group):
+            for view in seal(renderer.work, _made(renderer, group)):
                 yield view.item, write_view(renderer.work, view)
         return
     waiting: deque[tuple[Item, Future[Result]]] = deque()
@@ -57,15 +58,32 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
         for group in groups:
             while len(waiting) > ahead - together or (waiting and waiting[0][1].done()):
                 yield _next(waiting)
-            for view in _sealed(renderer, group):
-                waiting.append((view.item, pool.submit(write_view, renderer.work, view)))
+            waiting.extend(zip(group, _begin(pool, renderer, group), strict=True))
         while waiting:
             yield _next(waiting)
 
 
-def _sealed(renderer: Renderer, items: Iterable[Item]) -> list[SealedView]:
-    """All textures of some views, which are in memory at the same time."""
-    return seal(renderer.work, [(item, *renderer.textures(item)) for item in items])
+def _made(renderer: Renderer, items: Iterable[Item]) -> list[tuple[Item, Textures, float]]:
+    """All textures of some views, and the seconds spent building trees for each."""
+    return [(item, *renderer.textures(item)) for item in items]
+
+
+def _begin(pool: Executor, renderer: Renderer, items: Sequence[Item]) -> list[Future[Result]]:
+    """Run the passes of some views, and leave their files to the pool."""
+    sealing = pool.submit(_seal, renderer.work, _made(renderer, items))
+    return [pool.submit(_write, renderer.work, sealing, item) for item in items]
+
+
+def _seal(work: Work, made: Sequence[tuple[Item, Textures, float]]) -> dict[Item, SealedView]:
+    return {view.item: view for view in seal(work, made)}
+
+
+def _write(work: Work, sealing: Future[dict[Item, SealedView]], item: Item) -> Result:
+    """Write the file of one of the views that are sealed together, which a thread of the pool began before this.
+
+    Of each view only who writes it keeps the textures, so that they go with it.
+    """
+    return write_view(work, sealing.result().pop(item))
 
 
 def _next(waiting: deque[tuple[Item, Future[Result]]]) -> tuple[Item, Result]:
@@ -146,7 +164,7 @@ def run_item(path: str, item: Item, threads: int, version: str) -> Result:
             _here.clear()
             _here[path] = Renderer(_load(path), threads)
         renderer = _here[path]
-    (view,) = _sealed(renderer, [item])
+    (view,) = seal(renderer.work, _made(renderer, [item]))
     return write_view(renderer.work, view)
 
 

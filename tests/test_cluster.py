@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 import warnings
+import weakref
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
@@ -221,17 +222,22 @@ def untouched(monkeypatch):
     return monkeypatch
 
 
-@pytest.mark.parametrize("ahead", [1, 3, 6])
+@pytest.mark.parametrize("ahead", [1, 3, 5, 6])
 def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
     """Writing is held until no more items come."""
-    gate, alive, most = threading.Event(), set(), []
+    gate, alive, most = threading.Event(), weakref.WeakSet(), []
     work = work_in(tmp_path, 8)
-    untouched.setattr(Renderer, "textures", lambda _, item: (alive.add(item) or Untouched(item), 0.0))
+
+    def textures(_, item):
+        made = Untouched(item)
+        alive.add(made)
+        return made, 0.0
+
+    untouched.setattr(Renderer, "textures", textures)
 
     def write(_work, view):
-        gate.wait(0.2)
+        gate.wait(0.2 + 0.3 * (view.item.view % 2))  # of two that were hashed together one is written much later
         most.append(len(alive))
-        alive.discard(view.item)
         return view.item
 
     untouched.setattr(lfssao.pipeline, "write_view", write)
@@ -250,24 +256,25 @@ def test_textures_of_some_views_are_hashed_together(tmp_path, untouched, threads
     assert found == expected
 
 
-def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
-    """The passes of the second views' group end once a file of the first is being written, and that once they began."""
-    writing, computing = threading.Event(), threading.Event()
-    work = work_in(tmp_path, 4)
+@pytest.mark.parametrize("step", ["seal", "write_view"])
+def test_views_are_hashed_and_written_while_the_next_passes_run(tmp_path, untouched, step):
+    """The passes of the second views end once the step of the first has begun, and that once they have."""
+    begun, computing = threading.Event(), threading.Event()
+    work, real = work_in(tmp_path, 4), getattr(lfssao.pipeline, step)
 
     def textures(_, item):
         if item.view == 3:
             computing.set()
-            assert writing.wait(20)
+            assert begun.wait(20)
         return Untouched(item), 0.0
 
-    def write(_work, view):
-        writing.set()
+    def take(*arguments):
+        begun.set()
         assert computing.wait(20)
-        return view.item
+        return real(*arguments)
 
     untouched.setattr(Renderer, "textures", textures)
-    untouched.setattr(lfssao.pipeline, "write_view", write)
+    untouched.setattr(lfssao.pipeline, step, take)
     assert len(list(run_here(Renderer(work, 2), work.items(), 2, 6))) == 4
 
 

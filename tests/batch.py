@@ -31,6 +31,7 @@ from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint, ray_halves
 from lfssao.kernels import (
     ball,
+    deflate,
     depth_ranges,
     elementary,
     exr_lines,
@@ -190,6 +191,12 @@ def scalars():
     stored, packed = rng.integers(0, 256, 2000, np.uint8), np.empty(2000, np.uint8)
     exr_lines.split_and_difference(stored, packed)
     yield "split_and_difference", packed
+    packed[200:900], scratch = 128, np.empty((502, 2), np.int32)
+    for far, name in ((600, "noise"), (1000, "steps")):
+        data = packed if name == "noise" else np.repeat(packed[:1000] // 64, 2)
+        out = np.zeros(2 * data.size + deflate.SLACK, np.uint8)
+        size = deflate.deflate(data, far, scratch, out)
+        yield f"deflate {name}", out[:size]
     for domain, methods in METHODS.items():
         for method in methods:
             yield f"{method}, {domain}", sample_set(domain, method, 60, 4).points

@@ -6,19 +6,18 @@ from lfssao.kernels.jit import kernel
 
 
 @kernel
-def gather_lines(pixels, order, first, words):
-    """Lines from ``first`` on, each channel after channel, as files hold them uncompressed.
+def gather_lines(texels, width, places, words):
+    """Lines with each channel after channel, as files hold them uncompressed.
 
-    pixels: (H, W, C) uint32, the bits of floats; order: (C,) int64, the channel that comes first, second, ... in the
-    file; words: (lines * C * W,) uint32, out.
+    texels: (lines * W * C,) uint32, the bits of floats, channel beside channel; width: int, W; places: (C,) int64,
+    which of the file's channels each is; words: as texels, out.
     """
-    width, channels = pixels.shape[1], pixels.shape[2]
-    for line in range(words.size // (width * channels)):
-        for place in range(channels):
-            channel = order[place]
-            start = (line * channels + place) * width
+    channels = places.size
+    for start in range(0, words.size, channels * width):
+        for channel in range(channels):
+            line = start + places[channel] * width
             for i in range(width):
-                words[start + i] = pixels[first + line, i, channel]
+                words[line + i] = texels[start + channels * i + channel]
 
 
 @kernel

@@ -131,3 +131,46 @@ def streamed(_typing: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(), wait
+
+
+# Bytes that ``equal_bytes`` compares at once: one bit each of what it gives.
+COMPARED = 64
+
+
+@extending.intrinsic
+def equal_bytes(_typing: Any, array: Any, first: Any, second: Any) -> Any:
+    """Bit j tells whether elements first + j and second + j of a flat array of uint8 are equal; uint64.
+
+    COMPARED elements from either number on must be there. numba's own loops find no bits out of vectors.
+    """
+
+    def compare(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        many = ir.VectorType(ir.IntType(8), COMPARED).as_pointer()
+        sides = [builder.load(builder.bitcast(builder.gep(data, [place]), many), align=1) for place in arguments[1:]]
+        return builder.bitcast(builder.icmp_unsigned("==", *sides), ir.IntType(COMPARED))
+
+    return types.uint64(array, first, second), compare
+
+
+@extending.intrinsic
+def trailing_zeros(_typing: Any, word: Any) -> Any:
+    """How many bits of a uint64 are 0 below the lowest that is 1, int64; 64 of 0."""
+
+    def count(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.cttz(arguments[0], ir.IntType(1)(0))
+
+    return types.int64(types.uint64), count
+
+
+@extending.intrinsic
+def put_word(_typing: Any, array: Any, number: Any, word: Any) -> Any:
+    """Write the eight bytes of an int64, the lowest first, into a flat array of uint8 from an element on."""
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        place = builder.bitcast(builder.gep(data, [arguments[1]]), ir.IntType(64).as_pointer())
+        builder.store(arguments[2], place, align=1)
+        return context.get_dummy_value()
+
+    return types.void(array, number, types.int64), write

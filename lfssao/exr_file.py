@@ -1,10 +1,9 @@
 """The bytes of a multi-part OpenEXR file of float32 scan lines, zip-compressed (openexr.com, "OpenEXR File Layout").
 
-OpenImageIO's packages for Python take ten times the processor time to write them, OpenEXR's own six times: they
-change the order of bytes one by one, and deflate with zlib's means. And what OpenEXR cannot write while it closes a
-file, on a full disk, it loses without an error. Deflate is ours as well (``lfssao.kernels.deflate``): the fastest of
-libraries, ISA-L, takes two to three times as long, as it looks for repeats everywhere, and its bytes differ between
-processors.
+OpenImageIO takes 0.4 s of processor time for what takes a fifteenth here: it changes the order of bytes one by one, and
+deflates with zlib's means. And what OpenEXR cannot write while it closes a file, on a full disk, it loses without an
+error. Deflate is ours as well (``lfssao.kernels.deflate``): the fastest of libraries, ISA-L, takes twice the time, as it
+looks for repeats everywhere, and its bytes differ between processors.
 """
 
 import struct

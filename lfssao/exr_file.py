@@ -2,8 +2,8 @@
 
 OpenImageIO takes 0.4 s of processor time for what takes a fifteenth here: it changes the order of bytes one by one, and
 deflates with zlib's means. And what OpenEXR cannot write while it closes a file, on a full disk, it loses without an
-error. Deflate is ours as well (``lfssao.kernels.deflate``): the fastest of libraries, ISA-L, takes twice the time, as it
-looks for repeats everywhere, and its bytes differ between processors.
+error. Deflate is ours as well (``lfssao.kernels.deflate``): the fastest of libraries, ISA-L, takes twice the time, as
+it looks for repeats everywhere, and its bytes differ between processors.
 """
 
 import struct

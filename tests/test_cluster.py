@@ -242,7 +242,7 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
 
     untouched.setattr(lfssao.pipeline, "write_view", write)
     assert len(list(run_here(Renderer(work, 2), work.items(), 2, ahead))) == 8
-    assert max(most) == ahead
+    assert ahead - 1 <= max(most) <= ahead  # groups of two do not always fill an odd number
 
 
 @pytest.mark.parametrize("threads", [1, 2])

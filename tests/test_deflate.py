@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lfssao.exr import read_exr, write_exr
+from lfssao.exr_file import Part
 from lfssao.kernels.adler32 import adler32
 from lfssao.kernels.deflate import SLACK, deflate
 from lfssao.kernels.repeats import LEAST, LONGEST, find_repeats
@@ -148,3 +150,18 @@ def test_repeats_are_repeats(pieces, far):
             assert data[place] == data[place - distance]
             place += 1
     assert place == len(data)
+
+
+def test_lines_that_deflate_makes_no_shorter_are_kept_as_they_are(tmp_path):
+    """Readers know such a chunk by its size: one that is deflated to that very size would not be read."""
+    sizes = []
+    for equal in range(16):
+        for seed in range(3):
+            pixels = np.random.default_rng(seed).random((1, 21, 1), np.float32)
+            pixels[0, :equal] = 0
+            stored = exr_twin.lines_as_stored(pixels.view(np.uint32).tolist(), [0], 0, 1)
+            sizes.append(len(deflate_twin.stream(exr_twin.before_deflate(stored), 42)))
+            write_exr(tmp_path / "a.exr", [Part("a", ("Z",), pixels)])
+            np.testing.assert_array_equal(read_exr(tmp_path / "a.exr")["a"].pixels, pixels)
+    assert min(sizes) < pixels.nbytes < max(sizes)
+    assert pixels.nbytes in sizes

@@ -60,19 +60,18 @@ def length_symbol(length):
     """Symbol, what is told behind it, in how many bits (the table of RFC 1951, 3.2.5)."""
     if length == LONGEST:
         return 285, 0, 0
-    symbol, base = 257, 3
-    for bits in [0] * 8 + [k for k in range(1, 6) for _ in range(4)]:
-        if length < base + 2**bits:
-            return symbol, length - base, bits
-        symbol, base = symbol + 1, base + 2**bits
-    raise AssertionError
+    return among(length, 257, 3, [0] * 8 + [k for k in range(1, 6) for _ in range(4)])
 
 
 def distance_symbol(distance):
-    symbol, base = 0, 1
-    for bits in [0] * 4 + [k for k in range(1, 14) for _ in range(2)]:
-        if distance < base + 2**bits:
-            return symbol, distance - base, bits
+    return among(distance, 0, 1, [0] * 4 + [k for k in range(1, 14) for _ in range(2)])
+
+
+def among(value, symbol, base, sizes):
+    """Which of the symbols from ``symbol`` on, each of which stands for 2**bits values, the first for ``base`` on."""
+    for bits in sizes:
+        if value < base + 2**bits:
+            return symbol, value - base, bits
         symbol, base = symbol + 1, base + 2**bits
     raise AssertionError
 

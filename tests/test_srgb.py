@@ -2,6 +2,7 @@
 
 import bisect
 import math
+from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
@@ -13,6 +14,23 @@ def decoded(code):
     """IEC 61966-2-1 with the C library's power function (accurate to 1e-15, which rounds to float32 within 1 ulp)."""
     value = code / 255
     return value / 12.92 if value <= 0.04045 else math.pow((value + 0.055) / 1.055, 2.4)
+
+
+def in_decimals(code):
+    """IEC 61966-2-1 with 60 digits."""
+    with localcontext(prec=60):
+        value = Decimal(code) / 255
+        if value <= Decimal("0.04045"):
+            return value / Decimal("12.92")
+        return ((value + Decimal("0.055")) / Decimal("1.055")) ** Decimal("2.4")
+
+
+def test_tables_are_the_nearest_numbers_to_the_standards():
+    rounded = np.array([float(in_decimals(code)) for code in range(256)], np.float32)
+    assert decode_table().tobytes() == rounded.tobytes()
+    edges = np.array([float(in_decimals(code + Decimal("0.5"))) for code in range(255)])
+    assert to_codes(edges).tolist() == list(range(1, 256))
+    assert to_codes(np.nextafter(edges, 0)).tolist() == list(range(255))
 
 
 def test_decode_table_is_the_standards_to_one_ulp():

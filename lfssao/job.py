@@ -1,6 +1,5 @@
 """A render job: what becomes of the results, and what it needs."""
 
-import json
 import os
 import re
 import time
@@ -9,11 +8,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
 from lfssao.estimators.registry import find_estimator
-from lfssao.files import remove_leftovers, write_text, write_whole
-from lfssao.manifest import FORMAT
+from lfssao.files import remove_leftovers, write_bytes, write_text
+from lfssao.manifest import FORMAT, manifest_text
+from lfssao.png import png
 from lfssao.sums import sum_in_order
 from lfssao.view_file import Result
 from lfssao.work import Item, Work
@@ -122,8 +124,7 @@ class Job:
         folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
         remove_leftovers(folder)  # of workers that were killed on the way
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        # The fastest level: half the time, in which nothing else runs, for a twentieth more bytes.
-        write_whole(folder / "contact.png", lambda path: sheet.save(path, compress_level=1))
+        write_bytes(folder / "contact.png", png(np.asarray(sheet)))
         seconds = {
             **self._seconds,
             "build_bvh": sum_in_order(result.build_seconds for result in results),
@@ -131,8 +132,7 @@ class Job:
             "passes": _sums([entry["seconds"] for entry in entries]),
         }
         manifest = {"format": FORMAT, **self._head, "frame": self._frame(frame), "seconds": seconds, "views": entries}
-        text = json.dumps(manifest, indent=1, allow_nan=False)
-        write_text(folder / "manifest.json", text + "\n")
+        write_text(folder / "manifest.json", manifest_text(manifest) + "\n")
 
     def _frame(self, frame: int) -> dict[str, Any] | None:
         if self._work.transforms is None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,12 +80,24 @@ def check_format(path: Path, part: Part) -> None:
 
 
 def write_parts(path: Path, parts: Sequence[Part]) -> None:
-    """Write parts to a file; the same parts make the same bytes on every machine.
+    """``write_to`` a file.
+
+    Raises
+    ------
+    OSError
+        If not all of it can be written.
+    """
+    with path.open("wb") as stream:
+        write_to(stream, parts)
+
+
+def write_to(stream: BinaryIO, parts: Sequence[Part]) -> None:
+    """Write parts to an empty file that is open; the same parts make the same bytes on every machine.
 
     Parameters
     ----------
-    path : Path
-        The file.
+    stream : file
+        Where to; it must be able to seek.
     parts : sequence of Part
         At least one; names and shapes as ``lfssao.exr.write_exr`` checks them.
 
@@ -96,16 +108,15 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
     """
     counts = [-(-len(part.pixels) // _LINES) for part in parts]
     head = _head(parts, counts)
-    with path.open("wb") as stream:
-        stream.write(head + bytes(8 * sum(counts)))  # the table of offsets is known at the end
-        sizes: list[int] = []
-        for number, (part, count) in enumerate(zip(parts, counts, strict=True)):
-            chunks, some = _chunks(part, number, count)
-            stream.write(chunks)
-            sizes += some
-        start = len(head) + 8 * sum(counts)
-        stream.seek(len(head))
-        stream.write(struct.pack(f"<{len(sizes)}Q", *accumulate(sizes[:-1], initial=start)))
+    stream.write(head + bytes(8 * sum(counts)))  # the table of offsets is known at the end
+    sizes: list[int] = []
+    for number, (part, count) in enumerate(zip(parts, counts, strict=True)):
+        chunks, some = _chunks(part, number, count)
+        stream.write(chunks)
+        sizes += some
+    start = len(head) + 8 * sum(counts)
+    stream.seek(len(head))
+    stream.write(struct.pack(f"<{len(sizes)}Q", *accumulate(sizes[:-1], initial=start)))
 
 
 def _head(parts: Sequence[Part], counts: Sequence[int]) -> bytes:

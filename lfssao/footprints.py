@@ -1,5 +1,7 @@
 """First hits by the texels that each triangle can cover (``lfssao.kernels.footprints``), where that is little work."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -80,6 +82,45 @@ def hits_by_footprint(
         diffusers, calibrated optics).
     """
     window = window or Window.whole(view)
+    bounded = _bounded(view, tree, window)
+    if bounded is None or bounded.tests > tries * window.texels:
+        return None
+    columns, rows, near, far, found, counts, kept, _ = bounded
+    ends = np.cumsum(counts.T).reshape(counts.T.shape)
+    starts = np.ascontiguousarray((ends - counts.T).T)
+    members = np.empty((ends[-1, -1], 3), np.int32)
+    footprints.sort_into_bands(len(tree.faces), found, kept, starts, members)
+    size = window.texels
+    triangle = np.empty(size, np.int32) if triangle is None else triangle
+    z, weights = np.empty(size), np.empty((size if weighted else 0, 2))
+    first_hits_by_tries(
+        columns, rows, near, far, tree.corners.reshape(-1), tree.nearest, tree.order, members,
+        ends[1:-2:2, -1].copy(), triangle, z, weights.reshape(-1),
+    )  # fmt: skip
+    return triangle, z, weights
+
+
+def tries_few(view: View, tree: TriangleTree, tries: float, window: Window) -> bool:
+    """Whether ``hits_by_footprint`` finds the triangles; arguments as of it."""
+    bounded = _bounded(view, tree, window)
+    return bounded is not None and bounded.tests <= tries * window.texels
+
+
+class _Bounded(NamedTuple):
+    """The rays of a window, and the triangles by the rows and columns that they can cover."""
+
+    columns: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    near: float
+    far: float
+    found: NDArray[np.int32]
+    counts: NDArray[np.int64]
+    kept: NDArray[np.int64]
+    tests: int
+
+
+def _bounded(view: View, tree: TriangleTree, window: Window) -> _Bounded | None:
+    """None where triangles cannot be bounded so."""
     if view.ray_kind == DISPLAY or max(window.width, window.height) > footprints.LARGEST:
         return None
     columns, rows, near, far = ray_halves(view, window)
@@ -91,20 +132,7 @@ def hits_by_footprint(
         window.width, window.height, u_axis, v_axis, tree.vertices.reshape(-1), tree.faces.reshape(-1), places, found,
         counts, kept, tests,
     )  # fmt: skip
-    size = window.texels
-    if tests.sum() > tries * size:
-        return None
-    ends = np.cumsum(counts.T).reshape(2 * bands + 2, _CHUNKS)
-    starts = np.ascontiguousarray((ends - counts.T).T)
-    members = np.empty((ends[-1, -1], 3), np.int32)
-    footprints.sort_into_bands(n_faces, found, kept, starts, members)
-    triangle = np.empty(size, np.int32) if triangle is None else triangle
-    z, weights = np.empty(size), np.empty((size if weighted else 0, 2))
-    first_hits_by_tries(
-        columns, rows, near, far, tree.corners.reshape(-1), tree.nearest, tree.order, members,
-        ends[1:-2:2, -1].copy(), triangle, z, weights.reshape(-1),
-    )  # fmt: skip
-    return triangle, z, weights
+    return _Bounded(columns, rows, near, far, found, counts, kept, int(tests.sum()))
 
 
 def _scales(

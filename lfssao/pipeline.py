@@ -45,7 +45,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     InputError
         If a file cannot be written; files that were begun are finished first.
     """
-    together = max(1, min(TOGETHER, ahead // 2))
+    together = hashed_together(ahead)
     groups = [items[first : first + together] for first in range(0, len(items), together)]
     if threads == 1:
         for group in groups:
@@ -61,6 +61,11 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
             waiting.extend(zip(group, _begin(pool, renderer, group), strict=True))
         while waiting:
             yield _next(waiting)
+
+
+def hashed_together(ahead: int) -> int:
+    """How many views ``run_here`` hashes together where so many may be in memory."""
+    return max(1, min(TOGETHER, ahead // 2))
 
 
 def _made(renderer: Renderer, items: Iterable[Item]) -> list[tuple[Item, Textures, float]]:

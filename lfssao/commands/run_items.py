@@ -3,16 +3,14 @@
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from lfssao.commands.terminal import bar_size
 from lfssao.files import output_folder
 from lfssao.job import Job, views_at_once
-from lfssao.pipeline import TOGETHER, recover, run_here, run_on
+from lfssao.pipeline import TOGETHER, hashed_together, recover, run_here, run_on
 from lfssao.view_file import Result
 from lfssao.work import Item, Renderer, Work
-
-Results = Iterator[tuple[Item, Result]]
 
 
 def run_items(
@@ -46,15 +44,17 @@ def run_items(
     found = _found(work, items, threads) if resume else {}
     rest = [item for item in items if item not in found]
     with ExitStack() as stack:
-        start = stack.enter_context(_runner(work, rest, threads, scheduler))
+        runner = stack.enter_context(_runner(work, rest, threads, scheduler))
         for folder in (work.folder, *(work.frame_folder(frame) for frame in range(work.frame_count))):
             stack.enter_context(output_folder(folder))
+        with job.apart("load_kernels"):
+            runner.rehearse()
         job.open(rest)
         for item, result in found.items():
             job.add(item, result)
         bar = stack.enter_context(_bar(total=len(items), initial=len(found)))
         # Closed before the folders are tidied up: files that were begun are finished first.
-        for item, result in stack.enter_context(closing(start())):
+        for item, result in stack.enter_context(closing(runner.start())):
             job.add(item, result)
             bar.update()
 
@@ -70,30 +70,53 @@ def _found(work: Work, items: list[Item], threads: int) -> dict[Item, Result]:
         return out
 
 
+class _Runner(NamedTuple):
+    """What loads the code that the items need, and what starts them."""
+
+    rehearse: Callable[[], None]
+    start: Callable[[], Any]
+
+
 @contextmanager
-def _runner(work: Work, items: list[Item], threads: int, scheduler: str | None) -> Iterator[Callable[[], Any]]:
-    """What starts the items; what can be known to fail fails before."""
+def _runner(work: Work, items: list[Item], threads: int, scheduler: str | None) -> Iterator[_Runner]:
+    """What runs the items; what can be known to fail fails before."""
     if not items:
-        yield _nothing
+        yield _Runner(_nothing, _no_results)
     elif scheduler is None:
         # Read when numba's threads start: waiting in a loop, they would take time from those that write files.
         os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-        renderer = Renderer(work, threads)
+        renderer, ahead = Renderer(work, threads), views_at_once(work, threads + 1 + TOGETHER)
         renderer.prepare(items[0])
-        yield lambda: run_here(renderer, items, threads, views_at_once(work, threads + 1 + TOGETHER))
+        yield _Runner(
+            lambda: _rehearse(renderer, items, hashed_together(ahead)),
+            lambda: run_here(renderer, items, threads, ahead),
+        )
     else:
         from lfssao.cluster import executor_of  # late: an optional package
 
         with executor_of(scheduler, min(threads, len(items))) as (executor, worker_threads):
-            yield lambda: run_on(executor, work, items, worker_threads)
+            yield _Runner(_nothing, lambda: run_on(executor, work, items, worker_threads))
 
 
-def _nothing() -> Results:
+def _rehearse(renderer: Renderer, items: list[Item], together: int) -> None:
+    """A bar of its own, as compiling on a first run takes a while; it goes, as it says nothing of the job."""
+    from lfssao.rehearsal import STEPS, rehearse  # late: workers rehearse nothing
+
+    with _bar(total=STEPS, desc="load", unit="step", leave=False) as bar:
+        for _ in rehearse(renderer, items, min(together, len(items))):
+            bar.update()
+
+
+def _nothing() -> None:
+    pass
+
+
+def _no_results() -> Iterator[tuple[Item, Result]]:
     yield from ()
 
 
-def _bar(**more: Any) -> Any:
+def _bar(unit: str = "module", **more: Any) -> Any:
     """A progress bar on a terminal, nothing in a pipe (disable=None); `with` ends its line before a message."""
     from tqdm import tqdm
 
-    return tqdm(unit="module", disable=None, **more, **bar_size())
+    return tqdm(unit=unit, disable=None, **more, **bar_size())

@@ -1,10 +1,13 @@
 """The requests that kernels make of the compiler."""
 
+import itertools
+
 import llvmlite.binding
 import numpy as np
+import pytest
 from numba import types
 
-from lfssao.kernels import ball, jit, linked, philox
+from lfssao.kernels import ball, extremes, jit, linked, philox
 
 
 def double(values, out):
@@ -96,3 +99,27 @@ def test_what_only_kernels_call_can_be_linked_from_disk():
         caller = jit.numba.njit(lambda a, b, callee=callee: callee(a, b))
         assert caller(np.float32(0), np.float32(0.5)) == (0, 1, 0)
     assert kernels[1].linked().stats.cache_hits == {arguments: 1}
+
+
+@jit.numba.njit
+def extremes_of_two(a, b):
+    return extremes.largest(a, b), extremes.smallest(a, b)
+
+
+@jit.numba.njit
+def extremes_of_three(a, b, c):
+    return extremes.largest(a, b, c), extremes.smallest(a, b, c)
+
+
+@pytest.mark.parametrize(
+    "kinds", [(float, float), (float, float, float), (int, float), (np.int32, int), (np.uint64, np.uint64)]
+)
+def test_max_and_min_of_kernels_are_pythons(kinds):
+    """With NaN first, last and between, and of mixed types."""
+    assert (ball.max, ball.min) == (extremes.largest, extremes.smallest)
+    kernel = extremes_of_two if len(kinds) == 2 else extremes_of_three
+    values = {float: [1.5, np.nan, -2.0, 0.0, -0.0]}
+    for numbers in itertools.product(*(values.get(kind, [kind(3), kind(0), kind(7)]) for kind in kinds)):
+        got, want = np.array(kernel(*numbers), float), np.array([max(numbers), min(numbers)], float)
+        np.testing.assert_array_equal(got.view(np.int64), want.view(np.int64))
+    assert not kernel.py_func(*numbers)[0] < want[0]

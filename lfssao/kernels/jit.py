@@ -10,6 +10,7 @@ from typing import Any
 import numba
 from numba import extending, types
 
+from lfssao.kernels.extremes import largest, smallest
 from lfssao.kernels.linked import Linked, Loop, for_kernels
 from lfssao.kernels.threads import with_shared_loops
 
@@ -103,6 +104,8 @@ def _linked(function: Callable[..., Any], compiler: type[Linked], **more: Any) -
 
 def _dispatcher(function: Callable[..., Any], **more: Any) -> Any:
     options = {**FLAGS, **more}
+    # As if the module had imported them. Their names stay those that a reader of Python knows.
+    function.__globals__.update(max=largest, min=smallest)
     try:
         compiled = numba.njit(function, cache=True, **options)
     except RuntimeError:  # neither the package's folder nor the user's cache folder can be written

@@ -65,7 +65,9 @@ def project_matrix(a, b, c, q):
 @kernel(inline=True)
 def last_below(size):
     """The largest number below a size in texels: size (1 - 2^-24) in float32, which rounds to it for every size."""
-    return size * (type(size)(1) - np.finfo(type(size)).epsneg)
+    one = type(size)(1)
+    share = one - type(size)(2.0**-53)  # of float32 it is 1; numba takes a tenth of a second to look up a dtype's own
+    return size * (share if share < one else one - type(size)(2.0**-24))
 
 
 @kernel(inline=True)

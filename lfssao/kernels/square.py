@@ -61,7 +61,9 @@ def jittered(seed, columns, out):
 def latin(seed, out):
     """One uniform point in each row and each column of an n x n grid, by Fisher and Yates's shuffle."""
     n = out.shape[0]
-    column_of_row = np.arange(n)
+    column_of_row = np.empty(n, np.int64)
+    for k in range(n):
+        column_of_row[k] = k
     for k in range(n - 1, 0, -1):
         other = random_below(seed, SHUFFLE, k, k + 1)
         column_of_row[k], column_of_row[other] = column_of_row[other], column_of_row[k]

@@ -45,8 +45,9 @@ _TOGETHER = 4
 @kernel
 def transform_offsets(offsets, kind, m):
     """The linear part of the mapping applied to the sample offsets, (n, 4): line 5 and the affine half of line 6."""
-    out = np.zeros((offsets.shape[0], 4), m.dtype)
+    out = np.empty((offsets.shape[0], 4), m.dtype)
     for s in range(offsets.shape[0]):
+        out[s, 3] = 0
         for row in range(4 if kind == MATRIX else 3):
             out[s, row] = linear_row(m, row, offsets[s, 0], offsets[s, 1], offsets[s, 2])
     return out

@@ -88,7 +88,7 @@ def hits_by_footprint(
     columns, rows, near, far, found, counts, kept, _ = bounded
     ends = np.cumsum(counts.T).reshape(counts.T.shape)
     starts = np.ascontiguousarray((ends - counts.T).T)
-    members = np.empty((ends[-1, -1], 3), np.int32)
+    members = np.empty((ends[-1, -1], 4), np.int32)
     footprints.sort_into_bands(len(tree.faces), found, kept, starts, members)
     size = window.texels
     triangle = np.empty(size, np.int32) if triangle is None else triangle
@@ -126,13 +126,26 @@ def _bounded(view: View, tree: TriangleTree, window: Window) -> _Bounded | None:
     columns, rows, near, far = ray_halves(view, window)
     u_axis, v_axis = image_axes(view, window, *_scales(tree.bounds, columns, rows, far))
     n_faces, bands = len(tree.faces), -(-window.height // footprints.BAND)
-    places, found = np.empty(len(tree.vertices), np.int64), np.empty((n_faces + _CHUNKS, 3), np.int32)
+    places, found = np.empty(len(tree.vertices), np.int64), np.empty((n_faces + _CHUNKS, 4), np.int32)
     counts, (kept, tests) = np.empty((_CHUNKS, 2 * bands + 2), np.int64), np.empty((2, _CHUNKS), np.int64)
     footprints.bound_triangles(
-        window.width, window.height, u_axis, v_axis, tree.vertices.reshape(-1), tree.faces.reshape(-1), places, found,
-        counts, kept, tests,
+        window.width, window.height, u_axis, v_axis, tree.vertices.reshape(-1), tree.faces.reshape(-1), tree.deep,
+        bend(view, tree.bounds), places, found, counts, kept, tests,
     )  # fmt: skip
     return _Bounded(columns, rows, near, far, found, counts, kept, int(tests.sum()))
+
+
+def bend(view: View, bounds: NDArray[np.float64]) -> np.float32:
+    """By how much, at most, a unit of z changes kappa of two corners on a triangle (``lfssao.kernels.coverage``).
+
+    log((1 - z / m_z) / (1 - z / z_o)) rises by 1 / (z_o - z) - 1 / (m_z - z), of which both parts are at most what they
+    are at the ends of the bounds; a twentieth more than that holds e^s - 1 as long as s is below 1/16, and rounding.
+    """
+    if view.ray_kind != FLAT_LINEAR:
+        return np.float32(0)
+    low, high = bounds[:, 2].tolist()
+    gaps = [max(low - pole, pole - high) for pole in view.lens[[1, 3]].tolist()]
+    return np.float32(1.05 * sum(1 / gap for gap in gaps)) if min(gaps) > 0 else np.float32(np.inf)
 
 
 def _scales(

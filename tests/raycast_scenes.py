@@ -96,6 +96,11 @@ def flat_sheet(view, rng):
     return sheet(view, rng, bumpy=0.0)
 
 
+def shallow_sheet(view, rng):
+    """The same of small steps in z: edges that are a little curved in the image of a display go through centres."""
+    return sheet(view, rng, step=int(rng.integers(2, 4)), bumpy=0.06)
+
+
 def pits(view, rng):
     """Fans of triangles around vertices dead centre on texels; some edges run along x, y or z."""
     vertices, faces = [], []
@@ -206,8 +211,8 @@ def nothing(view, rng):
 
 
 SCENES = [
-    soup, sheet, flat_sheet, pits, slivers, duplicates, coplanar, sheets, edge_on, stadium, beyond, rows, single,
-    nothing,
+    soup, sheet, flat_sheet, shallow_sheet, pits, slivers, duplicates, coplanar, sheets, edge_on, stadium, beyond, rows,
+    single, nothing,
 ]  # fmt: skip
 
 

@@ -1,6 +1,5 @@
 """Exact signs, hits of triangles, the tree, and the first hit of every texel against brute force, bit for bit."""
 
-import dataclasses
 from fractions import Fraction
 
 import numba
@@ -11,14 +10,10 @@ import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import find_display
-from lfssao.footprints import hits_by_footprint, image_axes, ray_halves
-from lfssao.kernels import bvh, hits, visibility
-from lfssao.kernels import footprints as footprint_kernels
-from lfssao.kernels.intrinsics import CHUNK
+from lfssao.footprints import hits_by_footprint
+from lfssao.kernels import bvh, visibility
 from lfssao.kernels.triangle import edge_function, exact_difference, hit_triangle, two_product, two_sum
 from lfssao.tree import TriangleTree
-from lfssao.window import Window
 
 VIEWS = list(scenes.VIEWS)
 # Their products, and the rests of those, stay far from the ends of float64.
@@ -412,174 +407,3 @@ def moved_to_centres(view, vertices):
         k = np.argmin((x - point[0]) ** 2 + (y - point[1]) ** 2)
         point[:2] = x[k], y[k]
     return moved
-
-
-# Footprints
-
-
-def places_of(view, points, window, scale=9.1):
-    """Places of points along columns and rows, (n, 2)."""
-    places = bound(view, np.array(points, np.float64), np.zeros((0, 3), np.int32), 1, window, scale)[0]
-    return np.stack([places >> 32, places.astype(np.int32)], axis=1)
-
-
-def image_of(view, point):
-    """Where a corner appears, u and v, in fractions."""
-    x, y, z = map(Fraction, point)
-    lens = [Fraction(number) for number in view.lens.tolist()]
-    if view.ray_kind == raycast_twin.FLAT_LINEAR:
-        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
-        u = u_scale * (m_x + (x - m_x) / (1 - z / m_z)) + u_0
-        return u, v_scale * (y_o + (y - y_o) / (1 - z / z_o)) + v_0
-    depth = z if view.ray_kind == raycast_twin.PERSPECTIVE else 1
-    return lens[0] * x / depth + lens[2], lens[3] - lens[1] * y / depth
-
-
-@settings(max_examples=60)
-@given(
-    name=st.sampled_from(VIEWS),
-    first=st.tuples(st.integers(0, 9), st.integers(0, 9)),
-    seed=st.integers(0, 2**32),
-    deep=st.sampled_from([0.1, 0.9, 1.35]),
-)
-def test_places_hold_where_a_corner_appears(name, first, seed, deep):
-    """And no ray on the wrong side of them finds the corner there: the sign of p tells, as it rounds.
-
-    Corners lie on texels' rays, a few of the last digits beside them, and anywhere.
-    """
-    view, rng = scenes.VIEWS[name](31, 17), np.random.default_rng(seed)
-    window = Window(*first, 31, 17)
-    u, v = scenes.centres(view, rng, 40)
-    points = np.concatenate([scenes.at(view, u, v, rng.uniform(-deep, deep, 40)), scenes.anywhere(view, rng, 20, deep)])
-    points[:30] += points[:30] * rng.integers(-4, 5, (30, 3)) * 2.0**-52
-    places = places_of(view, points, window)
-    v, u = (n.ravel() + 0.5 for n in np.mgrid[first[1] : 17, first[0] : 31])
-    ox, oy, dx, dy, _, _ = raycast_twin.rays_at(view.ray_kind, view.lens, u, v)
-    rising = np.sign(view.lens[[4, 6]]) if view.ray_kind == raycast_twin.FLAT_LINEAR else np.array([1.0, -1.0])
-    units = footprint_kernels.UNITS
-    bounded = places[:, 0] != -(2**31)
-    assert bounded.sum() >= 20
-    for point, place in zip(points[bounded], places[bounded], strict=True):
-        for exact, whole, start in zip(image_of(view, point), place.tolist(), first, strict=True):
-            assert whole - Fraction(1, 4) < units * (exact - start - Fraction(1, 2)) < whole + 1 + Fraction(1, 4)
-        x, y, z = point
-        p, q = x - (ox + dx * z), y - (oy + dy * z)
-        for moved, at, sign, whole in ((p, u - first[0], rising[0], place[0]), (q, v - first[1], rising[1], place[1])):
-            centre = units * (at - 0.5)
-            assert (sign * moved[centre < whole - 1] > 0).all()
-            assert (sign * moved[centre > whole + 2] < 0).all()
-
-
-def test_where_rounding_is_not_bounded_a_triangle_may_cover_anything():
-    view = scenes.VIEWS["virtual"](8, 6)
-    _, m_z, _, z_o = view.lens[:4]
-    window = Window.whole(view)
-    for z, bounded in (
-        (0.99 * m_z, True), (0.999 * m_z, False), (m_z, False), (2 * m_z, False), (0.999 * z_o, False),
-    ):  # fmt: skip
-        assert (places_of(view, [[0.0, 0.0, z]], window)[0, 0] != -(2**31)) == bounded
-        far_off = np.array([[9.0, 9.0, z, 9.1, 9.0, z, 9.0, 9.1, z]])
-        assert tries(view, far_off) == (0 if bounded else 48)
-    # Numbers so large that rounding moves corners by a quarter of a unit, and offsets that whole numbers do not hold.
-    limits = [image_axes(view, window, scale, 9.1)[0][5] for scale in (9.1, 1e6, 1e9)]
-    assert limits[0] == 256 > limits[1] > 1 > limits[2]
-    aside = dataclasses.replace(view, lens=view.lens + np.array([0, 0, 0, 0, 0, 2.0**30, 0, 0]))
-    assert image_axes(aside, window, 9.1, 9.1)[0][5] == 0
-
-
-def bound(view, vertices, faces, chunks, window=None, scale=9.1):
-    """What bound_triangles finds: all its outputs."""
-    window, n = window or Window.whole(view), len(faces)
-    places, found = np.empty(len(vertices), np.int64), np.empty((n + chunks, 3), np.int32)
-    bands = -(-view.height // footprint_kernels.BAND)
-    counts, (kept, area) = np.empty((chunks, 2 * bands + 2), np.int64), np.empty((2, chunks), np.int64)
-    footprint_kernels.bound_triangles(
-        view.width, view.height, *image_axes(view, window, scale, scale), vertices.reshape(-1), faces.reshape(-1),
-        places, found, counts, kept, area,
-    )  # fmt: skip
-    return places, found, counts, kept, area
-
-
-def tries(view, corners):
-    vertices, faces = corners.reshape(-1, 3), np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
-    return bound(view, vertices, faces, 1)[4][0]
-
-
-@pytest.mark.parametrize("name", VIEWS)
-@pytest.mark.parametrize("scene", [scenes.soup, scenes.sheet, scenes.beyond], ids=lambda scene: scene.__name__)
-def test_bands_have_each_triangle_with_all_texels_of_its_bounds(name, scene):
-    """In order, those that turn their front first; in few chunks, and in one of more triangles than a block has."""
-    view = scenes.VIEWS[name](41, 39)
-    vertices, faces = scene(view, np.random.default_rng(5))
-    chunks = 1 if len(faces) > CHUNK else 3
-    places, found, counts, kept, area = bound(view, vertices, faces, chunks)
-    ends = np.cumsum(counts.T).reshape(-1, chunks)
-    members = np.empty((ends[-1, -1], 3), np.int32)
-    footprint_kernels.sort_into_bands(len(faces), found, kept, np.ascontiguousarray((ends - counts.T).T), members)
-    parts = np.split(members, ends[:-1, -1])
-    u, v = (places >> 32)[faces], places.astype(np.int32)[faces]
-    want = [[] for _ in parts]
-    texels = 0
-    for p in range(len(faces)):
-        if (u[p] == -(2**31)).any():
-            columns, rows = range(41), range(39)
-        else:
-            columns, rows = (
-                [k for k in range(size) if n.min() - 1 <= 1024 * k <= n.max() + 2]
-                for n, size in ((u[p], 41), (v[p], 39))
-            )
-        if columns and rows:
-            texels += len(columns) * len(rows)
-            # Places rise to the right and downwards.
-            (ua, ub, uc), (va, vb, vc) = u[p].astype(np.float32), v[p].astype(np.float32)
-            back = (ub - ua) * (vc - va) > (uc - ua) * (vb - va)
-            for band in sorted({row // 16 for row in rows}):
-                want[2 * band + back].append((p, columns[0] + (rows[0] << 16), columns[-1] + (rows[-1] << 16)))
-    assert [[tuple(row) for row in part.tolist()] for part in parts] == want
-    assert area.sum() == texels > 100
-    assert scene is not scenes.sheet or kept.sum() < len(faces)
-    assert sum(map(bool, want[::2])) > 1
-    assert sum(map(bool, want[1::2])) > 1
-
-
-def test_weights_are_left_out_where_none_are_asked_for():
-    rng = np.random.default_rng(4)
-    view = scenes.VIEWS["perspective"](33, 21)
-    tree = TriangleTree(*scenes.soup(view, rng))
-    triangle, z, weights = hits_by_footprint(view, tree, np.inf)
-    alone, alone_z, none = hits_by_footprint(view, tree, np.inf, weighted=False)
-    seen = triangle >= 0
-    assert seen.any()
-    np.testing.assert_array_equal(alone, triangle)
-    np.testing.assert_array_equal(bits(alone_z[seen]), bits(z[seen]))
-    assert weights.shape == (len(z), 2)
-    assert none.shape == (0, 2)
-
-
-@pytest.mark.parametrize("name", VIEWS)
-def test_surfaces_by_halves_are_the_rays_own(name):
-    """With rows of more texels than are looked at together, some of which see nothing."""
-    view, rng = scenes.VIEWS[name](201, 5), np.random.default_rng(2)
-    size = 201 * 5
-    seen, z = rng.integers(0, 9, size).astype(np.int32), rng.uniform(-0.4, 0.4, size) + (view.lens[4] > 0.4)
-    seen[rng.random(size) < 0.3], seen[30:420] = -1, -1
-    z[seen < 0] = np.nan
-    want, got = ((np.zeros(size, np.float32), np.zeros((size, 3), np.float32)) for _ in range(2))
-    turn = np.ravel(view.world_from_cast)
-    hits.write_surface(view.ray_kind, view.lens, turn, 201, seen, z, *want)
-    columns, rows, _, _ = ray_halves(view, Window.whole(view))
-    hits.write_surface_by_halves(view.ray_kind, view.lens, turn, columns, rows, seen, z, got[0], got[1].reshape(-1))
-    for a, b in zip(got, want, strict=True):
-        np.testing.assert_array_equal(a.view(np.int32), b.view(np.int32))
-    assert np.isinf(got[0]).sum() == (seen < 0).sum()
-
-
-def test_footprints_are_left_to_the_tree_where_they_are_large_or_curved():
-    rng = np.random.default_rng(1)
-    view = scenes.VIEWS["virtual"](20, 15)
-    tree = TriangleTree(*scenes.sheet(view, rng, step=1))
-    assert hits_by_footprint(view, tree, 0.5) is None
-    assert hits_by_footprint(view, tree, 50.0) is not None
-    curved = find_display("picoarray").with_resolution(20, 15).view(3, scenes.IDENTITY)
-    assert hits_by_footprint(curved, tree, np.inf) is None
-    assert hits_by_footprint(dataclasses.replace(view, width=2**15), tree, np.inf) is None

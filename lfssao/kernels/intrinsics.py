@@ -174,3 +174,32 @@ def put_word(_typing: Any, array: Any, number: Any, word: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(array, number, types.int64), write
+
+
+# Columns and rows of the block of ``negative_somewhere``.
+WIDE, HIGH = 6, 4
+
+
+@extending.intrinsic
+def negative_somewhere(_typing: Any, values: Any, rights: Any, downs: Any) -> Any:
+    """Bit i + 8 j, int32, of column i and row j: whether one of several int32 v + i right + j down is negative.
+
+    Each comes as a tuple, all of one length. Written out for all columns and rows, as LLVM makes vectors of no loop
+    around this if it has loops of its own; so many lines of Python would take numba half a second to translate.
+    """
+
+    def find(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        number = ir.IntType(32)
+        sums = list(zip(*(cgutils.unpack_tuple(builder, packed) for packed in arguments), strict=True))
+        found = number(0)
+        for j in range(HIGH):
+            for i in range(WIDE):
+                signs = number(0)
+                for value, right, down in sums:
+                    across, below = builder.mul(number(i), right), builder.mul(number(j), down)
+                    signs = builder.or_(signs, builder.add(builder.add(value, below), across))
+                negative = builder.lshr(signs, number(31))
+                found = builder.or_(found, builder.shl(negative, number(i + 8 * j)))
+        return found
+
+    return types.int32(values, rights, downs), find

@@ -7,14 +7,15 @@ doubt as it rounds, hit_triangle itself decides.
 
 import numpy as np
 
+from lfssao.kernels.coverage import block_bits
 from lfssao.kernels.footprints import BAND
-from lfssao.kernels.intrinsics import CHUNK, prefetch, scratch
+from lfssao.kernels.intrinsics import CHUNK, HIGH, WIDE, prefetch, scratch, trailing_zeros
 from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.runs import PIECE, sees_triangle
 from lfssao.kernels.threads import interleaved
 from lfssao.kernels.triangle import DOUBTFUL, hit_triangle
 
-# Texels of a row that are looked at together, whether a triangle can cover them or not: fewer branches.
+# Texels of a triangle that are collected together: fewer branches.
 _AT_ONCE = 4
 
 # Lanes of the widest vectors.
@@ -63,6 +64,34 @@ def _clear(far, first, end, best, triangle, place, at):
 
 
 @kernel(inline=True)
+def _block(members, m, across, down, top, bottom):
+    """The first texel of a block of those in a band that triangle m may cover, and how many columns and rows follow."""
+    first, last = np.int64(members[m, 1]), np.int64(members[m, 2])
+    i, j = (first & 0xFFFF) + across, max(first >> 16, top) + down
+    return i, j, (last & 0xFFFF) - i, min(last >> 16, bottom - 1) - j
+
+
+@kernel(inline=True)
+def _texels(members, m, top, more_columns, more_rows):
+    """Which texels of that block triangle m may cover."""
+    above = max(top - np.int64(members[m, 1] >> 16), 0)
+    bits = np.int64(members[m, 3]) >> min(8 * above, 31)
+    return bits & block_bits(min(more_columns + 1, WIDE), min(more_rows + 1, HIGH))
+
+
+@kernel(inline=True)
+def _next_block(left, across, down, more_columns, more_rows):
+    """Where the next block begins, the same one while texels are left, and 1 where it is the next triangle's.
+
+    With masks, of which all bits are 1 or all 0: of truth values LLVM would make branches here.
+    """
+    block_ends = -np.int64(left == 0)
+    row_ends = block_ends & ((more_columns - WIDE) >> 63)
+    triangle_ends = row_ends & ((more_rows - HIGH) >> 63)
+    return (across + (block_ends & WIDE)) & ~row_ends, (down + (row_ends & HIGH)) & ~triangle_ends, -triangle_ends
+
+
+@kernel(inline=True)
 def _write_depth(first, end, best, triangle, depth):
     """What a band ends with: z of the texels from number ``first`` to before ``end`` that see a triangle."""
     for start in range(first, end, np.uint64(PIECE)):
@@ -85,7 +114,7 @@ def first_hits_by_tries(columns, rows, near, far, corners, nearest, order, membe
         Where rays begin and end.
     corners, nearest, order : (9 F,) float64, (F,) float64, (F,) int64
         Corners of the triangles, the smallest z of each, and their numbers.
-    members, ends : (n, 3) int32, (bands,) int64
+    members, ends : (n, 4) int32, (bands,) int64
         The triangles of each band of rows and the texels that each may cover (``sort_into_bands``); where bands end.
     triangle : (H * W,) int32
         Out: number of the triangle, -1 where there is none.
@@ -99,30 +128,31 @@ def first_hits_by_tries(columns, rows, near, far, corners, nearest, order, membe
     cells, weighted = BAND * width, weights.shape[0] > 0
     for band in interleaved(bands):
         wide_vectors()
-        best = np.empty(cells + _AT_ONCE)  # z of the band's texels; pieces reach beyond the last
+        # z of the band's texels. Where a block has none left, the one below its first column is looked at.
+        best = np.empty(cells + HIGH * width)
         place, at, chosen = scratch(np.int32), scratch(np.int32), scratch(np.int32)
         z_of, b_of, c_of = scratch(np.float64), scratch(np.float64), scratch(np.float64)
         top, bottom = band * BAND, min(height, (band + 1) * BAND)
         _clear(far, top * width, bottom * width, best, triangle, place, at)
         m, end, n = np.uint64(0 if band == 0 else ends[band - 1]), np.uint64(ends[band]), np.uint64(0)
-        across, down = np.int64(0), np.int64(0)  # columns and rows of triangle m that have been collected
+        # Of triangle m: columns and rows before the block that is looked at, and the bits of its texels that are left.
+        across, down, left = np.int64(0), np.int64(0), np.int64(0)
         while m < end:
-            p, first, last = np.int64(members[m, 0]), np.int64(members[m, 1]), np.int64(members[m, 2])
-            i, i1 = (first & 0xFFFF) + across, last & 0xFFFF
-            j, j1 = max(first >> 16, top) + down, min(last >> 16, bottom - 1)
+            p, (i, j, more_columns, more_rows) = members[m, 0], _block(members, m, across, down, top, bottom)
+            left = left if left != 0 else _texels(members, m, top, more_columns, more_rows)
             # A pair that does not count is overwritten by the next: no branches, which nothing could foretell.
-            cell, texel, z = np.uint64((j - top) * width + i), np.int32(i | (j << 16)), nearest[np.uint64(p)]
-            for c in range(_AT_ONCE):
-                place[n], at[n] = p, texel + np.int32(c)
-                n += np.uint64((i + np.int64(c) <= i1) & (not z > best[cell + np.uint64(c)]))
+            z = nearest[np.uint64(p)]
+            for _ in range(_AT_ONCE):
+                k = trailing_zeros(np.uint64(left | (1 << 32)))
+                column, row = i + (k & 7), j + (k >> 3)
+                cell = np.uint64((row - top) * width + column)
+                place[n], at[n] = p, np.int32(column | (row << 16))
+                n += np.uint64((left != 0) & (not z > best[cell]))
+                left &= left - 1
             prefetch(corners, np.uint64(9) * np.uint64(p))
             prefetch(corners, np.uint64(9) * np.uint64(p) + np.uint64(8))
-            # Masks, of which all bits are 1 or all 0: of truth values LLVM would make branches here.
-            row_ends = (i1 - i - np.int64(_AT_ONCE)) >> np.int64(63)
-            triangle_ends = row_ends & ((j1 - j - np.int64(1)) >> np.int64(63))
-            across = (across + np.int64(_AT_ONCE)) & ~row_ends
-            down = (down - row_ends) & ~triangle_ends
-            m -= np.uint64(triangle_ends)
+            across, down, triangle_ends = _next_block(left, across, down, more_columns, more_rows)
+            m += np.uint64(triangle_ends)
             if n <= CHUNK - _AT_ONCE and m < end:
                 continue
             for lane in range((n + np.uint64(_LANES - 1)) // np.uint64(_LANES) * np.uint64(_LANES)):

@@ -190,7 +190,7 @@ def _chunks(part: Part, number: int, count: int) -> tuple[memoryview, list[int]]
     sizes = np.empty(count, np.int64)
     out = np.empty(texels.nbytes + HEAD * count + gathered.nbytes + SLACK, np.uint8)
     size = write_chunks(
-        texels, texels.view(np.uint8), width, np.argsort(_order(part)), number, -part.guard, gathered,
-        gathered.view(np.uint8), packed, repeats, sizes, out,
+        texels, texels.view(np.uint16), width, np.argsort(_order(part)), number, -part.guard, gathered,
+        gathered.view(np.uint16), packed, repeats, sizes, out,
     )  # fmt: skip
     return out[:size].data, sizes.tolist()

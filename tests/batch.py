@@ -189,7 +189,7 @@ def scalars():
     yield "hash_angle", np.array([[spiral.hash_angle(x, y, v) for v in (0, 1)] for x, y in texels])
     yield "spiral_tap", np.array([spiral.spiral_tap(i, 99, 27, a) for i, a in enumerate(rng.uniform(0, 2, 99))])
     stored, packed = rng.integers(0, 256, 2000, np.uint8), np.empty(2000, np.uint8)
-    exr_lines.split_and_difference(stored, packed)
+    exr_lines.split_and_difference(stored.view(np.uint16), packed)
     yield "split_and_difference", packed
     packed[200:900], scratch = 128, np.empty((502, 2), np.int32)
     for far, name in ((600, "noise"), (1000, "steps")):

@@ -71,6 +71,11 @@ def composed(pieces, far):
     return data
 
 
+def test_adler32_of_more_than_64_bits_of_sums():
+    data = np.full(300_000_001, 255, np.uint8)
+    assert adler32(data) == zlib.adler32(data)
+
+
 @given(pieces=st.lists(PIECES, min_size=1, max_size=6), far=st.sampled_from([2, 4, 6, 14, 62, 64, 66, 130, 514, 2048]))
 def test_what_textures_are_made_of(pieces, far):
     check(composed(pieces, far), far)

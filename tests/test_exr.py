@@ -99,10 +99,10 @@ def test_lines_are_those_of_the_twin(pixels, data):
     words = np.empty((height - first) * width * channels, np.uint32)
     packed = np.empty(4 * words.size, np.uint8)
     exr_lines.gather_lines(pixels[first:].reshape(-1), width, np.argsort(order), words)
-    bytes_of_words = words.astype("<u4").view(np.uint8)
-    exr_lines.split_and_difference(bytes_of_words, packed)
+    halves = words.astype("<u4").view("<u2")
+    exr_lines.split_and_difference(halves, packed)
     stored = exr_twin.lines_as_stored(pixels.tolist(), order, first, height - first)
-    assert bytes_of_words.tobytes() == stored
+    assert halves.tobytes() == stored
     assert packed.tobytes() == exr_twin.before_deflate(stored)
 
 

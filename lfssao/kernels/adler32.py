@@ -7,6 +7,7 @@ from lfssao.kernels.jit import kernel
 
 _PRIME = 65521
 _COLUMNS, _ROWS = 64, 16  # so few rows that their sums of sums fit 16 bits
+_REDUCED = 1 << 22  # bytes after which sums are reduced: those of sums stay below 2^54
 
 
 @kernel
@@ -33,8 +34,11 @@ def adler32(data):
             columns = np.uint32(columns + np.uint32(np.uint32(i) * np.uint32(sums[i])))
         high += _COLUMNS * (_ROWS * low + np.int64(rows)) - np.int64(columns)
         low += np.int64(total)
-        low %= _PRIME
-        high %= _PRIME
+        if place % _REDUCED == 0:  # seldom, as a division takes as long as a row
+            low %= _PRIME
+            high %= _PRIME
+    low %= _PRIME
+    high %= _PRIME
     while place < data.size:
         low += np.int64(data[place])
         high += low

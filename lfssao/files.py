@@ -44,21 +44,6 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
             part.unlink(missing_ok=True)
 
 
-def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file, as ``write_whole`` does.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
-
-    def write(part: Path) -> None:
-        part.write_bytes(data)
-
-    write_whole(path, write)
-
-
 def write_text(path: Path, text: str) -> None:
     """Write a UTF-8 file, as ``write_whole`` does.
 
@@ -67,7 +52,11 @@ def write_text(path: Path, text: str) -> None:
     InputError
         If it cannot be written.
     """
-    write_bytes(path, text.encode())
+
+    def write(part: Path) -> None:
+        part.write_text(text, encoding="utf-8")
+
+    write_whole(path, write)
 
 
 def _part_prefix(stem: str) -> str:

@@ -8,14 +8,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
 from lfssao.estimators.registry import find_estimator
-from lfssao.files import remove_leftovers, write_bytes, write_text
+from lfssao.files import remove_leftovers, write_text, write_whole
 from lfssao.manifest import FORMAT, manifest_text
-from lfssao.png import png
 from lfssao.sums import sum_in_order
 from lfssao.view_file import Result
 from lfssao.work import Item, Work
@@ -132,7 +129,8 @@ class Job:
         folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
         remove_leftovers(folder)  # of workers that were killed on the way
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        write_bytes(folder / "contact.png", png(np.asarray(sheet)))
+        # The fastest level: half the time, in which nothing else runs, for a twentieth more bytes.
+        write_whole(folder / "contact.png", lambda path: sheet.save(path, compress_level=1))
         seconds = {
             **self._seconds,
             "build_bvh": sum_in_order(result.build_seconds for result in results),

@@ -45,7 +45,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     InputError
         If a file cannot be written; files that were begun are finished first.
     """
-    together = hashed_together(ahead)
+    together = hashed_together(ahead, threads)
     groups = [items[first : first + together] for first in range(0, len(items), together)]
     if threads == 1:
         for group in groups:
@@ -63,9 +63,12 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
             yield _next(waiting)
 
 
-def hashed_together(ahead: int) -> int:
-    """How many views ``run_here`` hashes together where so many may be in memory."""
-    return max(1, min(TOGETHER, ahead // 2))
+def hashed_together(ahead: int, threads: int) -> int:
+    """How many views ``run_here`` hashes together where so many may be in memory.
+
+    With several threads the next ones are made at the same time, with one none are.
+    """
+    return max(1, min(TOGETHER, ahead if threads == 1 else ahead // 2))
 
 
 def _made(renderer: Renderer, items: Iterable[Item]) -> list[tuple[Item, Textures, float]]:

@@ -18,7 +18,6 @@ from lfssao.display import Display, Module, fit_roi
 from lfssao.exr_file import write_to
 from lfssao.kernels import rays
 from lfssao.neighbours import DepthCache
-from lfssao.png import png
 from lfssao.raycast import RayCaster
 from lfssao.rendering import Textures, render_view
 from lfssao.scene.mesh import Mesh
@@ -68,7 +67,7 @@ def rehearse(renderer: Renderer, items: Sequence[Item], together: int) -> Iterat
     yield
     write_to(io.BytesIO(), view.parts)
     row = strip(textures.image, textures.blurred, textures.shaded, _WIDTH)
-    png(np.asarray(contact_sheet([(small.views[0].name, row)])))
+    contact_sheet([(small.views[0].name, row)]).save(io.BytesIO(), "PNG")
     yield
 
 

@@ -66,11 +66,13 @@ def work_of(folder, scene=None, name="virtual", modules=1, guard=0, plan=True, r
 
 
 def kernels():
-    """All that is compiled for calls from Python, by file and name."""
+    """All that is compiled for calls from Python, by file and name; loops are compiled with what calls them."""
     for module in pkgutil.iter_modules(lfssao.kernels.__path__):
         path = f"lfssao.kernels.{module.name}"
         for name, function in vars(importlib.import_module(path)).items():
             compiled = getattr(function, "head", function)
+            if "_loop_" in name:
+                continue
             if isinstance(compiled, numba.core.dispatcher.Dispatcher) and compiled.py_func.__module__ == path:
                 yield (path, name), compiled
 

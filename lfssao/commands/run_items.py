@@ -88,7 +88,7 @@ def _runner(work: Work, items: list[Item], threads: int, scheduler: str | None) 
         renderer, ahead = Renderer(work, threads), views_at_once(work, threads + 1 + TOGETHER)
         renderer.prepare(items[0])
         yield _Runner(
-            lambda: _rehearse(renderer, items, hashed_together(ahead)),
+            lambda: _rehearse(renderer, items, hashed_together(ahead, threads)),
             lambda: run_here(renderer, items, threads, ahead),
         )
     else:

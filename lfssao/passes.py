@@ -3,7 +3,7 @@
 Every function checks its arguments, computes in their dtype, float32 or float64, and returns new arrays.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -301,7 +301,7 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     return whole
 
 
-def shade(rgb: Texture, occlusion: Texture) -> Texture:
+def shade(rgb: Texture, occlusion: Texture, window: Window | None = None) -> Texture:
     """Post pass: rgb (1 - occlusion) (LF sections 4 and 7).
 
     Parameters
@@ -310,22 +310,22 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
         Linear colour.
     occlusion : (H, W), same dtype
         0 to 1.
+    window : Window, optional
+        The part that is multiplied, 0 elsewhere; all by default.
 
     Raises
     ------
     InputError
-        If sizes or dtypes do not fit.
+        If sizes or dtypes do not fit, or the window is no part of them.
     """
     check_texture("rgb", rgb, 3)
     check_texture("occlusion", occlusion, 2)
     if rgb.shape != (*occlusion.shape, 3) or rgb.dtype != occlusion.dtype:
         raise InputError(f"rgb is {rgb.shape} of {rgb.dtype}, expected {(*occlusion.shape, 3)} of {occlusion.dtype}")
-    shaded = np.empty(rgb.shape, rgb.dtype)
-    shade_kernels.apply_occlusion(np.ascontiguousarray(rgb), np.ascontiguousarray(occlusion), shaded)
-    return shaded
+    return _shaded(shade_kernels.apply_occlusion, rgb, occlusion, window)
 
 
-def shade_white(depth: Texture, occlusion: Texture) -> Texture:
+def shade_white(depth: Texture, occlusion: Texture, window: Window | None = None) -> Texture:
     """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 beside it.
 
     Parameters
@@ -334,18 +334,28 @@ def shade_white(depth: Texture, occlusion: Texture) -> Texture:
         Image z, +infinity where there is no surface.
     occlusion : (H, W), same dtype
         0 to 1.
+    window : Window, optional
+        As of ``shade``.
 
     Raises
     ------
     InputError
-        If sizes or dtypes do not fit.
+        If sizes or dtypes do not fit, or the window is no part of them.
     """
     check_texture("depth", depth, 2)
     check_texture("occlusion", occlusion, 2)
     if depth.shape != occlusion.shape or depth.dtype != occlusion.dtype:
         raise InputError(f"depth is {depth.shape} of {depth.dtype}, expected {occlusion.shape} of {occlusion.dtype}")
-    shaded = np.empty((*depth.shape, 3), depth.dtype)
-    shade_kernels.apply_to_white(np.ascontiguousarray(depth), np.ascontiguousarray(occlusion), shaded)
+    return _shaded(shade_kernels.apply_to_white, depth, occlusion, window)
+
+
+def _shaded(kernel: Callable[..., None], image: Texture, occlusion: Texture, window: Window | None) -> Texture:
+    numbers, shape = _numbers(window, occlusion), (*occlusion.shape, 3)
+    if window is not None and occlusion.dtype == np.float32:
+        shaded = window.texture(0, shape)  # in which nothing is written twice
+    else:
+        shaded = np.zeros(shape, occlusion.dtype)
+    kernel(np.ascontiguousarray(image), np.ascontiguousarray(occlusion), numbers, shaded)
     return shaded
 
 

@@ -200,18 +200,15 @@ def render_view(
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([a.texture for a in ao], window, plan))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
+    merged, blurred = (window.paste(part, gbuffer.depth.shape) for part in (merged, blurred))
     shaded = timed("shade", lambda: _shade(gbuffer, window, blurred))
-
-    def texture(part: FloatTexture) -> FloatTexture:
-        return _cropped(view, window.paste(part, (view.height, view.width, *part.shape[2:])))
-
     return Textures(
         view=view,
         gbuffer=gbuffer,
         ao=tuple(_cropped(view, a.texture) for a in ao),
-        merged=texture(merged),
-        blurred=texture(blurred),
-        shaded=texture(shaded),
+        merged=_cropped(view, merged),
+        blurred=_cropped(view, blurred),
+        shaded=_cropped(view, shaded),
         outside=tuple(a.outside for a in ao),
         seconds=seconds,
     )
@@ -269,12 +266,10 @@ def _occlusion(
 
 
 def _shade(gbuffer: GBuffer, window: Window, blurred: FloatTexture) -> FloatTexture:
-    """The window of the shaded image; without colour none is made to be shaded."""
-    if not window.texels:
-        return np.zeros((*blurred.shape, 3), np.float32)
+    """The shaded image, black beside the window; without colour none is made to be shaded."""
     if gbuffer.color is None:
-        return passes.shade_white(window.crop(gbuffer.depth), blurred)
-    return passes.shade(window.crop(gbuffer.color), blurred)
+        return passes.shade_white(gbuffer.depth, blurred, window)
+    return passes.shade(gbuffer.color, blurred, window)
 
 
 def base_image(color: FloatTexture | None, surface: NDArray[np.bool_]) -> FloatTexture:

@@ -148,17 +148,27 @@ def test_blur_reads_the_border_texel_beyond_the_border(dtype):
     np.testing.assert_allclose(passes.blur(source, 1.0)[0], want, rtol=0, atol=8 * np.finfo(dtype).eps)
 
 
+def check_window_of_shaded(data, whole, shade):
+    """Any part, and +0 around it."""
+    left, right = sorted(data.draw(st.tuples(*[st.integers(0, whole.shape[1])] * 2)))
+    top, bottom = sorted(data.draw(st.tuples(*[st.integers(0, whole.shape[0])] * 2)))
+    want = np.zeros_like(whole)
+    want[top:bottom, left:right] = whole[top:bottom, left:right]
+    assert_same_bits(shade(Window(left, top, right, bottom)), want)
+
+
 @both
 @given(data=st.data())
 def test_shade_equals_its_twin(dtype, data):
     shape = data.draw(shapes)
     rgb, occlusion = data.draw(textures(dtype, (*shape, 3))), data.draw(textures(dtype, shape))
-    shaded = np.full_like(rgb, 9)
+    shaded, window = np.full_like(rgb, 9), Window(0, 0, shape[1], shape[0])
     if np.abs(rgb).max() > 2 and np.abs(occlusion).max() > 2:
         rgb = np.clip(rgb, -1, 1)  # the product of two huge numbers is no colour
-    shade_kernels.apply_occlusion(rgb, occlusion, shaded)
+    shade_kernels.apply_occlusion(rgb, occlusion, np.array(window), shaded)
     assert_same_bits(shaded, twins.shade(rgb, occlusion))
     assert_same_bits(passes.shade(rgb, occlusion), shaded)
+    check_window_of_shaded(data, shaded, lambda window: passes.shade(rgb, occlusion, window))
 
 
 @both
@@ -169,9 +179,10 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     depth, occlusion = np.where(seen, dtype(0.5), dtype(np.inf)), data.draw(textures(dtype, shape))
     white = np.repeat(seen[..., None], 3, axis=2).astype(dtype)
     shaded = np.full_like(white, 9)
-    shade_kernels.apply_to_white(depth, occlusion, shaded)
+    shade_kernels.apply_to_white(depth, occlusion, np.array((0, 0, shape[1], shape[0])), shaded)
     assert_same_bits(shaded, twins.shade(white, occlusion))
     assert_same_bits(passes.shade_white(depth, occlusion), shaded)
+    check_window_of_shaded(data, shaded, lambda window: passes.shade_white(depth, occlusion, window))
 
 
 @both
@@ -193,6 +204,8 @@ def test_the_passes_refuse_what_does_not_fit():
     for window in (Window(0, 0, 4, 2), Window(-1, 0, 3, 2), Window(2, 0, 1, 2)):
         with pytest.raises(InputError, match="not a part of 3x2 texels"):
             passes.merge([texture], window)
+        with pytest.raises(InputError, match="not a part of 3x2 texels"):
+            passes.shade(np.zeros((2, 3, 3)), texture, window)
     for depth, occlusion in ((texture[0], texture[0]), (texture, texture[:1]), tuple(mixed)):
         with pytest.raises(InputError):
             passes.shade_white(depth, occlusion)

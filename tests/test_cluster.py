@@ -245,8 +245,16 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead, 
     assert max(most) in expected
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize(("ahead", "expected"), [(1, [1] * 7), (3, [1] * 7), (5, [2, 2, 2, 1]), (20, [3, 3, 1])])
+@pytest.mark.parametrize(
+    ("threads", "ahead", "expected"),
+    [
+        *[
+            (1, ahead, expected)
+            for ahead, expected in ((1, [1] * 7), (2, [2, 2, 2, 1]), (3, [3, 3, 1]), (20, [3, 3, 1]))
+        ],
+        *[(2, ahead, expected) for ahead, expected in ((1, [1] * 7), (3, [1] * 7), (5, [2, 2, 2, 1]), (20, [3, 3, 1]))],
+    ],
+)
 def test_textures_of_some_views_are_hashed_together(tmp_path, untouched, threads, ahead, expected):
     found, work = [], work_in(tmp_path, 7)
     untouched.setattr(

@@ -195,6 +195,16 @@ def _as_utf8(data: bytes) -> bytes:
     return data
 
 
+def _check_stl(path: Path, data: bytes) -> int:
+    """Refuse a binary file of another size than the triangles that it declares take; nothing is known of text."""
+    count, size = int.from_bytes(data[80:84], "little"), len(data)
+    if size < 84 or data.lstrip()[:5].lower() == b"solid":
+        return 0
+    if size != 84 + 50 * count:
+        raise InputError(f"{path}: it declares {count} faces, which take {84 + 50 * count} bytes, but has {size}")
+    return count
+
+
 def _check_obj(path: Path, data: bytes) -> int:
     """Refuse vertex numbers that trimesh would take for others; an OBJ declares no number of faces."""
     if found := re.search(rb"^f[ \t][^\n]*?(?<=[ \t])[+-]?0+(?=[/\s]|\Z)", data, re.MULTILINE):
@@ -237,7 +247,7 @@ def _check_off(path: Path, data: bytes) -> int:
     return faces
 
 
-_CHECKS = {".obj": _check_obj, ".ply": _check_ply, ".off": _check_off}
+_CHECKS = {".obj": _check_obj, ".ply": _check_ply, ".off": _check_off, ".stl": _check_stl}
 
 
 def _read_image(path: Path) -> NDArray[np.uint8]:

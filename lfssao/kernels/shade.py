@@ -14,10 +14,11 @@ def apply_occlusion(rgb, occlusion, window, shaded):
     """
     one, left, top, right = occlusion.dtype.type(1), window[0], window[1], window[2]
     for j in prange(window[3] - top):
-        for i in range(left, right):
-            visibility = one - occlusion[top + j, i]
+        image, hidden, row = rgb[top + j, left:right], occlusion[top + j, left:right], shaded[top + j, left:right]
+        for i in range(hidden.shape[0]):
+            visibility = one - hidden[i]
             for c in range(3):
-                shaded[top + j, i, c] = rgb[top + j, i, c] * visibility
+                row[i, c] = image[i, c] * visibility
 
 
 @kernel(parallel=True)
@@ -25,8 +26,9 @@ def apply_to_white(depth, occlusion, window, shaded):
     """The same of an image that is white where there is a surface, depth < infinity, and black elsewhere."""
     zero, one, left, top, right = occlusion.dtype.type(0), occlusion.dtype.type(1), window[0], window[1], window[2]
     for j in prange(window[3] - top):
-        for i in range(left, right):
-            white = one if depth[top + j, i] < np.inf else zero
-            value = white * (one - occlusion[top + j, i])
+        far, hidden, row = depth[top + j, left:right], occlusion[top + j, left:right], shaded[top + j, left:right]
+        for i in range(hidden.shape[0]):
+            white = one if far[i] < np.inf else zero
+            value = white * (one - hidden[i])
             for c in range(3):
-                shaded[top + j, i, c] = value
+                row[i, c] = value

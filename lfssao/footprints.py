@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.kernels import footprints
+from lfssao.kernels.coverage import UNITS
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.kernels.tries import first_hits_by_tries
 from lfssao.tree import TriangleTree
@@ -187,9 +188,9 @@ def image_axes(view: View, window: Window, scale_x: float, scale_y: float) -> li
         u, v = (alpha, beta, 0.0, lens[0], lens[2]), (alpha, beta, 0.0, -lens[1], lens[3])
     axes = []
     for (alpha, beta, c, a, b), first, scale in ((u, window.left, scale_x), (v, window.top, scale_y)):
-        limit = min(largest, 0.25 / (_ROUNDING * scale * abs(a) * footprints.UNITS))
+        limit = min(largest, 0.25 / (_ROUNDING * scale * abs(a) * UNITS))
         if not abs(a * c) + abs(b) + first < _LARGEST_OFFSET:
             limit = 0.0
         offset = ((a * c + b) - first) - 0.5
-        axes.append(np.array([alpha, beta, c, a * footprints.UNITS, offset * footprints.UNITS, limit]))
+        axes.append(np.array([alpha, beta, c, a * UNITS, offset * UNITS, limit]))
     return axes

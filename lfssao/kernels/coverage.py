@@ -27,11 +27,13 @@ from lfssao.kernels.jit import kernel
 ANYWHERE = np.int32(-(2**31))  # the place along columns of a corner that may appear anywhere
 ALL = -1  # of a triangle that reaches over more: any texel
 
+UNITS = 1024  # of places to a texel, 2**10
+
 # With which edge functions fit 32 bits: units between two corners, and delta.
-_WIDEST, _HIGHEST = np.int32((WIDE + 1) * 1024), np.int32((HIGH + 1) * 1024)
+_WIDEST, _HIGHEST = np.int32((WIDE + 1) * UNITS), np.int32((HIGH + 1) * UNITS)
 _LARGEST_DELTA = np.float32(0.0625)
 
-_UNITS = np.int32(1024)
+_UNITS = np.int32(UNITS)
 _COLUMN = np.int32(0x01010101)  # the bits of a block's first column
 
 

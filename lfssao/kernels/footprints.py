@@ -29,12 +29,11 @@ result.
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.coverage import ANYWHERE, covered_texels
+from lfssao.kernels.coverage import ANYWHERE, UNITS, covered_texels
 from lfssao.kernels.intrinsics import CHUNK, scratch
 from lfssao.kernels.jit import kernel, wide_vectors
 from lfssao.kernels.rays import texel_ray
 
-UNITS = 1024  # whole numbers to a texel, 2**10
 BAND = 16  # rows
 LARGEST = 2**15 - 1  # columns or rows of a texture: a column and a row are two halves of an int32
 

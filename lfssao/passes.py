@@ -99,7 +99,7 @@ def algorithm1(
     if bounds is not None and (found := occlusion_in_tiles(depth, back, offsets, MATRIX, forth, bounds)) is not None:
         return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm1(depth, offsets, back, forth, every_texel, _numbers(window, depth), occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, forth, every_texel, window_numbers(window, depth), occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
 
@@ -155,7 +155,7 @@ def algorithm2(
             return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     ssao.algorithm2(
-        depth, positions, offsets, world_to_image.kind, numbers, every_texel, _numbers(window, depth), occlusion,
+        depth, positions, offsets, world_to_image.kind, numbers, every_texel, window_numbers(window, depth), occlusion,
         outside,
     )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
@@ -223,7 +223,7 @@ def merge(layers: list[Texture] | Texture, window: Window | None = None) -> Text
     layers : (K, H, W), or a list of K textures (H, W)
         Occlusion, one texture a radius, K >= 1.
     window : Window, optional
-        The part that is merged and returned; all by default.
+        The part that is merged, 0 elsewhere; all by default.
 
     Raises
     ------
@@ -236,20 +236,13 @@ def merge(layers: list[Texture] | Texture, window: Window | None = None) -> Text
         check_texture(f"layer {number}", layer, 2)
         if layer.dtype != layers[0].dtype:
             raise InputError(f"layer {number} is of {layer.dtype}, layer 0 of {layers[0].dtype}")
-    left, top, right, bottom = _numbers(window, layers[0]).tolist()
-    merged = _merge_some([np.ascontiguousarray(a) for a in layers[: merge_kernels.AT_ONCE]], top, left, bottom, right)
-    more = [np.ascontiguousarray(layer[top:bottom, left:right]) for layer in layers[merge_kernels.AT_ONCE :]]
+    numbers, more = window_numbers(window, layers[0]), [np.ascontiguousarray(layer) for layer in layers]
+    merged = _zero_beside(window, layers[0].shape, layers[0].dtype)
     while more:
-        some, more = [merged, *more[: merge_kernels.AT_ONCE - 1]], more[merge_kernels.AT_ONCE - 1 :]
-        merged = _merge_some(some, 0, 0, *merged.shape)
-    return merged
-
-
-def _merge_some(layers: list[Texture], top: int, left: int, bottom: int, right: int) -> Texture:
-    """Part of the maximum of at most AT_ONCE textures."""
-    again = [layers[-1]] * (merge_kernels.AT_ONCE - len(layers))  # which changes nothing
-    merged = np.empty((bottom - top, right - left), layers[0].dtype)
-    merge_kernels.merge_maximum(*layers, *again, top, left, merged)
+        some, more = more[: merge_kernels.AT_ONCE], more[merge_kernels.AT_ONCE :]
+        again = [some[-1]] * (merge_kernels.AT_ONCE - len(some))  # which changes nothing
+        merge_kernels.merge_maximum(*some, *again, numbers, merged)
+        more = [merged, *more] if more else []
     return merged
 
 
@@ -275,7 +268,7 @@ def blur_reach(sigma: float) -> int:
     return ceil(3 * sigma)
 
 
-def blur(occlusion: Texture, sigma: float) -> Texture:
+def blur(occlusion: Texture, sigma: float, window: Window | None = None) -> Texture:
     """Gaussian blur in two passes, horizontal then vertical (LF section 7, passes 4 and 5).
 
     Parameters
@@ -284,21 +277,25 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
         What to blur. Texels beyond the border have the border's value.
     sigma : float
         Standard deviation, texels; the kernel reaches ceil(3 sigma) texels to each side. 0 returns a copy.
+    window : Window, optional
+        The part that is blurred, as if there were nothing else, 0 elsewhere; all by default.
 
     Raises
     ------
     InputError
-        If the texture is not one, or sigma is negative or not finite.
+        If the texture is not one, sigma is negative or not finite, or the window is no part of the texture.
     """
     check_texture("occlusion", occlusion, 2)
-    weights = gaussian_kernel(sigma).astype(occlusion.dtype)
-    source = np.ascontiguousarray(occlusion)
+    weights, numbers = gaussian_kernel(sigma).astype(occlusion.dtype), window_numbers(window, occlusion)
+    left, top, right, bottom = numbers.tolist()
+    source, blurred = np.ascontiguousarray(occlusion), _zero_beside(window, occlusion.shape, occlusion.dtype)
     if len(weights) == 1:
-        return source.copy()
-    half, whole = np.empty_like(source), np.empty_like(source)
-    blur_kernels.blur_horizontal(source, weights, half)
-    blur_kernels.blur_vertical(half, weights, whole)
-    return whole
+        blurred[top:bottom, left:right] = source[top:bottom, left:right]
+    elif left < right and top < bottom:
+        half = np.empty((bottom - top, right - left), source.dtype)
+        blur_kernels.blur_horizontal(source, weights, numbers, half)
+        blur_kernels.blur_vertical(half, weights, numbers, blurred)
+    return blurred
 
 
 def shade(rgb: Texture, occlusion: Texture, window: Window | None = None) -> Texture:
@@ -350,13 +347,17 @@ def shade_white(depth: Texture, occlusion: Texture, window: Window | None = None
 
 
 def _shaded(kernel: Callable[..., None], image: Texture, occlusion: Texture, window: Window | None) -> Texture:
-    numbers, shape = _numbers(window, occlusion), (*occlusion.shape, 3)
-    if window is not None and occlusion.dtype == np.float32:
-        shaded = window.texture(0, shape)  # in which nothing is written twice
-    else:
-        shaded = np.zeros(shape, occlusion.dtype)
+    numbers = window_numbers(window, occlusion)
+    shaded = _zero_beside(window, (*occlusion.shape, 3), occlusion.dtype)
     kernel(np.ascontiguousarray(image), np.ascontiguousarray(occlusion), numbers, shaded)
     return shaded
+
+
+def _zero_beside(window: Window | None, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Texture:
+    """A texture that is 0 beside a window, all by default, and anything inside, so that nothing is written twice."""
+    if window is None:
+        return np.empty(shape, dtype)
+    return window.texture(0, shape) if dtype == np.float32 else np.zeros(shape, dtype)
 
 
 def check_radius(radius: float) -> None:
@@ -372,8 +373,14 @@ def _check_positions(depth: Texture, positions: Texture) -> None:
         )
 
 
-def _numbers(window: Window | None, texture: Texture) -> NDArray[np.int64]:
-    """A window of a texture as kernels take it."""
+def window_numbers(window: Window | None, texture: Texture) -> NDArray[np.int64]:
+    """A window of a texture as kernels take it, (4,) int64; all of the texture by default.
+
+    Raises
+    ------
+    InputError
+        If the window is no part of the texture.
+    """
     height, width = texture.shape
     left, top, right, bottom = window or (0, 0, width, height)
     if not (0 <= left <= right <= width and 0 <= top <= bottom <= height):

@@ -199,8 +199,7 @@ def render_view(
     )  # fmt: skip
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([a.texture for a in ao], window, plan))
-    blurred = timed("blur", lambda: passes.blur(merged, settings.blur) if window.texels else merged)
-    merged, blurred = (window.paste(part, gbuffer.depth.shape) for part in (merged, blurred))
+    blurred = timed("blur", lambda: passes.blur(merged, settings.blur, window) if window.texels else merged)
     shaded = timed("shade", lambda: _shade(gbuffer, window, blurred))
     return Textures(
         view=view,
@@ -248,9 +247,9 @@ def _everywhere(depth: FloatTexture, behind: int, samples: int) -> FloatTexture:
 
 
 def _merge(layers: list[FloatTexture], window: Window, plan: ViewPlan) -> FloatTexture:
-    """The window of the merged texture."""
+    """The merged texture, which beside the window is +0 as all that are merged."""
     if plan.cut and (len(set(plan.same_as)) == 1 or not window.texels):
-        return window.crop(layers[0])
+        return layers[0]
     return passes.merge(layers, window)
 
 

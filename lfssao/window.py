@@ -81,14 +81,6 @@ class Window(NamedTuple):
         )  # fmt: skip
         return texture
 
-    def paste(self, part: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-        """A texture that is ``part`` in the window and 0 elsewhere; ``part`` itself if there is no else."""
-        if part.shape == shape:
-            return part
-        texture = self.texture(0, shape, part.dtype)
-        texture[self.top : self.bottom, self.left : self.right] = part
-        return texture
-
 
 def cast_box(cast_from_world: Matrix, bounds: NDArray[np.float64]) -> NDArray[np.float64]:
     """The box in cast space around a box of the world, (2, 3) float64 both.

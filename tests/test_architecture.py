@@ -253,8 +253,8 @@ def test_kernels_compile_without_a_cache_where_none_can_be_written(monkeypatch):
     monkeypatch.setattr(numba, "njit", no_folder)
     single, several = jit.kernel(ball.algorithm3.py_func), jit.kernel(parallel=True)(merge.merge_maximum.py_func)
     assert single(0.0, 0.5) == (0, 1, 0)
-    merged = np.zeros((1, 2))
-    several(*np.array([[[1.0, 2.0]], [[3.0, 0.0]], [[0.0, 1.0]], [[2.0, 2.0]], [[1.0, 5.0]]]), 0, 0, merged)
+    layers, merged = np.array([[[1.0, 2.0]], [[3.0, 0.0]], [[0.0, 1.0]], [[2.0, 2.0]], [[1.0, 5.0]]]), np.zeros((1, 2))
+    several(*layers, np.array([0, 0, 2, 1]), merged)
     assert merged.tolist() == [[3, 5]]
     for kernel in (single, *several.loops):
         assert not kernel.stats.cache_path

@@ -47,6 +47,21 @@ def textures(draw, dtype, shape=None):
     return texture
 
 
+@st.composite
+def windows(draw, shape):
+    """Any part of a texture, empty ones among them."""
+    left, right = sorted(draw(st.tuples(*[st.integers(0, shape[1])] * 2)))
+    top, bottom = sorted(draw(st.tuples(*[st.integers(0, shape[0])] * 2)))
+    return Window(left, top, right, bottom)
+
+
+def alone(window, whole):
+    """A texture's window, and +0 around it."""
+    texture = np.zeros_like(whole)
+    window.part(texture)[:] = window.part(whole)
+    return texture
+
+
 @both
 @given(data=st.data())
 def test_merge_equals_its_twin(dtype, data):
@@ -58,10 +73,8 @@ def test_merge_equals_its_twin(dtype, data):
     assert_same_bits(layers, kept)
     np.testing.assert_array_equal(merged, layers.max(axis=0))
     np.testing.assert_array_equal(passes.merge(layers[::-1]), merged)
-    left, right = sorted(data.draw(st.tuples(*[st.integers(0, shape[1])] * 2)))
-    top, bottom = sorted(data.draw(st.tuples(*[st.integers(0, shape[0])] * 2)))
-    part = passes.merge(list(layers), Window(left, top, right, bottom))
-    assert_same_bits(part, merged[top:bottom, left:right])
+    window = data.draw(windows(shape))
+    assert_same_bits(passes.merge(list(layers), window), alone(window, merged))
 
 
 @given(st.floats(5e-324, 1e308), st.integers(0, 20))
@@ -95,11 +108,17 @@ def test_blur_equals_its_twin(dtype, data):
     weights = passes.gaussian_kernel(sigma).astype(dtype)
     assert_same_bits(weights, twins.gaussian_weights(sigma, len(weights) // 2).astype(dtype))
     half, whole = np.full_like(source, 9), np.full_like(source, 9)
-    blur_kernels.blur_horizontal(source, weights, half)
+    everything = np.array((0, 0, *source.shape[::-1]))
+    blur_kernels.blur_horizontal(source, weights, everything, half)
     assert_same_bits(half, twins.blur_horizontal(source, weights))
-    blur_kernels.blur_vertical(half, weights, whole)
+    blur_kernels.blur_vertical(half, weights, everything, whole)
     assert_same_bits(whole, twins.blur_vertical(half, weights))
     assert_same_bits(passes.blur(source, sigma), whole)
+    window, blurred = data.draw(windows(source.shape)), np.zeros_like(source)
+    if window.texels:
+        part = np.ascontiguousarray(window.part(source))
+        window.part(blurred)[:] = twins.blur_vertical(twins.blur_horizontal(part, weights), weights)
+    assert_same_bits(passes.blur(source, sigma, window), blurred)
 
 
 @both
@@ -126,6 +145,8 @@ def test_blur_without_sigma_copies(dtype):
     copy = passes.blur(source, 0)
     assert_same_bits(copy, source)
     assert not np.shares_memory(copy, source)
+    corner = Window(1, 0, 2, 1)
+    assert_same_bits(passes.blur(source, 0, corner), alone(corner, source))
 
 
 @both
@@ -148,15 +169,6 @@ def test_blur_reads_the_border_texel_beyond_the_border(dtype):
     np.testing.assert_allclose(passes.blur(source, 1.0)[0], want, rtol=0, atol=8 * np.finfo(dtype).eps)
 
 
-def check_window_of_shaded(data, whole, shade):
-    """Any part, and +0 around it."""
-    left, right = sorted(data.draw(st.tuples(*[st.integers(0, whole.shape[1])] * 2)))
-    top, bottom = sorted(data.draw(st.tuples(*[st.integers(0, whole.shape[0])] * 2)))
-    want = np.zeros_like(whole)
-    want[top:bottom, left:right] = whole[top:bottom, left:right]
-    assert_same_bits(shade(Window(left, top, right, bottom)), want)
-
-
 @both
 @given(data=st.data())
 def test_shade_equals_its_twin(dtype, data):
@@ -168,7 +180,8 @@ def test_shade_equals_its_twin(dtype, data):
     shade_kernels.apply_occlusion(rgb, occlusion, np.array(window), shaded)
     assert_same_bits(shaded, twins.shade(rgb, occlusion))
     assert_same_bits(passes.shade(rgb, occlusion), shaded)
-    check_window_of_shaded(data, shaded, lambda window: passes.shade(rgb, occlusion, window))
+    window = data.draw(windows(shape))
+    assert_same_bits(passes.shade(rgb, occlusion, window), alone(window, shaded))
 
 
 @both
@@ -182,7 +195,8 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     shade_kernels.apply_to_white(depth, occlusion, np.array((0, 0, shape[1], shape[0])), shaded)
     assert_same_bits(shaded, twins.shade(white, occlusion))
     assert_same_bits(passes.shade_white(depth, occlusion), shaded)
-    check_window_of_shaded(data, shaded, lambda window: passes.shade_white(depth, occlusion, window))
+    window = data.draw(windows(shape))
+    assert_same_bits(passes.shade_white(depth, occlusion, window), alone(window, shaded))
 
 
 @both
@@ -204,6 +218,8 @@ def test_the_passes_refuse_what_does_not_fit():
     for window in (Window(0, 0, 4, 2), Window(-1, 0, 3, 2), Window(2, 0, 1, 2)):
         with pytest.raises(InputError, match="not a part of 3x2 texels"):
             passes.merge([texture], window)
+        with pytest.raises(InputError, match="not a part of 3x2 texels"):
+            passes.blur(texture, 1.0, window)
         with pytest.raises(InputError, match="not a part of 3x2 texels"):
             passes.shade(np.zeros((2, 3, 3)), texture, window)
     for depth, occlusion in ((texture[0], texture[0]), (texture, texture[:1]), tuple(mixed)):

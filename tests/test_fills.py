@@ -40,7 +40,3 @@ def test_textures_of_a_window_have_their_background_around_it(background, dtype,
         window.part(around)[:] = False
         bits = np.array(background, dtype).view(np.uint32)
         assert (texture.view(np.uint32)[around] == bits).all()
-        part = np.full((window.height, window.width, *channels), 3, dtype)
-        pasted = window.paste(part, texture.shape)
-        assert (window.part(pasted) == 3).all()
-        assert not pasted.view(np.uint32)[around].any()

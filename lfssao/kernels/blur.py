@@ -23,35 +23,40 @@ def gaussian_weights(sigma, radius, weights):
 
 
 @kernel(parallel=True)
-def blur_horizontal(source, weights, target):
-    """Pass 4: target[j, i] = sum over taps k, first to last, of weights[k] source[j, i + k - radius].
+def blur_horizontal(source, weights, window, half):
+    """Pass 4: half[j, i] = sum over taps k, first to last, of weights[k] source[top + j, left + i + k - radius].
 
-    A tap beyond the border reads the border's texel. source, target: (H, W); weights: (2 radius + 1,), same dtype.
+    A tap beyond the window reads the texel on its border. source: (H, W); weights: (2 radius + 1,), same dtype; window:
+    (4,) int64, left, top, right, bottom; half: (bottom - top, right - left), out. Lines of the window's length rarely
+    lie a power of 2 apart, where those that pass 5 reads together would push each other out of the cache.
     """
-    height, width = source.shape
-    taps = weights.shape[0]
+    height, width = half.shape
+    taps, left, top = weights.shape[0], window[0], window[1]
     radius = taps // 2
     for j in prange(height):
-        row = np.empty(width + 2 * radius, source.dtype)
-        for i in range(row.shape[0]):
-            row[i] = source[j, min(max(i - radius, 0), width - 1)]
+        row, line = np.empty(width + 2 * radius, source.dtype), source[top + j, left : left + width]
+        for i in range(radius):
+            row[i], row[radius + width + i] = line[0], line[width - 1]
         for i in range(width):
-            target[j, i] = 0
+            row[radius + i] = line[i]
+        for i in range(width):
+            half[j, i] = 0
         for k in range(taps):  # taps outside, texels inside: each texel adds in order, and texels make vectors
             for i in range(width):
-                target[j, i] += weights[k] * row[i + k]
+                half[j, i] += weights[k] * row[i + k]
 
 
 @kernel(parallel=True)
-def blur_vertical(source, weights, target):
-    """Pass 5: as blur_horizontal, down the columns."""
-    height, width = source.shape
-    taps = weights.shape[0]
+def blur_vertical(half, weights, window, target):
+    """Pass 5: the same down the columns, into the window of target, (H, W), which is left alone elsewhere."""
+    height, width = half.shape
+    taps, left, top = weights.shape[0], window[0], window[1]
     radius = taps // 2
     for j in prange(height):
+        row = target[top + j, left : left + width]
         for i in range(width):
-            target[j, i] = 0
+            row[i] = 0
         for k in range(taps):
-            line = min(max(j + k - radius, 0), height - 1)
+            line = half[min(max(j + k - radius, 0), height - 1)]
             for i in range(width):
-                target[j, i] += weights[k] * source[line, i]
+                row[i] += weights[k] * line[i]

@@ -14,18 +14,18 @@ def _larger(value, most):
 
 
 @kernel(parallel=True)
-def merge_maximum(first, second, third, fourth, fifth, top, left, merged):
-    """Maximum of five textures, (H, W) all, from row ``top`` and column ``left`` on; merged: what is wanted of it, out.
+def merge_maximum(first, second, third, fourth, fifth, window, merged):
+    """Maximum of five textures in a window, (4,) int64: left, top, right, bottom; elsewhere merged is left alone.
 
-    A NaN behind the first is never the larger. Each texture is read where it is: to put them behind each other, or
-    only their parts, takes twice as long as to compare them.
+    All are (H, W). A NaN behind the first is never the larger. Each texture is read where it is: to put them behind
+    each other, or only their parts, takes twice as long as to compare them.
     """
-    for j in prange(merged.shape[0]):
+    left, top, right = window[0], window[1], window[2]
+    for j in prange(window[3] - top):
         wide_vectors()
-        width = merged.shape[1]
-        a, b, c = first[top + j, left:], second[top + j, left:], third[top + j, left:]
-        d, e, most = fourth[top + j, left:], fifth[top + j, left:], merged[j]
-        for i in range(width):
+        a, b, c = first[top + j, left:right], second[top + j, left:right], third[top + j, left:right]
+        d, e, most = fourth[top + j, left:right], fifth[top + j, left:right], merged[top + j, left:right]
+        for i in range(most.shape[0]):
             most[i] = _larger(e[i], _larger(d[i], _larger(c[i], _larger(b[i], a[i]))))
 
 

@@ -21,7 +21,7 @@ from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View, check_positions
 from lfssao.view_plan import ViewPlan
-from lfssao.window import Window
+from lfssao.window import Window, surface_window
 
 # LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
@@ -129,6 +129,11 @@ class Textures:
         The colour texture (white on the surface where the mesh has no colour) with AO.
     outside : tuple of int
         Samples of each radius that fell outside the texture or the mapping's domain.
+    surface_texels : int
+        Texels of the depth texture that see a surface.
+    windows : dict or None
+        Where the plan had rays cast ("cast"), what sees a surface ("surface"), and where merge, blur and shading ran
+        ("blurred"); None where the plan left out nothing.
     seconds : dict
         Wall time of each pass; the first call of a kernel after an install includes compiling it.
     """
@@ -140,6 +145,8 @@ class Textures:
     blurred: FloatTexture
     shaded: FloatTexture
     outside: tuple[int, ...]
+    surface_texels: int
+    windows: dict[str, Window] | None
     seconds: dict[str, float]
 
     @cached_property
@@ -190,12 +197,13 @@ def render_view(
 
     plan = plan or ViewPlan.of(view, caster.bounds, settings)
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals, plan.window))
-    surface = plan.surface(gbuffer.depth)
+    seen, texels = surface_window(gbuffer.depth)
+    surface = seen if plan.cut else plan.whole
     # Behind the AO everything is +0 outside of this window.
     window = plan.reached(surface, passes.blur_reach(settings.blur))
     buffers = replace(
         Buffers.of(gbuffer, view), every_texel=plan.every_texel, window=surface if plan.cut else None,
-        in_tiles=plan.asks_tiles(view, gbuffer.depth, settings),
+        in_tiles=plan.asks_tiles(view, texels, settings),
     )  # fmt: skip
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([a.texture for a in ao], window, plan))
@@ -209,6 +217,8 @@ def render_view(
         blurred=_cropped(view, blurred),
         shaded=_cropped(view, shaded),
         outside=tuple(a.outside for a in ao),
+        surface_texels=texels,
+        windows={"cast": plan.window, "surface": surface, "blurred": window} if plan.cut else None,
         seconds=seconds,
     )
 

@@ -18,9 +18,8 @@ from lfssao.errors import InputError
 from lfssao.exr import read_exr, write_exr
 from lfssao.exr_file import Part
 from lfssao.manifest import describe_view
-from lfssao.passes import blur_reach
 from lfssao.rendering import Settings, Textures, base_image
-from lfssao.view_plan import ViewPlan
+from lfssao.window import Window
 from lfssao.work import Item, Work
 
 if TYPE_CHECKING:
@@ -78,9 +77,11 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
     """
     gbuffer, guard = textures.gbuffer, textures.view.guard
+    depth_kind, windows = textures.view.depth_kind, textures.windows and _described(textures.windows)
+    told = {"depth": depth_kind, "surface_texels": textures.surface_texels, "left_out": json.dumps(windows)}
     parts = [
-        Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": textures.view.depth_kind}),
-        Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": textures.view.depth_kind}, guard),
+        Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": depth_kind}),
+        Part("depth", ("Z",), gbuffer.depth[..., None], told, guard),
         Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}, guard),
     ]
     if gbuffer.color is not None:
@@ -94,6 +95,11 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     parts.append(_occlusion_part("merged", textures.merged, {}))
     parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
     return parts
+
+
+def _described(windows: Mapping[str, Window]) -> dict[str, list[int] | None]:
+    """Left, top, right and bottom of what the plan left of the texture for each pass; None for nothing."""
+    return {name: list(window) if window.texels else None for name, window in windows.items()}
 
 
 def _occlusion_part(name: str, texture: Any, attributes: dict[str, float | str]) -> Part:
@@ -159,6 +165,7 @@ def recover_view(work: Work, item: Item) -> Result | None:
         made_from = json.loads(parts[0].attributes["made_from"])
         parts = [_in_order(part) for part in parts]
         attributes = [part.attributes["sha256"] for part in parts]
+        _told(work, parts)
     except (InputError, KeyError, ValueError, IndexError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = work.identity(item)
@@ -200,34 +207,28 @@ def _inside(part: Part) -> Any:
     return part.pixels[part.guard : height - part.guard, part.guard : width - part.guard]
 
 
-def _entry(work: Work, item: Item, parts: Iterable[Part], seconds: dict[str, float]) -> dict[str, Any]:
+def _entry(work: Work, item: Item, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
     """What the manifest says of a view: from its parts alone, so that a file taken up again says the same."""
     view, path = work.views[item.view], work.path(item)
-    by_name = {part.name: part for part in parts}
-    radii = range(1, len(work.settings.radii) + 1)
     return {
         "name": view.name,
         "file": path.name,
         "bytes": path.stat().st_size,
         "view": describe_view(view),
-        "surface_texels": int(np.count_nonzero(np.isfinite(by_name["depth"].pixels))),
-        "left_out": _left_out(work, item, by_name["depth"]),
-        "samples_outside": [int(by_name[f"ao_{k}"].attributes["outside"]) for k in radii],
+        **_told(work, parts),
         "seconds": seconds,
-        "textures": {part.name: _describe_part(part) for part in by_name.values()},
+        "textures": {part.name: _describe_part(part) for part in parts},
     }
 
 
-def _left_out(work: Work, item: Item, depth: Part) -> dict[str, Any] | None:
-    """What came of the view's plan: its windows (left, top, right, bottom; None for none); None without a plan."""
-    if not work.plan:
-        return None
-    view = work.views[item.view]
-    plan = ViewPlan.of(view, work.boxes[item.frame], work.settings)
-    surface = plan.surface(depth.pixels[..., 0])
-    run = plan.reached(surface, blur_reach(work.settings.blur))
-    windows = {"cast": plan.window, "surface": surface, "blurred": run}
-    return {name: list(window) if window.texels else None for name, window in windows.items()}
+def _told(work: Work, parts: Sequence[Part]) -> dict[str, Any]:
+    """What the parts' metadata say of the passes."""
+    of = {part.name: part.attributes for part in parts}
+    return {
+        "surface_texels": of["depth"]["surface_texels"],
+        "left_out": json.loads(of["depth"]["left_out"]),
+        "samples_outside": [int(of[f"ao_{k + 1}"]["outside"]) for k in range(len(work.settings.radii))],
+    }
 
 
 def _describe_part(part: Part) -> dict[str, Any]:

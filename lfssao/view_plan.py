@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from lfssao.small_balls import DecidedRadii, decided_radii
 from lfssao.tiles import LEAST_SAMPLES, worth_asking
 from lfssao.view import View
-from lfssao.window import Window, cast_box, seen_window, surface_window
+from lfssao.window import Window, cast_box, seen_window
 
 if TYPE_CHECKING:
     from lfssao.rendering import Settings
@@ -117,44 +117,28 @@ class ViewPlan:
         whole, count = Window.whole(view), len(settings.radii)
         return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False, every_texel=True)
 
-    def surface(self, depth: NDArray[np.float32]) -> Window:
-        """The window that the passes behind the ray caster run on, before the blur's reach; empty for no surface.
-
-        Parameters
-        ----------
-        depth : (H, W) float32
-            Image z, +infinity where there is no surface.
-        """
-        if not self.cut:
-            return self.whole
-        if not self.window.texels:
-            return self.window
-        top = self.window.top
-        left, first, right, end = surface_window(depth[top : self.window.bottom])
-        return Window(left, top + first, right, top + end) if end > first else Window(0, 0, 0, 0)
-
     @property
     def sampled(self) -> int:
         """How many radii are sampled with all samples."""
         each = zip(self.same_as, self.one_sample, self.behind, strict=True)
         return sum(first == number and not one and known is None for number, (first, one, known) in enumerate(each))
 
-    def asks_tiles(self, view: View, depth: NDArray[np.float32], settings: "Settings") -> bool:
+    def asks_tiles(self, view: View, seen: int, settings: "Settings") -> bool:
         """Whether it is asked if bounds of the depths decide samples of whole tiles.
 
         Parameters
         ----------
         view : View
             Which.
-        depth : (H, W) float32
-            Image z, +infinity where there is no surface.
+        seen : int
+            How many of its texels see a surface.
         settings : Settings
             What the AO passes are run with.
         """
         if not self.in_tiles or settings.samples is None:
             return False
-        seen = int(np.count_nonzero(depth < np.inf))
-        return worth_asking(view.world_to_image.kind, seen, depth.size, len(settings.samples), self.sampled)
+        samples = len(settings.samples)
+        return worth_asking(view.world_to_image.kind, seen, self.whole.texels, samples, self.sampled)
 
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from lfssao.display_window import image_range
-from lfssao.kernels import fills
+from lfssao.kernels import fills, seen
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.matrix import Matrix
 from lfssao.view import View
@@ -16,9 +16,6 @@ from lfssao.view import View
 # lfssao.kernels.footprints has it, and how near to the singular planes that holds.
 _ULPS = 64 * 2.0**-53
 _NEAREST = 2.0**-8
-
-# Half of how many rows or columns count as the middle of what is seen: a few cache lines.
-_MIDDLE = 32
 
 
 class Window(NamedTuple):
@@ -191,29 +188,13 @@ def _between(low: float, high: float, size: int) -> tuple[int, int]:
     return first, last
 
 
-def surface_window(depth: NDArray[np.float32]) -> Window:
-    """The smallest window that holds all texels of a depth texture, (H, W), that see a surface; empty for none."""
-    top, bottom = _seeing_rows(depth)
-    if bottom == top:
-        return Window(0, 0, 0, 0)
-    left, right = _seeing_rows(depth[top:bottom].T)
-    return Window(left, top, right, bottom)
+def surface_window(depth: NDArray[np.float32]) -> tuple[Window, int]:
+    """The smallest window that holds all texels that see a surface, empty for none, and how many these are.
 
-
-def _seeing_rows(depth: NDArray[np.float32]) -> tuple[int, int]:
-    """First row that sees a surface, and the last one + 1: 0 and 0 for none.
-
-    Those that see one in the middle need not be looked through: most of what is seen is there.
+    Parameters
+    ----------
+    depth : (H, W) float32
+        Image z, +infinity where there is no surface.
     """
-    middle = depth.shape[1] // 2
-    first, end = _ends(depth[:, max(middle - _MIDDLE, 0) : middle + _MIDDLE])
-    if end == 0:
-        return _ends(depth)
-    (above, any_above), (_, below) = _ends(depth[:first]), _ends(depth[end:])
-    return above if any_above else first, end + below
-
-
-def _ends(depth: NDArray[np.float32]) -> tuple[int, int]:
-    """The same of each row looked through."""
-    rows = np.flatnonzero(depth.min(axis=1) < np.inf)
-    return (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 0)
+    *ends, texels = seen.seen_window(np.ascontiguousarray(depth))
+    return Window(*ends), texels

@@ -298,9 +298,17 @@ def other_pixels(path):
     write_parts(path, parts)
 
 
+def without_an_attribute(path):
+    """A whole file with right digests whose metadata do not say all that the manifest does."""
+    parts = read_parts(path)
+    parts[1][0].erase_attribute("lfssao:left_out")
+    write_parts(path, parts)
+
+
 DAMAGES = {
     "bit": flip,
     "pixels": other_pixels,
+    "attribute": without_an_attribute,
     "cut": lambda path: os.truncate(path, path.stat().st_size // 2),
     "empty": lambda path: path.write_bytes(b""),
     "absent": lambda path: path.unlink(),

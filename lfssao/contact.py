@@ -1,6 +1,6 @@
 """The contact sheet: a picture of a handful of views, as LF's figure 10 shows them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,13 +25,18 @@ def sheet_rows(count: int, most: int = 5) -> list[int]:
     return [round(k * (count - 1) / (most - 1)) for k in range(most)]
 
 
-def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, width: int = 480) -> "Image":
+def strip(
+    color: FloatTexture | None, surface: NDArray[np.bool_], blurred: FloatTexture, shaded: FloatTexture,
+    width: int = 480,
+) -> "Image":  # fmt: skip
     """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side.
 
     Parameters
     ----------
-    image : (H, W, 3) float32
-        Linear RGB without AO.
+    color : (H, W, 3) float32 or None
+        Linear RGB without AO; None: white on the surface.
+    surface : (H, W) bool
+        Which texels see a surface.
     blurred : (H, W) float32
         Occlusion.
     shaded : (H, W, 3) float32
@@ -42,31 +47,22 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
     Returns
     -------
     PIL.Image.Image
-        8-bit sRGB, of one channel if all are equal. Visibility is shown as it is, 0 black and 1 white, not as light.
+        8-bit sRGB, without colour of one channel. Visibility is shown as it is, 0 black and 1 white, not as light.
     """
     from PIL import Image  # late: only pictures need it
 
     grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
-    pictures = (_codes(image), grey, _codes(shaded))
+    if color is None:  # the shaded channels are equal: a third of the work
+        pictures = (np.where(surface, np.uint8(255), np.uint8(0)), grey, to_codes(shaded[..., 0]))
+    else:
+        pictures = (to_codes(color), grey, to_codes(shaded))
     texel_rows, texel_columns = blurred.shape
     scale = width / max(texel_columns, texel_rows)
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
-    row = Image.new(_mode(picture.ndim == 2 for picture in pictures), (3 * width + 2 * _MARGIN, size[1]), "white")
+    row = Image.new("L" if color is None else "RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
         row.paste(resized(picture, size), (column * (width + _MARGIN), 0))
     return row
-
-
-def _codes(image: FloatTexture) -> NDArray[np.uint8]:
-    """8-bit sRGB codes, of one channel if all are equal, as in a scene without colour: a third of the work."""
-    red = image[..., 0]
-    grey = np.array_equal(red, image[..., 1]) and np.array_equal(red, image[..., 2])
-    return to_codes(red if grey else image)
-
-
-def _mode(grey: Iterable[bool]) -> str:
-    """Pillow's mode of a picture with others in it."""
-    return "L" if all(grey) else "RGB"
 
 
 def resized(picture: NDArray[np.uint8], size: tuple[int, int]) -> "Image":
@@ -82,7 +78,7 @@ def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":
     Parameters
     ----------
     strips : sequence of (name, image)
-        At least one, all of one width.
+        At least one, all of one width and mode.
 
     Returns
     -------
@@ -92,7 +88,7 @@ def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":
 
     width = strips[0][1].width
     height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips)
-    sheet = Image.new(_mode(picture.mode == "L" for _, picture in strips), (width + 2 * _MARGIN, height), "white")
+    sheet = Image.new(strips[0][1].mode, (width + 2 * _MARGIN, height), "white")
     draw = ImageDraw.Draw(sheet)
     column = (width + _MARGIN) // 3
     top = 0

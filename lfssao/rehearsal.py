@@ -66,7 +66,8 @@ def rehearse(renderer: Renderer, items: Sequence[Item], together: int) -> Iterat
     view, *_ = seal(small, [(Item(0, 0), textures, 0.0)] * together)
     yield
     write_to(io.BytesIO(), view.parts)
-    row = strip(textures.image, textures.blurred, textures.shaded, _WIDTH)
+    seen = textures.gbuffer
+    row = strip(seen.color, seen.triangle >= 0, textures.blurred, textures.shaded, _WIDTH)
     contact_sheet([(small.views[0].name, row)]).save(io.BytesIO(), "PNG")
     yield
 

@@ -28,6 +28,7 @@ DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
 
 FloatTexture = NDArray[np.float32]
 Result = TypeVar("Result")
+Kind = TypeVar("Kind", np.float32, np.int32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,13 +153,21 @@ class Textures:
     @cached_property
     def image(self) -> FloatTexture:
         """What AO is multiplied into, (H, W, 3): the colour texture, or white on the surface; made when asked for."""
-        return _cropped(self.view, base_image(self.gbuffer.color, self.gbuffer.triangle >= 0))
+        if self.gbuffer.color is not None:
+            return _cropped(self.view, self.gbuffer.color)
+        return np.repeat(self._surface[..., None].astype(np.float32), 3, axis=2)
+
+    @property
+    def _surface(self) -> NDArray[np.bool_]:
+        """Which texels see a surface, (H, W)."""
+        return _cropped(self.view, self.gbuffer.triangle) >= 0
 
     def _repr_png_(self) -> bytes:
         from lfssao import contact  # late: only notebooks show it
         from lfssao.figures.pictures import image_png
 
-        return image_png(contact.strip(self.image, self.blurred, self.shaded, 320))
+        color = None if self.gbuffer.color is None else self.image
+        return image_png(contact.strip(color, self._surface, self.blurred, self.shaded, 320))
 
 
 def render_view(
@@ -223,7 +232,7 @@ def render_view(
     )
 
 
-def _cropped(view: View, texture: FloatTexture) -> FloatTexture:
+def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
     """A texture without the view's guard band (SAO section 2.3)."""
     g = view.guard
     return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
@@ -279,16 +288,6 @@ def _shade(gbuffer: GBuffer, window: Window, blurred: FloatTexture) -> FloatText
     if gbuffer.color is None:
         return passes.shade_white(gbuffer.depth, blurred, window)
     return passes.shade(gbuffer.color, blurred, window)
-
-
-def base_image(color: FloatTexture | None, surface: NDArray[np.bool_]) -> FloatTexture:
-    """What AO is multiplied into, (H, W, 3): the colour texture, or white wherever there is a surface, (H, W)."""
-    if color is not None:
-        return color
-    white = np.empty((*surface.shape, 3), np.float32)
-    for channel in range(3):
-        white[..., channel] = surface
-    return white
 
 
 def module_views(

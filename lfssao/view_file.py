@@ -18,7 +18,7 @@ from lfssao.errors import InputError
 from lfssao.exr import read_exr, write_exr
 from lfssao.exr_file import Part
 from lfssao.manifest import describe_view
-from lfssao.rendering import Settings, Textures, base_image
+from lfssao.rendering import Settings, Textures
 from lfssao.window import Window
 from lfssao.work import Item, Work
 
@@ -197,8 +197,8 @@ def _strip(work: Work, item: Item, parts: Iterable[Part]) -> "Image | None":
         return None
     by_name = {part.name: part for part in parts}
     color = _inside(by_name["color"]) if "color" in by_name else None
-    image = base_image(color, np.isfinite(_inside(by_name["depth"])[..., 0]))
-    return strip(image, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
+    surface = _inside(by_name["depth"])[..., 0] < np.inf
+    return strip(color, surface, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
 
 
 def _inside(part: Part) -> Any:

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from lfssao.contact import contact_sheet
+from lfssao.contact import contact_sheet, save_sheet
 from lfssao.errors import InputError
 from lfssao.estimators.registry import find_estimator
 from lfssao.files import remove_leftovers, write_text, write_whole
@@ -129,8 +129,7 @@ class Job:
         folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
         remove_leftovers(folder)  # of workers that were killed on the way
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        # The fastest level: half the time, in which nothing else runs, for a twentieth more bytes.
-        write_whole(folder / "contact.png", lambda path: sheet.save(path, compress_level=1))
+        write_whole(folder / "contact.png", lambda path: save_sheet(sheet, path))
         seconds = {
             **self._seconds,
             "build_bvh": sum_in_order(result.build_seconds for result in results),

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from lfssao.camera import Camera
-from lfssao.contact import contact_sheet, strip
+from lfssao.contact import contact_sheet, save_sheet, strip
 from lfssao.display import Display, Module, fit_roi
 from lfssao.exr_file import write_to
 from lfssao.kernels import rays
@@ -68,7 +68,7 @@ def rehearse(renderer: Renderer, items: Sequence[Item], together: int) -> Iterat
     write_to(io.BytesIO(), view.parts)
     seen = textures.gbuffer
     row = strip(seen.color, seen.triangle >= 0, textures.blurred, textures.shaded, _WIDTH)
-    contact_sheet([(small.views[0].name, row)]).save(io.BytesIO(), "PNG")
+    save_sheet(contact_sheet([(small.views[0].name, row)]), io.BytesIO())
     yield
 
 

@@ -106,6 +106,24 @@ def test_lines_are_those_of_the_twin(pixels, data):
     assert packed.tobytes() == exr_twin.before_deflate(stored)
 
 
+@pytest.mark.parametrize("order", [(0,), (1, 0), (0, 1, 2), (2, 0, 1), (2, 1, 0), (1, 3, 0, 2)], ids=str)
+@pytest.mark.parametrize("width", [1, 2, 3, 15, 16, 17, 63, 64, 65, 200])
+def test_lines_as_wide_as_vectors_are_those_of_the_twin(order, width):
+    """What the step of three channels, and vectors with what is left behind them, make of random bits, -0 and NaN."""
+    channels = len(order)
+    pixels = np.random.default_rng(width).integers(0, 2**32, (3, width, channels), np.uint32)
+    pixels[1, width // 3 :] = bits(np.float32(-0.0))
+    pixels[2, : width // 2] = 0xFFC00001  # a NaN
+    words = np.full(pixels.size + 64, 0xA5A5A5A5, np.uint32)
+    exr_lines.gather_lines(pixels.reshape(-1), width, np.argsort(order), words[: pixels.size])
+    assert (words[pixels.size :] == 0xA5A5A5A5).all()
+    packed = np.empty(4 * pixels.size, np.uint8)
+    exr_lines.split_and_difference(words[: pixels.size].astype("<u4").view("<u2"), packed)
+    stored = exr_twin.lines_as_stored(pixels.tolist(), order, 0, 3)
+    assert words[: pixels.size].astype("<u4").tobytes() == stored
+    assert packed.tobytes() == exr_twin.before_deflate(stored)
+
+
 @pytest.mark.usefixtures("reader")
 @pytest.mark.parametrize("height", [1, 15, 16, 17, 48, 50])
 def test_any_number_of_lines_and_what_deflate_makes_longer(tmp_path, height):

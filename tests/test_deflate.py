@@ -16,13 +16,15 @@ from lfssao.kernels.adler32 import adler32
 from lfssao.kernels.deflate import SLACK, deflate
 from lfssao.kernels.repeats import LEAST, LONGEST, find_repeats
 
+NOTHING = np.empty(0, np.uint32)  # to be read next
+
 
 def deflated(data, far):
     """The stream; nothing behind the room that is promised was written."""
     packed = np.frombuffer(data, np.uint8)
     size = 2 * packed.size + SLACK
     out = np.full(size + 64, 0xA5, np.uint8)
-    count = deflate(packed, far, np.empty((packed.size // 4 + 2, 2), np.int32), out)
+    count = deflate(packed, far, np.empty((packed.size // 4 + 2, 2), np.int32), NOTHING, out)
     assert (out[size:] == 0xA5).all()
     return out[:count].tobytes()
 
@@ -147,7 +149,7 @@ def test_repeats_are_repeats(pieces, far):
     packed = np.frombuffer(data, np.uint8)
     found = np.empty((packed.size // LEAST + 2, 2), np.int32)
     place = 0
-    for literals, length in found[: find_repeats(packed, far, found)].tolist():
+    for literals, length in found[: find_repeats(packed, far, found, NOTHING)].tolist():
         place += literals
         distance, length = (far if length < 0 else 2), abs(length)  # noqa: PLW2901
         assert length == 0 or length % LONGEST == 0 or length % LONGEST >= LEAST

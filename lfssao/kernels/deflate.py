@@ -35,13 +35,13 @@ _LENGTHS = np.array([0, 0, 0, *[_CODES[s] + ((extra << 8 + (_CODES[s] & 255)) | 
 
 
 @kernel
-def deflate(packed, far, repeats, out):
+def deflate(packed, far, repeats, ahead, out):
     """A zlib stream; how many bytes it takes, int64.
 
     packed: (n,) uint8, n > 0; far: int > 1, the bytes of a line in either half; repeats: (n // 4 + 2, 2) int32,
-    scratch; out: (2 n + SLACK,) uint8, out.
+    scratch; ahead: (k,) uint32, as of ``find_repeats``; out: (2 n + SLACK,) uint8, out.
     """
-    number = find_repeats(packed, far if far <= _REACH else packed.size, repeats)
+    number = find_repeats(packed, far if far <= _REACH else packed.size, repeats, ahead)
     line = _distance(min(far, _REACH))
     out[0], out[1] = 0x78, 0x01  # deflate, quickly
     place, bits, count = _put(out, 2, 0, 0, _FIXED << 8 | 3)

@@ -43,8 +43,8 @@ def write_chunks(
             gather_lines(texels[first : first + count], width, places, gathered[:count])
             stored = gathered_halves[: 2 * count]
         split_and_difference(stored, packed[: 4 * count])
-        start = end + HEAD
-        size = deflate(packed[: 4 * count], 2 * width, repeats, out[start:])
+        start, ahead = end + HEAD, texels[first + count : first + 2 * count]
+        size = deflate(packed[: 4 * count], 2 * width, repeats, ahead, out[start:])
         if size >= 4 * count:  # then readers take the lines as they are
             size = 4 * count
             for k in range(stored.size):

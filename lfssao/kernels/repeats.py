@@ -6,24 +6,31 @@ A line repeats the one before where channels are equal, and in part where few va
 
 import numpy as np
 
-from lfssao.kernels.intrinsics import COMPARED, equal_bytes, trailing_zeros
+from lfssao.kernels.intrinsics import COMPARED, equal_bytes, prefetch, trailing_zeros
 from lfssao.kernels.jit import kernel
 
 NEAR = 2
 LEAST = 4  # bytes; shorter ones cost as much as they save
 LONGEST = 258  # bytes of deflate's matches; a longer repeat is several
+_LINE = 16  # numbers of a cache line
+_FETCHED = 4  # lines at a time: more wait for each other
 
 
 @kernel
-def find_repeats(packed, far, repeats):
+def find_repeats(packed, far, repeats, ahead):
     """Repeats, the longer one at the first place where there is any, and behind its end again; their number, int64.
 
     packed: (n,) uint8; far: int, how many places before the other of both begins; repeats: (m, 2) int32, out, m at
     least n / LEAST + 2: how many bytes repeat nothing, then how many repeat, negative where those of a line before. The
-    last says 0. No length is less than LEAST beyond a multiple of LONGEST.
+    last says 0. No length is less than LEAST beyond a multiple of LONGEST. ahead: (k,) uint32, what will be read next:
+    it is brought near, as memory has nothing to do here.
     """
-    number, start, place = 0, 0, NEAR
+    number, start, place, fetched = 0, 0, NEAR, 0
     while place + COMPARED <= packed.size:
+        if fetched < ahead.size:
+            for line in range(_FETCHED):
+                prefetch(ahead, fetched + _LINE * line)
+            fetched += _FETCHED * _LINE
         near, line = equal_bytes(packed, place, place - NEAR), np.uint64(0)
         if place >= far:
             line = equal_bytes(packed, place, place - far)

@@ -128,7 +128,10 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
     modules = numbers[:, 12:].copy()
     moves = np.empty((views, samples, 4), numbers.dtype)
     for v in range(views):
-        moves[v] = transform_offsets(offsets, kinds[v], numbers[v])
+        moved = transform_offsets(offsets, kinds[v], numbers[v])
+        for k in range(samples):  # ``moves[v] = ...`` is compiled with the text of an error: five seconds
+            for row in range(4):
+                moves[v, k, row] = moved[k, row]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in interleaved(blocks):
         wide_vectors()

@@ -1,5 +1,7 @@
 """Loops over rows in several threads: each row once, in numba's own threads, and no rows lost to copies."""
 
+from contextlib import contextmanager
+
 import numba
 import numpy as np
 import pytest
@@ -10,12 +12,18 @@ from lfssao.kernels import jit, linked, threads
 from lfssao.kernels.threads import interleaved
 
 
-@pytest.fixture(params=[1, 2])
-def several(request):
+@contextmanager
+def threads_set_to(count):
     before = numba.get_num_threads()
-    numba.set_num_threads(min(request.param, numba.config.NUMBA_NUM_THREADS))
+    numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
     yield numba.get_num_threads()
     numba.set_num_threads(before)
+
+
+@pytest.fixture(params=[1, 2])
+def several(request):
+    with threads_set_to(request.param) as count:
+        yield count
 
 
 def halves(texture, first, second, least=0):
@@ -58,21 +66,23 @@ def compiled_apart(function):
     )
 
 
-def test_loops_in_threads_do_what_the_function_does(several):
+@pytest.mark.parametrize("version", [interpreted, compiled, compiled_apart])
+def test_loops_in_threads_do_what_the_function_does(version):
     texture = np.arange(35, dtype=np.float32).reshape(7, 5)
     expected = np.zeros((7, 5), np.float32), np.zeros(7, np.float32)
     halves(texture, *expected, least=3)
-    for version in (interpreted, compiled, compiled_apart):
-        shared = version(halves)
+    shared = version(halves)
+    assert shared.py_func is halves
+    assert shared.__doc__ == halves.__doc__
+    assert len(shared.loops) == 2
+    for count in (1, 2):
         made = np.zeros((7, 5), np.float32), np.zeros(7, np.float32)
-        shared(texture, *made, least=3)
-        np.testing.assert_array_equal(made[0], expected[0])
-        np.testing.assert_array_equal(made[1], expected[1])
-        assert shared.py_func is halves
-        assert shared.__doc__ == halves.__doc__
-        assert len(shared.loops) == 2
-        shared(texture, *made)  # the default
-        np.testing.assert_array_equal(made[1], expected[1] - 3)
+        with threads_set_to(count):
+            shared(texture, *made, least=3)
+            np.testing.assert_array_equal(made[0], expected[0])
+            np.testing.assert_array_equal(made[1], expected[1])
+            shared(texture, *made)  # the default
+            np.testing.assert_array_equal(made[1], expected[1] - 3)
 
 
 def scratches(height, width, seen):
@@ -96,12 +106,12 @@ def visits(n, often, by):
         by[k] = get_thread_id()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def visit():
     return compiled(visits)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def dealing():
     return compiled(visits_in_turns)
 

@@ -77,6 +77,27 @@ def kernels():
                 yield (path, name), compiled
 
 
+def reading_once(load):
+    """The function that finds compiled code on disk, for one that keeps what it found."""
+    found = {}
+
+    def load_overload(signature, context):
+        if found.get(signature) is None:
+            found[signature] = load(signature, context)
+        return found[signature]
+
+    return load_overload
+
+
+@pytest.fixture(scope="module", autouse=True)
+def code_is_read_once():
+    """What ``called`` forgets, again and again, is machine code already: linking it took most of these tests' time."""
+    with pytest.MonkeyPatch.context() as patch:
+        for _, compiled in kernels():
+            patch.setattr(compiled._cache, "load_overload", reading_once(compiled._cache.load_overload))
+        yield
+
+
 def called(work):
     """Files, names and signatures of the kernels that something calls, each as if for the first time."""
     for _, compiled in kernels():

@@ -7,6 +7,7 @@ kind 'manifest' the JSON file. Mutant number N is the same in every run.
 import copy
 import json
 import random
+import re
 import resource
 import shutil
 import struct
@@ -53,7 +54,7 @@ def mutate_exr(data, r):
             data[start : start + 4] = struct.pack("<i", r.choice(WHOLE))
         elif kind == 5:
             field = r.choice(FIELDS)
-            starts = [k for k in range(len(data)) if data.startswith(field, k)]
+            starts = [found.start() for found in re.finditer(re.escape(field), data)]
             if starts:
                 start = r.choice(starts) + len(field) + r.choice([0, 4, 8, 12, 16])
                 data[start : start + 4] = struct.pack("<i", r.choice(WHOLE))

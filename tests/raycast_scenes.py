@@ -3,6 +3,7 @@
 A scene is a function of a view and a random generator that gives vertices (V, 3) float64 and faces (F, 3) int32.
 """
 
+import functools
 import hashlib
 import json
 import sys
@@ -17,8 +18,13 @@ from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi
 IDENTITY = np.eye(3, 4)
 
 
+@functools.cache
+def resized(name, width, height):
+    return find_display(name).with_resolution(width, height)
+
+
 def display(name, index):
-    return lambda width, height: find_display(name).with_resolution(width, height).view(index, IDENTITY)
+    return lambda width, height: resized(name, width, height).view(index, IDENTITY)
 
 
 def camera(projection):
@@ -58,7 +64,7 @@ def centres(view, rng, n):
 def shuffled(vertices, faces, rng):
     """The same triangles in any order, each from any corner on, either way round."""
     faces = np.asarray(faces, np.int32).reshape(-1, 3)[rng.permutation(len(faces))]
-    turned = np.array([np.roll(face, rng.integers(3)) for face in faces])
+    turned = np.take_along_axis(faces, (np.arange(3) - rng.integers(3, size=(len(faces), 1))) % 3, axis=1)
     turned = np.where(rng.random((len(faces), 1)) < 0.5, turned, turned[:, ::-1])
     return np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(turned, np.int32)
 

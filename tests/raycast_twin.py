@@ -5,7 +5,6 @@ operations that lfssao/kernels/triangle.py documents; the sign of a doubtful edg
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
@@ -46,9 +45,10 @@ def affine(m, x, y, z):
 
 
 def exact_sign(a, b, c, d):
-    """Sign of a b - c d in fractions."""
-    exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
-    return (exact > 0) - (exact < 0)
+    """Sign of a b - c d, exact: floats are whole numbers over powers of two. Fractions would look for divisors."""
+    (a, e), (b, f), (c, g), (d, h) = (n.as_integer_ratio() for n in (a, b, c, d))
+    p, q = (a * b) * (g * h), (c * d) * (e * f)
+    return (p > q) - (p < q)
 
 
 def two_sum(a, b):

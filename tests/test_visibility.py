@@ -235,14 +235,14 @@ def check(view, vertices, faces, rng, each=False):
         proposals += [np.full(shape, face) for face in range(len(faces))]
     for proposal in proposals:
         triangle, z, weights = first_hits(view, tree, proposal)
-        np.testing.assert_array_equal(triangle, want.triangle)
-        np.testing.assert_array_equal(bits(z), bits(want.z))
-        np.testing.assert_array_equal(bits(weights), bits(want.weights))
+        assert np.array_equal(triangle, want.triangle)
+        assert np.array_equal(bits(z), bits(want.z))
+        assert np.array_equal(bits(weights), bits(want.weights))
     triangle, z, weights = hits_by_footprint(view, tree, np.inf)
     seen = want.triangle >= 0
-    np.testing.assert_array_equal(triangle, want.triangle)
-    np.testing.assert_array_equal(bits(z[seen]), bits(want.z[seen]))
-    np.testing.assert_array_equal(bits(weights[seen]), bits(want.weights[seen]))
+    assert np.array_equal(triangle, want.triangle)
+    assert np.array_equal(bits(z[seen]), bits(want.z[seen]))
+    assert np.array_equal(bits(weights[seen]), bits(want.weights[seen]))
     return want
 
 

@@ -118,34 +118,42 @@ def bilinear(texture, u, v):
     return out
 
 
-def compose(numbers, textures, eye, screen, blend, width, height):
-    """The picture, (H, W, C) float32, and how many of its pixels no module reaches.
+def seen_by(numbers, textures, eye, screen, width, height):
+    """Of each pixel, row by row, the sine and the image point of each module, or None; whatever the blend.
 
     numbers: (M, 32); textures: (H, W, C) float32 or None for each module; eye, screen: 3 and 2 floats.
     """
-    numbers = [row.tolist() for row in numbers]
-    channels = next(t.shape[2] for t in textures if t is not None)
-    picture, dark = np.zeros((height, width, channels), np.float32), 0
+    numbers, pixels = [row.tolist() for row in numbers], []
     for j in range(height):
         for i in range(width):
             x, y = screen[0] * ((i + 0.5) / width - 0.5), screen[1] * (0.5 - (j + 0.5) / height)
             s = screen_point(numbers[0][5], screen, x, y, eye)
-            weights = {}
-            if s is not None:
-                sines = [sine(d, s, eye) for d in numbers]
-                places = [
-                    None if t is None or isnan(a) else texel(d, t.shape, s)
-                    for d, t, a in zip(numbers, textures, sines, strict=True)
-                ]
-                weights = weigh(sines, places, blend)
-            total = 0.0
-            sums = [0.0] * channels
-            for k in sorted(weights):
-                if weights[k] > 0:
-                    total += weights[k]
-                    colour = bilinear(textures[k], *places[k])
-                    sums = [a + weights[k] * b for a, b in zip(sums, colour, strict=True)]
-            dark += total == 0
-            for n in range(channels):
-                picture[j, i, n] = np.float32(sums[n] / total) if total > 0 else 0.0
-    return picture, dark
+            if s is None:
+                pixels.append(None)
+                continue
+            sines = [sine(d, s, eye) for d in numbers]
+            places = [
+                None if t is None or isnan(a) else texel(d, t.shape, s)
+                for d, t, a in zip(numbers, textures, sines, strict=True)
+            ]
+            pixels.append((sines, places))
+    return pixels
+
+
+def compose(pixels, textures, blend, width, height):
+    """The picture, (H, W, C) float32, of what ``seen_by`` gives, and how many of its pixels no module reaches."""
+    channels = next(t.shape[2] for t in textures if t is not None)
+    picture, dark = np.zeros((height * width, channels), np.float32), 0
+    for number, pixel in enumerate(pixels):
+        weights = {} if pixel is None else weigh(*pixel, blend)
+        total = 0.0
+        sums = [0.0] * channels
+        for k in sorted(weights):
+            if weights[k] > 0:
+                total += weights[k]
+                colour = bilinear(textures[k], *pixel[1][k])
+                sums = [a + weights[k] * b for a, b in zip(sums, colour, strict=True)]
+        dark += total == 0
+        for n in range(channels):
+            picture[number, n] = np.float32(sums[n] / total) if total > 0 else 0.0
+    return picture.reshape(height, width, channels), dark

@@ -57,12 +57,12 @@ class Arithmetic:
         x = self.full(x)
         near = x.astype(np.float32)
         if self.directed:
-            down = np.where(near > x, np.nextafter(near, np.float32(-np.inf)), near)
-            up = np.where(near < x, np.nextafter(near, np.float32(np.inf)), near)
             mode = np.where(self.habit < 2, self.habit, self.rng.integers(0, 4, self.renderers))
             mode = self.per_renderer(mode, x)
             coin = self.rng.random(x.shape) < 0.5
-            near = np.select([mode == 0, mode == 1, mode == 2], [down, up, near], np.where(coin, down, up))
+            down = (mode == 0) | ((mode == 3) & coin)
+            away = (near != x) & (mode != 2) & ((near > x) == down)  # on the other side than it should be
+            near = np.where(away, np.nextafter(near, np.where(down, np.float32(-np.inf), np.float32(np.inf))), near)
         return self.flush(near.astype(np.float64))
 
     def within(self, x, ulps):

@@ -203,14 +203,15 @@ def algorithm2_with_neighbours(
     for row, (mapping, _) in zip(numbers, views, strict=True):
         row[: len(mapping.numbers)] = mapping.as_type(depth.dtype)
     sizes = np.array([(other.shape[1], other.shape[0]) for _, other in views], np.int64)
-    texels = np.cumsum(sizes[:, 0] * sizes[:, 1])
-    if texels[-1] >= 2**31:  # the kernel's numbers of texels are of 32 bits
-        raise InputError(f"depth textures of {len(views)} modules have {texels[-1]} texels, 2^31 or more in all")
+    texels = sizes[:, 0] * sizes[:, 1]
+    ends = np.cumsum(texels)
+    if ends[-1] >= 2**31:  # the kernel's numbers of texels are of 32 bits
+        raise InputError(f"depth textures of {len(views)} modules have {ends[-1]} texels, 2^31 or more in all")
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
     share_hidden(
         np.ascontiguousarray(depth), np.ascontiguousarray(positions), _offsets(samples, radius, depth.dtype),
         np.array([mapping.kind for mapping, _ in views], np.int64), numbers, sizes,
-        texels - sizes[:, 0] * sizes[:, 1], np.concatenate([other.ravel() for _, other in views]), occlusion, outside,
+        ends - texels, np.concatenate([other.ravel() for _, other in views]), occlusion, outside,
     )  # fmt: skip
     return Occlusion(occlusion, int(outside.sum()))
 

@@ -89,7 +89,8 @@ def _net_rays() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     for height, elevation, drop in _rows():
         tilt = np.array([sincospi((elevation - drop * s) / 180.0) for s in sag.tolist()])
         starts.append(np.broadcast_to(np.array([0.0, height, 0.0]), (COLUMNS, 3)))
-        directions.append(np.stack([sides[:, 0] * tilt[:, 1], tilt[:, 0], sides[:, 1] * tilt[:, 1]], axis=1))
+        across, forward = sides[:, 0] * tilt[:, 1], sides[:, 1] * tilt[:, 1]
+        directions.append(np.stack([across, tilt[:, 0], forward], axis=1))
     rows = np.repeat(np.arange(len(starts), dtype=np.float64), COLUMNS)
     front = np.tile(sides[:, 1], len(starts))
     starts.append(np.array(_ENDS))

@@ -61,7 +61,7 @@ PEERS = (
     Peer("lfssao.passes.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
          lambda a: [*_size(a[0]), len(a[1]), a[0], _ends(a[1], 1, a[3]), a[2], a[3], a[6]], (6,)),
     Peer("lfssao.passes.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
-         lambda a: [*_size(a[0]), len(a[2]), a[0], a[1], _ends(a[2], a[3], a[4]), a[4], a[7]], (7,)),
+         lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], _ends(a[2][0], a[3], a[4]), a[4], a[7]], (7,)),
     Peer("lfssao.passes.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
          lambda a: [*_size(a[6]), *a[:5], a[6]], (6,)),
     Peer("lfssao.passes.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",

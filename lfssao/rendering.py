@@ -15,7 +15,7 @@ from lfssao.display import Display, fit_roi
 from lfssao.errors import InputError
 from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Value
-from lfssao.estimators.registry import check_samples, estimate, find_estimator, full_parameters
+from lfssao.estimators.registry import check_samples, estimate_radii, find_estimator, full_parameters
 from lfssao.neighbours import DepthCache, Neighbour, nearest_modules
 from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
@@ -242,21 +242,34 @@ def _occlusions(
     buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour], plan: ViewPlan, surface: Window
 ) -> list[passes.Occlusion]:
     """Occlusion of each radius, as far as the plan has it computed."""
+    if not surface.texels:
+        return [passes.Occlusion(np.zeros_like(buffers.depth), 0)] * len(settings.radii)
+    radii = [settings.radii[number] for number in plan.sampled]
+    sampled = dict(zip(plan.sampled, _sampled(buffers, radii, settings, neighbours), strict=True))
+    samples = np.empty((0, 3)) if settings.samples is None else settings.samples
     out: list[passes.Occlusion] = []
     for number, radius in enumerate(settings.radii):
-        if not surface.texels:
-            out.append(passes.Occlusion(np.zeros_like(buffers.depth), 0))
+        if number in sampled:
+            out.append(sampled[number])
         elif plan.same_as[number] < number:
             out.append(out[plan.same_as[number]])
-        elif (behind := plan.behind[number]) is not None and settings.samples is not None:
-            out.append(passes.Occlusion(_everywhere(buffers.depth, behind, len(settings.samples)), 0))
-        elif plan.one_sample[number] and settings.samples is not None:
-            alone = replace(settings, samples=settings.samples[:1])
-            one = _occlusion(replace(buffers, in_tiles=False), radius, alone, neighbours)
-            out.append(passes.Occlusion(one.texture, one.outside * len(settings.samples)))
+        elif (behind := plan.behind[number]) is not None:
+            out.append(passes.Occlusion(_everywhere(buffers.depth, behind, len(samples)), 0))
         else:
-            out.append(_occlusion(buffers, radius, settings, neighbours))
+            alone = replace(settings, samples=samples[:1])
+            (one,) = _sampled(replace(buffers, in_tiles=False), [radius], alone, neighbours)
+            out.append(passes.Occlusion(one.texture, one.outside * len(samples)))
     return out
+
+
+def _sampled(
+    buffers: Buffers, radii: Sequence[float], settings: Settings, neighbours: Sequence[Neighbour]
+) -> list[passes.Occlusion]:
+    """Occlusion of some radii by all samples."""
+    if neighbours and settings.samples is not None:
+        around = buffers.depth, buffers.positions, buffers.view.world_to_image, neighbours, settings.samples
+        return [passes.algorithm2_with_neighbours(*around, radius) for radius in radii]
+    return estimate_radii(settings.estimator, buffers, radii, settings.samples, settings.weights, **settings.parameters)
 
 
 def _everywhere(depth: FloatTexture, behind: int, samples: int) -> FloatTexture:
@@ -270,17 +283,6 @@ def _merge(layers: list[FloatTexture], window: Window, plan: ViewPlan) -> FloatT
     if plan.cut and (len(set(plan.same_as)) == 1 or not window.texels):
         return layers[0]
     return passes.merge(layers, window)
-
-
-def _occlusion(
-    buffers: Buffers, radius: float, settings: Settings, neighbours: Sequence[Neighbour]
-) -> passes.Occlusion:
-    if neighbours and settings.samples is not None:
-        mapping = buffers.view.world_to_image
-        return passes.algorithm2_with_neighbours(
-            buffers.depth, buffers.positions, mapping, neighbours, settings.samples, radius
-        )
-    return estimate(settings.estimator, buffers, radius, settings.samples, settings.weights, **settings.parameters)
 
 
 def _shade(gbuffer: GBuffer, window: Window, blurred: FloatTexture) -> FloatTexture:

@@ -118,10 +118,10 @@ class ViewPlan:
         return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False, every_texel=True)
 
     @property
-    def sampled(self) -> int:
-        """How many radii are sampled with all samples."""
-        each = zip(self.same_as, self.one_sample, self.behind, strict=True)
-        return sum(first == number and not one and known is None for number, (first, one, known) in enumerate(each))
+    def sampled(self) -> list[int]:
+        """Numbers of the radii that are sampled with all samples."""
+        each = enumerate(zip(self.same_as, self.one_sample, self.behind, strict=True))
+        return [number for number, (first, one, known) in each if first == number and not one and known is None]
 
     def asks_tiles(self, view: View, seen: int, settings: "Settings") -> bool:
         """Whether it is asked if bounds of the depths decide samples of whole tiles.
@@ -138,7 +138,7 @@ class ViewPlan:
         if not self.in_tiles or settings.samples is None:
             return False
         samples = len(settings.samples)
-        return worth_asking(view.world_to_image.kind, seen, self.whole.texels, samples, self.sampled)
+        return worth_asking(view.world_to_image.kind, seen, self.whole.texels, samples, len(self.sampled))
 
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""

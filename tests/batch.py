@@ -137,9 +137,9 @@ def in_tiles(dtype):
 
 
 def no_samples(depth, positions, m):
-    occlusion, outside = np.empty_like(depth), np.empty(HEIGHT, np.int64)
+    occlusion, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, HEIGHT), np.int64)
     ssao.algorithm2(
-        depth, positions, np.empty((0, 3), depth.dtype), mapping.CROSSED_SLITS, m, False,
+        depth, positions, np.empty((1, 0, 3), depth.dtype), mapping.CROSSED_SLITS, m, False,
         np.array([0, 0, WIDTH, HEIGHT]), occlusion, outside,
     )  # fmt: skip
     return occlusion

@@ -10,7 +10,7 @@ import pytest
 
 from lfssao import Buffers, InputError, Settings, estimate
 from lfssao.estimators import registry
-from lfssao.estimators.registry import ESTIMATORS, find_estimator
+from lfssao.estimators.registry import ESTIMATORS, estimate_radii, find_estimator
 from lfssao.passes import Occlusion
 
 each = pytest.mark.parametrize("name", ESTIMATORS)
@@ -120,6 +120,21 @@ def test_occlusion_is_a_share_and_zero_on_background_with_any_number_of_threads(
     assert made[0].texture.max() > 0
     if ESTIMATORS[name].samples is not None and ESTIMATORS[name].default_samples()[1] is not None:
         check(estimate(name, buffers, 0.1, points, weights), buffers)
+
+
+@both
+@each
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_several_radii_at_once_are_those_one_by_one(name, sight, dtype):
+    buffers = scenes.buffers("sphere on a plane", scenes.SIGHTS[sight](19, 14), dtype)
+    radii = (0.3, 0.0, 0.1, 0.7)
+    at_once = estimate_radii(name, buffers, radii)
+    for radius, found in zip(radii, at_once, strict=True):
+        alone = estimate(name, buffers, radius)
+        assert found.texture.tobytes() == alone.texture.tobytes()
+        assert found.outside == alone.outside
+    assert len({found.texture.tobytes() for found in at_once}) > 1
+    assert estimate_radii(name, buffers, ()) == []
 
 
 def extreme_buffers(view, dtype):

@@ -152,7 +152,11 @@ def test_merge_blur_and_image_run_on_a_window(corner, size, sigma, full, seed):
 
     options, made = Settings((1.0, 2.0), blur=sigma), []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rendering, "estimate", lambda _, __, r, *___: passes.Occlusion(layers[int(r) - 1], 7))
+        patch.setattr(
+            rendering,
+            "estimate_radii",
+            lambda _, __, radii, *___: [passes.Occlusion(layers[int(r) - 1], 7) for r in radii],
+        )
         for plan in (ViewPlan(Window.whole(view), Window.whole(view), (0, 1), (False,) * 2, (None,) * 2),
                      ViewPlan.everything(view, options)):  # fmt: skip
             rng = np.random.default_rng(1)
@@ -180,11 +184,11 @@ def test_a_blur_of_ones_makes_negative_zeros_that_stay():
 def test_no_plan_computes_every_texel_and_a_plan_does_not(statue, monkeypatch):
     asked = []
 
-    def estimate(_, buffers, *__):
+    def estimate(_, buffers, radii, *__):
         asked.append(buffers.every_texel)
-        return passes.Occlusion(np.zeros_like(buffers.depth), 0)
+        return [passes.Occlusion(np.zeros_like(buffers.depth), 0) for _ in radii]
 
-    monkeypatch.setattr(rendering, "estimate", estimate)
+    monkeypatch.setattr(rendering, "estimate_radii", estimate)
     view = module_views(statue, find_display("virtual").with_resolution(24, 18))[0]
     caster = RayCaster(statue, view.cast_from_world)
     for plan in (ViewPlan.of(view, caster.bounds, Settings((1.0,))), ViewPlan.everything(view, Settings((1.0,)))):

@@ -41,10 +41,12 @@ def run1(depth, offsets, back, m, every=False, window=None):
 
 
 def run2(depth, positions, offsets, kind, m, every=False, window=None):
-    occlusion, outside = unwritten(depth)
+    """What Algorithm 2 makes of one of three radii, which have other offsets."""
+    occlusion, outside = (np.stack([part] * 3) for part in unwritten(depth))
     window = whole(depth) if window is None else window
-    ssao.algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, outside)
-    return occlusion, outside
+    radii = np.stack([np.roll(offsets, 1, axis=1), offsets, offsets[:, ::-1]])
+    ssao.algorithm2(depth, positions, radii, kind, m, every, window, occlusion, outside)
+    return occlusion[1], outside[1]
 
 
 def assert_same(actual, expected):

@@ -30,6 +30,9 @@ class Estimator:
     run : callable
         ``run(buffers, radius, points, weights, **parameters) -> Occlusion``. The registry checks all arguments before;
         of the parameters it checks names, types, ``limits`` and ``choices``.
+    run_radii : callable or None
+        ``run_radii(buffers, radii, points, weights, **parameters) -> list of Occlusion``: what ``run`` makes of each
+        radius, the same bits in less time; None where it makes one after the other.
     samples : callable or None
         ``samples(n) -> (points, weights or None)``: its own sample set of n points, float64; None where it takes none.
     dimensions : int
@@ -55,6 +58,7 @@ class Estimator:
     title: str
     source: str
     run: Run
+    run_radii: Callable[..., list[Occlusion]] | None = None
     samples: Callable[[int], tuple[FloatArray, FloatArray | None]] | None = None
     dimensions: int = 3
     count: int = 8

@@ -21,6 +21,8 @@ C = (R^3 cap(R) - r_min^3 cap(r_min)) / (R^3 - r_min^3) is the shell's share bey
 half below its own surface; the wall of a crease cuts off a cap, half of it above that surface.)
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,6 +57,18 @@ def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray 
     return passes.algorithm2(
         buffers.depth, buffers.positions, view.world_to_image, points, radius, buffers.every_texel, buffers.window,
         bounds,
+    )  # fmt: skip
+
+
+def lf_radii(
+    buffers: Buffers, radii: Sequence[float], points: FloatArray, weights: FloatArray | None
+) -> list[passes.Occlusion]:
+    """``lf`` of each of several radii: with Algorithm 2 at once, unless tiles may decide samples of a radius."""
+    if buffers.in_tiles or buffers.view.screen_to_world is not None:
+        return [lf(buffers, radius, points, weights) for radius in radii]
+    return passes.algorithm2_of_radii(
+        buffers.depth, buffers.positions, buffers.view.world_to_image, points, radii, buffers.every_texel,
+        buffers.window,
     )  # fmt: skip
 
 
@@ -178,6 +192,7 @@ ENTRIES = (
         title="share of samples in the ball behind the surface",
         source="LF Algorithms 1 and 2",
         run=lf,
+        run_radii=lf_radii,
         samples=_shell,
         sampling="latin",
     ),

@@ -1,6 +1,6 @@
 """All estimators by name, and the one call that runs any of them on any view."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from math import isfinite
 from typing import Any
@@ -95,8 +95,34 @@ def estimate(
     InputError
         If the name, a sample set, a parameter or the radius is wrong, or normals are needed and not there.
     """
+    return estimate_radii(name, buffers, (radius,), points, weights, **parameters)[0]
+
+
+def estimate_radii(
+    name: str,
+    buffers: Buffers,
+    radii: Sequence[float],
+    points: FloatArray | None = None,
+    weights: FloatArray | None = None,
+    **parameters: Value,
+) -> list[Occlusion]:
+    """``estimate`` for each of several radii; together they may take less time.
+
+    Parameters
+    ----------
+    name, buffers, points, weights, parameters
+        As for ``estimate``.
+    radii : sequence of float
+        R of each, world units.
+
+    Raises
+    ------
+    InputError
+        As for ``estimate``.
+    """
     estimator = find_estimator(name)
-    check_radius(radius)
+    for radius in radii:
+        check_radius(radius)
     values = full_parameters(estimator, parameters)
     if estimator.normals and buffers.normals is None:
         raise InputError(f"estimator {name} reads normals, and there is no normals texture")
@@ -104,7 +130,9 @@ def estimate(
         points, weights = estimator.default_samples()
     else:
         check_samples(estimator, points, weights)
-    return estimator.run(buffers, radius, points, weights, **values)
+    if estimator.run_radii is not None and len(radii) > 1:
+        return estimator.run_radii(buffers, radii, points, weights, **values)
+    return [estimator.run(buffers, radius, points, weights, **values) for radius in radii]
 
 
 def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:

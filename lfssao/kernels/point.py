@@ -127,9 +127,9 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
                 for s in range(samples):
                     move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q)
                     if looks and kind == CROSSED_SLITS:
-                        found += count_crossed_slits(m, surface, width, height, n, a, b, c, 1, still, count)
+                        found += count_crossed_slits(m, surface, width, height, n, a, b, c, 0, 1, still, count)
                     elif looks and kind == MATRIX:
-                        found += count_matrix(m, surface, width, height, n, a, b, c, q, 1, still, count)
+                        found += count_matrix(m, surface, width, height, n, a, b, c, q, 0, 1, still, count)
                     else:
                         found += count_near(
                             kind, m, module, surface, places, reach, forward, wide, high, n, points, a, b, c, q, texel,

@@ -13,6 +13,8 @@ How the kernels get their speed, with the bits of the plain double loop over tex
 - Where a sample lies outside nothing is read: vectors read under a mask.
 - Positions are read as one flat array, 3 t + k: so LLVM takes three vectors apart with shuffles; of a second index it
   makes gathers, which take as long as two samples.
+- Algorithm 2 takes all radii of a run before the next run: their points are the same, and depth and positions, of which
+  caches hold a few rows, are read once.
 - Only runs of texels that see a surface are computed (``lfssao.kernels.runs``), a chunk at a time: the numbers of a
   chunk stay in the nearest cache, and while one is computed the processor fetches the next one's positions.
 - How many samples lie in the texture is counted a run, not a texel: nobody asks for more.
@@ -77,7 +79,7 @@ def look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, first, toge
 
 
 @kernel(inline=True)
-def count_crossed_slits(m, depth, width, height, n, a, b, c, samples, offsets, count):
+def count_crossed_slits(m, depth, width, height, n, a, b, c, first, samples, offsets, count):
     """Algorithm 2, lines 4 to 9, for the points of one run.
 
     Parameters
@@ -93,9 +95,9 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, samples, offsets, c
     a, b, c : (>= n,) arrays
         The points after the mapping's affine half, an array a row of M; NaN where a texel sees no surface, which no
         compare lets through.
-    samples : int
-        How many.
-    offsets : (>= samples, 4) array
+    first, samples : int
+        Number of the first sample, and how many.
+    offsets : (>= first + samples, 4) array
         They likewise, linear part only.
     count : (>= n,) int32
         In and out: how many samples lie behind the surface.
@@ -106,20 +108,21 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, samples, offsets, c
         How many samples of all the points are in the texture and the mapping's domain.
     """
     found = 0
-    whole = samples - samples % _TOGETHER
-    for s in range(0, whole, _TOGETHER):
+    end = first + samples
+    whole = end - samples % _TOGETHER
+    for s in range(first, whole, _TOGETHER):
         found += look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, s, _TOGETHER, count)
-    for s in range(whole, samples):
+    for s in range(whole, end):
         found += look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, s, 1, count)
     return found
 
 
 @kernel(inline=True)
-def count_matrix(m, depth, width, height, n, a, b, c, q, samples, offsets, count):
+def count_matrix(m, depth, width, height, n, a, b, c, q, first, samples, offsets, count):
     """Algorithm 1, lines 5 to 10; arguments and result of count_crossed_slits, with q, row 3 of M."""
     wide, high = m.dtype.type(width), m.dtype.type(height)
     found = 0
-    for s in range(samples):
+    for s in range(first, first + samples):
         oa, ob, oc, oq = offsets[s, 0], offsets[s, 1], offsets[s, 2], offsets[s, 3]
         inside = np.int32(0)
         for i in range(n):
@@ -134,11 +137,11 @@ def count_matrix(m, depth, width, height, n, a, b, c, q, samples, offsets, count
 
 
 @kernel(inline=True)
-def count_display(d, depth, width, height, n, a, b, c, samples, offsets, count):
+def count_display(d, depth, width, height, n, a, b, c, first, samples, offsets, count):
     """Algorithm 2, lines 4 to 9, for any display; as count_crossed_slits, with d, the module's numbers."""
     zero, wide, high = d.dtype.type(0), d.dtype.type(width), d.dtype.type(height)
     found = 0
-    for s in range(samples):
+    for s in range(first, first + samples):
         oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
         inside = np.int32(0)
         for i in range(n):
@@ -155,27 +158,29 @@ def count_display(d, depth, width, height, n, a, b, c, samples, offsets, count):
 
 
 @kernel
-def finish_run(depth, at, start, n, samples, count, occlusion):
+def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
     """Write occlusion, 0 of the texels from number ``at`` to the run's start and count / samples of the n in the run.
 
-    Returns how many samples the run's visible points have.
+    before: how many numbers of ``occlusion`` come before the texture's. Returns how many samples the run's visible
+    points have.
     """
     zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
+    first = np.uint64(before)
     for texel in range(np.uint64(at), np.uint64(start)):
-        occlusion[texel] = zero
+        occlusion[first + texel] = zero
     visible = np.int32(0)
     for i in range(n):
         texel = np.uint64(start + i)
         there = depth[texel] < np.inf
         share = depth.dtype.type(count[i]) / total
-        occlusion[texel] = share if there else zero
+        occlusion[first + texel] = share if there else zero
         visible = np.int32(visible + np.int32(there))
     return np.int64(visible) * samples
 
 
 @kernel(parallel=True)
 def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, outside):
-    """LF Algorithm 2, occlusion of every texel of one module.
+    """LF Algorithm 2, occlusion of every texel of one module, of several radii.
 
     Parameters
     ----------
@@ -183,25 +188,25 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
         Image z of the visible surface, +infinity where there is none.
     positions : (H, W, 3), same dtype
         World coordinates of the visible surface.
-    offsets : (n, 3), same dtype
-        The samples relative to the point, world units.
+    offsets : (R, n, 3), same dtype
+        The samples of each radius relative to the point, world units.
     kind, m : int, (16,) or (44,) same dtype
         The mapping world -> image (``lfssao.kernels.mapping``).
     every : bool
         Whether texels without a surface are computed too, for nothing.
     window : (4,) int64
         First column and row, last column and row + 1 of what is looked at otherwise: texels outside see no surface.
-    occlusion : (H, W), same dtype
+    occlusion : (R, H, W), same dtype
         Out: occluded samples / n; 0 where there is no surface and for n = 0.
-    outside : (H,) int64
+    outside : (R, H) int64
         Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
     """
     height, width = depth.shape
     surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
-    shares = occlusion.reshape(height * width)
-    module = m[12:].copy()
-    image_offsets = transform_offsets(offsets, kind, m)
-    samples, nothing = offsets.shape[0], m.dtype.type(np.nan)
+    radii, samples, _ = offsets.shape
+    shares, texels = occlusion.reshape(radii * height * width), height * width
+    module, nothing = m[12:].copy(), m.dtype.type(np.nan)
+    moved = transform_offsets(offsets.reshape(radii * samples, 3), kind, m)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in interleaved(blocks):
         wide_vectors()
@@ -210,7 +215,8 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             left, right = at + window[0], at + (window[2] if window[1] <= j < window[3] else 0)
-            outside[j] = 0
+            for r in range(radii):
+                outside[r, j] = 0
             while at < end:
                 start, n = run_of(surface, at, end, CHUNK, every, left, right)
                 # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
@@ -221,14 +227,18 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
                     a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
                     if kind == MATRIX:
                         q[i] = affine_row(m, 3, x, y, z)
-                    count[i] = 0
-                if kind == CROSSED_SLITS:
-                    found = count_crossed_slits(m, surface, width, height, n, a, b, c, samples, image_offsets, count)
-                elif kind == MATRIX:
-                    found = count_matrix(m, surface, width, height, n, a, b, c, q, samples, image_offsets, count)
-                else:
-                    found = count_display(module, surface, width, height, n, a, b, c, samples, image_offsets, count)
-                outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
+                for r in range(radii):
+                    first = r * samples
+                    for i in range(n):
+                        count[i] = 0
+                    if kind == CROSSED_SLITS:
+                        found = count_crossed_slits(m, surface, width, height, n, a, b, c, first, samples, moved, count)
+                    elif kind == MATRIX:
+                        found = count_matrix(m, surface, width, height, n, a, b, c, q, first, samples, moved, count)
+                    else:
+                        found = count_display(module, surface, width, height, n, a, b, c, first, samples, moved, count)
+                    visible = finish_run(surface, at, start, n, samples, count, shares, r * texels)
+                    outside[r, j] += visible - found
                 at = start + n
 
 
@@ -264,6 +274,6 @@ def algorithm1(depth, offsets, screen_to_world, m, every, window, occlusion, out
                     z = affine_row(screen_to_world, 2, u, v, d) / w
                     a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
                     q[i], count[i] = affine_row(m, 3, x, y, z), 0
-                found = count_matrix(m, surface, width, height, n, a, b, c, q, samples, image_offsets, count)
+                found = count_matrix(m, surface, width, height, n, a, b, c, q, 0, samples, image_offsets, count)
                 outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
                 at = start + n

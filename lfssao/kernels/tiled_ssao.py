@@ -177,11 +177,11 @@ def occlusion_in_tiles(depth, positions, offsets, kind, back, m, blocks, slopes,
                         image_offsets, first, min(samples - first, CHUNK), mixed,
                     )  # fmt: skip
                     if kind == CROSSED_SLITS:
-                        found += count_crossed_slits(m, surface, width, height, texels, a, b, c, some, mixed, count)
+                        found += count_crossed_slits(m, surface, width, height, texels, a, b, c, 0, some, mixed, count)
                     elif kind == DISPLAY:
-                        found += count_display(module, surface, width, height, texels, a, b, c, some, mixed, count)
+                        found += count_display(module, surface, width, height, texels, a, b, c, 0, some, mixed, count)
                     else:
-                        found += count_matrix(m, surface, width, height, texels, a, b, c, q, some, mixed, count)
+                        found += count_matrix(m, surface, width, height, texels, a, b, c, q, 0, some, mixed, count)
                     behind, inside = behind + hidden, inside + known
                 outside[row] += _finish_tile(
                     surface, width, left, right, top, bottom, samples, a, b, c, behind, inside, found, count, shares

@@ -140,8 +140,8 @@ def algorithm2(
     InputError
         If a shape, a dtype, the radius or the window is wrong.
     """
-    depth, positions, offsets = _points(depth, positions, samples, (radius,))
     if bounds is not None and world_to_image.kind != MATRIX:
+        depth, positions, offsets = _points(depth, positions, samples, (radius,))
         numbers = world_to_image.as_type(depth.dtype)
         found = occlusion_in_tiles(depth, positions, offsets[0], world_to_image.kind, numbers, bounds)
         if found is not None:
@@ -165,13 +165,15 @@ def algorithm2_of_radii(
     depth, positions, world_to_image, samples, every_texel, window
         As for ``algorithm2``.
     radii : sequence of float
-        R of each, world units.
+        R of each, world units, at least one.
 
     Raises
     ------
     InputError
-        As for ``algorithm2``.
+        As for ``algorithm2``, or if there is no radius.
     """
+    if not radii:
+        raise InputError("radii: at least one is needed")
     depth, positions, offsets = _points(depth, positions, samples, radii)
     occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
     outside = np.empty((len(radii), depth.shape[0]), np.int64)

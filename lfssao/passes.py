@@ -162,10 +162,12 @@ def algorithm2_of_radii(
 
     Parameters
     ----------
-    depth, positions, world_to_image, samples, every_texel, window
+    depth, positions, world_to_image, samples
         As for ``algorithm2``.
     radii : sequence of float
         R of each, world units, at least one.
+    every_texel, window
+        As for ``algorithm2``.
 
     Raises
     ------

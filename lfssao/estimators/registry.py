@@ -110,10 +110,12 @@ def estimate_radii(
 
     Parameters
     ----------
-    name, buffers, points, weights, parameters
+    name, buffers
         As for ``estimate``.
     radii : sequence of float
         R of each, world units.
+    points, weights, parameters
+        As for ``estimate``.
 
     Raises
     ------

@@ -324,12 +324,12 @@ def blur(occlusion: Texture, sigma: float, window: Window | None = None) -> Text
     """
     check_texture("occlusion", occlusion, 2)
     weights, numbers = gaussian_kernel(sigma).astype(occlusion.dtype), window_numbers(window, occlusion)
-    left, top, right, bottom = numbers.tolist()
+    inside = Window(*numbers.tolist())
     source, blurred = np.ascontiguousarray(occlusion), _zero_beside(window, occlusion.shape, occlusion.dtype)
     if len(weights) == 1:
-        blurred[top:bottom, left:right] = source[top:bottom, left:right]
-    elif left < right and top < bottom:
-        half = np.empty((bottom - top, right - left), source.dtype)
+        inside.part(blurred)[:] = inside.part(source)
+    elif inside.texels:
+        half = np.empty((inside.height, inside.width), source.dtype)
         blur_kernels.blur_horizontal(source, weights, numbers, half)
         blur_kernels.blur_vertical(half, weights, numbers, blurred)
     return blurred

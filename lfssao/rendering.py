@@ -244,9 +244,9 @@ def _occlusions(
     """Occlusion of each radius, as far as the plan has it computed."""
     if not surface.texels:
         return [passes.Occlusion(np.zeros_like(buffers.depth), 0)] * len(settings.radii)
-    radii = [settings.radii[number] for number in plan.sampled]
-    sampled = dict(zip(plan.sampled, _sampled(buffers, radii, settings, neighbours), strict=True))
-    samples = np.empty((0, 3)) if settings.samples is None else settings.samples
+    numbers, samples = plan.sampled, settings.samples
+    radii = [settings.radii[number] for number in numbers]
+    sampled = dict(zip(numbers, _sampled(buffers, radii, settings, neighbours), strict=True))
     out: list[passes.Occlusion] = []
     for number, radius in enumerate(settings.radii):
         if number in sampled:
@@ -254,8 +254,10 @@ def _occlusions(
         elif plan.same_as[number] < number:
             out.append(out[plan.same_as[number]])
         elif (behind := plan.behind[number]) is not None:
+            assert samples is not None  # here and below: only samples' outcomes are known beforehand
             out.append(passes.Occlusion(_everywhere(buffers.depth, behind, len(samples)), 0))
         else:
+            assert samples is not None
             alone = replace(settings, samples=samples[:1])
             (one,) = _sampled(replace(buffers, in_tiles=False), [radius], alone, neighbours)
             out.append(passes.Occlusion(one.texture, one.outside * len(samples)))

@@ -65,10 +65,6 @@ class Window(NamedTuple):
         """The window of a texture, (H, W) or (H, W, c), where it is."""
         return texture[self.top : self.bottom, self.left : self.right]
 
-    def crop(self, texture: NDArray[Any]) -> NDArray[Any]:
-        """The window of a texture, (H, W) or (H, W, c), as an array of its own unless it is all of it."""
-        return np.ascontiguousarray(self.part(texture))
-
     def texture(self, background: float, shape: tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
         """A texture of that shape, of 32-bit numbers, with ``background`` all around the window, anything inside."""
         texture, channels = np.empty(shape, dtype), prod(shape[2:])

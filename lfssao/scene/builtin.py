@@ -1,73 +1,43 @@
-"""The scenes that the program makes itself: the paper's three models, and a gallery of all of them."""
+"""The embedded scenes: the paper's three models, and a gallery of all three.
 
-from collections.abc import Callable
+They are read from ``meshes``, whose files ``benchmarks/scenes`` makes.
+"""
+
+from importlib import resources
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.scene.ammonite import ammonite
-from lfssao.scene.armadillo import armadillo
-from lfssao.scene.assembly import Piece, merged, sky_lit, vertex_normals
-from lfssao.scene.implicit import Triple
-from lfssao.scene.mesh import Mesh
-from lfssao.scene.statue import statue
+from lfssao.scene.mesh import Mesh, Paint
 
-_CLAY = (0.72, 0.50, 0.30)
-_FLOOR = (0.66, 0.64, 0.60)
-_WALL = (0.50, 0.55, 0.60)
-_BLOCK = (0.46, 0.43, 0.40)
-_BLOCK_HEIGHT = 0.34
+BUILTIN = ("gallery", "statue", "ammonite", "armadillo")
 
-# Sine and cosine of the turns, about 16 degrees: a Pythagorean triple needs no rounding to be a rotation.
-_TURN = (7.0 / 25.0, 24.0 / 25.0)
-_NO_TURN = (0.0, 1.0)
+# Models of the gallery with their positions and the sine and cosine of their turns about y. A Pythagorean triple
+# gives a turn of about 16 degrees. The ammonite's ribs touch its block, 0.34 high, in points: it is sunk in a little.
+_GALLERY = (
+    ("statue", (-1.34, 0.0, -0.10), (7.0 / 25.0, 24.0 / 25.0)),
+    ("ammonite", (-0.06, 0.34 - 0.015, 0.42), (7.0 / 25.0, 24.0 / 25.0)),
+    ("armadillo", (1.30, 0.0, -0.10), (0.0, 1.0)),
+)
 
-
-def gallery() -> Mesh:
-    """All three models side by side on a floor before a low wall, the ammonite in front on a block.
-
-    Returns
-    -------
-    Mesh
-        About 247,000 faces with linear RGB at the vertices; 4.8 scene units wide, 2 high, facing +Z,
-        on a floor whose top is y = 0 and which is 0.1 thick.
-    """
-    creature = armadillo()
-    clay = sky_lit(np.array(_CLAY), vertex_normals(creature.vertices, creature.faces))
-    # The ammonite's ribs touch the block in single points: it is sunk in a little, so as to stand.
-    on_block = _BLOCK_HEIGHT - 0.015
-    pieces = [
-        _placed(statue(), (-1.34, 0.0, -0.10), _TURN),
-        _placed(ammonite(), (-0.06, on_block, 0.42), _TURN),
-        _placed(creature, (1.30, 0.0, -0.10), _NO_TURN, clay),
-        _slab((-2.40, -0.10, -1.05), (2.40, 0.0, 1.05), _FLOOR),
-        _slab((-2.40, 0.0, -1.05), (2.40, 1.25, -0.93), _WALL),
-        _slab((-0.62, 0.0, 0.12), (0.62, _BLOCK_HEIGHT, 0.72), _BLOCK),
-    ]
-    return merged(pieces, "gallery")
-
-
-BUILTIN: dict[str, Callable[[], Mesh]] = {
-    "gallery": gallery,
-    "statue": statue,
-    "ammonite": ammonite,
-    "armadillo": armadillo,
-}
+_Arrays = dict[str, NDArray[Any]]
 
 
 def builtin_scene(name: str = "gallery") -> Mesh:
-    """Make one of the embedded scenes.
+    """Read one of the embedded scenes.
 
     Parameters
     ----------
     name : str
-        A key of `BUILTIN`.
+        One of `BUILTIN`.
 
     Returns
     -------
     Mesh
-        In world space: right-handed, x to the right, y up, facing +Z, standing on y = 0; scene units.
+        In world space: right-handed, x to the right, y up, facing +Z, standing on y = 0; scene units. All but the
+        armadillo have linear RGB at the vertices.
 
     Raises
     ------
@@ -76,35 +46,39 @@ def builtin_scene(name: str = "gallery") -> Mesh:
     """
     if name not in BUILTIN:
         raise InputError(f"there is no embedded scene {name!r}; there are: {', '.join(BUILTIN)}")
-    return BUILTIN[name]()
+    arrays = _gallery() if name == "gallery" else _read(name)
+    faces = arrays["faces"]
+    paint = Paint.from_vertex_colors(arrays["colors"], len(faces)) if "colors" in arrays else None
+    return Mesh(arrays["vertices"], faces, paint, name=name)
 
 
-def _placed(mesh: Mesh, to: Triple, turn: tuple[float, float], colors: NDArray[np.float32] | None = None) -> Piece:
-    """Mesh turned about the y axis (sine, cosine), then moved; its colours unless others are given."""
-    x, y, z = mesh.vertices.T
+def _read(name: str) -> _Arrays:
+    """Arrays of one file: vertices (V, 3) float64, faces (F, 3) int32, colors (V, 3) float32 of a painted mesh."""
+    with (
+        resources.files("lfssao.scene").joinpath("meshes", f"{name}.npz").open("rb") as stream,
+        np.load(stream) as file,
+    ):
+        return dict(file)
+
+
+def _gallery() -> _Arrays:
+    """All three models side by side on a floor before a low wall, the ammonite in front on a block."""
+    boxes = _read("gallery")
+    clay = boxes.pop("clay")  # of the armadillo, which has no colours of its own
+    pieces = []
+    for name, position, turn in _GALLERY:
+        model = {"colors": clay} | _read(name)
+        pieces.append(model | {"vertices": _placed(model["vertices"], position, turn)})
+    pieces.append(boxes)
+    first = 0
+    for piece in pieces:
+        piece["faces"] = piece["faces"] + first
+        first += len(piece["vertices"])
+    return {key: np.concatenate([piece[key] for piece in pieces]) for key in ("vertices", "faces", "colors")}
+
+
+def _placed(vertices: NDArray[Any], to: tuple[float, float, float], turn: tuple[float, float]) -> NDArray[np.float64]:
+    """Vertices (V, 3) turned about the y axis by an angle, given as sine and cosine, and then moved."""
+    x, y, z = vertices.T
     sine, cosine = turn
-    vertices = np.stack([cosine * x + sine * z + to[0], y + to[1], cosine * z - sine * x + to[2]], axis=1)
-    if colors is None:
-        assert mesh.paint is not None
-        assert mesh.paint.vertex_colors is not None
-        colors = mesh.paint.vertex_colors
-    return vertices, mesh.faces.astype(np.int64), colors
-
-
-def _slab(low: Triple, high: Triple, albedo: Triple) -> Piece:
-    """Box from low to high, each side with vertices of its own, so that it has a colour of its own."""
-    vertices, normals = [], []
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        for outward, end in ((-1.0, low), (1.0, high)):
-            # Counter-clockwise from outside: i to j is counter-clockwise about +k.
-            first, second = (low, high) if outward > 0.0 else (high, low)
-            for a, b in ((first[i], low[j]), (second[i], low[j]), (second[i], high[j]), (first[i], high[j])):
-                corner, normal = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-                corner[i], corner[j], corner[k] = a, b, end[k]
-                normal[k] = outward
-                vertices.append(corner)
-                normals.append(normal)
-    first_corner = 4 * np.arange(6)[:, None]
-    faces = np.concatenate([first_corner + np.array([0, 1, 2]), first_corner + np.array([0, 2, 3])])
-    return np.array(vertices), faces, sky_lit(np.array(albedo), np.array(normals))
+    return np.stack([cosine * x + sine * z + to[0], y + to[1], cosine * z - sine * x + to[2]], axis=1)

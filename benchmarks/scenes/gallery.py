@@ -1,10 +1,10 @@
 """The gallery's own parts: its floor, wall and block, and the clay that the armadillo is made of there."""
 
 import numpy as np
+from assembly import Piece, merged, sky_lit, vertex_normals
+from implicit import Triple
 from numpy.typing import NDArray
 
-from lfssao.scene.assembly import Piece, merged, sky_lit, vertex_normals
-from lfssao.scene.implicit import Triple
 from lfssao.scene.mesh import Mesh
 
 _CLAY = (0.72, 0.50, 0.30)

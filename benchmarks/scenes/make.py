@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from ammonite import ammonite
+from armadillo import armadillo
 from gallery import boxes, clay
 from numpy.typing import NDArray
+from statue import statue
 
 import lfssao
-from lfssao.scene.ammonite import ammonite
-from lfssao.scene.armadillo import armadillo
 from lfssao.scene.mesh import Mesh
-from lfssao.scene.statue import statue
 
 MESHES = Path(lfssao.__file__).parent / "scene" / "meshes"
 

@@ -1,8 +1,7 @@
 """An upright armadillo-like creature, our own: banded shell, long ears, claws and scaly skin."""
 
 import numpy as np
-
-from lfssao.scene.implicit import (
+from implicit import (
     Array,
     Distance,
     Part,
@@ -20,6 +19,7 @@ from lfssao.scene.implicit import (
     torus,
     wave,
 )
+
 from lfssao.scene.mesh import Mesh
 
 CELL = 0.01007  # grid step, scene units: chosen for the face count of the paper's armadillo, 212,574

@@ -3,11 +3,11 @@
 from math import sqrt
 
 import numpy as np
+from assembly import sky_lit, vertex_normals
+from implicit import wave
 from numpy.typing import NDArray
 
 from lfssao.kernels.elementary import cbrt, sincospi
-from lfssao.scene.assembly import sky_lit, vertex_normals
-from lfssao.scene.implicit import wave
 from lfssao.scene.mesh import Mesh, Paint
 
 FloatArray = NDArray[np.float64]

@@ -4,11 +4,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
-
-from lfssao.kernels.elementary import sincospi
-from lfssao.scene.assembly import Piece, merged, sky_lit, vertex_normals
-from lfssao.scene.implicit import (
+from assembly import Piece, merged, sky_lit, vertex_normals
+from implicit import (
     Array,
     Part,
     Triple,
@@ -21,6 +18,9 @@ from lfssao.scene.implicit import (
     sphere,
     wave,
 )
+from numpy.typing import NDArray
+
+from lfssao.kernels.elementary import sincospi
 from lfssao.scene.mesh import Mesh
 
 FloatArray = NDArray[np.float64]

@@ -20,7 +20,7 @@ from lfssao.scene.mesh import Mesh, Paint
 from lfssao.view import KINDS, View
 
 FORMAT = 1
-_PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "scikit-image", "OpenImageIO", "pillow")
+_PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")
 
 
 _encode = json.JSONEncoder(allow_nan=False).encode

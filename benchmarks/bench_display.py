@@ -10,9 +10,9 @@ the display, whose mean stands for all.
 thread, and of the contact sheet's five rows, spread evenly over the threads.
 
 Ratios of the plain program's seconds to ours:
-display         the whole display from the first ray to the last file, without either's start and building of the tree:
-                the plain program's start, with its packages, and our rehearsal, which loads compiled code and packages
-command         the wall clock of the whole commands: packages, the mesh, the tree, the rehearsal, and all of the above
+display         the whole display from the first ray to the last file, without the plain program's start, with its
+                packages, and without our packages and tree; ours loads its compiled kernels meanwhile
+command         the wall clock of the whole commands: packages, the mesh, the tree, and all of the above
 passes          the textures alone, without files, contact sheet and manifest
 processor       as display and passes, from processor seconds over the cores: the wall clock of a quiet machine, if
                 nothing is lost; ours are those of further modules, so without the start
@@ -60,7 +60,7 @@ WAITING = {"OMP_WAIT_POLICY": "passive", "OPENBLAS_NUM_THREADS": "1"}
 def render(scene: str, folder: Path, modules: int, threads: int) -> dict:
     """One command in a process of its own: seconds of wall and processor, peak memory, and the manifest's seconds.
 
-    Of these "render" begins with the tree, which is taken out of it; "load_kernels" is not in it.
+    Of these "render" begins with the tree, which is taken out of it.
     """
     first = (MODULES - modules) // 2
     words = [scene, "--display", DISPLAY, "--modules", f"{first}:{first + modules}", "--threads", str(threads)]
@@ -184,8 +184,7 @@ def say(name: str, run: dict, one_thread: float, contact: float) -> None:
     run["lost"] = 1 - (one_thread * run["modules"] + contact) / (run["threads"] * run["render"])
     print(
         f"{name:28s} {run['modules']:3d} modules {run['threads']} threads  wall {run['wall']:6.2f} s  "
-        f"rehearsal {run['load_kernels']:.2f} s  render {run['render']:6.2f} s  "
-        f"{run['render'] / run['modules']:.3f} s/module  processor {run['cpu']:6.2f} s  "
+        f"render {run['render']:6.2f} s  {run['render'] / run['modules']:.3f} s/module  processor {run['cpu']:6.2f} s  "
         f"peak {run['peak_mib']:5.0f} MiB  lost {100 * run['lost']:5.1f} %"
     )
 

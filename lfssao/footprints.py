@@ -101,12 +101,6 @@ def hits_by_footprint(
     return triangle, z, weights
 
 
-def tries_few(view: View, tree: TriangleTree, tries: float, window: Window) -> bool:
-    """Whether ``hits_by_footprint`` finds the triangles; arguments as of it."""
-    bounded = _bounded(view, tree, window)
-    return bounded is not None and bounded.tests <= tries * window.texels
-
-
 class _Bounded(NamedTuple):
     """The rays of a window, and the triangles by the rows and columns that they can cover."""
 

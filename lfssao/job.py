@@ -3,8 +3,8 @@
 import os
 import re
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -92,17 +92,9 @@ class Job:
     def __init__(self, work: Work, head: dict[str, Any], seconds: dict[str, float]) -> None:
         self._work = work
         self._head = head
-        self._seconds = dict(seconds)
+        self._seconds = seconds
         self._start = time.perf_counter()
         self._results: dict[int, dict[int, Result]] = {}
-
-    @contextmanager
-    def apart(self, name: str) -> Iterator[None]:
-        """Count the seconds that the block takes under a name of their own, not as rendering."""
-        start = time.perf_counter()
-        yield
-        self._seconds[name] = time.perf_counter() - start
-        self._start += self._seconds[name]
 
     def open(self, items: Iterable[Item]) -> None:
         """Make folders ready for the items that are still to be done.

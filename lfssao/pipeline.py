@@ -3,7 +3,7 @@
 import pickle
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,8 +20,10 @@ from lfssao.work import Item, Renderer, Work
 # two a good half.
 TOGETHER = 3
 
+Results = Generator[tuple[Item, Result], None, None]
 
-def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Iterator[tuple[Item, Result]]:
+
+def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Results:
     """Run the passes in the calling thread and, if there are several threads, write files in others.
 
     Parameters
@@ -99,7 +101,7 @@ def _next(waiting: deque[tuple[Item, Future[Result]]]) -> tuple[Item, Result]:
     return item, future.result()
 
 
-def run_on(executor: Executor, work: Work, items: Sequence[Item], threads: int) -> Iterator[tuple[Item, Result]]:
+def run_on(executor: Executor, work: Work, items: Sequence[Item], threads: int) -> Results:
     """Run whole items, passes and files, wherever an executor runs them; the folder must be the same there.
 
     Parameters

@@ -153,10 +153,6 @@ class RayCaster:
                 self._normals(view, window, seen, weights, normals == "smooth", directions[rows].reshape(-1, 3))
         return GBuffer(depth=depth, positions=positions, color=rgb, triangle=triangle, normals=directions)
 
-    def tries_few(self, view: View, window: Window) -> bool:
-        """Whether the triangles' bounds propose so few tries that neither Embree nor the tree of boxes is asked."""
-        return footprints.tries_few(view, self._tree, footprints.TRIES_A_TEXEL, window)
-
     def _first_hits(
         self, view: View, window: Window, triangle: NDArray[np.int32], weighted: bool
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -159,14 +159,10 @@ class Renderer:
             self._build_seconds += time.perf_counter() - start
         return self._caster
 
-    def use_threads(self) -> None:
-        """Set how many threads the kernels have that the calling thread runs."""
-        numba.set_num_threads(self._threads)
-
     def textures(self, item: Item) -> tuple[Textures, float]:
         """An item's textures, and the seconds spent building trees since the last call."""
         with self._one_at_a_time:
-            self.use_threads()
+            numba.set_num_threads(self._threads)
             caster, view = self.prepare(item), self.work.views[item.view]
             others = self.work.neighbours[item.view] if self.work.neighbours else ()
             assert self._depths is not None  # made with the caster

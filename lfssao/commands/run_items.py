@@ -1,14 +1,14 @@
 """A job's items with a progress bar: those of an earlier job taken up, the rest rendered here or on a scheduler."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
 from lfssao.commands.terminal import bar_size
 from lfssao.files import output_folder
 from lfssao.job import Job, views_at_once
-from lfssao.pipeline import TOGETHER, hashed_together, recover, run_here, run_on
+from lfssao.pipeline import TOGETHER, Results, recover, run_here, run_on
 from lfssao.view_file import Result
 from lfssao.work import Item, Renderer, Work
 
@@ -44,18 +44,17 @@ def run_items(
     found = _found(work, items, threads) if resume else {}
     rest = [item for item in items if item not in found]
     with ExitStack() as stack:
-        runner = stack.enter_context(_runner(work, rest, threads, scheduler))
+        results = stack.enter_context(_results(work, rest, threads, scheduler))
         for folder in (work.folder, *(work.frame_folder(frame) for frame in range(work.frame_count))):
             stack.enter_context(output_folder(folder))
-        with job.apart("load_kernels"):
-            runner.rehearse()
         job.open(rest)
         for item, result in found.items():
             job.add(item, result)
-        bar = stack.enter_context(_bar(total=len(items), initial=len(found)))
+        bar = stack.enter_context(_bar(total=len(items), initial=len(found), postfix="the first run compiles kernels"))
         # Closed before the folders are tidied up: files that were begun are finished first.
-        for item, result in stack.enter_context(closing(runner.start())):
+        for item, result in stack.enter_context(closing(results)):
             job.add(item, result)
+            bar.set_postfix_str("", refresh=False)
             bar.update()
 
 
@@ -70,49 +69,21 @@ def _found(work: Work, items: list[Item], threads: int) -> dict[Item, Result]:
         return out
 
 
-class _Runner(NamedTuple):
-    """What loads the code that the items need, and what starts them."""
-
-    rehearse: Callable[[], None]
-    start: Callable[[], Any]
-
-
 @contextmanager
-def _runner(work: Work, items: list[Item], threads: int, scheduler: str | None) -> Iterator[_Runner]:
-    """What runs the items; what can be known to fail fails before."""
-    if not items:
-        yield _Runner(_nothing, _no_results)
-    elif scheduler is None:
+def _results(work: Work, items: list[Item], threads: int, scheduler: str | None) -> Iterator[Results]:
+    """The items' results, rendered when they are asked for; what can be known to fail fails before."""
+    if scheduler is None or not items:
         # Read when numba's threads start: waiting in a loop, they would take time from those that write files.
         os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-        renderer, ahead = Renderer(work, threads), views_at_once(work, threads + 1 + TOGETHER)
-        renderer.prepare(items[0])
-        yield _Runner(
-            lambda: _rehearse(renderer, items, hashed_together(ahead, threads)),
-            lambda: run_here(renderer, items, threads, ahead),
-        )
+        renderer = Renderer(work, threads)
+        if items:
+            renderer.prepare(items[0])
+        yield run_here(renderer, items, threads, views_at_once(work, threads + 1 + TOGETHER))
     else:
         from lfssao.cluster import executor_of  # late: an optional package
 
         with executor_of(scheduler, min(threads, len(items))) as (executor, worker_threads):
-            yield _Runner(_nothing, lambda: run_on(executor, work, items, worker_threads))
-
-
-def _rehearse(renderer: Renderer, items: list[Item], together: int) -> None:
-    """A bar of its own, as compiling on a first run takes a while; it goes, as it says nothing of the job."""
-    from lfssao.rehearsal import STEPS, rehearse  # late: workers rehearse nothing
-
-    with _bar(total=STEPS, desc="load", unit="step", leave=False) as bar:
-        for _ in rehearse(renderer, items, min(together, len(items))):
-            bar.update()
-
-
-def _nothing() -> None:
-    pass
-
-
-def _no_results() -> Iterator[tuple[Item, Result]]:
-    yield from ()
+            yield run_on(executor, work, items, worker_threads)
 
 
 def _bar(unit: str = "module", **more: Any) -> Any:

@@ -47,7 +47,6 @@ from lfssao import (
 )
 from lfssao.exr import read_exr
 from lfssao.manifest import describe_machine
-from lfssao.pipeline import TOGETHER
 
 DISPLAY, MODULES = "c80", 80
 COMPARED = range(0, MODULES, 11)  # modules that the plain program renders
@@ -201,7 +200,7 @@ def main() -> None:
     cores = len(os.sched_getaffinity(0))
     with tempfile.TemporaryDirectory() as name:
         folder, n = Path(name), options.modules
-        render(options.scene, folder / "warm", 2 * TOGETHER, cores)  # the kernels' cache
+        render(options.scene, folder / "warm", 2, cores)  # the kernels' cache
         single = render(options.scene, folder / "one", n, 1)
         contact = single["passes"].pop("contact")
         one_thread = sum(single["passes"].values()) / n

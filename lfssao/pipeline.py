@@ -3,7 +3,7 @@
 import pickle
 import threading
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,19 +12,14 @@ from lfssao import __version__
 from lfssao.errors import InputError
 from lfssao.exr import use_threads
 from lfssao.files import scratch_file
-from lfssao.rendering import Textures
-from lfssao.view_file import Result, SealedView, recover_view, seal, write_view
+from lfssao.view_file import Result, recover_view, write_view
 from lfssao.work import Item, Renderer, Work
-
-# Views whose textures are hashed together, in 16 lanes. Three views of five radii keep seven eighths of these busy,
-# two a good half.
-TOGETHER = 3
 
 Results = Generator[tuple[Item, Result], None, None]
 
 
 def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Results:
-    """Run the passes in the calling thread and, if there are several threads, write files in others.
+    """Render items in the calling thread, while other threads write the files of those before.
 
     Parameters
     ----------
@@ -33,9 +28,9 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     items : sequence of Item
         In this order.
     threads : int
-        How many threads compute; with 1 the calling thread writes files before the next passes.
+        How many threads write files.
     ahead : int
-        How many items may wait for their file at the same time: memory is bounded by so many views.
+        How many views are in memory at the same time, at most; with 1 nothing is rendered while a file is written.
 
     Yields
     ------
@@ -47,53 +42,14 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     InputError
         If a file cannot be written; files that were begun are finished first.
     """
-    together = hashed_together(ahead, threads)
-    groups = [items[first : first + together] for first in range(0, len(items), together)]
-    if threads == 1:
-        for group in groups:
-            for view in seal(renderer.work, _made(renderer, group)):
-                yield view.item, write_view(renderer.work, view)
-        return
     waiting: deque[tuple[Item, Future[Result]]] = deque()
-    # One more than processors: a thread that waits for the disk computes nothing.
-    with ThreadPoolExecutor(threads + 1) as pool:
-        for group in groups:
-            while len(waiting) > ahead - together or (waiting and waiting[0][1].done()):
+    with ThreadPoolExecutor(threads) as pool:
+        for item in items:
+            while len(waiting) >= ahead or (waiting and waiting[0][1].done()):
                 yield _next(waiting)
-            waiting.extend(zip(group, _begin(pool, renderer, group), strict=True))
+            waiting.append((item, pool.submit(write_view, renderer.work, item, *renderer.textures(item))))
         while waiting:
             yield _next(waiting)
-
-
-def hashed_together(ahead: int, threads: int) -> int:
-    """How many views ``run_here`` hashes together where so many may be in memory.
-
-    With several threads the next ones are made at the same time, with one none are.
-    """
-    return max(1, min(TOGETHER, ahead if threads == 1 else ahead // 2))
-
-
-def _made(renderer: Renderer, items: Iterable[Item]) -> list[tuple[Item, Textures, float]]:
-    """All textures of some views, and the seconds spent building trees for each."""
-    return [(item, *renderer.textures(item)) for item in items]
-
-
-def _begin(pool: Executor, renderer: Renderer, items: Sequence[Item]) -> list[Future[Result]]:
-    """Run the passes of some views, and leave their files to the pool."""
-    sealing = pool.submit(_seal, renderer.work, _made(renderer, items))
-    return [pool.submit(_write, renderer.work, sealing, item) for item in items]
-
-
-def _seal(work: Work, made: Sequence[tuple[Item, Textures, float]]) -> dict[Item, SealedView]:
-    return {view.item: view for view in seal(work, made)}
-
-
-def _write(work: Work, sealing: Future[dict[Item, SealedView]], item: Item) -> Result:
-    """Write the file of one of the views that are sealed together, which a thread of the pool began before this.
-
-    Of each view only who writes it keeps the textures, so that they go with it.
-    """
-    return write_view(work, sealing.result().pop(item))
 
 
 def _next(waiting: deque[tuple[Item, Future[Result]]]) -> tuple[Item, Result]:
@@ -174,8 +130,7 @@ def run_item(path: str, item: Item, threads: int, version: str) -> Result:
             _here.clear()
             _here[path] = Renderer(_load(path), threads)
         renderer = _here[path]
-    (view,) = seal(renderer.work, _made(renderer, [item]))
-    return write_view(renderer.work, view)
+    return write_view(renderer.work, item, *renderer.textures(item))
 
 
 def _load(path: str) -> Work:

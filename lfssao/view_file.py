@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lfssao.contact import sheet_rows, strip
-from lfssao.digests import digests
+from lfssao.digests import digest
 from lfssao.errors import InputError
 from lfssao.exr import read_exr, write_exr
 from lfssao.exr_file import Part
@@ -45,28 +45,6 @@ class Result:
     entry: dict[str, Any]
     strip: "Image | None"
     build_seconds: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class SealedView:
-    """An item's file to be.
-
-    Attributes
-    ----------
-    item : Item
-        Which view of which frame.
-    parts : sequence of Part
-        The file's parts, which hold their digests and what they were made from.
-    seconds : mapping
-        Seconds of the passes until here.
-    build_seconds : float
-        Seconds spent building trees for it.
-    """
-
-    item: Item
-    parts: Sequence[Part]
-    seconds: Mapping[str, float]
-    build_seconds: float
 
 
 def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
@@ -106,49 +84,35 @@ def _occlusion_part(name: str, texture: Any, attributes: dict[str, float | str])
     return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
 
 
-def seal(work: Work, views: Sequence[tuple[Item, Textures, float]]) -> list[SealedView]:
-    """Make the parts of several views' files, each with the digest of its pixels.
+def write_view(work: Work, item: Item, textures: Textures, build_seconds: float) -> Result:
+    """Write an item's file, with the digest of each part's pixels and the identity of what they were made from.
 
     Parameters
     ----------
     work : Work
-        What they are of.
-    views : sequence of (Item, Textures, float)
-        All textures of each view, and the seconds spent building trees for it, for the manifest.
-    """
-    start = time.perf_counter()
-    unsealed = [exr_parts(textures, work.settings) for _, textures, _ in views]
-    found = iter(digests([part.pixels for parts in unsealed for part in parts]))
-    seconds = (time.perf_counter() - start) / len(views)
-    sealed = []
-    for (item, textures, built), parts in zip(views, unsealed, strict=True):
-        first, *others = [_with(part, sha256=next(found), channels=" ".join(part.channels)) for part in parts]
-        first = _with(first, made_from=json.dumps(work.identity(item)))
-        sealed.append(SealedView(item, [first, *others], {**textures.seconds, "digest": seconds}, built))
-    return sealed
-
-
-def write_view(work: Work, view: SealedView) -> Result:
-    """Write a view's file.
-
-    Parameters
-    ----------
-    work : Work
-        What it is of.
-    view : SealedView
-        The file's parts.
+        What the item is of.
+    item : Item
+        Which view of which frame.
+    textures : Textures
+        All textures of the view.
+    build_seconds : float
+        Seconds spent building trees for it, for the manifest.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
-    start = time.perf_counter()
-    write_exr(work.path(view.item), view.parts)
+    begin = time.perf_counter()
+    parts = exr_parts(textures, work.settings)
+    parts = [_with(part, sha256=digest(part.pixels), channels=" ".join(part.channels)) for part in parts]
+    parts[0] = _with(parts[0], made_from=json.dumps(work.identity(item)))
+    hashed = time.perf_counter()
+    write_exr(work.path(item), parts)
     written = time.perf_counter()
-    picture = _strip(work, view.item, view.parts)
-    seconds = {**view.seconds, "write": written - start, "contact": time.perf_counter() - written}
-    return Result(_entry(work, view.item, view.parts, seconds), picture, view.build_seconds)
+    picture = _strip(work, item, parts)
+    seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
+    return Result(_entry(work, item, parts, {**textures.seconds, **seconds}), picture, build_seconds)
 
 
 def recover_view(work: Work, item: Item) -> Result | None:
@@ -175,7 +139,7 @@ def recover_view(work: Work, item: Item) -> Result | None:
             f"{path}: it was rendered with other parameters ({', '.join(other)}): --resume goes on with the same job "
             "only"
         )
-    if digests([part.pixels for part in parts]) != attributes:
+    if [digest(part.pixels) for part in parts] != attributes:
         return None
     picture = _strip(work, item, parts)
     return Result(_entry(work, item, parts, {"verify": time.perf_counter() - start}), picture)

@@ -215,16 +215,15 @@ class Untouched:
 
 @pytest.fixture
 def untouched(monkeypatch):
-    """Passes, digests and files that do nothing but what a test puts into their place."""
+    """Passes and files that do nothing but what a test puts into their place."""
     monkeypatch.setattr(Renderer, "textures", lambda _, item: (Untouched(item), 0.0))
-    monkeypatch.setattr(lfssao.pipeline, "seal", lambda _, views: [textures for _, textures, _ in views])
-    monkeypatch.setattr(lfssao.pipeline, "write_view", lambda _, view: view.item)
+    monkeypatch.setattr(lfssao.pipeline, "write_view", lambda _work, item, _textures, _seconds: item)
     return monkeypatch
 
 
-@pytest.mark.parametrize(("ahead", "expected"), [(1, {1}), (3, {3}), (5, {4, 5}), (6, {6})])
-def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead, expected):
-    """Writing is held until no more items come; groups of two need not fill an odd number."""
+@pytest.mark.parametrize("ahead", [1, 3, 5])
+def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
+    """Writing is held until no more items come."""
     gate, alive, most = threading.Event(), weakref.WeakSet(), []
     work = work_in(tmp_path, 8)
 
@@ -235,55 +234,35 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead, 
 
     untouched.setattr(Renderer, "textures", textures)
 
-    def write(_work, view):
-        gate.wait(0.2 + 0.3 * (view.item.view % 2))  # of two that were hashed together one is written much later
+    def write(_work, item, _textures, _seconds):
+        gate.wait(0.2 + 0.3 * (item.view % 2))  # each second one is written much later
         most.append(len(alive))
-        return view.item
+        return item
 
     untouched.setattr(lfssao.pipeline, "write_view", write)
     assert len(list(run_here(Renderer(work, 2), work.items(), 2, ahead))) == 8
-    assert max(most) in expected
+    assert max(most) == ahead
 
 
-@pytest.mark.parametrize(
-    ("threads", "ahead", "expected"),
-    [
-        *[
-            (1, ahead, expected)
-            for ahead, expected in ((1, [1] * 7), (2, [2, 2, 2, 1]), (3, [3, 3, 1]), (20, [3, 3, 1]))
-        ],
-        *[(2, ahead, expected) for ahead, expected in ((1, [1] * 7), (3, [1] * 7), (5, [2, 2, 2, 1]), (20, [3, 3, 1]))],
-    ],
-)
-def test_textures_of_some_views_are_hashed_together(tmp_path, untouched, threads, ahead, expected):
-    found, work = [], work_in(tmp_path, 7)
-    untouched.setattr(
-        lfssao.pipeline, "seal", lambda _, views: (found.append(len(views)), [view[1] for view in views])[1]
-    )
-    assert [item.view for item, _ in run_here(Renderer(work, threads), work.items(), threads, ahead)] == list(range(7))
-    assert found == expected
-
-
-@pytest.mark.parametrize("step", ["seal", "write_view"])
-def test_views_are_hashed_and_written_while_the_next_passes_run(tmp_path, untouched, step):
-    """The passes of the second views end once the step of the first has begun, and that once they have."""
+def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
+    """The passes of the second view end once the first one's file is begun, and that once they have begun."""
     begun, computing = threading.Event(), threading.Event()
-    work, real = work_in(tmp_path, 4), getattr(lfssao.pipeline, step)
+    work, real = work_in(tmp_path, 4), lfssao.pipeline.write_view
 
     def textures(_, item):
-        if item.view == 3:
+        if item.view == 1:
             computing.set()
             assert begun.wait(20)
         return Untouched(item), 0.0
 
-    def take(*arguments):
+    def write(*arguments):
         begun.set()
         assert computing.wait(20)
         return real(*arguments)
 
     untouched.setattr(Renderer, "textures", textures)
-    untouched.setattr(lfssao.pipeline, step, take)
-    assert len(list(run_here(Renderer(work, 2), work.items(), 2, 6))) == 4
+    untouched.setattr(lfssao.pipeline, "write_view", write)
+    assert len(list(run_here(Renderer(work, 2), work.items(), 2, 2))) == 4
 
 
 def test_files_that_were_begun_are_finished_when_the_job_is_stopped(tmp_path):

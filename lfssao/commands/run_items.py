@@ -8,7 +8,7 @@ from typing import Any
 from lfssao.commands.terminal import bar_size
 from lfssao.files import output_folder
 from lfssao.job import Job, views_at_once
-from lfssao.pipeline import TOGETHER, Results, recover, run_here, run_on
+from lfssao.pipeline import Results, recover, run_here, run_on
 from lfssao.view_file import Result
 from lfssao.work import Item, Renderer, Work
 
@@ -78,7 +78,8 @@ def _results(work: Work, items: list[Item], threads: int, scheduler: str | None)
         renderer = Renderer(work, threads)
         if items:
             renderer.prepare(items[0])
-        yield run_here(renderer, items, threads, views_at_once(work, threads + 1 + TOGETHER))
+        ahead = views_at_once(work, threads + 2) if threads > 1 else 1
+        yield run_here(renderer, items, threads, ahead)
     else:
         from lfssao.cluster import executor_of  # late: an optional package
 

@@ -17,7 +17,6 @@ from lfssao import __version__
 from lfssao.commands import bench, compare, display, estimators, kit, plan, render, samples, view
 from lfssao.commands.terminal import say
 from lfssao.errors import InputError, LfssaoError
-from lfssao.memory import keep_freed_memory
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -45,7 +44,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         ``samples check`` where a promise is broken, of ``bench stability`` where a bound is.
     """
     gc.set_threshold(100_000, 50, 50)  # the compiler makes millions of objects: to look through them less saves a tenth
-    keep_freed_memory()
     words = list(sys.argv[1:] if arguments is None else arguments)
     bad_input = compare.NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
     try:

@@ -1,5 +1,6 @@
 """A render job: what becomes of the results, and what it needs."""
 
+import json
 import os
 import re
 import time
@@ -12,7 +13,7 @@ from lfssao.contact import contact_sheet, save_sheet
 from lfssao.errors import InputError
 from lfssao.estimators.registry import find_estimator
 from lfssao.files import remove_leftovers, write_text, write_whole
-from lfssao.manifest import FORMAT, manifest_text
+from lfssao.manifest import FORMAT
 from lfssao.sums import sum_in_order
 from lfssao.view_file import Result
 from lfssao.work import Item, Work
@@ -129,7 +130,7 @@ class Job:
             "passes": _sums([entry["seconds"] for entry in entries]),
         }
         manifest = {"format": FORMAT, **self._head, "frame": self._frame(frame), "seconds": seconds, "views": entries}
-        write_text(folder / "manifest.json", manifest_text(manifest) + "\n")
+        write_text(folder / "manifest.json", json.dumps(manifest, indent=1, allow_nan=False) + "\n")
 
     def _frame(self, frame: int) -> dict[str, Any] | None:
         if self._work.transforms is None:

@@ -23,35 +23,6 @@ FORMAT = 1
 _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")
 
 
-_encode = json.JSONEncoder(allow_nan=False).encode
-
-
-def manifest_text(value: Any, line: str = "\n") -> str:
-    """JSON with one line for each value that holds no further object, matrices and texture entries among them.
-
-    ``json.dumps`` with an indentation puts each number on a line of its own, and takes twice the time.
-
-    Parameters
-    ----------
-    value : anything that JSON can hold
-        The manifest, or a part of it.
-    line : str
-        What begins a line.
-    """
-    more = line + " "
-    if isinstance(value, dict) and any(_holds_object(part) for part in value.values()):
-        members = [f"{_encode(name)}: {manifest_text(part, more)}" for name, part in value.items()]
-        return f"{{{more}{f',{more}'.join(members)}{line}}}"
-    if isinstance(value, list | tuple) and any(isinstance(part, dict) for part in value):
-        return f"[{more}{f',{more}'.join(manifest_text(part, more) for part in value)}{line}]"
-    return _encode(value)
-
-
-def _holds_object(value: Any) -> bool:
-    parts = value if isinstance(value, list | tuple) else (value,)
-    return any(isinstance(part, dict) for part in parts)
-
-
 def short_digest(value: Any) -> str:
     """The first 16 hexadecimal digits of the SHA-256 of what JSON can hold."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]

@@ -1,9 +1,7 @@
 """The contact sheet: a picture of a handful of views, as LF's figure 10 shows them."""
 
-import zlib
 from collections.abc import Sequence
-from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,13 +99,3 @@ def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":
         sheet.paste(picture, (_MARGIN, top + _CAPTION))
         top += picture.height + _CAPTION + _MARGIN
     return sheet
-
-
-def save_sheet(sheet: "Image", file: Path | IO[bytes]) -> None:
-    """Write a contact sheet as PNG, quickly, as nothing else runs meanwhile: a third of the time for a few more bytes.
-
-    Of pictures with a palette, which of a grey one is that of greys, Pillow tries no filters. Of repeats only runs are
-    looked for.
-    """
-    picture = sheet.convert("P") if sheet.mode == "L" else sheet
-    picture.save(file, "PNG", compress_level=1, compress_type=zlib.Z_RLE)

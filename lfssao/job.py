@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lfssao.contact import contact_sheet, save_sheet
+from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
 from lfssao.estimators.registry import find_estimator
 from lfssao.files import remove_leftovers, write_text, write_whole
@@ -122,7 +122,7 @@ class Job:
         folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
         remove_leftovers(folder)  # of workers that were killed on the way
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        write_whole(folder / "contact.png", lambda path: save_sheet(sheet, path))
+        write_whole(folder / "contact.png", sheet.save)
         seconds = {
             **self._seconds,
             "build_bvh": sum_in_order(result.build_seconds for result in results),

@@ -73,10 +73,9 @@ def peer(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray
 def ours(case: Case) -> Callable[[], np.ndarray]:
     depth, positions, offsets, m = case
     ao, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, depth.shape[0]), np.int64)
-    window = np.array([0, 0, depth.shape[1], depth.shape[0]])
 
     def run() -> np.ndarray:
-        ssao.algorithm2(depth, positions, offsets[None], ssao.CROSSED_SLITS, m, False, window, ao, outside)
+        ssao.algorithm2(depth, positions, offsets[None], ssao.CROSSED_SLITS, m, ao, outside)
         return ao[0]
 
     return run

@@ -16,9 +16,7 @@ from lfssao.kernels import blur as blur_kernels
 from lfssao.kernels import merge as merge_kernels
 from lfssao.kernels import shade as shade_kernels
 from lfssao.kernels import ssao
-from lfssao.kernels.mapping import MATRIX
 from lfssao.matrix import Matrix
-from lfssao.tiles import occlusion_in_tiles
 from lfssao.view import WorldToImage
 from lfssao.window import Window
 
@@ -61,9 +59,6 @@ def algorithm1(
     world_to_screen: Matrix,
     samples: Texture,
     radius: float,
-    every_texel: bool = False,
-    window: Window | None = None,
-    bounds: Texture | None = None,
 ) -> Occlusion:
     """LF Algorithm 1: occlusion of an ordinary view from its depth texture and two matrices.
 
@@ -77,17 +72,11 @@ def algorithm1(
         Offsets in the unit ball (``make_samples``).
     radius : float
         R, world units.
-    every_texel : bool
-        Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
-    window : Window, optional
-        Texels outside of which no surface is seen, so that none is looked for there; all by default.
-    bounds : (2, R, C), same dtype, optional
-        As of ``algorithm2``.
 
     Raises
     ------
     InputError
-        If a shape, a dtype, the radius or the window is wrong.
+        If a shape, a dtype or the radius is wrong.
     """
     check_texture("depth", depth, 2)
     for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
@@ -96,10 +85,8 @@ def algorithm1(
     offsets = _offsets(samples, radius, depth.dtype)
     depth = np.ascontiguousarray(depth)
     back, forth = (np.ascontiguousarray(np.ravel(m), depth.dtype) for m in (screen_to_world, world_to_screen))
-    if bounds is not None and (found := occlusion_in_tiles(depth, back, offsets, MATRIX, forth, bounds)) is not None:
-        return Occlusion(*found)
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm1(depth, offsets, back, forth, every_texel, window_numbers(window, depth), occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, forth, occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
 
@@ -109,9 +96,6 @@ def algorithm2(
     world_to_image: WorldToImage,
     samples: Texture,
     radius: float,
-    every_texel: bool = False,
-    window: Window | None = None,
-    bounds: Texture | None = None,
 ) -> Occlusion:
     """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
 
@@ -127,26 +111,13 @@ def algorithm2(
         Offsets in the unit ball (``make_samples``).
     radius : float
         R, world units.
-    every_texel : bool
-        Whether samples of texels without a surface are computed too, only to show what leaving them out saves.
-    window : Window, optional
-        Texels outside of which no surface is seen, so that none is looked for there; all by default.
-    bounds : (2, R, C), same dtype, optional
-        Bounds of the depths (``lfssao.tiles.depth_bounds``). With them it is asked if many samples have one outcome for
-        whole tiles of texels, which takes less time then and gives the same bits.
 
     Raises
     ------
     InputError
-        If a shape, a dtype, the radius or the window is wrong.
+        If a shape, a dtype or the radius is wrong.
     """
-    if bounds is not None and world_to_image.kind != MATRIX:
-        depth, positions, offsets = _points(depth, positions, samples, (radius,))
-        numbers = world_to_image.as_type(depth.dtype)
-        found = occlusion_in_tiles(depth, positions, offsets[0], world_to_image.kind, numbers, bounds)
-        if found is not None:
-            return Occlusion(*found)
-    return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,), every_texel, window)[0]
+    return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,))[0]
 
 
 def algorithm2_of_radii(
@@ -155,8 +126,6 @@ def algorithm2_of_radii(
     world_to_image: WorldToImage,
     samples: Texture,
     radii: Sequence[float],
-    every_texel: bool = False,
-    window: Window | None = None,
 ) -> list[Occlusion]:
     """``algorithm2`` of each of several radii, with the same bits, in less time.
 
@@ -166,8 +135,6 @@ def algorithm2_of_radii(
         As for ``algorithm2``.
     radii : sequence of float
         R of each, world units, at least one.
-    every_texel, window
-        As for ``algorithm2``.
 
     Raises
     ------
@@ -176,25 +143,16 @@ def algorithm2_of_radii(
     """
     if not radii:
         raise InputError("radii: at least one is needed")
-    depth, positions, offsets = _points(depth, positions, samples, radii)
-    occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
-    outside = np.empty((len(radii), depth.shape[0]), np.int64)
-    ssao.algorithm2(
-        depth, positions, offsets, world_to_image.kind, world_to_image.as_type(depth.dtype), every_texel,
-        window_numbers(window, depth), occlusion, outside,
-    )  # fmt: skip
-    return [Occlusion(texture, int(rows.sum())) for texture, rows in zip(occlusion, outside, strict=True)]
-
-
-def _points(
-    depth: Texture, positions: Texture, samples: Texture, radii: Sequence[float]
-) -> tuple[Texture, Texture, Texture]:
-    """Textures as Algorithm 2 takes them, and the offsets of each radius, (R, n, 3)."""
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
     _check_positions(depth, positions)
+    depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)
     offsets = np.stack([_offsets(samples, radius, depth.dtype) for radius in radii])
-    return np.ascontiguousarray(depth), np.ascontiguousarray(positions), offsets
+    occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
+    outside = np.empty((len(radii), depth.shape[0]), np.int64)
+    numbers = world_to_image.as_type(depth.dtype)
+    ssao.algorithm2(depth, positions, offsets, world_to_image.kind, numbers, occlusion, outside)
+    return [Occlusion(texture, int(rows.sum())) for texture, rows in zip(occlusion, outside, strict=True)]
 
 
 def algorithm2_with_neighbours(

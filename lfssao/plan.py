@@ -4,7 +4,7 @@
 cast, where surfaces will be, is stated as a rule; the manifest says what it came to.
 """
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,11 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.estimators.registry import find_estimator
-from lfssao.kernels.mapping import DISPLAY
 from lfssao.passes import gaussian_kernel
 from lfssao.rendering import Settings
 from lfssao.scene.mesh import Mesh
-from lfssao.tiles import LEAST_LOOKED_UP, LEAST_OF_ALL, LEAST_SAMPLES
 from lfssao.view import View
 from lfssao.view_plan import ViewPlan
 
@@ -118,7 +116,6 @@ def make_plan(
             "their depth textures are cast as far as they may see the scene, none where none is asked; one that sees "
             "nothing is still asked, for it shows samples in the open",
         ),
-        _tiles(settings, seen, {view.world_to_image.kind for view in views}),
         Cut(
             "64-bit", "rays", None, 0, 0.0, 0.0, PLANNED,
             "AO, merge, blur and image are float32 as it is; depth and positions are float64 results rounded once, "
@@ -215,46 +212,11 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
         Cut("samples", "of each radius and view", looked_up - saved, saved, _share(saved, looked_up), ms, PLANNED,
             reason)
     )  # fmt: skip
-    switched = settings.estimator == "lf" and not settings.neighbours
     cuts.append(
-        Cut("AO", "texels without a surface", None, None, None, None, AT_RUN_TIME if switched else BUILT_IN,
-            "rows of the window that holds all surface texels are sampled in runs that see one; where a view shows "
-            "none, no estimator runs")
+        Cut("AO", "texels without a surface", None, None, None, None, BUILT_IN,
+            "rows are sampled in runs that see a surface; where a view shows none, no estimator runs")
     )  # fmt: skip
     return cuts
-
-
-def _tiles(settings: Settings, plans: Sequence[ViewPlan], kinds: Set[int]) -> Cut:
-    """What is decided for whole tiles; no whole radius ever is, as a tile's bounds hold its own points' depths."""
-    any_display = DISPLAY in kinds  # screens that are not flat, and so on: slopes are to be found first
-    if any(plan.in_tiles for plan in plans):
-        shares = (
-            "26 to 60 % at a radius of a fiftieth of its diagonal and 49 to 80 % at a twelfth, where AO with 256 "
-            "samples takes 0.5 to 0.95 times as long"
-            if any_display
-            else "44 to 56 % at a radius of a fiftieth of its diagonal and 60 to 83 % at a twelfth, where AO with 256 "
-            "samples takes 0.4 to 0.85 times as long"
-        )
-        least = (
-            f"of a radius {LEAST_LOOKED_UP / 1e6:g} million samples or more are to be looked up"
-            if any_display
-            else f"over all radii {LEAST_OF_ALL} samples or more are looked up for each texel, background included"
-        )
-        return Cut(
-            "tiles", "AO", None, None, None, None, AT_RUN_TIME,
-            f"bounds of the depths decide samples for whole tiles of 8 x 8 texels: of an ordinary scene's {shares}; "
-            f"each radius is asked in one tile of 64, and done so if a third is decided, if {least}",
-        )  # fmt: skip
-    reason = (
-        f"of fewer than {LEAST_SAMPLES} samples none is decided by bounds of a tile's depths: they do decide 26 to 83 "
-        "% of an ordinary scene's where the radius is not small, but with 8 or 16 asking in each tile takes more than "
-        f"that saves: AO takes {'1.5 to 5.3' if any_display else '1.3 to 2.9'} times as long"
-    )
-    if settings.estimator != "lf":
-        reason = f"samples of estimator {settings.estimator} are its own affair"
-    elif settings.neighbours:
-        reason = "of a sample several depth textures are asked, and bounds of one do not decide it"
-    return Cut("tiles", "AO", None, 0, 0.0, 0.0, PLANNED, reason)
 
 
 def _behind(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:

@@ -210,10 +210,7 @@ def render_view(
     surface = seen if plan.cut else plan.whole
     # Behind the AO everything is +0 outside of this window.
     window = plan.reached(surface, passes.blur_reach(settings.blur))
-    buffers = replace(
-        Buffers.of(gbuffer, view), every_texel=plan.every_texel, window=surface if plan.cut else None,
-        in_tiles=plan.asks_tiles(view, texels, settings),
-    )  # fmt: skip
+    buffers = Buffers.of(gbuffer, view)
     ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
     merged = timed("merge", lambda: _merge([a.texture for a in ao], window, plan))
     blurred = timed("blur", lambda: passes.blur(merged, settings.blur, window) if window.texels else merged)
@@ -259,7 +256,7 @@ def _occlusions(
         else:
             assert samples is not None
             alone = replace(settings, samples=samples[:1])
-            (one,) = _sampled(replace(buffers, in_tiles=False), [radius], alone, neighbours)
+            (one,) = _sampled(buffers, [radius], alone, neighbours)
             out.append(passes.Occlusion(one.texture, one.outside * len(samples)))
     return out
 

@@ -9,9 +9,8 @@ The rules, and why the textures are the same without what they leave out:
   positive weights with +0 to +0. Taps beyond the grown window read the texel on its border, which is +0, or lies on
   the texture's own border. Beyond the blur's reach the image, +0 without a surface, is +0 (1 - 0) = +0. (Within it
   1 - AO may round below 0 and make -0 of +0; that is why the grown window is multiplied too.)
-- AO of background: a share of texels without a surface is +0 whatever their samples are. Within the window of those
-  that see one, rows are sampled in runs that begin with such a texel (``lfssao.kernels.runs``); of other estimators
-  this is not switched.
+- AO of background: a share of texels without a surface is +0 whatever their samples are. Rows are sampled in runs that
+  begin with a texel that sees one (``lfssao.kernels.runs``), with a plan and without.
 - Image: without colour it is white on the surface, which needs no texture to be multiplied.
 - Equal radii: an estimator is a function of its arguments, so a radius that comes again is not computed again.
 - Radius 0: the offsets 0 s are all (+-0, +-0, +-0). Algorithms 1 and 2 add them to coordinates, of which only the
@@ -19,10 +18,6 @@ The rules, and why the textures are the same without what they leave out:
 - Radii whose ball appears smaller than half a texel everywhere: every sample reads the depth of its own point, which
   lies behind it or before it by more than float32 can be off, so all texels have one count
   (``lfssao.small_balls``, which proves it).
-- Samples of tiles: of many samples most have one outcome for all texels of a tile, which bounds of the depths there
-  decide (``lfssao.kernels.tile_bounds`` proves it, with ``lfssao.tile_slopes`` for displays that are not flat and
-  linear). Asked where there are so many samples that asking is next to nothing, and done where enough of a few tiles'
-  samples are decided (``lfssao.tiles``).
 - Merge of one radius, blur with the one weight 1: what goes in comes out.
 """
 
@@ -34,7 +29,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.small_balls import DecidedRadii, decided_radii
-from lfssao.tiles import LEAST_SAMPLES, worth_asking
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window
 
@@ -70,10 +64,6 @@ class ViewPlan:
         everywhere (``lfssao.small_balls``).
     cut : bool
         Whether what comes behind the ray caster runs on a window, or not at all where it is a copy.
-    every_texel : bool
-        Whether LF's estimator computes texels without a surface too.
-    in_tiles : bool
-        Whether there may be enough samples to ask if bounds of the depths decide them for whole tiles.
     """
 
     window: Window
@@ -83,8 +73,6 @@ class ViewPlan:
     behind: tuple[int | None, ...]
     open: tuple[float, ...] = ()
     cut: bool = True
-    every_texel: bool = False
-    in_tiles: bool = False
 
     @classmethod
     def of(cls, view: View, bounds: NDArray[np.float64], settings: "Settings") -> "ViewPlan":
@@ -108,14 +96,13 @@ class ViewPlan:
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
             behind=tuple(decided.behind if radius in decided else None for radius in radii),
             open=decided.open,
-            in_tiles=_may_ask_tiles(settings),
         )
 
     @classmethod
     def everything(cls, view: View, settings: "Settings") -> "ViewPlan":
         """The plan that leaves out nothing."""
         whole, count = Window.whole(view), len(settings.radii)
-        return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False, every_texel=True)
+        return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False)
 
     @property
     def sampled(self) -> list[int]:
@@ -123,33 +110,10 @@ class ViewPlan:
         each = enumerate(zip(self.same_as, self.one_sample, self.behind, strict=True))
         return [number for number, (first, one, known) in each if first == number and not one and known is None]
 
-    def asks_tiles(self, view: View, seen: int, settings: "Settings") -> bool:
-        """Whether it is asked if bounds of the depths decide samples of whole tiles.
-
-        Parameters
-        ----------
-        view : View
-            Which.
-        seen : int
-            How many of its texels see a surface.
-        settings : Settings
-            What the AO passes are run with.
-        """
-        if not self.in_tiles or settings.samples is None:
-            return False
-        samples = len(settings.samples)
-        return worth_asking(view.world_to_image.kind, seen, self.whole.texels, samples, len(self.sampled))
-
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""
         grown = surface.grown(reach, self.whole)
         return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole
-
-
-def _may_ask_tiles(settings: "Settings") -> bool:
-    if settings.estimator != "lf" or settings.neighbours or settings.samples is None:
-        return False
-    return len(settings.samples) >= LEAST_SAMPLES
 
 
 def _decided(view: View, bounds: NDArray[np.float64], settings: "Settings", window: Window) -> DecidedRadii:

@@ -25,7 +25,6 @@ from lfssao import (
     make_samples,
     passes,
     ray_cast_occlusion,
-    tiles,
 )
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint, ray_halves
@@ -42,7 +41,6 @@ from lfssao.kernels import (
     rays,
     spiral,
     ssao,
-    tiled_ssao,
     triangle,
     truth_batches,
     visibility,
@@ -53,7 +51,6 @@ from lfssao.oracle import bounds
 from lfssao.oracle.points import point_bounds
 from lfssao.oracle.texels import Surfaces
 from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
-from lfssao.tile_slopes import tile_slopes
 from lfssao.tree import TriangleTree
 from lfssao.window import Window
 
@@ -104,43 +101,10 @@ def occlusions(dtype):
     yield "shade white", passes.shade_white(depth, merged)
 
 
-def in_tiles(dtype):
-    """Both algorithms with many samples, some decided for whole tiles, and how many of each row of tiles are not."""
-    rng = np.random.default_rng(5)
-    module, samples = DISPLAY.view(0, np.eye(3, 4)).world_to_image, make_samples("latin", 300, 9, 0.2, 1.0)
-    z = np.linspace(-0.1, 0.1, HEIGHT * WIDTH).reshape(HEIGHT, WIDTH) + rng.uniform(-0.01, 0.01, (HEIGHT, WIDTH))
-    z[:, -WIDTH // 4 :] = np.inf
-    u, v = (np.arange(WIDTH) + 0.5) / WIDTH - 0.5, 0.75 * (0.5 - (np.arange(HEIGHT)[:, None] + 0.5) / HEIGHT)
-    positions = np.stack([0.3 + (u - 0.3) * (0.7 - z) / 0.7, 0.1 + (v - 0.1) * (z + 2) / 2, z], axis=-1).astype(dtype)
-    depth = z.astype(dtype)
-    bounds = tiles.depth_bounds(depth)
-    offsets, numbers, camera = (0.15 * samples).astype(dtype), module.as_type(dtype), CAMERA.view(WIDTH, HEIGHT)
-    back, forth = camera.screen_to_world.ravel().astype(dtype), camera.world_to_image.as_type(dtype)
-    yield "bounds of depths", bounds
-    conical = replace(DISPLAY, diffuser="conical").view(0, np.eye(3, 4)).world_to_image.as_type(dtype)
-    boxes = np.empty((-(-HEIGHT // tiled_ssao.TILE), -(-WIDTH // tiled_ssao.TILE), 6), dtype)
-    tiled_ssao.tile_boxes(depth, positions, conical, 2, boxes)
-    slopes = tile_slopes(conical, offsets, boxes)
-    yield "boxes of tiles", boxes
-    for kind, points, m in (
-        (mapping.CROSSED_SLITS, positions, numbers), (mapping.MATRIX, positions[:0], forth),
-        (mapping.DISPLAY, positions, conical),
-    ):  # fmt: skip
-        seen = dtype(0.5) + depth if kind == mapping.MATRIX else depth
-        blocks = tiles.depth_bounds(seen)
-        looked_up, given = np.empty((2, -(-HEIGHT // 8)), np.int64)
-        tiled_ssao.count_decided(seen, points, offsets, kind, back, m, blocks, slopes, 1, looked_up, given)
-        occlusion, outside = np.empty_like(depth), np.empty(len(given), np.int64)
-        tiled_ssao.occlusion_in_tiles(seen, points, offsets, kind, back, m, blocks, slopes, occlusion, outside)
-        yield f"in tiles {kind}", occlusion
-        yield f"outside of tiles {kind}", np.array([outside, looked_up, given])
-
-
 def no_samples(depth, positions, m):
     occlusion, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, HEIGHT), np.int64)
     ssao.algorithm2(
-        depth, positions, np.empty((1, 0, 3), depth.dtype), mapping.CROSSED_SLITS, m, False,
-        np.array([0, 0, WIDTH, HEIGHT]), occlusion, outside,
+        depth, positions, np.empty((1, 0, 3), depth.dtype), mapping.CROSSED_SLITS, m, occlusion, outside
     )  # fmt: skip
     return occlusion
 
@@ -338,7 +302,7 @@ GROUPS = {
     "scalars": lambda: (*scalars(), *triangles()),
     "rays": lambda: (*casts(), *truth(), *batches()),
     "kit": lambda: (*conformance(), *accepted()),
-    "float32": lambda: (*occlusions(np.float32), *in_tiles(np.float32), *mapped(np.float32)),
+    "float32": lambda: (*occlusions(np.float32), *mapped(np.float32)),
     "float64": lambda: (*occlusions(np.float64), *mapped(np.float64)),
     "estimators": estimates,  # last: by then the run's other process has compiled them for this CPU
 }

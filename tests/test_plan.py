@@ -181,21 +181,6 @@ def test_a_blur_of_ones_makes_negative_zeros_that_stay():
     assert view.width == 64
 
 
-def test_no_plan_computes_every_texel_and_a_plan_does_not(statue, monkeypatch):
-    asked = []
-
-    def estimate(_, buffers, radii, *__):
-        asked.append(buffers.every_texel)
-        return [passes.Occlusion(np.zeros_like(buffers.depth), 0) for _ in radii]
-
-    monkeypatch.setattr(rendering, "estimate_radii", estimate)
-    view = module_views(statue, find_display("virtual").with_resolution(24, 18))[0]
-    caster = RayCaster(statue, view.cast_from_world)
-    for plan in (ViewPlan.of(view, caster.bounds, Settings((1.0,))), ViewPlan.everything(view, Settings((1.0,)))):
-        render_view(caster, view, Settings((1.0,)), (), plan)
-    assert asked == [False, True]
-
-
 # The bench
 
 

@@ -20,7 +20,6 @@ from lfssao.display import Display
 from lfssao.oracle.judge import same_bits
 from lfssao.raycast import RayCaster
 from lfssao.rendering import Settings, Textures, default_radii, module_views, render_view
-from lfssao.samples import make_samples
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
@@ -31,8 +30,6 @@ ALL, PLAN = "all", "plan"
 # The plan, and its cuts one by one: fields of a ViewPlan that are taken from the plan.
 CUTS: dict[str, tuple[str, ...]] = {
     "rays": ("window",),
-    "AO": ("every_texel",),
-    "tiles": ("in_tiles",),
     "border": ("cut",),
     "radii": ("same_as", "one_sample", "behind"),
 }
@@ -88,17 +85,14 @@ class Saving:
 def cases(display: Display, quick: bool) -> Iterator[Case]:
     """The embedded scenes fitted into the display and at a tenth of its middle module's texture, and others.
 
-    Others: a scene beside the texture, radii that need no samples, one radius without a blur, many samples, and a wall
-    that fills the texture, of which nothing can be left out.
+    Others: a scene beside the texture, radii that need no samples, one radius without a blur, and a wall that fills the
+    texture, of which nothing can be left out.
     """
     for name in ("statue",) if quick else tuple(BUILTIN):
         mesh = builtin_scene(name)
         fitted = Settings(default_radii(mesh))
         yield Case(f"{name}, fitted", mesh, mesh.bounds, fitted)
         yield Case(f"{name}, a tenth", mesh, at_a_tenth(mesh, display), fitted)
-        if not quick:  # it takes as long as all others
-            many = Settings(fitted.radii[1:4:2], make_samples("latin", 256))
-            yield Case(f"{name}, 2 radii, 256 samples", mesh, mesh.bounds, many)
     radii = fitted.radii
     yield Case(f"{name}, beside", mesh, around(mesh, 3, (40, 0, 0)), fitted)
     special = Settings((0.0, 0.02 * radii[0], *radii[:2], *radii[:2]))
@@ -107,7 +101,6 @@ def cases(display: Display, quick: bool) -> Iterator[Case]:
     sheet, radii = wall(), (0.03, 0.06, 0.1, 0.18, 0.3)
     front = np.array([[-1.0, -0.75, -0.3], [1.0, 0.75, 0.3]])
     yield Case("wall", sheet, front, Settings(radii))
-    yield Case("wall, 1 radius, 128 samples", sheet, front, Settings(radii[2:3], make_samples("latin", 128)))
     yield Case("wall, a tenth", sheet, at_a_tenth(sheet, display), Settings(radii))
 
 

@@ -1,6 +1,6 @@
 """What every estimator reads: the textures of one view and the view's mapping."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,9 +11,7 @@ from lfssao.errors import InputError
 from lfssao.kernels.directions import write_directions
 from lfssao.passes import check_texture
 from lfssao.raycast import GBuffer
-from lfssao.tiles import depth_bounds
 from lfssao.view import View
-from lfssao.window import Window
 
 Texture = NDArray[np.floating[Any]]
 
@@ -32,12 +30,6 @@ class Buffers:
         World coordinates, +infinity where there is no surface.
     normals : (H, W, 3), same dtype, or None
         Unit normals in world space, towards the viewer, 0 where there is no surface; None where none were made.
-    every_texel : bool
-        Whether LF's estimator is to compute texels without a surface too, only to show what leaving them out saves.
-    window : Window or None
-        Texels outside of which it need not look for a surface; None where it is not known that there is none.
-    in_tiles : bool
-        Whether it is to ask if many of its samples have one outcome for whole tiles of texels (``lfssao.tiles``).
 
     Raises
     ------
@@ -49,9 +41,6 @@ class Buffers:
     depth: Texture
     positions: Texture
     normals: Texture | None = None
-    every_texel: bool = field(default=False, kw_only=True)
-    window: Window | None = field(default=None, kw_only=True)
-    in_tiles: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_texture("depth", self.depth, 2)
@@ -71,11 +60,6 @@ class Buffers:
     def of(cls, gbuffer: GBuffer, view: View) -> "Buffers":
         """The textures that the ray caster made for a view."""
         return cls(view, gbuffer.depth, gbuffer.positions, gbuffer.normals)
-
-    @cached_property
-    def depth_bounds(self) -> Texture:
-        """Bounds of the depths by which samples are decided for whole tiles (``lfssao.tiles.depth_bounds``)."""
-        return depth_bounds(np.ascontiguousarray(self.depth))
 
     @cached_property
     def directions(self) -> Texture:

@@ -48,28 +48,20 @@ def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray 
     weights : None
         LF's samples all weigh 1 / n; weights are not read.
     """
-    view, bounds = buffers.view, buffers.depth_bounds if buffers.in_tiles else None
+    view = buffers.view
     if view.screen_to_world is not None:
         matrix = view.world_to_image.numbers.reshape(4, 4)
-        return passes.algorithm1(
-            buffers.depth, view.screen_to_world, matrix, points, radius, buffers.every_texel, buffers.window, bounds
-        )
-    return passes.algorithm2(
-        buffers.depth, buffers.positions, view.world_to_image, points, radius, buffers.every_texel, buffers.window,
-        bounds,
-    )  # fmt: skip
+        return passes.algorithm1(buffers.depth, view.screen_to_world, matrix, points, radius)
+    return passes.algorithm2(buffers.depth, buffers.positions, view.world_to_image, points, radius)
 
 
 def lf_radii(
     buffers: Buffers, radii: Sequence[float], points: FloatArray, weights: FloatArray | None
 ) -> list[passes.Occlusion]:
-    """``lf`` of each of several radii: with Algorithm 2 at once, unless tiles may decide samples of a radius."""
-    if buffers.in_tiles or buffers.view.screen_to_world is not None:
+    """``lf`` of each of several radii, by Algorithm 2 all at once."""
+    if buffers.view.screen_to_world is not None:
         return [lf(buffers, radius, points, weights) for radius in radii]
-    return passes.algorithm2_of_radii(
-        buffers.depth, buffers.positions, buffers.view.world_to_image, points, radii, buffers.every_texel,
-        buffers.window,
-    )  # fmt: skip
+    return passes.algorithm2_of_radii(buffers.depth, buffers.positions, buffers.view.world_to_image, points, radii)
 
 
 def point(

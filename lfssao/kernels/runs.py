@@ -92,15 +92,3 @@ def next_groups(depth, at, end):
         at += _GROUP
     start = np.uint64(min(at, end))
     return np.int64(start), np.int64(run_length(depth, start, np.uint64(end)))
-
-
-@kernel(inline=True)
-def run_of(depth, at, end, most, every, left, right):
-    """next_run where texels of the row before number ``left``, and from number ``right`` on, see nothing.
-
-    Where ``every`` is asked for it is all the next texels of the row, as many as a run has at most.
-    """
-    if every:
-        return at, min(most, end - at)
-    start, n = next_run(depth, max(at, left), right, most)
-    return start if n > 0 else end, n

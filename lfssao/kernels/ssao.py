@@ -37,7 +37,7 @@ from lfssao.kernels.mapping import (
     project_matrix,
     signed_texel_number,
 )
-from lfssao.kernels.runs import run_of
+from lfssao.kernels.runs import next_run
 from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 # Samples that Algorithm 2 looks up at once.
@@ -179,7 +179,7 @@ def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
 
 
 @kernel(parallel=True)
-def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, outside):
+def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
     """LF Algorithm 2, occlusion of every texel of one module, of several radii.
 
     Parameters
@@ -192,10 +192,6 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
         The samples of each radius relative to the point, world units.
     kind, m : int, (16,) or (44,) same dtype
         The mapping world -> image (``lfssao.kernels.mapping``).
-    every : bool
-        Whether texels without a surface are computed too, for nothing.
-    window : (4,) int64
-        First column and row, last column and row + 1 of what is looked at otherwise: texels outside see no surface.
     occlusion : (R, H, W), same dtype
         Out: occluded samples / n; 0 where there is no surface and for n = 0.
     outside : (R, H) int64
@@ -214,11 +210,10 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
-            left, right = at + window[0], at + (window[2] if window[1] <= j < window[3] else 0)
             for r in range(radii):
                 outside[r, j] = 0
             while at < end:
-                start, n = run_of(surface, at, end, CHUNK, every, left, right)
+                start, n = next_run(surface, at, end, CHUNK)
                 # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
                 for i in range(n):
                     t = 3 * (start + i)  # line 1
@@ -243,7 +238,7 @@ def algorithm2(depth, positions, offsets, kind, m, every, window, occlusion, out
 
 
 @kernel(parallel=True)
-def algorithm1(depth, offsets, screen_to_world, m, every, window, occlusion, outside):
+def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
     """LF Algorithm 1, occlusion of every texel of an ordinary view.
 
     Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,) the rows of a 4x4 matrix, in place of
@@ -260,10 +255,9 @@ def algorithm1(depth, offsets, screen_to_world, m, every, window, occlusion, out
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
-            left, right = at + window[0], at + (window[2] if window[1] <= j < window[3] else 0)
             outside[j] = 0
             while at < end:
-                start, n = run_of(surface, at, end, CHUNK, every, left, right)
+                start, n = next_run(surface, at, end, CHUNK)
                 first = m.dtype.type(start - j * width) + half
                 for i in range(n):
                     u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1

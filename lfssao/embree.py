@@ -16,15 +16,22 @@ from lfssao.scene.mesh import Mesh
 _NO_END = 1e37
 
 
-def require_embree() -> None:
-    """Raise MissingPackageError if embreex is not installed."""
+def embree_installed() -> bool:
+    """Whether embreex can be imported."""
     try:
         import embreex.rtcore_scene  # noqa: F401, late: optional
-    except ImportError as error:
+    except ImportError:
+        return False
+    return True
+
+
+def require_embree() -> None:
+    """Raise MissingPackageError if embreex is not installed."""
+    if not embree_installed():
         raise MissingPackageError(
-            "ray casting needs the package embreex, which is not installed here (it has no wheel for Linux on "
-            "aarch64); everything else works on textures made elsewhere"
-        ) from error
+            "Embree needs the package embreex, which is not installed here (it has no wheel for Linux on aarch64); "
+            "everything that does not ask for Embree works without it"
+        )
 
 
 def build_scene(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> Any:

@@ -1,4 +1,4 @@
-"""Depth, positions and colour textures by Embree ray casting: LF's Z prepass and G-buffer in one (LF section 7)."""
+"""Depth, positions and colour textures by ray casting: LF's Z prepass and G-buffer in one (LF section 7)."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import footprints
-from lfssao.embree import build_scene, in_chunks, require_embree
+from lfssao.embree import build_scene, embree_installed, in_chunks
 from lfssao.errors import InputError
 from lfssao.footprints import hits_by_footprint, ray_halves
 from lfssao.kernels import hits, paint, rays, visibility
@@ -59,10 +59,10 @@ class GBuffer:
 class RayCaster:
     """A mesh ready to be ray cast from any view that shares its cast space.
 
-    Something proposes the triangles that a ray may hit, float64 disposes. Where triangles are small, their bounds in
-    the image propose (``lfssao.kernels.footprints``), else Embree and a tree of boxes (``lfssao.kernels.visibility``).
-    The textures do not depend on which, on Embree's build, the processor or the number of threads. Each tree is built
-    once, Embree's, which takes most of the time, when a view first asks for it.
+    An exact float64 test picks each ray's first hit. Small triangles are found by their bounds in the image
+    (``lfssao.kernels.footprints``), others by a tree of boxes (``lfssao.kernels.visibility``), for which Embree
+    proposes a hit a tile where embreex is installed. The textures depend neither on which of these ran nor on Embree's
+    build, the processor or the number of threads. Embree's own tree is built when a view first asks for it.
 
     Parameters
     ----------
@@ -75,8 +75,6 @@ class RayCaster:
 
     Raises
     ------
-    MissingPackageError
-        If embreex is not installed.
     InputError
         If the mesh leaves the range of float32 in cast space.
     """
@@ -87,7 +85,6 @@ class RayCaster:
         self.threads = threads
         vertices = np.empty_like(mesh.vertices)
         rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
-        require_embree()  # before anything is cast
         _check_range(mesh.name, vertices)
         self._tree = TriangleTree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
@@ -187,9 +184,11 @@ class RayCaster:
         )  # fmt: skip
 
     def _proposals(self, view: View, window: Window) -> NDArray[np.int32]:
-        """The triangle that Embree sees in the middle of each tile, -1 where it sees none or the box is missed."""
+        """The triangle that Embree sees in the middle of each tile; -1 where it sees none or is not installed."""
         step = visibility.TILE
         shape = -(-window.height // step), -(-window.width // step)
+        if not embree_installed():
+            return np.full(shape, -1, np.int32)
         counts = np.empty(shape[0], np.int64)
         grid = view.ray_kind, view.lens, self._tree.bounds, window.width, window.height, step, shape[1]
         rays.count_rays(*grid, counts, window.left, window.top)
@@ -222,7 +221,7 @@ class RayCaster:
 
 
 def _check_range(name: str, vertices: NDArray[np.float64]) -> None:
-    """Refuse, before anything is cast, what Embree cannot hold."""
+    """Refuse, before anything is cast, what float32 textures and Embree cannot hold."""
     with np.errstate(over="ignore"):  # what overflows is refused below
         single = vertices.astype(np.float32)
     if not np.isfinite(single).all():

@@ -388,8 +388,6 @@ def render(
     ------
     InputError
         If a module does not exist or the mesh leaves float32 in physical space.
-    MissingPackageError
-        If embreex is not installed.
     """
     settings = settings or Settings(default_radii(mesh))
     views = module_views(mesh, display, modules)

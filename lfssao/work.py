@@ -146,8 +146,6 @@ class Renderer:
         ------
         InputError
             If the mesh leaves the range of float32 in the space rays are cast in.
-        MissingPackageError
-            If embreex is not installed.
         """
         transform = self.work.transform(item.frame)
         if self._caster is None or self._place != transform.tobytes():

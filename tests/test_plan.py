@@ -21,7 +21,6 @@ from lfssao.view import WorldToImage
 from lfssao.view_plan import ViewPlan
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
-pytest.importorskip("embreex", reason="rays are cast by Embree, which has no wheel here")
 pytestmark = pytest.mark.usefixtures("one_thread")
 
 

@@ -22,7 +22,7 @@ from lfssao.embree import CentredScene, in_chunks
 from lfssao.ground_truth import _CLEAR, FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
 from lfssao.kernels import truth_batches
 
-pytest.importorskip("embreex", reason="rays are cast by Embree, which has no wheel here")
+pytest.importorskip("embreex", reason="Embree has no wheel here")
 
 MISSED = 1e-5
 

@@ -38,7 +38,7 @@ def run_items(
     InputError
         If something cannot be written, was left by another job, or the scheduler does not answer.
     MissingPackageError
-        If embreex or, with a scheduler, distributed is not installed.
+        If there is a scheduler and distributed is not installed.
     """
     job, items = Job(work, head, seconds), work.items()
     found = _found(work, items, threads) if resume else {}

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
-from kit_reader_numbers import binary32
-from kit_reader_passes import blur_weights
-from kit_reader_samples import offsets
+from reference.elementary import binary32
+from reference.passes import blur_weights
+from reference.samples import offsets
 
 SHADERS = Path(__file__).parent / "glsl"
 KINDS = ("crossed slits", "matrix", "display")

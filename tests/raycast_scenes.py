@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import numba
 import numpy as np
-import raycast_twin
+from reference import raycast as raycast_twin
 
 from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi, footprints
 

@@ -1,6 +1,5 @@
 """Alchemy AO: bit for bit against its twin, against its limits by quadrature, and the logarithm it needs."""
 
-import alchemy_twin
 import analytic_scenes as scenes
 import mpmath
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 from estimator_cases import assert_same_bits, buffers, offsets, radii
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import alchemy_twin
 
 from lfssao import estimate
 from lfssao.estimators.alchemy import ROTATIONS

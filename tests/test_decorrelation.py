@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import samples_twin as twin
-import spiral_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import sequences as twin
+from reference import spiral as spiral_twin
 
 from lfssao.errors import InputError
 from lfssao.kernels import tiles

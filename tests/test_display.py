@@ -3,13 +3,13 @@
 import math
 from dataclasses import replace
 
-import display_twin
 import mpmath
 import numba
 import numpy as np
 import pytest
 from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
+from reference import textbook as display_twin
 
 from lfssao import Display, Mesh, Module, RayCaster, WorldToImage, display_names, find_display, make_samples, passes
 from lfssao.errors import InputError

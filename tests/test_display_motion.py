@@ -2,12 +2,12 @@
 
 from fractions import Fraction
 
-import display_twin
 import numpy as np
 import pytest
 import test_display
 from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
+from reference import textbook as display_twin
 from test_small_balls import holds
 
 from lfssao import display_motion, find_display

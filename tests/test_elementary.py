@@ -5,9 +5,9 @@ import math
 import mpmath
 import numpy as np
 import pytest
-import twins
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import twins
 
 from lfssao.kernels import elementary
 

@@ -6,9 +6,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import raycast_scenes as scenes
-import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import raycast as raycast_twin
 
 from lfssao import find_display
 from lfssao.footprints import bend, hits_by_footprint, image_axes, ray_halves

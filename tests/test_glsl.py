@@ -8,9 +8,9 @@ import os
 import re
 
 import glsl_renderer
-import kit_reader
 import numpy as np
 import pytest
+from reference import kit as kit_reader
 
 from lfssao.cli import main
 from lfssao.exr import read_exr

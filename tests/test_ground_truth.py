@@ -6,10 +6,10 @@ import analytic_scenes as scenes
 import numba
 import numpy as np
 import pytest
-import truth_twin
 from estimator_cases import assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import truth as truth_twin
 
 from lfssao import Buffers, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
 from lfssao.ground_truth import FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion

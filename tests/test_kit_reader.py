@@ -6,11 +6,11 @@ or none would notice.
 
 import re
 
-import kit_reader_mapping
-import kit_reader_samples
-import kit_reader_scalable
 import numpy as np
 import pytest
+from reference import mapping as kit_reader_mapping
+from reference import samples as kit_reader_samples
+from reference import scalable as kit_reader_scalable
 
 from lfssao.kernels import display as kernels
 from lfssao.kernels import spiral

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import twins
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import twins
 
 from lfssao import Camera, Display, Module, find_display, fit_roi
 from lfssao.display import crossed_slits

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
-import samples_twin as twin
-import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import sequences as twin
+from reference import twins
 
 from lfssao.errors import InputError
 from lfssao.kernels import ball, philox, sequences, square

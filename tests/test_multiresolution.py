@@ -1,12 +1,12 @@
 """Multi-resolution occlusion: bit for bit against its twin, its parts by hand, its limit by quadrature."""
 
 import analytic_scenes as scenes
-import multiresolution_twin
 import numpy as np
 import pytest
 from estimator_cases import assert_same_bits, buffers, radii
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import multiresolution_twin
 
 from lfssao import estimate
 from lfssao.estimators.multiresolution import COMBINATIONS

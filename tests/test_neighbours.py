@@ -2,11 +2,11 @@
 
 import json
 
-import neighbours_twin
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import neighbours_twin
 from test_ssao import assert_same_bits, both, module_cases
 
 from lfssao import (

@@ -2,11 +2,11 @@
 
 import math
 
-import display_twin
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from reference import textbook as display_twin
 
 from lfssao import optics
 from lfssao.errors import InputError

@@ -3,11 +3,11 @@
 from fractions import Fraction
 
 import numpy as np
-import oracle_twin as twin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle_scenes import critical_scene, drawn_view
+from reference import bounds as twin
 
 from lfssao import (
     Camera,

@@ -7,12 +7,12 @@ but for the last digits, so that the half ball's turn is next to its decision, t
 from functools import partial
 
 import numpy as np
-import oracle_twin as twin
 import pytest
 import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle_scenes import critical_scene, drawn_view
+from reference import bounds as twin
 from test_oracle_sound import arithmetic, assert_inside
 
 from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, find_display, module_views

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import raycast_scenes as scenes
-import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import raycast as raycast_twin
 
 from lfssao import Camera, Mesh, RayCaster, Settings, builtin_scene, display_names, find_display, passes, rendering
 from lfssao.bench import savings

@@ -2,11 +2,11 @@
 
 import analytic_scenes as scenes
 import numpy as np
-import point_twin
 import pytest
 from estimator_cases import assert_same_bits, buffers, offsets, radii
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import point_twin
 
 from lfssao import estimate, make_samples
 from lfssao.estimators.point import SURFACES, line7_differences

@@ -13,10 +13,10 @@ import numba
 import numpy as np
 import pytest
 import raycast_scenes as scenes
-import raycast_twin
-import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import raycast as raycast_twin
+from reference import twins
 
 import lfssao
 from lfssao import (

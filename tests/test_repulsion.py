@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import samples_twin as twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import sequences as twin
 
 from lfssao.errors import InputError
 from lfssao.kernels import repulsion

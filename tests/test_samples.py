@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import twins
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import twins
 
 from lfssao import make_samples, square_points
 from lfssao.errors import InputError

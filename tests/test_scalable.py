@@ -3,9 +3,9 @@
 import analytic_scenes as scenes
 import numpy as np
 import pytest
-import scalable_twin as twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import scalable_twin as twin
 
 from lfssao import Buffers, estimate
 from lfssao.estimators import scalable

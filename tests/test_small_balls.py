@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import raycast_scenes as scenes
-import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import raycast as raycast_twin
 
 from lfssao import Camera, Settings, builtin_scene, find_display, passes, small_balls
 from lfssao.rendering import diagonal, module_views

@@ -5,9 +5,9 @@ import math
 import mpmath
 import numpy as np
 import pytest
-import spiral_twin
 from hypothesis import given
 from hypothesis import strategies as st
+from reference import spiral as spiral_twin
 
 from lfssao.errors import InputError
 from lfssao.kernels import spiral

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
+from reference import twins
 
 from lfssao import Camera, Display, Module, WorldToImage, fit_roi, passes
 from lfssao.errors import InputError

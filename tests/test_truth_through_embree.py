@@ -12,10 +12,10 @@ import analytic_scenes as scenes
 import numba
 import numpy as np
 import pytest
-import truth_twin
 from estimator_cases import assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import truth as truth_twin
 
 from lfssao import Buffers, Camera, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
 from lfssao.embree import CentredScene, in_chunks

@@ -9,8 +9,8 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-import viewer_twin
 from PIL import Image
+from reference import viewer as viewer_twin
 
 from lfssao import InputError, LightField, Mesh, Paint, RayCaster, eye_point, eye_range, eye_view, find_display
 from lfssao.cli import main

@@ -6,9 +6,9 @@ import numba
 import numpy as np
 import pytest
 import raycast_scenes as scenes
-import raycast_twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import raycast as raycast_twin
 
 from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import bvh, visibility

@@ -8,11 +8,11 @@ import analytic_scenes as scenes
 import mpmath
 import numpy as np
 import pytest
-import raycast_twin
-import twins
-import volumetric_twin as twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import raycast as raycast_twin
+from reference import twins
+from reference import volumetric_twin as twin
 
 from lfssao import Buffers, Camera, InputError, estimate
 from lfssao.estimators.pyramid import moment_pyramid

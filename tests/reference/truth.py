@@ -2,10 +2,10 @@
 
 import math
 
-import alchemy_twin
 import numpy as np
-import raycast_twin
-import twins
+
+from reference import alchemy_twin, twins
+from reference import raycast as raycast_twin
 
 
 def distances(origin, directions, far, corners):

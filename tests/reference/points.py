@@ -1,9 +1,10 @@
 """The part of the kit's reader on `point`, `hemisphere` and `alchemy`, by SPECIFICATION.md alone (section 17)."""
 
 import numpy as np
-from kit_reader_mapping import sum_a, sum_l, to_image
-from kit_reader_numbers import F, binary32, power, turn_of
-from kit_reader_samples import offsets
+
+from reference.elementary import F, binary32, power, turn_of
+from reference.mapping import sum_a, sum_l, to_image
+from reference.samples import offsets
 
 
 def point_estimator(parameters, inputs, hemisphere=False):

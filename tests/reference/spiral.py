@@ -5,7 +5,7 @@ Nothing here comes from lfssao.
 
 from fractions import Fraction
 
-from twins import sincospi
+from reference.twins import sincospi
 
 
 def inverse_turn(bits):

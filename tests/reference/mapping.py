@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from kit_reader_numbers import F, binary32, sincospi
+
+from reference.elementary import F, binary32, sincospi
 
 # Section 8
 

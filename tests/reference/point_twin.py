@@ -2,9 +2,10 @@
 
 import math
 
-import display_twin
 import numpy as np
-import twins
+
+from reference import textbook as display_twin
+from reference import twins
 
 DISPLAY = 2
 

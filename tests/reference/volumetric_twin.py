@@ -6,9 +6,10 @@ operations that the kernels document, so the bits must agree.
 
 import math
 
-import display_twin
 import numpy as np
-import twins
+
+from reference import textbook as display_twin
+from reference import twins
 
 CROSSED_SLITS, MATRIX, DISPLAY = 0, 1, 2
 TILE = 4

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-import point_twin
-import spiral_twin
-import twins
+
+from reference import point_twin, twins
+from reference import spiral as spiral_twin
 
 
 def log(x):

@@ -7,9 +7,10 @@ import math
 import sys
 
 import numpy as np
-import twins
-from alchemy_twin import power
-from spiral_twin import hash_angle, spiral_tap
+
+from reference import twins
+from reference.alchemy_twin import power
+from reference.spiral import hash_angle, spiral_tap
 
 SEPARABLE, TABLE = 0, 1
 FAR = 2.0**20

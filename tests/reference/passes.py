@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
-from kit_reader_mapping import sum_a, sum_l, to_image
-from kit_reader_numbers import F, binary32, exp
-from kit_reader_samples import offsets
+
+from reference.elementary import F, binary32, exp
+from reference.mapping import sum_a, sum_l, to_image
+from reference.samples import offsets
 
 # Sections 9 and 10; answers: how often each occurred, 5 for a point outside the texture
 

@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
-from kit_reader_mapping import sum_a, sum_l
-from kit_reader_numbers import F, binary32, power, sincospi, turn_of
-from kit_reader_passes import blur_weights
+
+from reference.elementary import F, binary32, power, sincospi, turn_of
+from reference.mapping import sum_a, sum_l
+from reference.passes import blur_weights
 
 HALF, ONE, NONE = F(0.5), F(1), F(np.inf)
 

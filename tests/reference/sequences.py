@@ -7,7 +7,8 @@ import math
 from decimal import Decimal, localcontext
 
 import numpy as np
-from twins import (
+
+from reference.twins import (
     algorithm3,
     algorithm4,
     exp,

@@ -8,14 +8,15 @@ import json
 import sys
 from pathlib import Path
 
-import kit_reader_points
-import kit_reader_scalable
-import kit_reader_volumetric
 import numpy as np
-from kit_reader_mapping import mapping, numbers
-from kit_reader_numbers import elementary, philox_stage
-from kit_reader_passes import algorithm1, algorithm2, blur, frame, merge, shade
-from kit_reader_samples import samples, square
+
+from reference import points as kit_reader_points
+from reference import scalable as kit_reader_scalable
+from reference import volumetric as kit_reader_volumetric
+from reference.elementary import elementary, philox_stage
+from reference.mapping import mapping, numbers
+from reference.passes import algorithm1, algorithm2, blur, frame, merge, shade
+from reference.samples import samples, square
 
 
 def read_case(folder):

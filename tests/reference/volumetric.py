@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from kit_reader_mapping import sum_a, sum_l, to_image
-from kit_reader_numbers import F, binary32, sincospi, word
+
+from reference.elementary import F, binary32, sincospi, word
+from reference.mapping import sum_a, sum_l, to_image
 
 
 def dot(a, b):

@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from kit_reader_numbers import F, cbrt, sincospi, unit, word
+
+from reference.elementary import F, cbrt, sincospi, unit, word
 
 
 def square(method, n, seed):

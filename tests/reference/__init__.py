@@ -1,0 +1,1 @@
+"""An implementation of lfssao's specification that imports nothing of lfssao."""

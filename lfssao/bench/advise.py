@@ -10,7 +10,7 @@ from lfssao.errors import InputError
 Point = dict[str, Any]
 
 ERRORS = ("model", "sampling")
-FORMAT = 3
+FORMAT = 4
 
 
 def read_result(path: Path) -> dict[str, Any]:

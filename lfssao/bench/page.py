@@ -15,7 +15,7 @@ _TIMES = (0.5, 1.0, 3.0, 10.0)
 
 
 def as_text(result: dict[str, Any]) -> str:
-    """Which setting to take, both fronts, what references are worth, slopes beside theory, papers' tables, peers."""
+    """Which setting to take, both fronts, what references are worth, slopes beside theory."""
     points = points_of(result)
     out = ["# Error against run time", "", _about(result), "", "![both errors over the time](work-precision.png)"]
     out += ["", "## Which setting to take", *_sentences(result, points)]
@@ -25,13 +25,6 @@ def as_text(result: dict[str, Any]) -> str:
     if sampled:
         out += ["", "## References", "", *_references(sampled), "", "## Slopes", "", *_slopes(sampled)]
         out += ["", "## Time by sampler", "", *_samplers(sampled)]
-    if result["face_counts"] is not None:
-        out += ["", "## LF table 1", "", *_face_counts(result["face_counts"])]
-    if result["paper_tables"] is not None:
-        out += ["", "## SAO table 2", "", *_paper_table(result["paper_tables"]["sao"])]
-        out += ["", "## VO table 1", "", *_paper_table(result["paper_tables"]["vo"])]
-    if result["peers"] is not None:
-        out += ["", "## Peers", *_peers(result["peers"]["measured"])]
     return "\n".join(out)
 
 
@@ -124,63 +117,4 @@ def _samplers(points: Sequence[Point]) -> list[str]:
     if shared:
         told, of = ", ".join(map(str, shared)), next(p["time_of"] for p in plain if p["samples"] == shared[0])
         out += ["", f"Of {told} samples the time is that of sampler '{of}' for all."]
-    return out
-
-
-def _face_counts(table: dict[str, Any]) -> list[str]:
-    out = [f"1024x768, mean of {table['frames']} frames, milliseconds; LF's are of a graphics card, 1000 frames."]
-    for key, what in (("as_shown", "As shown"), ("equal_cover", "All as small as the one that covers least")):
-        part = table[key]
-        rows: list[tuple[str, ...]] = []
-        for row in part["rows"]:
-            before, after = table["lf_ms"][row["model"]]
-            rows.append((
-                row["model"], str(row["faces"]), f"{row['cover']:.1%}", f"{row['without_ms']:.2f}",
-                f"{row['with_ms']:.2f}", f"{row['ssao_ms']:.2f}", f"{row['ssao_median_ms']:.2f}",
-                f"{row['ns_per_covered_texel']:.0f}", f"{before:.2f}", f"{after:.2f}", f"{after - before:.2f}",
-            ))  # fmt: skip
-        rows.append((
-            "spread", "", "", "", "", *(f"{part[f'{k}_spread_per_cent']:.1f} %" for k in
-            ("ssao_ms", "ssao_median_ms", "ns_per_covered_texel")), "", "", f"{table['lf_spread_per_cent']:.1f} %",
-        ))  # fmt: skip
-        head = ("model", "faces", "cover", "without", "with", "SSAO", "its median", "ns a covered texel",
-                "LF without", "LF with", "LF SSAO")  # fmt: skip
-        out += ["", f"{what}:", "", *_table(head, rows)]
-    shown, equal = (table[key]["ssao_median_ms_spread_per_cent"] for key in ("as_shown", "equal_cover"))
-    return [
-        *out,
-        "",
-        f"LF's time is the same for all models within {table['lf_spread_per_cent']:.1f} %. lfssao leaves "
-        f"out texels without a surface: its medians are {shown:.1f} % apart as shown, {equal:.1f} % at equal cover.",
-    ]
-
-
-def _paper_table(table: dict[str, Any]) -> list[str]:
-    rows = [
-        (row["name"], f"{row['ms']:.2f}", f"{row['ratio']:.2f}", f"{row['paper_ms']:.2f}", f"{row['paper_ratio']:.2f}")
-        for row in table["rows"]
-    ]
-    ours, theirs = table["orders"]
-    same = "The order is the paper's." if ours == theirs else f"Order: {' < '.join(ours)}; paper: {' < '.join(theirs)}."
-    head = ("", "ms", "to the first", "paper's ms", "to the first")
-    return [f"{table['width']}x{table['height']}.", "", *_table(head, rows), "", same]
-
-
-def _peers(peers: dict[str, Any]) -> list[str]:
-    out = []
-    for peer in peers.values():
-        out += ["", f"{peer['title']}:"]
-        if "skipped" in peer:
-            out[-1] += f" skipped, {peer['skipped']}."
-            continue
-        rows = []
-        for name, row in peer["rows"].items():
-            more = [f"equal bits {row['equal_bits']:.2%}"] if "equal_bits" in row else []
-            more += [f"model error {row['model']:.3f}"] if "model" in row else []
-            more += [f"{row['ns_per_ray']:.0f} ns a ray"] if "ns_per_ray" in row else []
-            more += [f"RMSE to ours {row['rmse_to_lfssao']:.1e}"] if "rmse_to_lfssao" in row else []
-            more += [row["renderer"]] if "renderer" in row else []
-            quartiles = f"{row['low']:.2f} to {row['high']:.2f}"
-            rows.append((name, f"{row['median']:.2f}", quartiles, f"{row['times_lfssao']:.2f}", ", ".join(more)))
-        out += ["", *_table(("", "ms", "quartiles", "times lfssao", ""), rows)]
     return out

@@ -56,10 +56,6 @@ class Plan:
         ``TIMED_FOR_ALL`` is timed for all.
     own_counts : bool
         Whether estimators that make their own taps are measured with other numbers of them than their default.
-    frames : int
-        Frames of the table of face counts; 0: no tables of the papers and no peers.
-    table_scale : int
-        What the sizes of the papers' other tables are divided by.
     """
 
     width: int
@@ -77,8 +73,6 @@ class Plan:
     repeats: int
     timed: int
     own_counts: bool
-    frames: int
-    table_scale: int
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -97,11 +91,11 @@ TIMED_FOR_ALL = "random"
 FULL = Plan(
     256, 192, (1, 4, 16, 64, 256, 1024, 4096), ((0.02,), (0.01, 0.02, 0.035)), ("float32", "float64"), (0.0, 1.0),
     None, ("sobol", "halton", "fibonacci"), "float32", 262_144,
-    ("vo-points", "vo-points-normal"), 4, 20, 256, True, 200, 1,
+    ("vo-points", "vo-points-normal"), 4, 20, 256, True,
 )  # fmt: skip
 QUICK = Plan(
     256, 192, (4, 16, 64), ((0.02,),), ("float32",), (0.0, 1.0), ("random", "latin", "poisson"), ("sobol", "halton"),
-    "float32", 65_536, (), 4, 20, 64, False, 10, 2,
+    "float32", 65_536, (), 4, 20, 64, False,
 )  # fmt: skip
 
 

@@ -19,9 +19,6 @@ from lfssao import passes
 from lfssao.bench import plans
 from lfssao.bench.advise import FORMAT
 from lfssao.bench.bench_scene import BenchScene, Samples
-from lfssao.bench.face_counts import FACE_COUNT_STEPS, measure_face_counts
-from lfssao.bench.paper_tables import PAPER_TABLE_STEPS, measure_paper_tables
-from lfssao.bench.peers.registry import PEERS, measure_peers
 from lfssao.bench.plans import Plan
 from lfssao.bench.sampling_error import Reference, combine, rmse
 from lfssao.bench.setting_times import setting_times
@@ -197,21 +194,6 @@ def run(
             points = partial(measure_estimator, scene, ESTIMATORS[name], plan, tick)
             result["estimators"][name] = {**_watched(points), "truth_error": scene.truth_error()}
             save()
-    for name, measure in _extras(plan, threads, tick).items():
-        if result[name] is None:
-            result[name] = _watched(measure)
-            save()
-
-
-def _extras(plan: Plan, threads: int, tick: Tick) -> dict[str, Callable[[], dict[str, Any]]]:
-    """What is measured beside the estimators' points."""
-    if not plan.frames:
-        return {}
-    return {
-        "face_counts": partial(measure_face_counts, plan.frames, threads, tick),
-        "paper_tables": partial(measure_paper_tables, plan.table_scale, plan.repeats, threads, tick),
-        "peers": partial(measure_peers, plan.repeats, threads, tick),
-    }
 
 
 def _watched(measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
@@ -224,10 +206,7 @@ def _watched(measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
 
 def start(mesh: Mesh, plan: Plan, threads: int) -> dict[str, Any]:
     """A result that holds nothing yet."""
-    return {
-        "work_precision": FORMAT, "setup": setup(mesh, plan, threads), "estimators": {}, "face_counts": None,
-        "paper_tables": None, "peers": None,
-    }  # fmt: skip
+    return {"work_precision": FORMAT, "setup": setup(mesh, plan, threads), "estimators": {}}
 
 
 def steps(plan: Plan, done: dict[str, Any]) -> int:
@@ -240,5 +219,4 @@ def steps(plan: Plan, done: dict[str, Any]) -> int:
             continue
         sets = sum(len(list(plans.counts_of(estimator, s, plan))) for s in plans.samplers_of(estimator, plan))
         total += len(plan.reference_samplers) + len(plan.counts) + sets
-    extras = {"face_counts": FACE_COUNT_STEPS, "paper_tables": PAPER_TABLE_STEPS, "peers": len(PEERS)}
-    return total + sum(count for name, count in extras.items() if plan.frames and done[name] is None)
+    return total

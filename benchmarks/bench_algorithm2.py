@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numba
 import numpy as np
+from baselines.c import SOURCE, compile_library
 
 from lfssao import builtin_scene, find_display, make_samples, module_views
-from lfssao.bench.peers.c import SOURCE, compile_library
 from lfssao.bench.times import in_turn
 from lfssao.kernels import ssao
 from lfssao.manifest import describe_machine

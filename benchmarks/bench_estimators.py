@@ -1,7 +1,7 @@
 """All estimators and all their stages side by side, and against C: ``python benchmarks/bench_estimators.py``.
 
 One run, 1024x768, float32, the papers' settings. A row is an estimator as ``estimate`` runs it, or one of its stages,
-the kernel calls alone; beside it the same loops in plain C (peers/*.c, gcc -O3 -march=native, OpenMP; a second build
+the kernel calls alone; beside it the same loops in C (baselines/*.c, gcc -O3 -march=native, OpenMP; a second build
 with -ffp-contract=off must give lfssao's bits) on the same arrays, an estimator's on copies, and a copy of as many
 bytes as the arrays have. All take turns; median and quartiles. The first calls, which compile or load, are a table of
 their own: an empty NUMBA_CACHE_DIR shows what compiling takes. In C, tables and memory are ready before, and samples
@@ -26,7 +26,7 @@ from typing import Any
 import numba
 import numpy as np
 from estimator_plots import plot
-from kernel_peers import PEERS
+from kernel_baselines import PEERS
 from limits import LIMITS
 from settings import RADII, RADIUS, SETTINGS, SMALL, Setting, Views, gallery, relief, sao
 from stages import Arrays, Call, bytes_moved, compile_peers, copying, differing, in_c, interleaved, ours, recorded

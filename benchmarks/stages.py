@@ -16,7 +16,7 @@ import numpy as np
 
 from lfssao.bench.times import balanced_orders
 
-FOLDER = Path(__file__).with_name("peers")
+FOLDER = Path(__file__).with_name("baselines")
 Run = Callable[[], None]
 
 

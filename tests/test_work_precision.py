@@ -7,14 +7,15 @@ from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
+import paper_tables
 import pytest
+from baselines import embree, registry
+from baselines.case import Case
+from face_counts import LF_MILLISECONDS, measure_face_counts, spread_per_cent
 
-from lfssao.bench import page, paper_tables, plans, plots, work_precision
+from lfssao.bench import page, plans, plots, work_precision
 from lfssao.bench.advise import FORMAT, advice, load_warning, pareto_front, points_of
 from lfssao.bench.bench_scene import BenchScene
-from lfssao.bench.face_counts import LF_MILLISECONDS, measure_face_counts, spread_per_cent
-from lfssao.bench.peers import embree, registry
-from lfssao.bench.peers.case import Case
 from lfssao.bench.sampling_error import Reference, combine, rmse
 from lfssao.bench.setting_times import setting_times
 from lfssao.bench.slopes import THEORY, fitted_slope, law_slope
@@ -369,9 +370,9 @@ def test_spread():
 
 def test_models_are_brought_to_equal_cover(monkeypatch):
     """Statue and ammonite, small: as shown they cover different shares of the picture."""
-    monkeypatch.setattr("lfssao.bench.face_counts.MODELS", ("statue", "ammonite"))
+    monkeypatch.setattr("face_counts.MODELS", ("statue", "ammonite"))
     small = find_display("virtual").with_resolution(128, 96)
-    monkeypatch.setattr("lfssao.bench.face_counts.find_display", lambda _name: small)
+    monkeypatch.setattr("face_counts.find_display", lambda _name: small)
     table = measure_face_counts(1, 1, lambda _name: None)
     shown, equal = ([row["cover"] for row in table[key]["rows"]] for key in ("as_shown", "equal_cover"))
     assert max(shown) > 2 * min(shown)
@@ -433,7 +434,7 @@ def test_a_papers_table_has_ratios_and_orders():
 @pytest.mark.parametrize("name", ["c", "glsl"])
 def test_peers_of_algorithm_2_have_its_bits(name, monkeypatch):
     small = Case.of(1, 64, 48)
-    peer = import_module(f"lfssao.bench.peers.{name}")
+    peer = import_module(f"baselines.{name}")
     monkeypatch.setattr(peer.Case, "of", lambda _threads: small)
     measured = peer.measure(1, 1)["rows"]
     shares = [row["equal_bits"] for row in measured.values() if "equal_bits" in row]

@@ -45,7 +45,7 @@ def _measure(name: str, repeats: int, threads: int) -> dict[str, Any]:
     os.environ["OMP_NUM_THREADS"] = os.environ["LP_NUM_THREADS"] = str(threads)
     numba.set_num_threads(threads)
     try:
-        measured: dict[str, Any] = import_module(f"lfssao.bench.peers.{name}").measure(repeats, threads)
+        measured: dict[str, Any] = import_module(f"baselines.{name}").measure(repeats, threads)
     except MissingPackageError as error:
         return {"skipped": str(error)}
     return measured

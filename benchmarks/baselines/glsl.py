@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from baselines.case import Case, FloatTexture, compared, equal_share
 
-from lfssao.bench.peers.case import Case, FloatTexture, compared, equal_share
 from lfssao.errors import MissingPackageError
 
 SOURCE = Path(__file__).with_name("algorithm2.comp")

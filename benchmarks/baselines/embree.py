@@ -5,8 +5,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from baselines.case import compared
 
-from lfssao.bench.peers.case import compared
 from lfssao.bench.sampling_error import rmse
 from lfssao.display_file import find_display
 from lfssao.estimators.buffers import Buffers

@@ -1,14 +1,13 @@
 """Algorithm 2 against C: ``python benchmarks/bench_algorithm2.py``, JSON beside the printed table.
 
-One run, 1024x768, 8 samples, one radius, float32, all peers in turn, each after each other equally often; median and
-quartiles in milliseconds. The peers are compiled here with gcc -O3 -march=native; a second build with -ffp-contract=off
-must give lfssao's bits.
+One run, 1024x768, 8 samples, one radius, float32, all programs in turn, each after each other equally often; median and
+quartiles in milliseconds. The C programs are compiled here with gcc -O3 -march=native; a second build with
+-ffp-contract=off must give lfssao's bits.
 """
 
 import argparse
 import ctypes
 import json
-import os
 import sys
 import tempfile
 from collections.abc import Callable
@@ -16,7 +15,7 @@ from pathlib import Path
 
 import numba
 import numpy as np
-from baselines.c import SOURCE, compile_library
+from c_baselines import compile_baselines
 
 from lfssao import builtin_scene, find_display, make_samples, module_views
 from lfssao.bench.times import in_turn
@@ -30,10 +29,10 @@ RADIUS = 0.02  # share of the scene's diagonal
 Case = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def gallery_case() -> Case:
+def gallery_case(width: int = 1024, height: int = 768) -> Case:
     """The default scene in the default display: depth, positions, offsets and mapping, float32."""
     mesh = builtin_scene()
-    view = module_views(mesh, find_display("virtual"))[0]
+    view = module_views(mesh, find_display("virtual").with_resolution(width, height))[0]
     gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view)
     offsets = (RADIUS * diagonal(mesh) * make_samples()).astype(np.float32)
     return gbuffer.depth, gbuffer.positions, offsets, view.world_to_image.as_type(np.float32)
@@ -51,20 +50,24 @@ def relief_case() -> Case:
     return (-z).astype(np.float32), positions, offsets, view.world_to_image.as_type(np.float32)
 
 
-def peer(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray] | None:
+def image_offsets(case: Case) -> np.ndarray:
+    """The offsets after the linear part of the mapping's first three rows, (n, 3): done once a sample, as in lfssao."""
+    _, _, offsets, m = case
+    return np.ascontiguousarray(ssao.transform_offsets(offsets, ssao.CROSSED_SLITS, m)[:, :3])
+
+
+def in_c(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray] | None:
     """The C function under that name on a case; None where this processor's build does not have it."""
-    try:
-        function = getattr(library, name)
-    except AttributeError:
+    function = getattr(library, name, None)
+    if function is None:
         return None
-    depth, positions, offsets, m = case
-    image_offsets = np.ascontiguousarray(ssao.transform_offsets(offsets, ssao.CROSSED_SLITS, m)[:, :3])
+    (depth, positions, _, m), offsets = case, image_offsets(case)
     ao = np.empty_like(depth)
-    arrays = [a.ctypes.data_as(ctypes.c_void_p) for a in (depth, positions, image_offsets, m, ao)]
+    inputs = (depth, positions, offsets, m, ao)
     height, width = depth.shape
 
-    def run(kept: tuple[np.ndarray, ...] = (image_offsets,)) -> np.ndarray:
-        function(width, height, len(kept[0]), *arrays)
+    def run() -> np.ndarray:
+        function(width, height, len(offsets), *(a.ctypes.data_as(ctypes.c_void_p) for a in inputs))
         return ao
 
     return run
@@ -81,12 +84,11 @@ def ours(case: Case) -> Callable[[], np.ndarray]:
     return run
 
 
-def bench(case: Case, folder: Path, repeats: int) -> dict[str, dict[str, float]]:
-    fast, exact = compile_library(folder, SOURCE), compile_library(folder, SOURCE, "-ffp-contract=off")
+def bench(case: Case, fast: ctypes.CDLL, exact: ctypes.CDLL, repeats: int) -> dict[str, dict[str, float]]:
     runs: dict[str, Callable[[], np.ndarray]] = {"lfssao": ours(case)}
     reference = runs["lfssao"]().copy()
     for name in ("plain_c", "avx2_c", "avx512_c"):
-        run, same = peer(fast, name, case), peer(exact, name, case)
+        run, same = in_c(fast, name, case), in_c(exact, name, case)
         if run is None or same is None:
             print(f"  {name}: this processor does not have it, skipped")
             continue
@@ -108,13 +110,13 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--json", type=Path, default=Path(__file__).parent / "results" / "algorithm2.json")
     options = parser.parse_args()
-    os.environ["OMP_NUM_THREADS"] = str(options.threads)
     numba.set_num_threads(options.threads)
     result: dict[str, object] = {"machine": describe_machine(options.threads, sys.argv)}
     with tempfile.TemporaryDirectory() as folder:
+        fast, exact = (compile_baselines(Path(folder), options.threads, *more) for more in ((), ("-ffp-contract=off",)))
         for name, case in (("gallery", gallery_case()), ("relief", relief_case())):
             print(f"{name}: {np.isfinite(case[0]).mean():.0%} of the texels see a surface")
-            result[name] = bench(case, Path(folder), options.repeats)
+            result[name] = bench(case, fast, exact, options.repeats)
     options.json.parent.mkdir(exist_ok=True)
     options.json.write_text(json.dumps(result, indent=1))
 

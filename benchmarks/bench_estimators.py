@@ -25,11 +25,12 @@ from typing import Any
 
 import numba
 import numpy as np
+from c_baselines import compile_baselines
 from estimator_plots import plot
-from kernel_baselines import PEERS
+from kernel_baselines import BASELINES
 from limits import LIMITS
 from settings import RADII, RADIUS, SETTINGS, SMALL, Setting, Views, gallery, relief, sao
-from stages import Arrays, Call, bytes_moved, compile_peers, copying, differing, in_c, interleaved, ours, recorded
+from stages import Arrays, Call, bytes_moved, copying, differing, in_c, interleaved, ours, recorded
 
 from lfssao import Occluders, builtin_scene, ray_cast_occlusion
 from lfssao.ground_truth import INTERSECTORS
@@ -49,7 +50,7 @@ def stages_of(setting: Setting, calls: list[Call], listed: set[str]) -> dict[str
     """The calls of one setting by stage, of the stages not listed yet."""
     found: dict[str, list[Call]] = {}
     for call in calls:
-        found.setdefault(call.peer.label, []).append(call)
+        found.setdefault(call.baseline.label, []).append(call)
     new = {label: own for label, own in found.items() if label not in listed or label in setting.again}
     return {f"{label} ({setting.name})" if label in setting.again else label: own for label, own in new.items()}
 
@@ -60,9 +61,9 @@ def rows_of(views: Views, libraries: Libraries, first: dict[str, float]) -> tupl
     rows: dict[str, Variants] = {}
     sizes: dict[str, int] = {}
     for setting in SETTINGS:
-        with recorded(PEERS) as made:
+        with recorded(BASELINES) as made:
             setting.run(views)
-        calls = [call for call in made if not (setting.whole and call.peer.label == ONCE)]
+        calls = [call for call in made if not (setting.whole and call.baseline.label == ONCE)]
         if wrong := differing(calls, libraries[1]):
             raise SystemExit(f"{setting.name}: C without contraction does not give lfssao's bits in {', '.join(wrong)}")
         for call in calls:
@@ -74,7 +75,7 @@ def rows_of(views: Views, libraries: Libraries, first: dict[str, float]) -> tupl
             arrays = Arrays(own)  # the same for both: where memory happens to lie is up to a fifth of a short pass
             rows[label] = {"lfssao": ours(own, arrays), "C": in_c(own, arrays, libraries[0])}
             sizes[label] = bytes_moved(own)
-        listed |= {call.peer.label for call in calls}
+        listed |= {call.baseline.label for call in calls}
     return rows, sizes
 
 
@@ -114,7 +115,7 @@ def over_radius(views: Views, repeats: int, clock: Callable[[], float]) -> dict[
     runs = {}
     for name, changed in SERIES.items():
         for share in RADII:
-            with recorded([peer for peer in PEERS if peer.label == TAPS]) as calls:
+            with recorded([each for each in BASELINES if each.label == TAPS]) as calls:
                 sao(views, share=share, gauss=0.0, **changed)
             runs[name, share] = ours(calls, Arrays(calls))
     times = interleaved(runs, repeats, clock)
@@ -171,7 +172,7 @@ def main() -> None:
     result: dict[str, Any] = {**machine, "tables": {}, "order": {}}
     first: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
-        libraries = tuple(compile_peers(Path(folder), threads, *more) for more in ((), ("-ffp-contract=off",)))
+        libraries = tuple(compile_baselines(Path(folder), threads, *more) for more in ((), ("-ffp-contract=off",)))
         scenes = {"gallery": gallery(), "relief": relief(), "relief, small": relief(*SMALL)}
         for name, views in scenes.items():
             seen = [float(np.isfinite(b.depth).mean()) for b in (views.module, views.camera)]

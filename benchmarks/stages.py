@@ -1,13 +1,10 @@
 """Kernel calls of public functions, recorded, and the same loops in C on copies of the same arrays."""
 
 import ctypes
-import os
-import subprocess
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 from unittest.mock import patch
@@ -16,13 +13,12 @@ import numpy as np
 
 from lfssao.bench.times import balanced_orders
 
-FOLDER = Path(__file__).with_name("baselines")
 Run = Callable[[], None]
 
 
 @dataclass(frozen=True)
-class Peer:
-    """A kernel's peer in C.
+class Baseline:
+    """A kernel's baseline in C.
 
     Attributes
     ----------
@@ -47,9 +43,9 @@ class Peer:
 
 @dataclass(frozen=True)
 class Call:
-    """A recorded call: its peer, the kernel, the arguments, copies of the outputs from before it, seconds it took."""
+    """A recorded call: its baseline, kernel and arguments, copies of the outputs from before it, seconds it took."""
 
-    peer: Peer
+    baseline: Baseline
     kernel: Callable[..., Any]
     arguments: tuple[Any, ...]
     before: tuple[np.ndarray, ...]
@@ -57,25 +53,25 @@ class Call:
 
 
 @contextmanager
-def recorded(peers: Sequence[Peer]) -> Iterator[list[Call]]:
-    """Record the calls of the peers' kernels that the library makes inside."""
+def recorded(baselines: Sequence[Baseline]) -> Iterator[list[Call]]:
+    """Record the calls of the baselines' kernels that the library makes inside."""
     calls: list[Call] = []
 
-    def recorder(peer: Peer, kernel: Callable[..., Any]) -> Callable[..., Any]:
+    def recorder(baseline: Baseline, kernel: Callable[..., Any]) -> Callable[..., Any]:
         def call(*arguments: Any) -> Any:
-            before = tuple(arguments[k].copy() for k in peer.outputs)
+            before = tuple(arguments[k].copy() for k in baseline.outputs)
             start = time.perf_counter()
             result = kernel(*arguments)
-            calls.append(Call(peer, kernel, arguments, before, time.perf_counter() - start))
+            calls.append(Call(baseline, kernel, arguments, before, time.perf_counter() - start))
             return result
 
         return call
 
     with ExitStack() as stack:
-        for peer in peers:
-            module, attribute = peer.where.rsplit(".", 1)
+        for baseline in baselines:
+            module, attribute = baseline.where.rsplit(".", 1)
             kernel = getattr(resolve_name(module), attribute)
-            stack.enter_context(patch(f"{module}.{attribute}", recorder(peer, kernel)))
+            stack.enter_context(patch(f"{module}.{attribute}", recorder(baseline, kernel)))
         yield calls
 
 
@@ -85,7 +81,7 @@ class Arrays:
     def __init__(self, calls: Sequence[Call]) -> None:
         self.copies: dict[int, np.ndarray] = {}
         for call in calls:
-            for k, before in zip(call.peer.outputs, call.before, strict=True):
+            for k, before in zip(call.baseline.outputs, call.before, strict=True):
                 self.copies.setdefault(id(call.arguments[k]), before.copy())
 
     def of(self, call: Call) -> list[Any]:
@@ -105,7 +101,7 @@ def ours(calls: Sequence[Call], arrays: Arrays) -> Run:
 
 def in_c(calls: Sequence[Call], arrays: Arrays, library: ctypes.CDLL) -> Run:
     bound = [
-        (getattr(library, call.peer.name), [_converted(a) for a in call.peer.arguments(arrays.of(call))])
+        (getattr(library, call.baseline.name), [_converted(a) for a in call.baseline.arguments(arrays.of(call))])
         for call in calls
     ]
 
@@ -125,12 +121,14 @@ def _converted(a: Any) -> Any:
 
 
 def differing(calls: Sequence[Call], library: ctypes.CDLL) -> list[str]:
-    """Peers whose outputs differ in a bit from the kernels'."""
+    """Baselines whose outputs differ in a bit from the kernels'."""
     one, other = Arrays(calls), Arrays(calls)
     ours(calls, one)()
     in_c(calls, other, library)()
     same = {key: one.copies[key].tobytes() == other.copies[key].tobytes() for key in one.copies}
-    return sorted({call.peer.name for call in calls for k in call.peer.outputs if not same[id(call.arguments[k])]})
+    return sorted(
+        {call.baseline.name for call in calls for k in call.baseline.outputs if not same[id(call.arguments[k])]}
+    )
 
 
 def bytes_moved(calls: Sequence[Call]) -> int:
@@ -148,16 +146,6 @@ def copying(size: int, library: ctypes.CDLL) -> Run:
         library.copy(*pointers, ctypes.c_int64(len(kept[0])))
 
     return run
-
-
-def compile_peers(folder: Path, threads: int, *options: str) -> ctypes.CDLL:
-    """All C files in one library, by gcc -O3 -march=native with OpenMP and the options given."""
-    library = folder / f"peers{len(options)}.so"
-    command = [os.environ.get("CC", "gcc"), "-O3", "-march=native", "-fopenmp", "-shared", "-fPIC", *options]
-    subprocess.run([*command, "-o", str(library), *map(str, sorted(FOLDER.glob("*.c"))), "-lm"], check=True)
-    loaded = ctypes.CDLL(str(library))
-    loaded.set_threads(threads)
-    return loaded
 
 
 # How long a run is timed in each turn, milliseconds, and how many calls of it at most.

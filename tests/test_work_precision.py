@@ -3,15 +3,10 @@
 import json
 from collections import Counter
 from dataclasses import replace
-from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
-import paper_tables
 import pytest
-from baselines import embree, registry
-from baselines.case import Case
-from face_counts import LF_MILLISECONDS, measure_face_counts, spread_per_cent
 
 from lfssao.bench import page, plans, plots, work_precision
 from lfssao.bench.advise import FORMAT, advice, load_warning, pareto_front, points_of
@@ -21,7 +16,6 @@ from lfssao.bench.setting_times import setting_times
 from lfssao.bench.slopes import THEORY, fitted_slope, law_slope
 from lfssao.bench.times import Times, balanced_orders, in_turn
 from lfssao.cli import main
-from lfssao.display_file import find_display
 from lfssao.errors import InputError
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.samples import METHODS, make_samples, sample_set
@@ -361,27 +355,6 @@ def test_a_busy_machine_is_said(load, said):
     assert (said or "compiled.\n") in page.as_text(result)
 
 
-def test_spread():
-    assert spread_per_cent([9.0, 10.0, 11.0]) == pytest.approx(20)
-    theirs = [after - before for before, after in LF_MILLISECONDS.values()]
-    assert theirs == pytest.approx([6.46, 6.43, 6.48])
-    assert spread_per_cent(theirs) == pytest.approx(0.774, abs=0.001)
-
-
-def test_models_are_brought_to_equal_cover(monkeypatch):
-    """Statue and ammonite, small: as shown they cover different shares of the picture."""
-    monkeypatch.setattr("face_counts.MODELS", ("statue", "ammonite"))
-    small = find_display("virtual").with_resolution(128, 96)
-    monkeypatch.setattr("face_counts.find_display", lambda _name: small)
-    table = measure_face_counts(1, 1, lambda _name: None)
-    shown, equal = ([row["cover"] for row in table[key]["rows"]] for key in ("as_shown", "equal_cover"))
-    assert max(shown) > 2 * min(shown)
-    assert equal == pytest.approx([min(shown)] * 2, rel=0.02)
-    for row in table["as_shown"]["rows"]:
-        assert row["ns_per_covered_texel"] == pytest.approx(1e6 * row["ssao_ms"] / (row["cover"] * 128 * 96))
-        assert row["with_ms"] == row["without_ms"] + row["ssao_ms"]
-
-
 # The commands
 
 
@@ -404,61 +377,6 @@ def test_the_page_says_what_to_take_and_names_the_points_that_references_do_not_
     assert "At most 3 ms: Take lf, 16 samples by latin" in text
     assert "- lf, 32 samples by latin, 1 radius, no blur, float32: 0.005, reference 0.001" in text
     assert "4 of 5" in text
-
-
-def test_the_papers_tables_are_their_own():
-    """Sums and ratios that the papers print."""
-    sao = paper_tables.SAO_MILLISECONDS
-    for whole in ("Alchemy", "SAO"):
-        parts = [ms for name, ms in sao.items() if name.startswith(whole) and not name.endswith("total")]
-        assert sum(parts) == pytest.approx(sao[f"{whole}, total"])
-    assert sao["Alchemy, total"] / sao["SAO, total"] == pytest.approx(7.1, abs=0.05)
-    columns = np.array([[0.71, 1.01, 1.18, 3.11], [0.71, 1.03, 1.31, 3.55], [0.54, 0.77, 1.14, 2.32],
-                        [0.59, 0.82, 0.97, 2.52]])  # fmt: skip
-    assert list(paper_tables.VO_MILLISECONDS.values())[:4] == pytest.approx(columns.mean(axis=0).tolist(), abs=0.006)
-
-
-def test_a_papers_table_has_ratios_and_orders():
-    class Textures:
-        depth = np.zeros((3, 4))
-
-    warm = {"a": np.array([2.0, 2.0, 9.0]), "b": np.array([1.0, 1.0, 1.0])}
-    table = paper_tables._table(Textures(), warm, {"a": 10.0, "b": 30.0})
-    assert [(row["ratio"], row["paper_ratio"]) for row in table["rows"]] == [(1, 1), (0.5, 3)]
-    assert table["orders"] == [["b", "a"], ["a", "b"]]
-
-
-# Peers
-
-
-@pytest.mark.parametrize("name", ["c", "glsl"])
-def test_peers_of_algorithm_2_have_its_bits(name, monkeypatch):
-    small = Case.of(1, 64, 48)
-    peer = import_module(f"baselines.{name}")
-    monkeypatch.setattr(peer.Case, "of", lambda _threads: small)
-    measured = peer.measure(1, 1)["rows"]
-    shares = [row["equal_bits"] for row in measured.values() if "equal_bits" in row]
-    assert shares
-    assert set(shares) == {1.0}
-    assert 0.1 < small.ours().mean() < 0.5
-
-
-def test_embrees_occlusion_is_ours(monkeypatch):
-    """The same rays; one that is answered differently in one texel of 100 is 4e-4 of them all."""
-    small = find_display("virtual").with_resolution(160, 120)
-    monkeypatch.setattr(embree, "find_display", lambda _name: small)
-    monkeypatch.setattr(embree, "_EVERY", 4)
-    measured = embree.measure(1, 2)
-    assert measured["rays"] > 0
-    assert measured["rays"] % 256 == 0
-    assert measured["rows"]["embree"]["rmse_to_lfssao"] < 4e-4
-
-
-def test_a_peer_is_skipped_with_the_reason(monkeypatch):
-    monkeypatch.setattr("shutil.which", lambda _name: None)
-    for name in ("OMP_NUM_THREADS", "LP_NUM_THREADS"):
-        monkeypatch.setenv(name, "1")
-    assert registry._measure("c", 1, 1) == {"skipped": "there is no C compiler (gcc, clang, cc)"}
 
 
 def refused(capsys, *words):

@@ -1,4 +1,4 @@
-/* LF Algorithm 2 for the flat display with the linear diffuser, float32: the peers of lfssao's numba kernel.
+/* LF Algorithm 2 for the flat display with the linear diffuser, float32: baselines for lfssao's numba kernel.
  *
  * plain_c      one loop nest per texel and sample, as a C programmer writes the algorithm down.
  * avx512_c     the same by hand: sixteen texels at a time, masked gathers of the depth texture.

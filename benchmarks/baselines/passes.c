@@ -1,4 +1,4 @@
-/* Passes over whole textures, float32, one loop nest a pass as a C programmer writes it down: the peers of lfssao's numba
+/* Passes over whole textures, float32, one loop nest a pass as a C programmer writes it down: baselines for lfssao's numba
  * kernels. Operations stand in lfssao's order; with -ffp-contract=off they give its bits.
  */
 #include <math.h>

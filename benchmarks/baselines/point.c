@@ -1,5 +1,5 @@
 /* LF's algorithms, the half ball and Alchemy AO on a flat display with the linear diffuser, float32, one loop nest per texel
- * and sample, as a C programmer writes them down: the peers of lfssao's numba kernels.
+ * and sample, as a C programmer writes them down: baselines for lfssao's numba kernels.
  *
  * All write the operations in lfssao's order; compiled with -ffp-contract=off they give its bits.
  */

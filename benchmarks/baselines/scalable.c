@@ -1,5 +1,5 @@
 /* The passes of Scalable Ambient Obscurance, float32, one loop nest a pass as a C programmer writes the paper down: the
- * peers of lfssao's numba kernels. Operations stand in lfssao's order; with -ffp-contract=off they give its bits.
+ * baselines for lfssao's numba kernels. Operations stand in lfssao's order; with -ffp-contract=off they give its bits.
  */
 #include <math.h>
 #include <stdint.h>

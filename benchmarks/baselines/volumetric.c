@@ -1,5 +1,5 @@
 /* Volumetric obscurance by points and lines, and horizons, as a C programmer writes the loops, one texel and one sample at a
- * time, float32: the peers of lfssao's numba kernels. Operations stand in lfssao's order; compiled with
+ * time, float32: baselines for lfssao's numba kernels. Operations stand in lfssao's order; compiled with
  * -ffp-contract=off they give its bits.
  */
 #include "scene.h"

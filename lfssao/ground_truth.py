@@ -37,6 +37,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -221,7 +222,6 @@ def _through_tree(tree: TriangleTree, textures: list[NDArray[Any]], cast: _Cast,
 def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: _Cast, made: GroundTruth) -> None:
     """Write the ground truth as Embree gives it, a batch of texels at a time on each of numba's threads."""
     from lfssao.kernels import truth_batches  # late: compiled for this alone
-    from lfssao.kernels.threads import thread_count
 
     needed = _CLEAR * scene.unit
     if cast.radius > 0 and cast.step < needed:
@@ -239,7 +239,7 @@ def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: _Ca
         for texture, values in zip(out, _rounds(scene, cast, texels[:n], points[:n], axes[:n]), strict=True):
             texture[texels[:n]] = values
 
-    in_chunks(work, len(seen), max(_BATCH // cast.strata**2, 1), thread_count())
+    in_chunks(work, len(seen), max(_BATCH // cast.strata**2, 1), numba.get_num_threads())
 
 
 def _rounds(

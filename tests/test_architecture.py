@@ -1,15 +1,13 @@
-"""What the modules may import, how kernels are compiled and cached, that docstrings tell the truth, and equal bits."""
+"""What the modules may import, how kernels are compiled, that docstrings tell the truth, and equal bits."""
 
 import ast
 import dataclasses
-import hashlib
 import importlib
 import inspect
 import json
 import os
 import pkgutil
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -22,13 +20,13 @@ import widening
 from numba import prange
 
 import lfssao
-from lfssao.kernels import ball, jit, merge, ssao, threads
+from lfssao.kernels import ball, jit, merge, ssao
 
 TESTS = Path(__file__).parent
 PACKAGE = Path(lfssao.__file__).parent
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 KERNELS = sorted((PACKAGE / "kernels").glob("*.py"))
-BELOW = {"jit.py", "linked.py", "threads.py", "extremes.py", "intrinsics.py", "sha256_steps.py"}  # what makes kernels
+BELOW = {"jit.py", "intrinsics.py"}  # what makes kernels
 COMPILERS = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc", "generated_jit", "jit_module"}
 
 
@@ -53,15 +51,10 @@ def run(*command, env=None):
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
 def test_kernels_import_nothing_from_above(path):
     allowed = {"numpy", "numba", "math", "__future__"}
-    if path.name in ("intrinsics.py", "sha256_steps.py"):
+    if path.name == "intrinsics.py":
         allowed |= {"typing", "numba.core", "llvmlite"}
-    if path.name == "extremes.py":
-        allowed |= {"builtins", "operator", "typing", "numba.core.typing", "numba.core.typing.templates"}
-        allowed |= {"numba.cpython.builtins"}
-    if path.name in ("jit.py", "linked.py", "threads.py"):
-        allowed |= {"ast", "functools", "hashlib", "inspect", "textwrap", "collections.abc", "pathlib", "typing"}
-        allowed |= {"llvmlite", "numba.core", "numba.core.codegen", "numba.core.compiler"}
-        allowed |= {"numba.np.arrayobj", "numba.np.ufunc"}
+    if path.name == "jit.py":
+        allowed |= {"functools", "hashlib", "os", "tempfile", "collections.abc", "pathlib", "typing"}
     strangers = [m for m in imports(path) if m not in allowed and not m.startswith("lfssao.kernels.")]
     assert not strangers
 
@@ -86,10 +79,22 @@ def test_only_the_decorator_calls_numba(path):
             assert not COMPILERS & {alias.name for alias in node.names}, f"line {node.lineno}"
 
 
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_only_public_names_of_numba_are_used(path):
+    if path.name == "intrinsics.py":
+        return
+    for module in imports(path):
+        assert not re.match(r"llvmlite|numba\.(?!extending)", module)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Attribute):
+            assert not re.match(r"numba\.(core|np|_)", ast.unparse(node)), f"line {node.lineno}"
+            assert path not in KERNELS or not node.attr.startswith("_"), f"line {node.lineno}"
+
+
 def test_no_fastmath():
     assert jit.FLAGS["fastmath"] is False
     assert jit.FLAGS["error_model"] == "numpy"
-    for kernel in (*ssao.algorithm2.loops, ball.algorithm3, *merge.merge_maximum.loops):
+    for kernel in (ssao.algorithm2, ball.algorithm3, merge.merge_maximum):
         assert kernel.targetoptions["fastmath"] is False
 
 
@@ -199,68 +204,6 @@ def test_all_names_resolve_and_are_described():
         _ = lfssao.nothing
 
 
-# The cache of compiled kernels
-
-
-def test_the_cache_key_holds_the_digest_of_a_kernel_file_and_of_all_that_it_imports():
-    folder = PACKAGE / "kernels"
-    sources = [folder / f"{name}.py" for name in ("ball", "elementary", "extremes", "jit", "linked", "threads")]
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
-    assert jit.source_digest("ball") == digest
-    assert digest in ball.algorithm3._cache._cache_file._source_stamp
-    # ssao -> mapping -> display is two steps away
-    assert jit.source_digest("ssao") != jit.source_digest("mapping") != jit.source_digest("display")
-    assert jit.source_digest("ssao") in ssao.algorithm2.loops[0]._cache._cache_file._source_stamp
-
-
-@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
-def test_kernel_files_import_each_other_in_the_one_form_that_the_cache_key_follows(path):
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            assert not any(alias.name.startswith("lfssao") for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lfssao"):
-            assert node in tree.body
-            assert node.level == 0
-            assert (PACKAGE / "kernels" / f"{node.module.removeprefix('lfssao.kernels.')}.py").is_file()
-
-
-def test_a_change_of_a_callee_is_not_hidden_by_the_cache(tmp_path):
-    """algorithm3 of ball.py calls sincospi of elementary.py: its own file's time stamp does not change."""
-    shutil.copytree(PACKAGE, tmp_path / "lfssao", ignore=shutil.ignore_patterns("__pycache__"))
-    script = """from lfssao.kernels import ball
-print(ball.__file__, ball.algorithm3(0.0, 1.0)[0], sum(ball.algorithm3.stats.cache_hits.values()))"""
-    command = sys.executable, "-P", "-c", script
-    env = {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    home = str(tmp_path / "lfssao" / "kernels" / "ball.py")
-    assert run(*command, env=env).split() == [home, "-1.0", "0"]
-    assert run(*command, env=env).split() == [home, "-1.0", "1"]
-    callee = tmp_path / "lfssao" / "kernels" / "elementary.py"
-    source = callee.read_text()
-    assert source.count("-cosine if") == 1
-    callee.write_text(source.replace("-cosine if", "-7.0 if"))
-    assert run(*command, env=env).split() == [home, "-7.0", "0"]
-
-
-def test_kernels_compile_without_a_cache_where_none_can_be_written(monkeypatch):
-    real = numba.njit
-
-    def no_folder(*args, cache=False, **flags):
-        if cache:
-            raise RuntimeError("cannot cache function: no locator available")  # what numba raises
-        return real(*args, **flags)
-
-    monkeypatch.setattr(numba, "njit", no_folder)
-    single, several = jit.kernel(ball.algorithm3.py_func), jit.kernel(parallel=True)(merge.merge_maximum.py_func)
-    assert single(0.0, 0.5) == (0, 1, 0)
-    layers, merged = np.array([[[1.0, 2.0]], [[3.0, 0.0]], [[0.0, 1.0]], [[2.0, 2.0]], [[1.0, 5.0]]]), np.zeros((1, 2))
-    several(*layers, np.array([0, 0, 2, 1]), merged)
-    assert merged.tolist() == [[3, 5]]
-    for kernel in (single, *several.loops):
-        assert not kernel.stats.cache_path
-        assert kernel.targetoptions["fastmath"] is False
-
-
 # Equal bits
 
 
@@ -288,8 +231,7 @@ def times_column(texture, out):
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_widening_that_is_not_asked_for_is_found(parallel):
-    run_it = threads.with_shared_loops(times_column, numba.njit, numba.njit) if parallel else numba.njit(times_column)
-    run_it(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
-    function = run_it.loops[0] if parallel else run_it
+    function = numba.njit(times_column, parallel=parallel)
+    function(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
     (found,) = set(widening.widened_in(function))
-    assert re.fullmatch(rf"{function.__name__}, line \d+: wide = .* \* .*", found)
+    assert re.fullmatch(r"times_column, line \d+: wide = .* \* .*", found)

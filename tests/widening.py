@@ -17,10 +17,7 @@ def widened():
     modules = [
         importlib.import_module(m.name) for m in pkgutil.iter_modules(lfssao.kernels.__path__, "lfssao.kernels.")
     ]
-    values = [value for module in modules for value in vars(module).values()]
-    called = [value for value in values if hasattr(value, "linked")]
-    kernels = {*called, *(kernel.linked() for kernel in called)}
-    kernels |= {part for value in values if hasattr(value, "loops") for part in (value.head, *value.loops)}
+    kernels = {value for module in modules for value in vars(module).values() if hasattr(value, "overloads")}
     return sorted({line for kernel in kernels for line in widened_in(kernel)})
 
 
@@ -30,9 +27,17 @@ def widened_in(function):
         if isinstance(compiled.type_annotation, str):  # of code that was read from a file
             continue
         known = dict(compiled.type_annotation.typemap)
-        for step in (s for block in compiled.type_annotation.blocks.values() for s in block.find_insts(ir.Assign)):
+        for step in assignments(compiled.type_annotation.blocks):
             if known.get(step.target.name) == types.float64 and not _is_meant(step.value, known):
                 yield f"{function.__name__}, line {step.loc.line}: {step}"
+
+
+def assignments(blocks):
+    """Every assignment in blocks of numba's code, those of parallel loops' bodies among them."""
+    for block in blocks.values():
+        yield from block.find_insts(ir.Assign)
+        for loop in block.body:
+            yield from assignments(getattr(loop, "loop_body", {}))
 
 
 def _is_meant(value, known):

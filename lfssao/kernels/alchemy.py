@@ -6,11 +6,12 @@ their own LLVM would have to compare more addresses before a loop than it is wil
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.elementary import sincospi
 from lfssao.kernels.frames import disk_axes
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import (
     CROSSED_SLITS,
     MATRIX,
@@ -23,9 +24,8 @@ from lfssao.kernels.mapping import (
 )
 from lfssao.kernels.neighbourhood import CHUNK, load, slot
 from lfssao.kernels.power import power
-from lfssao.kernels.runs import next_groups
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_groups
 from lfssao.kernels.spiral import hash_angle, rotated
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 # Slots; of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
 _POINT = 0
@@ -222,8 +222,7 @@ def alchemy(
     looking, module, last = directions.reshape(3 * height * width), m[12:].copy(), 3 if kind == MATRIX else 2
     wide, high, samples = m.dtype.type(width), m.dtype.type(height), taps.shape[0]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         top = block * ROWS_A_BLOCK
         bottom = min(height, top + ROWS_A_BLOCK)
         scratch, found = np.empty(_SLOTS * CHUNK, m.dtype), np.empty(CHUNK, np.int32)

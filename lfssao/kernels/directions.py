@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import DISPLAY, texel_ray
 
 _ROWS_A_BLOCK = 16
@@ -28,7 +28,6 @@ def write_directions(kind, lens, m, directions):
     out = directions.reshape(-1)
     m0, m1, m2, m4, m5, m6, m8, m9, m10 = m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]
     for block in prange((height + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK):
-        wide_vectors()
         dx, dy = np.empty(width), np.empty(width)
         unit = np.empty(3 * width, directions.dtype)
         top = np.int64(block) * _ROWS_A_BLOCK

@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.reconstruct import SEPARABLE
 
 CHUNK = 256
@@ -172,7 +172,6 @@ def face_normals(z, positions, kind, lines, table, m, normals):
     half, zero = m.dtype.type(0.5), m.dtype.type(0)
     depths, places, out = z.reshape(-1), positions.reshape(-1), normals.reshape(-1)
     for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        wide_vectors()
         kept = np.empty(_KEPT * _ROW, m.dtype)
         rays, upright = np.empty(4 * CHUNK, m.dtype), np.empty(3 * CHUNK, m.dtype)
         top = np.int64(block) * ROWS_A_BLOCK

@@ -31,7 +31,7 @@ from numba import prange
 
 from lfssao.kernels.coverage import ANYWHERE, UNITS, covered_texels
 from lfssao.kernels.intrinsics import CHUNK, scratch
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import texel_ray
 
 BAND = 16  # rows
@@ -100,7 +100,6 @@ def bound_triangles(width, height, u_axis, v_axis, vertices, faces, deep, bend, 
         Out: how many triangles of each chunk may cover a texel, and how many texels they may cover together.
     """
     for k in prange(places.shape[0]):
-        wide_vectors()
         n = np.uint64(3) * np.uint64(k)
         x, y, z = vertices[n], vertices[n + np.uint64(1)], vertices[n + np.uint64(2)]
         u, u_bounded = _place(x, z, u_axis[0], u_axis[1], u_axis[2], u_axis[3], u_axis[4], u_axis[5])
@@ -111,7 +110,6 @@ def bound_triangles(width, height, u_axis, v_axis, vertices, faces, deep, bend, 
     n_faces = faces.shape[0] // 3
     size = (n_faces + chunks - 1) // chunks
     for chunk in prange(chunks):
-        wide_vectors()
         first, last, turned, there = scratch(np.int32), scratch(np.int32), scratch(np.int32), scratch(np.int32)
         us_a, us_b, us_c, covered = scratch(np.int32), scratch(np.int32), scratch(np.int32), scratch(np.int32)
         vs_a, vs_b, vs_c = scratch(np.int32), scratch(np.int32), scratch(np.int32)

@@ -5,7 +5,7 @@ from numba import prange
 
 from lfssao.kernels.fills import fill
 from lfssao.kernels.intrinsics import streamed
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import image_depth, texel_ray
 from lfssao.kernels.runs import PIECE, sees_triangle
 
@@ -64,7 +64,6 @@ def write_surface_by_halves(kind, lens, world_from_cast, columns, rows, triangle
     """
     m, width, height = world_from_cast, columns.shape[0] // 2, rows.shape[0] // 2
     for j in prange(height):
-        wide_vectors()
         oy, dy = rows[j], rows[height + j]
         for start in range(0, width, PIECE):
             n, texel = min(PIECE, width - start), np.uint64(j * width + start)

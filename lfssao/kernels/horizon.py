@@ -1,8 +1,9 @@
 """Horizon-based AO (Bavoil, Sainz and Dimitrov 2008): how far the horizon rises above the tangent plane, all around."""
 
 import numpy as np
+from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import hold_inside, last_below, texel_number
 from lfssao.kernels.neighbourhood import (
     CHUNK,
@@ -24,7 +25,7 @@ from lfssao.kernels.neighbourhood import (
     start_points,
     start_slopes,
 )
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
+from lfssao.kernels.runs import ROWS_A_BLOCK
 
 _WHERE = E1  # P, in place of the frame's vectors, which are done with
 _HORIZON = E1 + 3  # sine of the horizon's elevation so far
@@ -109,8 +110,7 @@ def horizon_occlusion(
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
     count = dtype(around.shape[0])
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         scratch, missed = np.empty((SLOTS + 4) * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         texels = np.empty(CHUNK, np.uint32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 
 
 @kernel(inline=True)
@@ -34,7 +34,6 @@ def linear_depth(depth, perspective, c_0, c_1, c_2, z):
     """
     height, width = depth.shape
     for j in prange(height):
-        wide_vectors()
         for i in range(width):
             d = depth[j, i]
             there = perspective_distance(d, c_0, c_1, c_2) if perspective else c_0 + d * c_1

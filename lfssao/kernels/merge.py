@@ -2,7 +2,7 @@
 
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 
 # How many textures merge_maximum takes: LF's radii.
 AT_ONCE = 5
@@ -22,7 +22,6 @@ def merge_maximum(first, second, third, fourth, fifth, window, merged):
     """
     left, top, right = window[0], window[1], window[2]
     for j in prange(window[3] - top):
-        wide_vectors()
         a, b, c = first[top + j, left:right], second[top + j, left:right], third[top + j, left:right]
         d, e, most = fourth[top + j, left:right], fifth[top + j, left:right], merged[top + j, left:right]
         for i in range(most.shape[0]):
@@ -33,7 +32,6 @@ def merge_maximum(first, second, third, fourth, fifth, window, merged):
 def merge_product(first, second, merged):
     """1 - (1 - a)(1 - b), what a product of two open shares leaves hidden (VO section 6), as a + b (1 - a); (H, W)."""
     for j in prange(merged.shape[0]):
-        wide_vectors()
         one = merged.dtype.type(1)
         for i in range(merged.shape[1]):
             merged[j, i] = first[j, i] + second[j, i] * (one - first[j, i])

@@ -12,7 +12,7 @@ Level l has ceil(W / 2^l) x ceil(H / 2^l) texels.
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 
 BEFORE, BORDER = 1, 3
 
@@ -76,7 +76,6 @@ def write_half(moments, source, width, height, target, outer, inner):
     numbers = moments.reshape(-1)
     blocks = (high + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
     for k in prange(blocks):
-        wide_vectors()
         sums = np.empty(4 * n)  # of four rows: each is read by two rows of the next level
         even, odd = np.empty(n + 3), np.empty(n + 3)
         made = 2 * np.int64(k) * _ROWS_A_BLOCK

@@ -10,7 +10,7 @@ stand for is read over and over: its positions and normals are copied, once, int
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 
 BOTH, MAXIMUM, AVERAGE = 0, 1, 2
 
@@ -154,7 +154,6 @@ def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
         gather(numbers, places, j * width, width, 1, x, y, z, j * width)
     zero, number = dtype(0), dtype((2 * reach + 1) * (2 * reach + 1) - 1)
     for row in prange(height):
-        wide_vectors()
         j = np.int64(row)
         nx, ny, nz = np.empty(width, places.dtype), np.empty(width, places.dtype), np.empty(width, places.dtype)
         total = np.zeros(width, places.dtype)
@@ -230,7 +229,6 @@ def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, 
         gather(coarser, facing, j * wide, wide, 1, mx, my, mz, j * wide)
     zero = dtype(0)
     for line in prange(height):
-        wide_vectors()
         j = np.int64(line)
         px, py, pz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
         nx, ny, nz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
@@ -276,7 +274,6 @@ def combine(most, total, levels, how):
     BOTH is 1 - (1 - maximum) (1 - average).
     """
     for j in prange(most.shape[0]):
-        wide_vectors()
         zero, one, number = most.dtype.type(0), most.dtype.type(1), most.dtype.type(levels)
         for i in range(most.shape[1]):
             average = total[j, i] / number

@@ -6,10 +6,11 @@ texture it falls into; one that falls into none is not.
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.intrinsics import CHUNK, element, scratch
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import (
     CROSSED_SLITS,
     MATRIX,
@@ -19,9 +20,8 @@ from lfssao.kernels.mapping import (
     project_matrix,
     signed_texel_number,
 )
-from lfssao.kernels.runs import next_run
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_run
 from lfssao.kernels.ssao import finish_run, transform_offsets
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 # What is known of a sample: it falls into a texture; it lies in the open there.
 _INSIDE, _OPEN = 1, 2
@@ -133,8 +133,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
             for row in range(4):
                 moves[v, k, row] = moved[k, row]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         rows = np.empty(views * _ROWS * CHUNK, numbers.dtype)
         known, count = scratch(np.int32), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):

@@ -21,7 +21,6 @@ from lfssao.kernels.display_bounds import display_pairs
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row
 from lfssao.kernels.rounding import FLUSHED, SAFETY, add, divide
-from lfssao.kernels.threads import interleaved
 
 CLEAR, OCCLUDED, OPEN = 0, 1, 2
 
@@ -258,7 +257,7 @@ def count_outcomes(depth, positions, back, offsets, exact, kind, m, errors, fewe
     given = back.shape[0] == 0
     pairs = np.zeros((offsets.shape[0], 4, 2))
     offset_pairs(offsets, errors[3], rows, m, r, pairs)
-    for j in interleaved(height):
+    for j in prange(height):
         p, e_p = np.zeros(4), np.zeros(4)
         for i in range(width):
             texel = np.uint64(j * width + i)

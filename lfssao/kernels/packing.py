@@ -9,7 +9,7 @@ G = B = 255 is kept for texels without a surface, so that the three bytes are al
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 
 
 @kernel(parallel=True)
@@ -17,7 +17,6 @@ def depth_keys(z, origin, scale, keys):
     """(z - origin) scale, held in [0, 1]; +infinity where there is no surface. All (H, W), or scalars of that dtype."""
     height, width = z.shape
     for j in prange(height):
-        wide_vectors()
         zero, one = z.dtype.type(0), z.dtype.type(1)
         for i in range(width):
             key = min(one, max(zero, (z[j, i] - origin) * scale))  # of NaN the constant, as GPUs have it
@@ -33,7 +32,6 @@ def pack(visibility, keys, rgb):
     shares, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
     most = np.int32(255)
     for j in prange(height):
-        wide_vectors()
         red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
         for i in range(width):
             texel = np.uint64(j * width + i)
@@ -60,7 +58,6 @@ def unpack(rgb, visibility, keys):
     whole, steps, nothing = dtype(1 / 256), dtype(255), dtype(np.inf)
     packed, shares, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
     for j in prange(height):
-        wide_vectors()
         red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
         for i in range(width):
             place = np.uint64(3 * (j * width + i))

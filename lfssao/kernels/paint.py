@@ -6,7 +6,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.intrinsics import scratch
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.runs import PIECE, sees_triangle
 
 
@@ -74,7 +74,6 @@ def paint_hits(triangle, weights, faces, factors, face_material, vertex_colors, 
     """
     n, smooth = triangle.shape[0], vertex_colors.shape[0] > 0
     for piece in prange((n + PIECE - 1) // PIECE):
-        wide_vectors()
         material, a, b, c = scratch(np.int32), scratch(np.int32), scratch(np.int32), scratch(np.int32)
         start, m = np.uint64(piece * PIECE), min(PIECE, n - piece * PIECE)
         if not sees_triangle(triangle, start, start + np.uint64(m)):

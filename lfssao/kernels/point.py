@@ -8,14 +8,14 @@ inlined: beside them LLVM makes no vectors of the loops of Algorithms 1 and 2, a
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.intrinsics import CHUNK, scratch
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX, affine_row
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
-from lfssao.kernels.runs import next_run
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_run
 from lfssao.kernels.ssao import count_crossed_slits, count_matrix, finish_run, transform_offsets
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 
 @kernel(inline=True)
@@ -106,8 +106,7 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
     still = np.zeros((1, 4), m.dtype)  # samples are in a, b, c, q already
     looks = not forward and reach == np.inf  # at depths alone
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         points, up = np.empty((3, CHUNK), m.dtype), np.zeros((3, CHUNK), m.dtype)
         rows, a, b = np.empty((4, CHUNK), m.dtype), scratch(m.dtype), scratch(m.dtype)
         c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(np.int32)

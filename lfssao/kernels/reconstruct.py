@@ -14,7 +14,7 @@ Its y term has one minus too many; ours is that for which projecting the point g
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 
 SEPARABLE = 0
 TABLE = 1
@@ -49,7 +49,6 @@ def rebuild_positions(z, kind, lines, table, m, positions):
     m0, m1, m2, m3, m4, m5 = m[0], m[1], m[2], m[3], m[4], m[5]
     m6, m7, m8, m9, m10, m11 = m[6], m[7], m[8], m[9], m[10], m[11]
     for j in prange(height):
-        wide_vectors()
         v = m.dtype.type(j) + half
         x, y = np.empty(width, m.dtype), np.empty(width, m.dtype)
         for i in range(width):

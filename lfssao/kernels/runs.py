@@ -4,6 +4,10 @@ import numpy as np
 
 from lfssao.kernels.jit import kernel
 
+# Rows that a thread takes at once, with one set of scratch arrays: enough that starting costs nothing, few enough that
+# they divide evenly among threads.
+ROWS_A_BLOCK = 8
+
 # Texels looked at together: two of the widest vectors. Runs are of whole groups, except where they or the row end.
 _GROUP = 32
 

@@ -16,12 +16,12 @@ import numpy as np
 from numba import prange
 
 from lfssao.kernels.elementary import sincospi
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import linear_row
 from lfssao.kernels.power import power
 from lfssao.kernels.reconstruct import line_point
+from lfssao.kernels.runs import ROWS_A_BLOCK
 from lfssao.kernels.spiral import hash_angle, rotated
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
 
 # A screen radius is held below 2**20 texels: every tap that leaves a texture does so too then, and integers hold it.
 _FAR = 1048576.0
@@ -288,7 +288,7 @@ def scalable_visibility(
     depths, places, faces = z.reshape(-1), positions.reshape(height * width, 3), normals.reshape(height * width, 3)
     turns, out = rotations.reshape(2, height * width), visibility.reshape(-1)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
+    for block in prange(blocks):
         at, cosine, sine = np.empty(width, np.int32), np.empty(width, m.dtype), np.empty(width, m.dtype)
         cx, cy, cz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         nx, ny, nz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
@@ -324,7 +324,7 @@ def scalable_visibility_table(
     turns, out = rotations.reshape(2, height * width), visibility.reshape(-1)
     origin_x, slope_x, origin_y, slope_y = table[0], table[1], table[2], table[3]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
+    for block in prange(blocks):
         at, cosine, sine = np.empty(width, np.int32), np.empty(width, m.dtype), np.empty(width, m.dtype)
         cx, cy, cz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
         nx, ny, nz = np.empty(width, m.dtype), np.empty(width, m.dtype), np.empty(width, m.dtype)
@@ -351,7 +351,6 @@ def occlusion_of(visibility, z, k, occlusion):
     """1 - A^k, A^k in float64 (lfssao.kernels.power) rounded once; 0 where there is no surface. (H, W), k float64."""
     height, width = z.shape
     for j in prange(height):
-        wide_vectors()
         one, zero = z.dtype.type(1), z.dtype.type(0)
         if k == 1.0:  # as power has it, but in vectors
             for i in range(width):

@@ -23,10 +23,11 @@ How the kernels get their speed, with the bits of the plain double loop over tex
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.display import VALID, physical_to_image
 from lfssao.kernels.intrinsics import CHUNK, element, scratch
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import (
     CROSSED_SLITS,
     MATRIX,
@@ -37,8 +38,7 @@ from lfssao.kernels.mapping import (
     project_matrix,
     signed_texel_number,
 )
-from lfssao.kernels.runs import next_run
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_run
 
 # Samples that Algorithm 2 looks up at once.
 _TOGETHER = 4
@@ -204,8 +204,7 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
     module, nothing = m[12:].copy(), m.dtype.type(np.nan)
     moved = transform_offsets(offsets.reshape(radii * samples, 3), kind, m)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
@@ -249,8 +248,7 @@ def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
     image_offsets = transform_offsets(offsets, MATRIX, m)
     samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
         q, count = scratch(m.dtype), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):

@@ -6,13 +6,13 @@ doubt as it rounds, hit_triangle itself decides.
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.coverage import block_bits
 from lfssao.kernels.footprints import BAND
 from lfssao.kernels.intrinsics import CHUNK, HIGH, WIDE, prefetch, scratch, trailing_zeros
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.runs import PIECE, sees_triangle
-from lfssao.kernels.threads import interleaved
 from lfssao.kernels.triangle import DOUBTFUL, hit_triangle
 
 # Texels of a triangle that are collected together: fewer branches.
@@ -126,8 +126,7 @@ def first_hits_by_tries(columns, rows, near, far, corners, nearest, order, membe
     """
     width, height, bands = columns.shape[0] // 2, rows.shape[0] // 2, ends.shape[0]
     cells, weighted = BAND * width, weights.shape[0] > 0
-    for band in interleaved(bands):
-        wide_vectors()
+    for band in prange(bands):
         # z of the band's texels. Where a block has none left, the one below its first column is looked at.
         best = np.empty(cells + HIGH * width)
         place, at, chosen = scratch(np.int32), scratch(np.int32), scratch(np.int32)

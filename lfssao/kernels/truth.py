@@ -6,10 +6,10 @@ the tests below can be off, so the result is that of trying every triangle.
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.bvh import LEAF
 from lfssao.kernels.jit import kernel
-from lfssao.kernels.threads import interleaved
 from lfssao.kernels.triangle import hit_triangle
 from lfssao.kernels.truth_rays import CONSTANT, begin_texel, covered, ray_direction, standard_error
 
@@ -134,7 +134,7 @@ def ray_cast_rows(
         Out: mean of the rounds' means m; their standard error; rays cast.
     """
     width = depth.shape[1]
-    for k in interleaved(last - first):
+    for k in prange(last - first):
         j = first + k
         stack, point, axes = np.empty(_STACK, np.int64), np.empty(3), np.empty((3, 3))
         for i in range(width):

@@ -12,11 +12,11 @@ triangles are small and the screen is flat, ``footprints`` finds the same in a f
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.bvh import LEAF
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import texel_ray
-from lfssao.kernels.threads import interleaved
 from lfssao.kernels.triangle import hit_triangle
 
 TILE = 8  # texels along a tile's edge
@@ -219,7 +219,7 @@ def first_hits(
     """
     columns = (width + TILE - 1) // TILE
     rows = (height + TILE - 1) // TILE
-    for tile_row in interleaved(rows):
+    for tile_row in prange(rows):
         ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 4))
         bundle = np.empty((10, _SUBS * _SUBS + 1))  # the sub-tiles', then the tile's
         stack, meets = np.empty(_STACK, np.int64), np.empty(_SUBS * _SUBS, np.int64)

@@ -1,9 +1,10 @@
 """VO section 4.2: each line's depth becomes a distribution of depths over the area that the line stands for."""
 
 import numpy as np
+from numba import prange
 
 from lfssao.kernels.elementary import PI, log2
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import hold_inside, last_below
 from lfssao.kernels.neighbourhood import (
     CHUNK,
@@ -24,7 +25,7 @@ from lfssao.kernels.neighbourhood import (
     start_points,
     start_slopes,
 )
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
+from lfssao.kernels.runs import ROWS_A_BLOCK
 
 FAR = 2.0**100  # boxes end here, in units of R, so that no width is infinite; a thickness of 4 FAR has no end
 
@@ -163,8 +164,7 @@ def area_occlusion(
     zero, one, edge_on = dtype(0), dtype(1), dtype(EDGE_ON)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0

@@ -1,8 +1,9 @@
 """VO section 4.1: the ball is cut into lines along the viewing direction, each of which is integrated exactly."""
 
 import numpy as np
+from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import hold_inside, last_below, texel_number
 from lfssao.kernels.neighbourhood import (
     CHUNK,
@@ -21,7 +22,7 @@ from lfssao.kernels.neighbourhood import (
     start_points,
     start_slopes,
 )
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
+from lfssao.kernels.runs import ROWS_A_BLOCK
 
 
 @kernel(parallel=True)
@@ -74,8 +75,7 @@ def line_occlusion(
     zero, one, edge_on = dtype(0), dtype(1), dtype(EDGE_ON)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0

@@ -1,8 +1,9 @@
 """VO sections 3 and 4 by points in the ball, as Crytek and Blizzard sample it (sections 4.1, 4.4 and 4.5)."""
 
 import numpy as np
+from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import hold_inside, last_below, linear_row, texel_number
 from lfssao.kernels.neighbourhood import (
     CHUNK,
@@ -18,7 +19,7 @@ from lfssao.kernels.neighbourhood import (
     slot,
     start_points,
 )
-from lfssao.kernels.threads import ROWS_A_BLOCK, interleaved
+from lfssao.kernels.runs import ROWS_A_BLOCK
 
 # Slots of this kernel's own, in place of those of the disk's frame.
 _MIRRORED = 4  # the linear rows of 2 R r, r the direction of reflection
@@ -121,8 +122,7 @@ def point_occlusion(
     zero, one = dtype(0), dtype(1)
     right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in interleaved(blocks):
-        wide_vectors()
+    for block in prange(blocks):
         scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0

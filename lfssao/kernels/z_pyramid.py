@@ -12,7 +12,7 @@ It is one of distances from the viewer: z less ``origin``, 0 for a camera and th
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.jit import kernel, wide_vectors
+from lfssao.kernels.jit import kernel
 
 ROTATED = 0
 ARITHMETIC = 1
@@ -82,7 +82,6 @@ def next_level(source, how, origin, target):
     height, width = source.shape
     z, out, wide = source.reshape(-1), target.reshape(-1), target.shape[1]
     for row in prange(target.shape[0]):
-        wide_vectors()
         y = np.int64(row)
         top, bottom, odd = 2 * y * width, min(2 * y + 1, height - 1) * width, (y & 1) == 1
         for x in range(width // 2):  # what no border is near: neighbours of two rows, which LLVM takes apart

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from lfssao.errors import InputError, LfssaoError, MissingPackageError
     from lfssao.estimators.buffers import Buffers
     from lfssao.estimators.registry import estimate
-    from lfssao.exr import read_exr, write_exr
-    from lfssao.exr_file import Part
+    from lfssao.exr import Part, read_exr, write_exr
     from lfssao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
     from lfssao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
     from lfssao.raycast import GBuffer, RayCaster
@@ -40,8 +39,7 @@ _HOME = {
     "errors": ("InputError", "LfssaoError", "MissingPackageError"),
     "estimators.buffers": ("Buffers",),
     "estimators.registry": ("estimate",),
-    "exr": ("read_exr", "write_exr"),
-    "exr_file": ("Part",),
+    "exr": ("Part", "read_exr", "write_exr"),
     "ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
     "passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
     "raycast": ("GBuffer", "RayCaster"),

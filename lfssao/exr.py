@@ -1,22 +1,52 @@
 """Textures in multi-part OpenEXR files: float32, lossless, channels by name."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.exr_file import Part, check_format, write_parts
 from lfssao.files import write_whole
-from lfssao.image_file import read_image_file, utf8_name
+from lfssao.image_file import first_line, read_image_file, utf8_name
+
+_LONGEST_NAME = 255  # bytes
+_PREFIX = "lfssao:"  # of the names of our attributes
 
 
-def use_threads(count: int) -> None:
-    """Let OpenImageIO and OpenEXR read with so many threads, in all files of this process."""
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One part of an EXR file.
+
+    Attributes
+    ----------
+    name : str
+        The part's name, unique in its file.
+    channels : tuple of str
+        Name of each channel, ``layer.channel`` or a standard one (R G B, Z, P.X ...).
+    pixels : (H, W, C) float32
+        The channels in that order.
+    attributes : mapping
+        Further metadata, strings and numbers.
+    guard : int
+        How many texels on each side lie outside the display window: the data window is larger by so much.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    pixels: NDArray[np.float32]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    guard: int = 0
+
+
+def use_one_thread_a_file() -> None:
+    """Let OpenImageIO and OpenEXR read and write each file in the calling thread, in all of this process."""
     import OpenImageIO as oiio
 
-    oiio.attribute("threads", count)
-    oiio.attribute("exr_threads", count)
+    oiio.attribute("threads", 1)
+    oiio.attribute("exr_threads", -1)
 
 
 def write_exr(path: Path, parts: Sequence[Part]) -> None:
@@ -36,30 +66,74 @@ def write_exr(path: Path, parts: Sequence[Part]) -> None:
         parts, or channels of one, share a name, or the display windows differ, or a name or a number is none that the
         format has room for.
     """
-    utf8_name(path)  # else nobody could read it
-    _check_parts(path, parts)
-    write_whole(path, lambda temporary: write_parts(temporary, parts))
-
-
-def _check_parts(path: Path, parts: Sequence[Part]) -> None:
+    name = utf8_name(path)  # else nobody could read it
     for part in parts:
-        shape, dtype = np.shape(part.pixels), part.pixels.dtype
-        if dtype != np.float32:  # anything else would be rounded without a word
-            raise InputError(f"{path}: part {part.name} is of {dtype}, expected float32")
-        if len(shape) != 3 or shape[2] != len(part.channels) or 0 in shape:
-            raise InputError(f"{path}: part {part.name} has shape {shape}, expected (H, W, {len(part.channels)})")
-        check_format(path, part)
-    windows = list(dict.fromkeys(_display_window(part) for part in parts))
+        _check_part(f"{name}: part {part.name}", part)
+    windows = {(part.pixels.shape[1] - 2 * part.guard, part.pixels.shape[0] - 2 * part.guard): None for part in parts}
     if len(windows) > 1:  # readers refuse such files
         raise InputError(f"{path}: the parts' display windows differ: {', '.join(f'{w}x{h}' for w, h in windows)}")
     names = [part.name for part in parts]
     if not names or len(set(names)) < len(names):
         raise InputError(f"{path}: the parts' names must differ, and one is needed: {', '.join(names)}")
+    write_whole(path, lambda temporary: write_parts(temporary, parts))
 
 
-def _display_window(part: Part) -> tuple[int, int]:
-    height, width, _ = part.pixels.shape
-    return width - 2 * part.guard, height - 2 * part.guard
+def _check_part(label: str, part: Part) -> None:
+    """Refuse a part of which the file would hold something else, without a word from OpenImageIO."""
+    shape, dtype = np.shape(part.pixels), part.pixels.dtype
+    if dtype != np.float32:  # anything else would be rounded
+        raise InputError(f"{label} is of {dtype}, expected float32")
+    if len(shape) != 3 or shape[2] != len(part.channels) or 0 in shape:
+        raise InputError(f"{label} has shape {shape}, expected (H, W, {len(part.channels)})")
+    if len(set(part.channels)) < len(part.channels):
+        raise InputError(f"{label} has two channels of one name: {', '.join(part.channels)}")
+    for name in (*part.channels, *(f"{_PREFIX}{name}" for name in part.attributes)):
+        if not 0 < len(name.encode()) <= _LONGEST_NAME or "\0" in name:
+            raise InputError(f"{label}: {name!r} is no name of a channel or an attribute")
+    for name, value in part.attributes.items():
+        if isinstance(value, int) and not -(2**31) <= value < 2**31:
+            raise InputError(f"{label}: attribute {name} is {value}, beyond 32 bits")
+
+
+def write_parts(path: Path, parts: Sequence[Part]) -> None:
+    """Write parts that ``write_exr`` has checked, and see that the file's end is there.
+
+    Raises
+    ------
+    OSError
+        If not all of it can be written.
+    """
+    import OpenImageIO as oiio  # late: only files need it
+
+    specs = tuple(_spec(oiio, part) for part in parts)
+    output: Any = oiio.ImageOutput.create("openexr")
+    for number, part in enumerate(parts):
+        opened = output.open(str(path), specs[number], "AppendSubimage") if number else output.open(str(path), specs)
+        if not opened or not output.write_image(np.ascontiguousarray(part.pixels)):
+            raise OSError(first_line(output.geterror()))
+    if not output.close():
+        raise OSError(first_line(output.geterror()))
+    # OpenEXR loses without an error what a full disk has no room for while the file is closed.
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise OSError(first_line(oiio.geterror()))
+    end = specs[-1].y + specs[-1].height
+    if source.read_scanlines(len(parts) - 1, 0, end - 1, end, 0, 0, 1, oiio.FLOAT) is None:
+        raise OSError(first_line(source.geterror()))
+
+
+def _spec(oiio: Any, part: Part) -> Any:
+    """What OpenImageIO is told of a part."""
+    height, width, channels = part.pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
+    spec.channelnames = part.channels
+    spec.x = spec.y = -part.guard
+    spec.full_width, spec.full_height = width - 2 * part.guard, height - 2 * part.guard
+    spec.attribute("name", part.name)
+    spec.attribute("compression", "zip")
+    for name, value in part.attributes.items():
+        spec.attribute(f"{_PREFIX}{name}", value)
+    return spec
 
 
 def read_exr(path: Path) -> dict[str, Part]:

@@ -85,7 +85,7 @@ def _read_with_oiio(path: Path, formats: tuple[str, ...]) -> list[ImagePart]:
     source = oiio.ImageInput.open(utf8_name(path), plain)
     if source is None:
         kind = "an EXR file" if formats == ("openexr",) else "an image"
-        raise InputError(f"{path}: it cannot be read as {kind} ({_line(oiio.geterror())})")
+        raise InputError(f"{path}: it cannot be read as {kind} ({first_line(oiio.geterror())})")
     try:
         if source.format_name() not in formats:  # OpenImageIO reads whatever image it finds
             wanted = "an EXR file" if formats == ("openexr",) else "EXR, TIFF, PNG or NPY"
@@ -137,7 +137,7 @@ def _read_part(path: Path, oiio: Any, source: Any, number: int, spec: Any) -> Im
         begin = len(planes)
         pixels = source.read_image(number, 0, begin, begin + len(list(run)), oiio.TypeDesc(kind))
         if pixels is None:
-            raise InputError(f"{path}: part {number} cannot be read ({_line(source.geterror())})")
+            raise InputError(f"{path}: part {number} cannot be read ({first_line(source.geterror())})")
         planes.extend(pixels[..., k] for k in range(pixels.shape[2]))
     if len(set(spec.channelnames)) < len(spec.channelnames):
         raise InputError(f"{path}: part {number} has two channels of one name")
@@ -166,8 +166,14 @@ def utf8_name(path: Path) -> str:
     return str(path)
 
 
-def _line(message: str) -> str:
-    """The first line of what OpenImageIO says, as some errors come with a history, without the file's name."""
+def first_line(message: str) -> str:
+    """The first line of what OpenImageIO says, as some errors come with a history, without the file's name.
+
+    Parameters
+    ----------
+    message : str
+        From ``geterror``.
+    """
     first = message.strip().split("\n")[0]
     return re.sub(r"^EXR Error \(.*?\.exr\): ", "", first) or "OpenImageIO gives no reason"
 
@@ -187,7 +193,7 @@ def _read_npy(path: Path) -> ImagePart:
     except InputError:
         raise
     except (OSError, ValueError, TypeError, SyntaxError, KeyError, RecursionError, OverflowError) as error:
-        raise InputError(f"{path}: it cannot be read as an NPY file ({_line(str(error))})") from None
+        raise InputError(f"{path}: it cannot be read as an NPY file ({first_line(str(error))})") from None
     pixels = pixels.reshape(shape, order="F" if by_columns else "C").astype(dtype.newbyteorder("="), copy=False)
     return part_of(pixels)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from lfssao import __version__
 from lfssao.errors import InputError
-from lfssao.exr import use_threads
+from lfssao.exr import use_one_thread_a_file
 from lfssao.files import scratch_file
 from lfssao.view_file import Result, recover_view, write_view
 from lfssao.work import Item, Renderer, Work
@@ -42,6 +42,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     InputError
         If a file cannot be written; files that were begun are finished first.
     """
+    use_one_thread_a_file()
     waiting: deque[tuple[Item, Future[Result]]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         for item in items:
@@ -127,6 +128,7 @@ def run_item(path: str, item: Item, threads: int, version: str) -> Result:
         raise InputError(f"a worker runs lfssao {__version__}, the job {version}")
     with _loading:
         if path not in _here:
+            use_one_thread_a_file()
             _here.clear()
             _here[path] = Renderer(_load(path), threads)
         renderer = _here[path]
@@ -164,6 +166,6 @@ def recover(work: Work, items: Sequence[Item], threads: int) -> Iterator[tuple[I
     InputError
         If a file was made from something else.
     """
-    use_threads(threads)
+    use_one_thread_a_file()
     with ThreadPoolExecutor(threads) as pool:
         yield from zip(items, pool.map(lambda item: recover_view(work, item), items), strict=True)

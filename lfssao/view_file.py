@@ -1,7 +1,8 @@
 """One view's EXR file: written, described, and taken up again by a later job.
 
 A file proves itself: its metadata hold the SHA-256 of each part's pixels and the identity of what they were made from
-(``Work.identity``).
+(``Work.identity``). Files of the same job are equal where their pixels are; their bytes may differ, as OpenImageIO
+writes the time into them.
 """
 
 import json
@@ -15,8 +16,7 @@ import numpy as np
 from lfssao.contact import sheet_rows, strip
 from lfssao.digests import digest
 from lfssao.errors import InputError
-from lfssao.exr import read_exr, write_exr
-from lfssao.exr_file import Part
+from lfssao.exr import Part, read_exr, write_exr
 from lfssao.manifest import describe_view
 from lfssao.rendering import Settings, Textures
 from lfssao.window import Window

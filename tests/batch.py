@@ -30,10 +30,8 @@ from lfssao.estimators.registry import ESTIMATORS
 from lfssao.footprints import hits_by_footprint, ray_halves
 from lfssao.kernels import (
     ball,
-    deflate,
     depth_ranges,
     elementary,
-    exr_lines,
     hits,
     mapping,
     paint,
@@ -152,15 +150,6 @@ def scalars():
     texels = rng.integers(-100, 20_000, (500, 2))
     yield "hash_angle", np.array([[spiral.hash_angle(x, y, v) for v in (0, 1)] for x, y in texels])
     yield "spiral_tap", np.array([spiral.spiral_tap(i, 99, 27, a) for i, a in enumerate(rng.uniform(0, 2, 99))])
-    stored, packed = rng.integers(0, 256, 2000, np.uint8), np.empty(2000, np.uint8)
-    exr_lines.split_and_difference(stored.view(np.uint16), packed)
-    yield "split_and_difference", packed
-    packed[200:900], scratch = 128, np.empty((502, 2), np.int32)
-    for far, name in ((600, "noise"), (1000, "steps")):
-        data = packed if name == "noise" else np.repeat(packed[:1000] // 64, 2)
-        out = np.zeros(2 * data.size + deflate.SLACK, np.uint8)
-        size = deflate.deflate(data, far, scratch, np.empty(0, np.uint32), out)
-        yield f"deflate {name}", out[:size]
     for domain, methods in METHODS.items():
         for method in methods:
             yield f"{method}, {domain}", sample_set(domain, method, 60, 4).points

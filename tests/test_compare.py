@@ -18,8 +18,7 @@ import lfssao
 from lfssao.comparison.metrics import measure, ulp_distance
 from lfssao.comparison.verdict import Verdict
 from lfssao.errors import InputError
-from lfssao.exr import read_exr, write_exr
-from lfssao.exr_file import Part
+from lfssao.exr import Part, read_exr, write_exr
 from lfssao.image_file import read_image_file
 from lfssao.kit.cases import make_case
 from lfssao.kit.folder import write_kit

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from lfssao import __version__
 from lfssao.errors import InputError
-from lfssao.exr import write_exr
-from lfssao.exr_file import Part
+from lfssao.exr import Part, write_exr
 from lfssao.files import check_folder
 from lfssao.kit.case import Arrays, Case
 

@@ -188,24 +188,10 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
             share * len(radii) * a_layer, PLANNED, reason)
     ]  # fmt: skip
     zero = 0.0 in radii and settings.estimator == "lf"
-    once = [number for number in range(len(radii)) if first[number]]
-    decided = sum(plan.behind[number] is not None for plan in plans for number in once)
     looked_up = count * samples * sum(first)
-    saved = decided * samples + count * (samples - 1) * zero
-    each = [plan.window.texels * sum(plan.behind[number] is not None for number in once) for plan in plans]
-    ms = (sum(each) * samples + texels * (samples - 1) * zero) * _NS_A_SAMPLE * 1e-6
-    reasons = ["around a point all samples of radius 0 have one outcome: one is asked"] * zero
-    if decided:
-        reasons.append(
-            f"{decided} times a radius' ball appears smaller than half a texel everywhere in the scene's box: its "
-            "samples read the depth of their own point, which decides them"
-        )
-    if doubtful := sum(len(plan.open) for plan in plans):
-        reasons.append(
-            f"{doubtful} times it does in the middle of the box but not, or not provably, in all of it, of a display "
-            "that is not flat and linear: they are sampled"
-        )
-    reason = "; ".join(reasons) or "no radius is 0, and no ball is known to appear smaller than half a texel everywhere"
+    saved = count * (samples - 1) * zero
+    ms = texels * (samples - 1) * zero * _NS_A_SAMPLE * 1e-6
+    reason = "around a point all samples of radius 0 have one outcome: one is asked" if zero else "no radius is 0"
     if settings.estimator != "lf":
         reason = f"samples of estimator {settings.estimator} are its own affair"
     cuts.append(

@@ -250,11 +250,8 @@ def _occlusions(
             out.append(sampled[number])
         elif plan.same_as[number] < number:
             out.append(out[plan.same_as[number]])
-        elif (behind := plan.behind[number]) is not None:
-            assert samples is not None  # here and below: only samples' outcomes are known beforehand
-            out.append(passes.Occlusion(_everywhere(buffers.depth, behind, len(samples)), 0))
         else:
-            assert samples is not None
+            assert samples is not None  # LF's estimator takes samples
             alone = replace(settings, samples=samples[:1])
             (one,) = _sampled(buffers, [radius], alone, neighbours)
             out.append(passes.Occlusion(one.texture, one.outside * len(samples)))
@@ -269,12 +266,6 @@ def _sampled(
         around = buffers.depth, buffers.positions, buffers.view.world_to_image, neighbours, settings.samples
         return [passes.algorithm2_with_neighbours(*around, radius) for radius in radii]
     return estimate_radii(settings.estimator, buffers, radii, settings.samples, settings.weights, **settings.parameters)
-
-
-def _everywhere(depth: FloatTexture, behind: int, samples: int) -> FloatTexture:
-    """Occlusion where so many of all samples lie behind every visible point; the quotient is the kernels'."""
-    share = np.float32(behind) / np.float32(samples)
-    return np.where(depth < np.inf, share, np.float32(0))
 
 
 def _merge(layers: list[FloatTexture], window: Window, plan: ViewPlan) -> FloatTexture:

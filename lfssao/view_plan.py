@@ -15,28 +15,22 @@ The rules, and why the textures are the same without what they leave out:
 - Equal radii: an estimator is a function of its arguments, so a radius that comes again is not computed again.
 - Radius 0: the offsets 0 s are all (+-0, +-0, +-0). Algorithms 1 and 2 add them to coordinates, of which only the
   sign of a zero can change, and compare: all n samples have one outcome, and n / n = 1 / 1, 0 / n = 0 / 1.
-- Radii whose ball appears smaller than half a texel everywhere: every sample reads the depth of its own point, which
-  lies behind it or before it by more than float32 can be off, so all texels have one count
-  (``lfssao.small_balls``, which proves it).
 - Merge of one radius, blur with the one weight 1: what goes in comes out.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.small_balls import DecidedRadii, decided_radii
 from lfssao.view import View
 from lfssao.window import Window, cast_box, seen_window
 
 if TYPE_CHECKING:
     from lfssao.rendering import Settings
-
-# Radii that appear as so many texels, roughly, are not asked for whether they appear smaller than half of one.
-_NOT_SMALL = 2.0
 
 # A window that holds more of the texture than this is not worth copying textures for, by measurement.
 _WORTH_CUTTING = 0.5
@@ -56,12 +50,6 @@ class ViewPlan:
         For each radius the first one that gives the same texture: its own place, or an earlier one.
     one_sample : tuple of bool
         For each radius, whether one sample stands for all.
-    behind : tuple of (int or None)
-        For each radius how many samples lie behind the surface around every visible point, where that is known; none
-        of them is outside then.
-    open : tuple of float
-        Radii whose ball appears smaller than half a texel in the middle of the scene's box, but not, or not provably,
-        everywhere (``lfssao.small_balls``).
     cut : bool
         Whether what comes behind the ray caster runs on a window, or not at all where it is a copy.
     """
@@ -70,8 +58,6 @@ class ViewPlan:
     whole: Window
     same_as: tuple[int, ...]
     one_sample: tuple[bool, ...]
-    behind: tuple[int | None, ...]
-    open: tuple[float, ...] = ()
     cut: bool = True
 
     @classmethod
@@ -88,27 +74,24 @@ class ViewPlan:
             What the AO passes are run with.
         """
         radii, window = settings.radii, seen_window(view, cast_box(view.cast_from_world, bounds))
-        decided = _decided(view, bounds, settings, window)
         return cls(
             window=window.rows(view),
             whole=Window.whole(view),
             same_as=tuple(radii.index(radius) for radius in radii),
             one_sample=tuple(radius == 0 and settings.estimator == "lf" for radius in radii),
-            behind=tuple(decided.behind if radius in decided else None for radius in radii),
-            open=decided.open,
         )
 
     @classmethod
     def everything(cls, view: View, settings: "Settings") -> "ViewPlan":
         """The plan that leaves out nothing."""
         whole, count = Window.whole(view), len(settings.radii)
-        return cls(whole, whole, tuple(range(count)), (False,) * count, (None,) * count, cut=False)
+        return cls(whole, whole, tuple(range(count)), (False,) * count, cut=False)
 
     @property
     def sampled(self) -> list[int]:
         """Numbers of the radii that are sampled with all samples."""
-        each = enumerate(zip(self.same_as, self.one_sample, self.behind, strict=True))
-        return [number for number, (first, one, known) in each if first == number and not one and known is None]
+        each = enumerate(zip(self.same_as, self.one_sample, strict=True))
+        return [number for number, (first, one) in each if first == number and not one]
 
     def reached(self, surface: Window, reach: int) -> Window:
         """A window with so many texels more on each side; the whole texture where that is more than half of it."""
@@ -116,15 +99,33 @@ class ViewPlan:
         return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole
 
 
-def _decided(view: View, bounds: NDArray[np.float64], settings: "Settings", window: Window) -> DecidedRadii:
-    """The radii that need no sampling, asked for if any can be expected: none of most jobs can.
+def subpixel_radii(
+    views: Iterable[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
+) -> tuple[float, ...]:
+    """Radii above 0 whose ball covers less than half a texel to each side, at every corner of the boxes, in every view.
 
-    A box appears at most as large as its diagonal does where it appears largest.
+    Their samples read the depth of their own texel: such AO says nothing about the scene.
+
+    Parameters
+    ----------
+    views : iterable of View
+        What is rendered.
+    boxes : sequence of (2, 3) float64
+        Boxes around the scene, world units.
+    radii : iterable of float
+        Radii of the sampling ball, world units.
     """
-    # A neighbour may still see such a sample in the open.
-    if settings.estimator != "lf" or settings.neighbours or settings.samples is None:
-        return DecidedRadii()
-    x, y, z = (bounds[1] - bounds[0]).tolist()
-    most = _NOT_SMALL * sqrt((x * x + y * y) + z * z) / max(window.width, window.height, 1)
-    small = [radius for radius in settings.radii if 0 < radius < most]
-    return decided_radii(view, bounds, settings.samples, small) if small and window.texels else DecidedRadii()
+    found = tuple(radius for radius in radii if radius > 0)
+    for view, box in product(views, boxes):
+        corners = np.array(list(product(*box.T)))
+        found = tuple(radius for radius in found if _extent(view, corners, radius) < 0.5)
+        if not found:
+            break
+    return found
+
+
+def _extent(view: View, corners: NDArray[np.float64], radius: float) -> float:
+    """Largest distance along u or v, texels, by which a ball's image reaches from its centre; NaN where unknown."""
+    to_image = view.world_to_image
+    steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
+    return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

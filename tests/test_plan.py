@@ -1,5 +1,6 @@
 """What a plan leaves out changes no bit: with and without it, on displays of every kind, cameras and estimators."""
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from lfssao.neighbours import DepthCache
 from lfssao.plan import make_plan
 from lfssao.rendering import module_views, neighbour_views, render_planned, render_view
 from lfssao.view import WorldToImage
-from lfssao.view_plan import ViewPlan
+from lfssao.view_plan import ViewPlan, subpixel_radii
 from lfssao.window import Window, cast_box, seen_window, surface_window
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -74,8 +75,6 @@ def test_displays_of_every_kind(statue, name, place):
     for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
         cover, plan = check(caster, view, options)
         assert (cover > 0) == (place != "beside")
-        decided = 4 if place != "beside" else None  # half of LF's samples lie behind
-        assert plan.behind[:2] == (None, decided)
         if place == "beside" and name not in ("convex", "picoarray"):  # whose arcs end before it: no bounds
             assert not plan.window.texels
 
@@ -87,7 +86,6 @@ def test_cameras(statue, projection, place):
     options = Settings((0.1, 0.0, 1e-3), blur=0.5 * (place != "border"))
     cover, plan = check(RayCaster(statue, view.cast_from_world), view, options)
     assert (cover > 0) == (plan.window.texels > 0) == (place != "beside")
-    assert plan.behind[1:] == (None, 4 if place != "beside" else None)
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
@@ -156,7 +154,7 @@ def test_merge_blur_and_image_run_on_a_window(corner, size, sigma, full, seed):
             "estimate_radii",
             lambda _, __, radii, *___: [passes.Occlusion(layers[int(r) - 1], 7) for r in radii],
         )
-        for plan in (ViewPlan(Window.whole(view), Window.whole(view), (0, 1), (False,) * 2, (None,) * 2),
+        for plan in (ViewPlan(Window.whole(view), Window.whole(view), (0, 1), (False,) * 2),
                      ViewPlan.everything(view, options)):  # fmt: skip
             rng = np.random.default_rng(1)
             made.append(render_view(Caster(), view, options, (), plan))
@@ -192,8 +190,8 @@ def test_savings_of_each_cut_and_a_cut_that_changes_bits(statue, monkeypatch, ca
     assert abs(made.cover - 0.1) < 0.02
     assert set(made.ratios) == {"plan", *savings.CUTS}
     assert all(low <= middle <= high for low, middle, high in made.ratios.values())
-    share = rendering._everywhere
-    monkeypatch.setattr(rendering, "_everywhere", lambda depth, behind, n: share(depth, behind + 1, n))
+    plan = ViewPlan.of(savings.middle_view(statue, display, box), statue.bounds, case.settings)
+    monkeypatch.setattr(ViewPlan, "of", lambda *_: replace(plan, same_as=(0, 0, 0)))
     monkeypatch.setattr(savings, "cases", lambda *_: [case])
     table = tmp_path / "plan.json"
     assert main(["bench", "plan", "--quick", "--repeats", "1", "--json", str(table)]) == 1
@@ -364,16 +362,33 @@ def test_a_plan_takes_a_renders_options_and_renders_nothing(monkeypatch, capsys)
     assert made["views"][0]["size"] == [48, 36]
 
 
-def test_balls_that_are_small_in_the_middle_only_are_told(statue):
-    """Of a module far to the side, half a texel in the middle of the box is more than half of one in a corner."""
-    view = module_views(statue, find_display("sample-b").with_resolution(48, 36), range(1))
-    small, between, large = 2e-4, 0.01, 0.05
-    made = {cut.what: cut for cut in make_plan(statue, view, Settings((small, between, large))).cuts}
-    assert made["samples"].left_out == 8
-    assert "1 times it does in the middle of the box but not" in made["samples"].reason
-    ((_, plan),) = make_plan(statue, view, Settings((small, between, large))).views
-    assert plan.open == (between,)
-    assert plan.behind == (4, None, None)
+def test_radii_below_half_a_texel_everywhere(statue):
+    """Of an orthographic camera half a texel is the same everywhere, of a module largest where the box is nearest."""
+    camera = Camera.looking_at(statue.bounds, "orthographic")
+    half = 0.5 * camera.extent / 36
+    radii, boxes = (0.0, 0.5 * half, 0.999 * half, 1.001 * half, 1.0), [statue.bounds]
+    assert subpixel_radii([camera.view(48, 36)], boxes, radii) == radii[1:3]
+    assert subpixel_radii([camera.view(48, 36), camera.view(64, 48)], boxes, radii) == radii[1:2]
+    for name in display_names():
+        (view,) = module_views(statue, find_display(name).with_resolution(48, 36), range(1))
+        corners = np.array([[x, y, z] for x, y, z in itertools.product(*statue.bounds.T)])
+        aside = np.random.default_rng(1).normal(size=(400, 3))
+        ball = view.world_to_image(corners[:, None] + 1e-4 * aside / np.linalg.norm(aside, axis=1)[:, None])
+        moved = np.abs(ball - view.world_to_image(corners)[:, None])[..., :2].max()
+        limit = 1e-4 * 0.5 / moved  # from below: 400 directions miss the farthest by little
+        assert subpixel_radii([view], boxes, (0.9 * limit, 1.01 * limit)) == (0.9 * limit,)
+        assert subpixel_radii([view], [*boxes, statue.bounds * 100], (0.9 * limit,)) == ()  # behind the lens too
+
+
+def test_a_job_warns_of_such_radii_once(tmp_path, capsys):
+    job = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "32x24", "--frames", "2",
+           "-o", str(tmp_path)]  # fmt: skip
+    assert main([*job, "--radii", "0.0001,0.1"]) == 0
+    said = capsys.readouterr().err
+    assert said.count("radius 0.0001 is less than half a texel everywhere: its AO says nothing") == 1
+    assert said.count("half a texel") == 1
+    assert main([*job, "--radii", "0,0.1"]) == 0
+    assert "half a texel" not in capsys.readouterr().err
 
 
 def test_modules_that_miss_the_scene_are_named(statue):

@@ -31,7 +31,7 @@ ALL, PLAN = "all", "plan"
 CUTS: dict[str, tuple[str, ...]] = {
     "rays": ("window",),
     "border": ("cut",),
-    "radii": ("same_as", "one_sample", "behind"),
+    "radii": ("same_as", "one_sample"),
 }
 
 
@@ -85,7 +85,7 @@ class Saving:
 def cases(display: Display, quick: bool) -> Iterator[Case]:
     """The embedded scenes fitted into the display and at a tenth of its middle module's texture, and others.
 
-    Others: a scene beside the texture, radii that need no samples, one radius without a blur, and a wall that fills the
+    Others: a scene beside the texture, radii 0 and twice, one radius without a blur, and a wall that fills the
     texture, of which nothing can be left out.
     """
     for name in ("statue",) if quick else tuple(BUILTIN):
@@ -95,8 +95,8 @@ def cases(display: Display, quick: bool) -> Iterator[Case]:
         yield Case(f"{name}, a tenth", mesh, at_a_tenth(mesh, display), fitted)
     radii = fitted.radii
     yield Case(f"{name}, beside", mesh, around(mesh, 3, (40, 0, 0)), fitted)
-    special = Settings((0.0, 0.02 * radii[0], *radii[:2], *radii[:2]))
-    yield Case(f"{name}, radii 0, small and twice", mesh, mesh.bounds, special)
+    special = Settings((0.0, *radii[:2], *radii[:2]))
+    yield Case(f"{name}, radii 0 and twice", mesh, mesh.bounds, special)
     yield Case(f"{name}, one radius, no blur", mesh, mesh.bounds, Settings(radii[:1], blur=0.0))
     sheet, radii = wall(), (0.03, 0.06, 0.1, 0.18, 0.3)
     front = np.array([[-1.0, -0.75, -0.3], [1.0, 0.75, 0.3]])

@@ -233,6 +233,7 @@ def _render(options: argparse.Namespace) -> None:
         raise InputError("--threads does not go with a scheduler's address: its workers have their own")
     prepared = prepare(options)
     work = prepared.work
+    _warn_of_small_radii(work)
     from lfssao import manifest
     from lfssao.commands.run_items import run_items
     from lfssao.plan import make_plan
@@ -251,6 +252,13 @@ def _render(options: argparse.Namespace) -> None:
     if work.transforms is not None:
         written = f"{len(work.transforms)} frame{'s' * (len(work.transforms) > 1)}, each {written}"
     print(printable(f"{work.folder}: {written}"), flush=True)
+
+
+def _warn_of_small_radii(work: "Work") -> None:
+    from lfssao.view_plan import subpixel_radii
+
+    for radius in subpixel_radii(work.views, work.boxes, work.settings.radii):
+        say(f"radius {radius:g} is less than half a texel everywhere: its AO says nothing")
 
 
 def _core_count() -> int:

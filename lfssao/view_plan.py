@@ -2,8 +2,8 @@
 
 The rules, and why the textures are the same without what they leave out:
 
-- Rays: only the rows in which the image of the scene's box lies are cast (``lfssao.window.seen_window``, for all kinds
-  of displays): no other ray can hit. A view that does not see the box has the textures of nothing, and no pass runs.
+- Rays: only the rows in which the image of the scene's box lies are cast (``lfssao.window.seen_window``): no other ray
+  can hit. A view that does not see the box has the textures of nothing, and no pass runs.
 - Border: behind the ray caster the passes run on the smallest window that holds every texel with a surface, grown by
   the blur's reach. AO is +0 where there is no surface, so the maximum over radii is, and a blur adds products of
   positive weights with +0 to +0. Taps beyond the grown window read the texel on its border, which is +0, or lies on

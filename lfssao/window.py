@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from lfssao.display_window import image_range
 from lfssao.kernels import fills, seen
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.matrix import Matrix
@@ -95,8 +94,7 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
     On flat screens with the linear diffuser and in cameras u and v are quotients of affine functions with one sign in
     the divisor, so over a box they are largest and smallest in its corners, and a ray hits a triangle only between the
     images of the triangle's corners, up to the rounding that ``lfssao.kernels.footprints`` bounds; a texel is added for
-    it on each side. Of other displays ``lfssao.display_window`` bounds the image of the whole box. Where a bound does
-    not hold it is the whole texture.
+    it on each side. Where that does not hold, and of other displays, it is the whole texture.
 
     Parameters
     ----------
@@ -111,8 +109,7 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
     """
     whole = Window.whole(view)
     if view.ray_kind == DISPLAY:
-        ends = image_range(view.lens, box)
-        return whole if ends is None else _around(view, *ends)
+        return whole
     error_x, error_y = ray_errors(view, box).tolist()
     us, vs = [], []
     for x in box[:, 0].tolist():

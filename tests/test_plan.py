@@ -15,6 +15,7 @@ from lfssao import Camera, Mesh, RayCaster, Settings, builtin_scene, display_nam
 from lfssao.bench import savings
 from lfssao.cli import main
 from lfssao.estimators.registry import ESTIMATORS
+from lfssao.kernels.rays import FLAT_LINEAR
 from lfssao.neighbours import DepthCache
 from lfssao.plan import make_plan
 from lfssao.rendering import module_views, neighbour_views, render_planned, render_view
@@ -75,8 +76,7 @@ def test_displays_of_every_kind(statue, name, place):
     for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
         cover, plan = check(caster, view, options)
         assert (cover > 0) == (place != "beside")
-        if place == "beside" and name not in ("convex", "picoarray"):  # whose arcs end before it: no bounds
-            assert not plan.window.texels
+        assert (not plan.window.texels) == (place == "beside" and view.ray_kind == FLAT_LINEAR)
 
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])

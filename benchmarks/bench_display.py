@@ -71,7 +71,7 @@ def render(scene: str, folder: Path, modules: int, threads: int) -> dict:
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = json.loads((folder / "manifest.json").read_text())["seconds"]
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    seconds["render"] -= seconds["build_bvh"]
+    seconds["render"] -= seconds["passes"].pop("build_bvh")
     return {"modules": modules, "threads": threads, "wall": wall, "cpu": cpu, "peak_mib": peak / 1024, **seconds}
 
 

@@ -125,7 +125,6 @@ class Job:
         write_whole(folder / "contact.png", sheet.save)
         seconds = {
             **self._seconds,
-            "build_bvh": sum_in_order(result.build_seconds for result in results),
             "render": time.perf_counter() - self._start,
             "passes": _sums([entry["seconds"] for entry in entries]),
         }

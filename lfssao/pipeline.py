@@ -48,7 +48,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
         for item in items:
             while len(waiting) >= ahead or (waiting and waiting[0][1].done()):
                 yield _next(waiting)
-            waiting.append((item, pool.submit(write_view, renderer.work, item, *renderer.textures(item))))
+            waiting.append((item, pool.submit(write_view, renderer.work, item, renderer.textures(item))))
         while waiting:
             yield _next(waiting)
 
@@ -132,7 +132,7 @@ def run_item(path: str, item: Item, threads: int, version: str) -> Result:
             _here.clear()
             _here[path] = Renderer(_load(path), threads)
         renderer = _here[path]
-    return write_view(renderer.work, item, *renderer.textures(item))
+    return write_view(renderer.work, item, renderer.textures(item))
 
 
 def _load(path: str) -> Work:

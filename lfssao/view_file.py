@@ -38,13 +38,10 @@ class Result:
         What the manifest says of the view.
     strip : PIL.Image.Image or None
         Its row of the contact sheet, if it has one.
-    build_seconds : float
-        Seconds spent building trees for it.
     """
 
     entry: dict[str, Any]
     strip: "Image | None"
-    build_seconds: float = 0.0
 
 
 def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
@@ -84,7 +81,7 @@ def _occlusion_part(name: str, texture: Any, attributes: dict[str, float | str])
     return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
 
 
-def write_view(work: Work, item: Item, textures: Textures, build_seconds: float) -> Result:
+def write_view(work: Work, item: Item, textures: Textures) -> Result:
     """Write an item's file, with the digest of each part's pixels and the identity of what they were made from.
 
     Parameters
@@ -95,8 +92,6 @@ def write_view(work: Work, item: Item, textures: Textures, build_seconds: float)
         Which view of which frame.
     textures : Textures
         All textures of the view.
-    build_seconds : float
-        Seconds spent building trees for it, for the manifest.
 
     Raises
     ------
@@ -112,7 +107,7 @@ def write_view(work: Work, item: Item, textures: Textures, build_seconds: float)
     written = time.perf_counter()
     picture = _strip(work, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
-    return Result(_entry(work, item, parts, {**textures.seconds, **seconds}), picture, build_seconds)
+    return Result(_entry(work, item, parts, {**textures.seconds, **seconds}), picture)
 
 
 def recover_view(work: Work, item: Item) -> Result | None:

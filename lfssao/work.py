@@ -157,13 +157,13 @@ class Renderer:
             self._build_seconds += time.perf_counter() - start
         return self._caster
 
-    def textures(self, item: Item) -> tuple[Textures, float]:
-        """An item's textures, and the seconds spent building trees since the last call."""
+    def textures(self, item: Item) -> Textures:
+        """An item's textures; their seconds hold those spent building trees since the last call, too."""
         with self._one_at_a_time:
             numba.set_num_threads(self._threads)
             caster, view = self.prepare(item), self.work.views[item.view]
             others = self.work.neighbours[item.view] if self.work.neighbours else ()
             assert self._depths is not None  # made with the caster
             textures = render_planned(caster, view, self.work.settings, self._depths, others, self.work.plan)
-            seconds, self._build_seconds = self._build_seconds, 0.0
-            return textures, seconds
+            textures.seconds["build_bvh"], self._build_seconds = self._build_seconds, 0.0
+            return textures

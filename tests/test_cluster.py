@@ -216,8 +216,8 @@ class Untouched:
 @pytest.fixture
 def untouched(monkeypatch):
     """Passes and files that do nothing but what a test puts into their place."""
-    monkeypatch.setattr(Renderer, "textures", lambda _, item: (Untouched(item), 0.0))
-    monkeypatch.setattr(lfssao.pipeline, "write_view", lambda _work, item, _textures, _seconds: item)
+    monkeypatch.setattr(Renderer, "textures", lambda _, item: Untouched(item))
+    monkeypatch.setattr(lfssao.pipeline, "write_view", lambda _work, item, _textures: item)
     return monkeypatch
 
 
@@ -230,11 +230,11 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
     def textures(_, item):
         made = Untouched(item)
         alive.add(made)
-        return made, 0.0
+        return made
 
     untouched.setattr(Renderer, "textures", textures)
 
-    def write(_work, item, _textures, _seconds):
+    def write(_work, item, _textures):
         gate.wait(0.2 + 0.3 * (item.view % 2))  # each second one is written much later
         most.append(len(alive))
         return item
@@ -253,7 +253,7 @@ def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
         if item.view == 1:
             computing.set()
             assert begun.wait(20)
-        return Untouched(item), 0.0
+        return Untouched(item)
 
     def write(*arguments):
         begun.set()

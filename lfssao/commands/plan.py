@@ -27,7 +27,7 @@ def add_to(commands: Any) -> None:
 
 
 def _plan(options: argparse.Namespace) -> None:
-    work = prepare(options).work
+    work, _ = prepare(options)
     from lfssao.plan import make_plan  # late: reads files
 
     plan = make_plan(work.mesh, work.views, work.settings, work.boxes)

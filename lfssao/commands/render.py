@@ -4,7 +4,6 @@ import argparse
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -172,31 +171,8 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     )
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """A job that is ready to run.
-
-    Attributes
-    ----------
-    work : Work
-        What is rendered.
-    display : Display
-        Where it is shown, unless there is a camera.
-    sampling : dict
-        What the manifest says of the samples.
-    loaded : float
-        Seconds that it took.
-    """
-
-    work: "Work"
-    display: "Display"
-    sampling: dict[str, Any]
-    loaded: float
-
-
-def prepare(options: argparse.Namespace) -> Prepared:
-    """Check everything that can be checked, then load the scene."""
-    start = time.perf_counter()
+def prepare(options: argparse.Namespace) -> "tuple[Work, dict[str, Any]]":
+    """Check everything that can be checked, then load the scene; return the job and what its manifest says of it."""
     display = _display(options)
     sampling, settings_of = _settings_maker(options)
     _check_size(options, display)
@@ -205,7 +181,6 @@ def prepare(options: argparse.Namespace) -> Prepared:
 
         check_folder(Path(options.output))
     mesh = load(options.scene, options.texture)
-    loaded = time.perf_counter() - start
     _say_what_was_left_out(mesh)
     from lfssao import manifest
     from lfssao.frames import frame_bounds, swept_bounds
@@ -221,7 +196,13 @@ def prepare(options: argparse.Namespace) -> Prepared:
     scene, folder = manifest.describe_scene(mesh), Path(options.output or ".")
     plan = not getattr(options, "no_plan", False)
     work = Work(mesh, views, settings, folder, scene, transforms, asked, plan, tuple(boxes))
-    return Prepared(work, display, sampling, loaded)
+    return work, {
+        "scene": scene,
+        "display": None if options.camera is not None else manifest.describe_display(display),
+        "camera": options.camera,
+        "sampling": sampling,
+        "settings": manifest.describe_settings(settings),
+    }
 
 
 def _render(options: argparse.Namespace) -> None:
@@ -231,8 +212,9 @@ def _render(options: argparse.Namespace) -> None:
         raise InputError("--output is empty, it must name a folder")
     if options.threads is not None and (options.scheduler or "local") != "local":
         raise InputError("--threads does not go with a scheduler's address: its workers have their own")
-    prepared = prepare(options)
-    work = prepared.work
+    start = time.perf_counter()
+    work, described = prepare(options)
+    seconds = {"load": time.perf_counter() - start}
     _warn_of_small_radii(work)
     from lfssao import manifest
     from lfssao.commands.run_items import run_items
@@ -240,14 +222,10 @@ def _render(options: argparse.Namespace) -> None:
 
     head = {
         "machine": manifest.describe_machine(threads, options.command),
-        "scene": work.scene,
-        "display": None if options.camera is not None else manifest.describe_display(prepared.display),
-        "camera": options.camera,
-        "sampling": prepared.sampling,
-        "settings": manifest.describe_settings(work.settings),
+        **described,
         "plan": make_plan(work.mesh, work.views, work.settings, work.boxes).summary() if work.plan else None,
     }
-    run_items(work, head, {"load": prepared.loaded}, threads, options.resume, options.scheduler)
+    run_items(work, head, seconds, threads, options.resume, options.scheduler)
     written = f"{len(work.views)} EXR file{'s' * (len(work.views) > 1)}, manifest.json, contact.png"
     if work.transforms is not None:
         written = f"{len(work.transforms)} frame{'s' * (len(work.transforms) > 1)}, each {written}"

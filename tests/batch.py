@@ -48,7 +48,7 @@ from lfssao.kit.stages import STAGES
 from lfssao.oracle import bounds
 from lfssao.oracle.points import point_bounds
 from lfssao.oracle.texels import Surfaces
-from lfssao.samples import DECORRELATIONS, METHODS, make_repulsion, sample_set, texel_angles
+from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
 from lfssao.tree import TriangleTree
 from lfssao.window import Window
 
@@ -157,8 +157,6 @@ def scalars():
         yield f"{method}, shell", make_samples(method, 60, 4, 0.1, 1.0)
     for name in DECORRELATIONS:
         yield f"angles {name}", texel_angles(name, 64, 64)
-    for table in make_repulsion.TABLES:
-        yield f"repelled {table}", np.column_stack(make_repulsion.relaxed(table, 4, 1))
 
 
 def triangles():

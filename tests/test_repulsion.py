@@ -2,15 +2,16 @@
 
 import math
 
+import make_repulsion
 import numpy as np
 import pytest
+import repulsion
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import sequences as twin
 
 from lfssao.errors import InputError
-from lfssao.kernels import repulsion
-from lfssao.samples import make_repulsion, repulsion_table, sample_set
+from lfssao.samples import repulsion_table, sample_set
 
 VOLUME = 4 / 3 * math.pi
 KINDS = [("ball", None), ("disk", None), ("disk", True), ("disk", False)]

@@ -1,4 +1,4 @@
-"""Point sets in the ball and the disk by repulsion (VO section 4.5), from tables made by ``make_repulsion``."""
+"""Point sets in the ball and the disk by repulsion (VO section 4.5), from the tables of ``benchmarks/tools``."""
 
 from functools import cache
 from importlib import resources

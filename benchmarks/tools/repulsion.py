@@ -6,15 +6,17 @@ the unit ball's extent along z over the disk.
 
 from math import sqrt
 
+import numba
 import numpy as np
 
 from lfssao.kernels.elementary import sincospi
-from lfssao.kernels.jit import kernel
 from lfssao.kernels.philox import random_signed
 
 _RING = 128  # charges on the disk's boundary; their field is off by a share of about rho^128
 _OUTERMOST = 0.995  # the circle's field is off beyond
 _DARTS = 64  # darts thrown before the distance that they have to keep shrinks
+
+kernel = numba.njit(cache=True, error_model="numpy")
 
 
 @kernel
@@ -143,7 +145,7 @@ def voronoi(points, cells, weights, centroids):
         weights[k] = weights[k] / total
 
 
-@kernel(inline=True)
+@kernel
 def _nearest(points, x, y, z):
     n, d = points.shape
     nearest, best = 0, np.inf

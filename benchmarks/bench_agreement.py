@@ -18,8 +18,8 @@ import numba
 import numpy as np
 
 from lfssao import Occluders, RayCaster, Settings, builtin_scene, find_display, load_scene, module_views, samples
-from lfssao import agreement as agree
 from lfssao.estimators.buffers import Buffers
+from lfssao.figures import agreement as agree
 from lfssao.ground_truth import ray_cast_occlusion
 from lfssao.manifest import describe_machine
 from lfssao.neighbours import DepthCache

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from lfssao import Mesh, RayCaster, agreement, find_display
+from lfssao import Mesh, RayCaster, find_display
 from lfssao.errors import InputError
+from lfssao.figures import agreement
 
 WORLD = np.eye(3, 4)
 DISPLAY = find_display("sample-a").with_resolution(80, 48)

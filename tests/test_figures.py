@@ -6,8 +6,8 @@ import pytest
 import lfssao
 from lfssao.display import crossed_slits
 from lfssao.errors import InputError
+from lfssao.figures import agreement, mapping, modules, radii, sampling_error, texel, truth, verdict
 from lfssao.figures import explore as sliders
-from lfssao.figures import mapping, modules, radii, sampling_error, texel, truth, verdict
 from lfssao.oracle.explain import explain
 from lfssao.rendering import Settings, diagonal, module_views, render_view
 from lfssao.viewer import eye_view
@@ -125,7 +125,7 @@ def test_deviations_of_points_are_those_of_the_table():
     found = modules.point_deviations(values)
     assert found[[0, 1, 3]].tolist() == pytest.approx([0.5, 0.0, np.sqrt(0.02)])
     assert np.isnan(found[2])
-    assert np.nanmean(found) == pytest.approx(lfssao.agreement.spread(values).deviation)
+    assert np.nanmean(found) == pytest.approx(agreement.spread(values).deviation)
 
 
 def test_numbers_inside_bounds():

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.agreement import Points, Values
+from lfssao.figures.agreement import Points, Values
 from lfssao.view import View
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def point_deviations(values: Values) -> NDArray[np.float64]:
     Parameters
     ----------
     values : (n, views) float64
-        ``lfssao.agreement.over_modules``: NaN where a view does not see a point.
+        ``lfssao.figures.agreement.over_modules``: NaN where a view does not see a point.
     """
     seen = np.isfinite(values)
     count = seen.sum(axis=1)

@@ -19,16 +19,39 @@ import numpy as np
 
 from lfssao import Occluders, RayCaster, Settings, builtin_scene, find_display, load_scene, module_views, samples
 from lfssao.estimators.buffers import Buffers
-from lfssao.figures import agreement as agree
+from lfssao.figures import agreement
 from lfssao.ground_truth import ray_cast_occlusion
 from lfssao.manifest import describe_machine
 from lfssao.neighbours import DepthCache
 from lfssao.rendering import diagonal, neighbour_views, render_view
+from lfssao.viewer import LightField, eye_view
 
 RADII = (0.01, 0.035, 0.1)  # shares of the diagonal
 SAMPLERS = ("random", "jittered", "latin", "poisson")
 MODULES = range(5, 16)
 EYES = np.linspace(-0.5, 0.5, 11)
+
+
+def path(display, mesh, world, eyes, width):
+    """What an eye at each place of the observer line, metres, sees of the surface itself: (eye, view, G-buffer)."""
+    views = [eye_view(display, world, eye, width) for eye in eyes]
+    casters = [RayCaster(mesh, view.cast_from_world) for view in views]
+    return [(e, v, caster.gbuffer(v, color=None)) for e, v, caster in zip(eyes, views, casters, strict=True)]
+
+
+def along_path(points, display, textures, stops, same, blend="linear"):
+    """What the eye at each stop is shown at each point, (n, eyes) float64, NaN where it does not see the point.
+
+    textures: (H, W) float32 by module; same: as of ``agreement.read_at``.
+    """
+    shown = LightField(display, textures, channels=1)
+    for index, texture in textures.items():
+        shown.put(index, np.ascontiguousarray(texture[..., None], np.float32))
+    read = [
+        agreement.read_at(points, view, seen, shown.photograph(eye, view.width, blend).image[..., 0], same)
+        for eye, view, seen in stops
+    ]
+    return np.stack(read, axis=1)
 
 
 class Bench:
@@ -41,8 +64,8 @@ class Bench:
         self.caster = RayCaster(mesh, self.views[0].cast_from_world, 2)
         self.gbuffers = [self.caster.gbuffer(view, color=None, normals="geometric") for view in self.views]
         self.middle = len(self.views) // 2
-        self.points = agree.surface_points(self.gbuffers[self.middle], 5000)
-        self.path = agree.path(self.display, mesh, self.views[0].cast_from_world, EYES, size[0])
+        self.points = agreement.surface_points(self.gbuffers[self.middle], 5000)
+        self.path = path(self.display, mesh, self.views[0].cast_from_world, EYES, size[0])
         self.same = 2.0 * float(np.sqrt(((mesh.bounds[1] - mesh.bounds[0]) ** 2).sum())) / size[0]
 
     def shown(self, settings):
@@ -59,10 +82,10 @@ class Bench:
 
     def measure(self, textures):
         """Spread over the modules and over the path."""
-        over = agree.over_modules(self.points, self.views, self.gbuffers, textures, self.same)
+        over = agreement.over_modules(self.points, self.views, self.gbuffers, textures, self.same)
         shown = dict(zip(MODULES, textures, strict=True))
-        path = agree.along_path(self.points, self.display, shown, self.path, self.same)
-        return agree.spread(over), agree.spread(path)
+        along = along_path(self.points, self.display, shown, self.path, self.same)
+        return agreement.spread(over), agreement.spread(along)
 
     def truth(self, radius, rounds):
         """Ray-cast occlusion of all modules' textures."""

@@ -1,5 +1,6 @@
 """Points followed from module to module: textures of known content, and what walls between them hide."""
 
+import bench_agreement
 import numpy as np
 import pytest
 
@@ -66,8 +67,8 @@ def test_an_eye_that_walks_sees_each_modules_number():
     """Module k's texture is k all over: with the nearest module's, a point near the screen takes what the eye meets."""
     textures = {k: np.full((48, 80), k, np.float32) for k in range(21)}
     points = np.array([[0.0, 0.0, -0.2], [0.0, 0.0, 5.0]])
-    stops = agreement.path(DISPLAY, scene(), WORLD, [-0.6, 0.0, 0.6], 80)
-    values = agreement.along_path(points, DISPLAY, textures, stops, 0.02, "nearest")
+    stops = bench_agreement.path(DISPLAY, scene(), WORLD, [-0.6, 0.0, 0.6], 80)
+    values = bench_agreement.along_path(points, DISPLAY, textures, stops, 0.02, "nearest")
     # The line from the eye (x, -2) through (0, -0.2) meets the lenses, z = 0.7, at -x / 2, modules 0.1 apart from -1.
     np.testing.assert_array_equal(values[0], [13, 10, 7])
     assert np.isnan(values[1]).all()

@@ -6,7 +6,7 @@ import pytest
 import lfssao
 from lfssao.display import crossed_slits
 from lfssao.errors import InputError
-from lfssao.figures import agreement, mapping, modules, radii, sampling_error, texel, truth, verdict
+from lfssao.figures import agreement, mapping, radii, sampling_error, texel, truth, verdict
 from lfssao.figures import explore as sliders
 from lfssao.oracle.explain import explain
 from lfssao.rendering import Settings, diagonal, module_views, render_view
@@ -122,7 +122,7 @@ def test_deviation_by_hand():
 
 def test_deviations_of_points_are_those_of_the_table():
     values = np.array([[0.0, 1.0, np.nan], [0.5, 0.5, 0.5], [np.nan, np.nan, 7.0], [0.0, 0.0, 0.3]])
-    found = modules.point_deviations(values)
+    found = agreement.point_deviations(values)
     assert found[[0, 1, 3]].tolist() == pytest.approx([0.5, 0.0, np.sqrt(0.02)])
     assert np.isnan(found[2])
     assert np.nanmean(found) == pytest.approx(agreement.spread(values).deviation)

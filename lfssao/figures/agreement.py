@@ -1,25 +1,24 @@
-"""Whether AO is the same from module to module: what one surface point is given by all modules that see it.
+"""Agreement of the modules: the occlusion that each gives the same surface point, and where they disagree.
 
-Screen-space AO depends on what a module sees, so a surface point gets other values from other modules, and to a viewer
-who walks along the display it shimmers. Points are taken from one module's positions texture and followed into the
-others' textures, or into the photographs of a walking eye, where they are read at the nearest texel, as they are shown.
-A view-independent texture, such as ray-cast occlusion, read in the same way, tells how much of the spread is due to the
-reading itself.
+Screen-space AO depends on what a module sees, so a surface point gets other values from other modules, and shimmers for
+a viewer who walks along the display. Points are taken from one module's positions texture and followed into the others'
+textures, where they are read at the nearest texel, as they are shown. A view-independent texture, such as ray-cast
+occlusion, read in the same way, shows how much of the spread is due to the reading itself.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.display import Display
 from lfssao.errors import InputError
-from lfssao.raycast import GBuffer, RayCaster
-from lfssao.scene.mesh import Mesh
+from lfssao.raycast import GBuffer
 from lfssao.view import View
-from lfssao.viewer import LightField, eye_view
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Points = NDArray[np.float64]
 Values = NDArray[np.float64]
@@ -33,9 +32,9 @@ class Spread:
     Attributes
     ----------
     points : int
-        How many points were seen at least twice; all else is over these.
+        Points that were seen at least twice; all else is over these.
     views : float
-        In how many textures a point is seen, mean.
+        Number of textures in which a point is seen, mean.
     deviation : float
         Standard deviation of a point's values, mean over the points.
     deviation_95 : float
@@ -52,14 +51,14 @@ class Spread:
 
 
 def surface_points(gbuffer: GBuffer, most: int = 20_000) -> Points:
-    """World coordinates of visible surface points of a texture, at most so many, evenly spread over its texels."""
+    """World coordinates of at most ``most`` visible surface points of a texture, evenly spread over its texels."""
     found = gbuffer.positions[gbuffer.triangle >= 0].astype(np.float64)
     step = max(1, -(-len(found) // most))
     return np.ascontiguousarray(found[::step])
 
 
 def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same: float) -> Values:
-    """What a texture holds for each point, (n,) float64: of the texel it lands in, NaN where the view does not see it.
+    """Read a texture at the texel of each point, (n,) float64; NaN where the view does not see the point.
 
     Parameters
     ----------
@@ -85,85 +84,26 @@ def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same
 def over_modules(
     points: Points, views: Sequence[View], gbuffers: Sequence[GBuffer], textures: Sequence[Texture], same: float
 ) -> Values:
-    """What each module gives each point, (n, modules) float64; arguments as of ``read_at``, one a module."""
+    """Read all modules' textures at each point, (n, modules) float64; arguments as of ``read_at``, one a module."""
     read = [read_at(points, *module, same) for module in zip(views, gbuffers, textures, strict=True)]
     return np.stack(read, axis=1)
 
 
-class Stop(NamedTuple):
-    """A place on a viewer's path and what is seen from there: metres along the observer line, view and G-buffer."""
-
-    eye: float
-    view: View
-    gbuffer: GBuffer
-
-
-def path(display: Display, mesh: Mesh, world: NDArray[np.float64], eyes: Iterable[float], width: int) -> list[Stop]:
-    """What an eye that walks along the observer line sees of the surface itself.
+def point_deviations(values: Values) -> NDArray[np.float64]:
+    """Standard deviation of each point's values, (n,), NaN where fewer than two views see it.
 
     Parameters
     ----------
-    display : Display
-        A display with the linear diffuser and a flat screen.
-    mesh : Mesh
-        The scene.
-    world : (3, 4) float64
-        World -> physical.
-    eyes : floats
-        Places along the observer line, metres.
-    width : int
-        Texels of each view.
-
-    Raises
-    ------
-    InputError
-        As ``eye_view``.
+    values : (n, views) float64
+        ``over_modules``: NaN where a view does not see a point.
     """
-    stops = []
-    for eye in eyes:
-        view = eye_view(display, world, eye, width)
-        stops.append(Stop(eye, view, RayCaster(mesh, view.cast_from_world).gbuffer(view, color=None)))
-    return stops
-
-
-def along_path(
-    points: Points,
-    display: Display,
-    textures: dict[int, Texture],
-    stops: Iterable[Stop],
-    same: float,
-    blend: str = "linear",
-) -> Values:
-    """What an eye that walks along the observer line sees at each point, (n, eyes) float64, NaN where it sees it not.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        World coordinates.
-    display : Display
-        A display with the linear diffuser and a flat screen, of at least two modules.
-    textures : dict of (H, W) float32
-        What each module shows; values outside surfaces are shown as they are.
-    stops : iterable of Stop
-        The path (``path``).
-    same : float
-        As for ``read_at``.
-    blend : str
-        As for ``LightField.photograph``.
-
-    Raises
-    ------
-    InputError
-        As ``LightField``.
-    """
-    shown = LightField(display, textures, channels=1)
-    for index, texture in textures.items():
-        shown.put(index, np.ascontiguousarray(texture[..., None], np.float32))
-    read = [
-        read_at(points, view, seen, shown.photograph(eye, view.width, blend).image[..., 0], same)
-        for eye, view, seen in stops
-    ]
-    return np.stack(read, axis=1)
+    seen = np.isfinite(values)
+    count = seen.sum(axis=1)
+    often = count >= 2
+    share = np.where(often, count, 1)
+    mean = np.where(seen, values, 0).sum(axis=1) / share
+    square = np.where(seen, (values - mean[:, None]) ** 2, 0).sum(axis=1) / share
+    return np.where(often, np.sqrt(square), np.nan)
 
 
 def spread(values: Values) -> Spread:
@@ -174,20 +114,49 @@ def spread(values: Values) -> Spread:
     InputError
         If no point is seen twice.
     """
-    seen = np.isfinite(values)
-    count = seen.sum(axis=1)
-    often = count >= 2
-    if not often.any():
+    kept = values[np.isfinite(values).sum(axis=1) >= 2]
+    if not len(kept):
         raise InputError("no point is seen by two views")
-    kept, there, count = np.where(seen, values, 0.0)[often], seen[often], count[often]
-    mean = kept.sum(axis=1) / count
-    square = np.where(there, (kept - mean[:, None]) ** 2, 0.0).sum(axis=1) / count
-    deviation = np.sqrt(square)
-    low, high = np.where(there, kept, np.inf).min(axis=1), np.where(there, kept, -np.inf).max(axis=1)
+    deviation = point_deviations(kept)
     return Spread(
-        points=int(often.sum()),
-        views=float(count.mean()),
+        points=len(kept),
+        views=float(np.isfinite(kept).sum(axis=1).mean()),
         deviation=float(deviation.mean()),
         deviation_95=float(np.percentile(deviation, 95)),
-        range=float((high - low).mean()),
+        range=float((np.nanmax(kept, axis=1) - np.nanmin(kept, axis=1)).mean()),
     )
+
+
+def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) -> "Figure":
+    """A figure: for each way to compute AO, the points in one module's texture by how much the modules disagree there.
+
+    Parameters
+    ----------
+    view : View
+        The module whose texture the points are drawn in.
+    points : (n, 3) float64
+        World coordinates.
+    values : mapping of (n, views) float64
+        By name, what the modules give the points.
+    """
+    from matplotlib.figure import Figure  # late: takes a second to import
+
+    image = view.world_to_image(points)
+    columns = len(values) + 1
+    figure = Figure(figsize=(3.6 * columns, 3.2), layout="constrained")
+    panels = figure.subplots(1, columns, squeeze=False)[0]
+    for axes, (name, found) in zip(panels, values.items(), strict=False):
+        deviations = point_deviations(found)
+        order = np.argsort(np.nan_to_num(deviations, nan=-1.0))
+        axes.scatter(*image[order, :2].T, c=deviations[order], s=4, cmap="magma_r", vmin=0, vmax=0.15)
+        axes.set(aspect="equal", xticks=[], yticks=[], xlim=(0, view.width), ylim=(view.height, 0))
+        axes.set_title(f"{name}: mean {np.nanmean(deviations):.3f}", fontsize="medium")
+    figure.colorbar(panels[0].collections[0], ax=panels[-2], shrink=0.8, label="sd over the modules", extend="max")
+    for name, found in values.items():
+        deviations = point_deviations(found)
+        known = np.sort(deviations[np.isfinite(deviations)])
+        panels[-1].plot(known, np.linspace(0, 1, len(known)), label=name)
+    panels[-1].set(title="share of the points", xlabel="sd over the modules, at most", xlim=(0, 0.15), ylim=(0, 1.02))
+    panels[-1].grid(alpha=0.3)
+    panels[-1].legend(fontsize="small", loc="lower right")
+    return figure

@@ -54,15 +54,15 @@ class DepthCache:
         self._plan = plan
         self._kept: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 
-    def neighbours(self, views: tuple[View, ...]) -> list[Neighbour]:
-        """Mapping and depth texture of each view."""
-        return [(view.world_to_image, self._depth(view)) for view in views]
+    def neighbours(self, views: tuple[View, ...], caster: str = "exact") -> list[Neighbour]:
+        """Mapping and depth texture of each view; ``caster`` as of ``RayCaster.gbuffer``."""
+        return [(view.world_to_image, self._depth(view, caster)) for view in views]
 
-    def _depth(self, view: View) -> NDArray[np.float32]:
+    def _depth(self, view: View, caster: str) -> NDArray[np.float32]:
         if view.name not in self._kept:
             box = cast_box(view.cast_from_world, self._caster.bounds)
             window = seen_window(view, box) if self._plan else None
-            self._kept[view.name] = self._caster.gbuffer(view, color=None, window=window).depth
+            self._kept[view.name] = self._caster.gbuffer(view, None, window=window, caster=caster).depth
         self._kept.move_to_end(view.name)
         while len(self._kept) > self._size:
             self._kept.popitem(last=False)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import footprints
-from lfssao.embree import build_scene, embree_installed, in_chunks
+from lfssao.embree import build_scene, embree_installed, in_chunks, require_embree
 from lfssao.errors import InputError
 from lfssao.footprints import hits_by_footprint, ray_halves
-from lfssao.kernels import hits, paint, rays, visibility
+from lfssao.kernels import embree_hits, hits, paint, rays, visibility
 from lfssao.kernels import normals as normal_kernels
 from lfssao.matrix import Matrix
 from lfssao.scene.mesh import Mesh, Paint
@@ -24,6 +24,7 @@ _CHUNK = 65_536
 
 COLOR_FILTERS = ("bilinear", "nearest")
 NORMALS = ("geometric", "smooth")
+CASTERS = ("exact", "embree")
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +96,7 @@ class RayCaster:
         color: str | None = "bilinear",
         normals: str | None = None,
         window: Window | None = None,
+        caster: str = "exact",
     ) -> GBuffer:
         """Cast one ray through the centre of each texel of a view.
 
@@ -109,6 +111,9 @@ class RayCaster:
             there, else geometric); None: no normals texture.
         window : Window, optional
             Texels outside of which nothing is seen: only its rows are cast. All by default.
+        caster : str
+            'exact'; or 'embree' for Embree's own answers, with depths in float64 on its triangles. Their bits depend on
+            the processor.
 
         Returns
         -------
@@ -117,9 +122,12 @@ class RayCaster:
         Raises
         ------
         InputError
-            If ``color`` or ``normals`` is none of these.
+            If ``color``, ``normals`` or ``caster`` is none of these.
+        MissingPackageError
+            If Embree is asked for and embreex is not installed.
         """
-        for name, value, choices in (("color", color, COLOR_FILTERS), ("normals", normals, NORMALS)):
+        options = ("color", color, COLOR_FILTERS), ("normals", normals, NORMALS), ("caster", caster, CASTERS)
+        for name, value, choices in options:
             if value is not None and value not in choices:
                 raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
         # Whole rows, which are cast into their place: columns would have to be copied there, for more than they save.
@@ -132,7 +140,10 @@ class RayCaster:
         directions = None if normals is None else window.texture(0, (*shape, 3))
         if window.texels:
             seen, world_from_cast = triangle[rows].reshape(-1), np.ravel(view.world_from_cast)
-            z, weights = self._first_hits(view, window, seen, weighted=colored or directions is not None)
+            if caster == "embree":
+                z, weights = self._embrees_hits(view, window, seen)
+            else:
+                z, weights = self._first_hits(view, window, seen, weighted=colored or directions is not None)
             surface = seen, z, depth[rows].reshape(-1)
             if view.ray_kind == rays.DISPLAY:
                 hits.write_surface(
@@ -183,12 +194,28 @@ class RayCaster:
             mesh.faces, at_vertices, out, window.left, window.top,
         )  # fmt: skip
 
+    def _embrees_hits(
+        self, view: View, window: Window, triangle: NDArray[np.int32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Embree's triangle, written, and z and weights on it of each texel of a window."""
+        require_embree()
+        triangle[:] = self._seen_by_embree(view, window, 1).reshape(-1)
+        z, weights = np.empty(window.texels), np.empty((window.texels, 2))
+        embree_hits.hits_on_triangles(
+            view.ray_kind, view.lens, window.width, self._tree.corners, self._tree.place_of, triangle, z, weights,
+            window.left, window.top,
+        )  # fmt: skip
+        return z, weights
+
     def _proposals(self, view: View, window: Window) -> NDArray[np.int32]:
-        """The triangle that Embree sees in the middle of each tile; -1 where it sees none or is not installed."""
-        step = visibility.TILE
+        """A triangle likely to be the first in each tile: Embree's answer in its middle, -1 without embreex."""
+        if embree_installed():
+            return self._seen_by_embree(view, window, visibility.TILE)
+        return np.full((-(-window.height // visibility.TILE), -(-window.width // visibility.TILE)), -1, np.int32)
+
+    def _seen_by_embree(self, view: View, window: Window, step: int) -> NDArray[np.int32]:
+        """The triangle that Embree sees in the middle of each cell of step x step texels, -1 where it sees none."""
         shape = -(-window.height // step), -(-window.width // step)
-        if not embree_installed():
-            return np.full(shape, -1, np.int32)
         counts = np.empty(shape[0], np.int64)
         grid = view.ray_kind, view.lens, self._tree.bounds, window.width, window.height, step, shape[1]
         rays.count_rays(*grid, counts, window.left, window.top)
@@ -196,9 +223,9 @@ class RayCaster:
         cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
         origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
         rays.make_rays(*grid, starts, cells, origins, directions, lengths, window.left, window.top)
-        proposals = np.full(shape, -1, np.int32)
-        proposals.reshape(-1)[cells] = self._trace(origins, directions, lengths)
-        return proposals
+        seen = np.full(shape, -1, np.int32)
+        seen.reshape(-1)[cells] = self._trace(origins, directions, lengths)
+        return seen
 
     @cached_property
     def _scene(self) -> Any:

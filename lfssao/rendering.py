@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from lfssao import passes
 from lfssao.display import Display, fit_roi
+from lfssao.embree import require_embree
 from lfssao.errors import InputError
 from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Value
 from lfssao.estimators.registry import check_samples, estimate_radii, find_estimator, full_parameters
 from lfssao.neighbours import DepthCache, Neighbour, nearest_modules
-from lfssao.raycast import COLOR_FILTERS, NORMALS, GBuffer, RayCaster
+from lfssao.raycast import CASTERS, COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View, check_positions
 from lfssao.view_plan import ViewPlan
@@ -57,12 +58,16 @@ class Settings:
         Weights of the samples; as ``samples``.
     neighbours : int
         How many of a module's nearest modules are asked whether a sample lies in the open; of estimator 'lf' only.
+    caster : str
+        'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
 
     Raises
     ------
     InputError
         If there is no radius, or one is negative or not finite, or the blur is; if there is no such estimator, or
         it does not take these samples or parameters.
+    MissingPackageError
+        If Embree is asked for and embreex is not installed.
     """
 
     radii: tuple[float, ...]
@@ -74,6 +79,7 @@ class Settings:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     weights: NDArray[np.float64] | None = None
     neighbours: int = 0
+    caster: str = "exact"
 
     def __post_init__(self) -> None:
         if not self.radii:
@@ -85,6 +91,10 @@ class Settings:
             raise InputError(f"color_filter is '{self.color_filter}': choose one of {', '.join(COLOR_FILTERS)}")
         if self.normals is not None and self.normals not in NORMALS:
             raise InputError(f"normals is '{self.normals}': choose one of {', '.join(NORMALS)}")
+        if self.caster not in CASTERS:
+            raise InputError(f"caster is '{self.caster}': choose one of {', '.join(CASTERS)}")
+        if self.caster == "embree":
+            require_embree()
         estimator = find_estimator(self.estimator)
         object.__setattr__(self, "parameters", full_parameters(estimator, self.parameters))
         if self.samples is None:
@@ -205,7 +215,8 @@ def render_view(
         return result
 
     plan = plan or ViewPlan.of(view, caster.bounds, settings)
-    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, settings.color_filter, settings.normals, plan.window))
+    look = settings.color_filter, settings.normals, plan.window, settings.caster
+    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, *look))
     seen, texels = surface_window(gbuffer.depth)
     surface = seen if plan.cut else plan.whole
     # Behind the AO everything is +0 outside of this window.
@@ -394,4 +405,5 @@ def render_planned(
 ) -> Textures:
     """``render_view`` with a plan, or without one, and the depth of the views beside it where the plan needs it."""
     chosen = ViewPlan.of(view, caster.bounds, settings) if plan else ViewPlan.everything(view, settings)
-    return render_view(caster, view, settings, cache.neighbours(others if chosen.window.texels else ()), chosen)
+    asked = cache.neighbours(others if chosen.window.texels else (), settings.caster)
+    return render_view(caster, view, settings, asked, chosen)

@@ -115,6 +115,7 @@ def test_manifest_has_all_parameters(folder, manifest):
     assert settings["radii"] == [0.05, pytest.approx(0.04 * (x * x + y * y + z * z) ** 0.5)]
     assert np.shape(settings["samples"]) == (6, 3)
     assert settings["blur_sigma"] == 1.5
+    assert settings["caster"] == "exact"
     assert len(settings["blur_weights"]) == 2 * 5 + 1  # ceil(3 sigma) to each side
     assert manifest["sampling"] == {"method": "latin", "count": 6, "seed": 9}
     assert manifest["display"]["name"] == "sample-a"

@@ -170,6 +170,7 @@ def test_command_line_layers(tmp_path, capsys):
     for wrong, word in (
         (["--normals", "up"], "normals"),
         (["--filter", "cubic"], "color_filter"),
+        (["--caster", "vulkan"], "caster is 'vulkan': choose one of exact, embree"),
         (["--guard", "-1"], "--guard"),
     ):
         assert main([*common, "-o", str(tmp_path / "b"), *wrong]) == 2

@@ -1,6 +1,8 @@
 """Algorithm 2 with neighbours: its twin, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
 
 import json
+from importlib.util import find_spec
+from inspect import signature
 
 import numpy as np
 import pytest
@@ -251,20 +253,36 @@ def test_a_camera_has_no_neighbours(capsys, tmp_path):
 def test_depths_are_cast_once_as_long_as_they_are_kept():
     display = SAMPLE_A.with_resolution(20, 12)
     views = module_views(ball(), display)
-    caster = RayCaster(ball(), views[0].cast_from_world)
+    texels = RayCaster(ball(), views[0].cast_from_world)
     cast = []
 
     class Counting:
-        bounds = caster.bounds
+        bounds = texels.bounds
 
-        def gbuffer(self, view, color, window):
+        def gbuffer(self, view, color, window, caster):
             cast.append(view.name)
-            return caster.gbuffer(view, color, window=window)
+            assert caster == "exact"
+            return texels.gbuffer(view, color, window=window)
 
     cache = DepthCache(Counting(), 3)
     for asked in ((0, 1), (1, 2), (0, 2), (5,), (1,)):
         found = cache.neighbours(tuple(views[k] for k in asked))
         for k, (mapping, depth) in zip(asked, found, strict=True):
             assert mapping is views[k].world_to_image
-            np.testing.assert_array_equal(depth, caster.gbuffer(views[k]).depth)
+            np.testing.assert_array_equal(depth, texels.gbuffer(views[k]).depth)
     assert [int(name[-3:]) for name in cast] == [0, 1, 2, 5, 1]
+
+
+@pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
+def test_neighbours_are_seen_by_the_caster_of_the_settings(monkeypatch):
+    real, asked = RayCaster.gbuffer, []
+
+    def recorded(self, *options, **named):
+        asked.append(signature(real).bind(self, *options, **named).arguments["caster"])
+        return real(self, *options, **named)
+
+    monkeypatch.setattr(RayCaster, "gbuffer", recorded)
+    display = SAMPLE_A.with_resolution(20, 12)
+    for caster in ("exact", "embree"):
+        next(render(ball(), display, Settings((0.1,), neighbours=2, caster=caster), range(3, 4)))
+    assert asked == ["exact"] * 3 + ["embree"] * 3

@@ -30,6 +30,7 @@ from lfssao import (
     find_display,
     fit_roi,
     footprints,
+    module_views,
 )
 from lfssao.kernels import visibility
 from lfssao.window import Window
@@ -259,6 +260,49 @@ def test_embree_proposes_what_is_seen():
     assert proposals.shape == seen.shape
     assert (seen >= 0).mean() > 0.2
     assert (proposals == seen).mean() > 0.99
+
+
+# Embree's own answers
+
+
+@pytest.mark.parametrize("scene", [scenes.soup, scenes.edge_on])
+@pytest.mark.parametrize("name", ["left", "perspective", "orthographic"])
+def test_depths_on_given_triangles_equal_their_twin(monkeypatch, scene, name):
+    """Triangles that rays hit, pass by, and see from behind or edge on."""
+    view, rng = scenes.VIEWS[name](31, 22), np.random.default_rng(3)
+    mesh = in_world(scene, view, rng)
+    mesh = Mesh(mesh.vertices, mesh.faces, painted(rng, mesh, textured=False, colored=True))
+    caster = RayCaster(mesh, view.cast_from_world)
+    given = rng.integers(-1, len(mesh.faces), (22, 31)).astype(np.int32)
+    monkeypatch.setattr(caster, "_seen_by_embree", lambda view, window, step: given.copy())
+    monkeypatch.setattr("lfssao.raycast.require_embree", lambda: None)
+    seen = caster.gbuffer(view, caster="embree")
+    rays = raycast_twin.texel_rays(view.ray_kind, view.lens, 31, 22)
+    cast = np.stack(raycast_twin.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
+    hits = raycast_twin.on_triangles(rays, cast[mesh.faces], given.ravel())
+    depth, positions = raycast_twin.surface(view.ray_kind, rays, view.world_from_cast, hits)
+    np.testing.assert_array_equal(seen.triangle.ravel(), hits.triangle)
+    np.testing.assert_array_equal(bits(seen.depth).ravel(), bits(depth))
+    np.testing.assert_array_equal(bits(seen.positions).reshape(-1, 3), bits(positions))
+    assert ((seen.color >= 0) & (seen.color <= 1)).all()
+    if scene is scenes.soup:
+        assert (seen.triangle >= 0).any()
+    else:
+        assert ((seen.triangle < 0) & (given >= 0)).any()
+
+
+@NEEDS_EMBREE
+@pytest.mark.parametrize("name", ["sample-a", "convex"])
+def test_embrees_own_answers_differ_in_few_texels(name):
+    mesh, display = builtin_scene("ammonite"), find_display(name).with_resolution(160, 120)
+    (view,) = module_views(mesh, display, range(3, 4))
+    caster = RayCaster(mesh, view.cast_from_world)
+    exact, embree = (caster.gbuffer(view, normals="smooth", caster=name) for name in ("exact", "embree"))
+    same = exact.triangle == embree.triangle
+    assert (exact.triangle >= 0).sum() > 1000
+    assert same.mean() > 0.999
+    for part in ("depth", "positions", "color", "normals"):
+        np.testing.assert_array_equal(bits(getattr(exact, part))[same], bits(getattr(embree, part))[same])
 
 
 def digests_of_a_process(*command, env):

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from lfssao.errors import InputError
 from lfssao.exr import Part, write_exr
 from lfssao.files import remove_leftovers
 
+NEEDS_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
 COUNT = 6
 COMMAND = ["render", "ammonite", "--display", "sample-a", "--modules", f"3:{3 + COUNT}", "--resolution", "64x48",
            "--radii", "0.05,0.1", "--blur", "1.5"]  # fmt: skip
@@ -337,6 +339,11 @@ def test_what_is_damaged_is_made_anew_and_the_rest_kept(undisturbed, tmp_path, d
         (["--resolution", "64x50"], "resolution"),
         (["--filter", "nearest"], "color_filter"),
         (["--normals"], "normals"),
+        pytest.param(
+            ["--caster", "embree"],
+            "caster",
+            marks=pytest.mark.skipif(find_spec("embreex") is None, reason="no embreex"),
+        ),
     ],
 )
 def test_resume_refuses_another_job(undisturbed, tmp_path, capsys, more, name):

@@ -71,6 +71,14 @@ print(json.dumps({
     }
 
 
+def test_embrees_own_answers_are_refused(hidden, tmp_path):
+    done = run(hidden, "-m", "lfssao", "render", "ammonite", "--caster", "embree", "-o", str(tmp_path / "out"))
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "Embree needs the package embreex, which is not installed here" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_ground_truth_needs_it_only_where_it_is_asked_for(hidden):
     done = run(
         hidden,

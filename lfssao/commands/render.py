@@ -148,6 +148,13 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
         metavar="N",
         help=f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
     )
+    add(
+        "--caster",
+        default="exact",
+        metavar="NAME",
+        help="what picks each ray's first triangle: exact, with equal bits everywhere, or embree, Embree's own float32 "
+        "answers, to show where they differ (default: exact)",
+    )
     add("--seed", type=values.seed, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
     add("--threads", type=values.threads, metavar="N", help="threads, at most one for each core (default)")
     add(
@@ -306,7 +313,8 @@ def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Calla
 
     def of(radii: tuple[float, ...]) -> Settings:
         look = options.blur, options.filter, options.normals
-        return Settings(radii, samples, *look, estimator.name, parameters, weights, options.neighbours)
+        asked = options.neighbours, options.caster
+        return Settings(radii, samples, *look, estimator.name, parameters, weights, *asked)
 
     of((0.0,))  # refused before the scene is loaded
 

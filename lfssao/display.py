@@ -94,8 +94,8 @@ class Display:
     observer_curvature: float = 0.0
 
     def _repr_png_(self) -> bytes:
-        from lfssao.figures.pictures import figure_png  # late: only notebooks show it
-        from lfssao.plan_view import draw_plan
+        from lfssao.pictures import figure_png  # late: only notebooks show it
+        from lfssao.top_view import draw_plan
 
         return figure_png(draw_plan(self))
 

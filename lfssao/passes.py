@@ -48,7 +48,7 @@ class Occlusion:
     outside: int
 
     def _repr_png_(self) -> bytes:
-        from lfssao.figures import pictures  # late: only notebooks show it
+        from lfssao import pictures  # late: only notebooks show it
 
         return pictures.image_png(pictures.side_by_side([pictures.visibility_codes(self.texture)]))
 

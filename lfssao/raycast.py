@@ -52,7 +52,7 @@ class GBuffer:
     normals: NDArray[np.float32] | None = None
 
     def _repr_png_(self) -> bytes:
-        from lfssao.figures import pictures  # late: only notebooks show it
+        from lfssao import pictures  # late: only notebooks show it
 
         return pictures.image_png(pictures.side_by_side(pictures.gbuffer_codes(self)))
 

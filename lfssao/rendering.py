@@ -174,7 +174,7 @@ class Textures:
 
     def _repr_png_(self) -> bytes:
         from lfssao import contact  # late: only notebooks show it
-        from lfssao.figures.pictures import image_png
+        from lfssao.pictures import image_png
 
         color = None if self.gbuffer.color is None else self.image
         return image_png(contact.strip(color, self._surface, self.blurred, self.shaded, 320))

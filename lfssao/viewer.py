@@ -127,7 +127,7 @@ class Photograph:
     dark: int
 
     def _repr_png_(self) -> bytes:
-        from lfssao.figures import pictures  # late: only notebooks show it
+        from lfssao import pictures  # late: only notebooks show it
 
         return pictures.image_png(pictures.side_by_side([pictures.light_codes(self.image)], self.image.shape[1]))
 

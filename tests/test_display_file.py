@@ -11,7 +11,7 @@ from lfssao import Display, Module, display_names, display_text, find_display, p
 from lfssao.cli import main
 from lfssao.display_file import MOST_MODULES
 from lfssao.errors import InputError
-from lfssao.plan_view import draw_plan
+from lfssao.top_view import draw_plan
 
 NAMES = ["c80", "convex", "picoarray", "sample-a", "sample-b", "virtual"]
 LINE = """

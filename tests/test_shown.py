@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lfssao import GBuffer, Occlusion, Photograph, RayCaster, Settings, builtin_scene, find_display, render_view
-from lfssao.figures import pictures
+from lfssao import (
+    GBuffer,
+    Occlusion,
+    Photograph,
+    RayCaster,
+    Settings,
+    builtin_scene,
+    find_display,
+    pictures,
+    render_view,
+)
 from lfssao.rendering import diagonal, module_views
 from lfssao.samples import sample_set
 

@@ -41,7 +41,7 @@ def _display(options: argparse.Namespace) -> None:
         is_file = Path(options.name).suffix == ".toml"
         print(Path(options.name).read_text(encoding="utf-8") if is_file else display_text(options.name), end="")
         return
-    from lfssao.plan_view import save_plan  # late: matplotlib takes a second to import
+    from lfssao.top_view import save_plan  # late: matplotlib takes a second to import
 
     target = Path(options.plot or f"{Path(options.name).stem}.png")
     save_plan(display, target)

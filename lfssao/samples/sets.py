@@ -40,7 +40,7 @@ class SampleSet:
     promises: tuple[str, ...]
 
     def _repr_png_(self) -> bytes:
-        from lfssao.figures.pictures import figure_png  # late: only notebooks show it
+        from lfssao.pictures import figure_png  # late: only notebooks show it
         from lfssao.samples.plot import draw_samples
 
         return figure_png(draw_samples(self))

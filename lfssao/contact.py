@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.pictures import resized
 from lfssao.srgb import to_codes
 
 if TYPE_CHECKING:
@@ -63,13 +64,6 @@ def strip(
     for column, picture in enumerate(pictures):
         row.paste(resized(picture, size), (column * (width + _MARGIN), 0))
     return row
-
-
-def resized(picture: NDArray[np.uint8], size: tuple[int, int]) -> "Image":
-    """A Pillow image of 8-bit codes (H, W) or (H, W, 3), resized to (width, height): means of what pixels cover."""
-    from PIL import Image
-
-    return Image.fromarray(picture).resize(size, Image.Resampling.BOX)
 
 
 def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":

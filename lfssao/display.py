@@ -15,6 +15,7 @@ from lfssao.errors import InputError
 from lfssao.kernels import display as kernels
 from lfssao.kernels import mapping, rays
 from lfssao.matrix import Matrix, invert_affine
+from lfssao.pictures import figure_png
 from lfssao.view import View, WorldToImage
 
 DIFFUSERS = ("linear", "conical")
@@ -94,10 +95,9 @@ class Display:
     observer_curvature: float = 0.0
 
     def _repr_png_(self) -> bytes:
-        from lfssao.pictures import figure_png  # late: only notebooks show it
-        from lfssao.top_view import draw_plan
+        from lfssao.top_view import draw_top_view  # late: only notebooks show it
 
-        return figure_png(draw_plan(self))
+        return figure_png(draw_top_view(self))
 
     def __post_init__(self) -> None:
         self._check_screen()

@@ -17,6 +17,7 @@ from lfssao.kernels import merge as merge_kernels
 from lfssao.kernels import shade as shade_kernels
 from lfssao.kernels import ssao
 from lfssao.matrix import Matrix
+from lfssao.pictures import row_png, visibility_codes
 from lfssao.view import WorldToImage
 from lfssao.window import Window
 
@@ -48,9 +49,7 @@ class Occlusion:
     outside: int
 
     def _repr_png_(self) -> bytes:
-        from lfssao import pictures  # late: only notebooks show it
-
-        return pictures.image_png(pictures.side_by_side([pictures.visibility_codes(self.texture)]))
+        return row_png([visibility_codes(self.texture)])
 
 
 def algorithm1(

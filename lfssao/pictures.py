@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.contact import resized
-from lfssao.raycast import GBuffer
 from lfssao.srgb import to_codes
 
 if TYPE_CHECKING:
@@ -34,9 +32,16 @@ def image_png(image: "Image") -> bytes:
     return file.getvalue()
 
 
-def side_by_side(pictures: list[Codes], width: int = 360) -> "Image":
-    """Pictures of one size, 8-bit codes (H, W, 3), in a row, each so many pixels wide or, where upright, high."""
+def resized(picture: Codes, size: tuple[int, int]) -> "Image":
+    """A Pillow image of 8-bit codes (H, W) or (H, W, 3), resized to (width, height): means of what pixels cover."""
     from PIL import Image  # late: only pictures need it
+
+    return Image.fromarray(picture).resize(size, Image.Resampling.BOX)
+
+
+def row_png(pictures: list[Codes], width: int = 360) -> bytes:
+    """A row of pictures of one size, 8-bit codes (H, W, 3), as a PNG file; ``width``: the longer side of each."""
+    from PIL import Image
 
     rows, columns = pictures[0].shape[:2]
     scale = width / max(rows, columns)
@@ -44,7 +49,7 @@ def side_by_side(pictures: list[Codes], width: int = 360) -> "Image":
     row = Image.new("RGB", (len(pictures) * (size[0] + _MARGIN) - _MARGIN, size[1]), "white")
     for number, picture in enumerate(pictures):
         row.paste(resized(picture, size), (number * (size[0] + _MARGIN), 0))
-    return row
+    return image_png(row)
 
 
 def visibility_codes(occlusion: NDArray[np.floating[Any]]) -> Codes:
@@ -68,16 +73,6 @@ def normal_codes(normals: NDArray[np.floating[Any]]) -> Codes:
     codes: Codes = (np.clip(0.5 + 0.5 * normals, 0, 1) * 255 + 0.5).astype(np.uint8)
     codes[(normals == 0).all(axis=2)] = _NOTHING
     return codes
-
-
-def gbuffer_codes(gbuffer: GBuffer) -> list[Codes]:
-    """The pictures of a G-buffer: depth, normals or the colour where it has them."""
-    pictures = [depth_codes(gbuffer.depth)]
-    if gbuffer.normals is not None:
-        pictures.append(normal_codes(gbuffer.normals))
-    if gbuffer.color is not None:
-        pictures.append(to_codes(gbuffer.color))
-    return pictures
 
 
 def light_codes(image: NDArray[np.floating[Any]]) -> Codes:

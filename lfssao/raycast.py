@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao import footprints
+from lfssao import footprints, pictures
 from lfssao.embree import build_scene, embree_installed, in_chunks, require_embree
 from lfssao.errors import InputError
 from lfssao.footprints import hits_by_footprint, ray_halves
@@ -52,9 +52,16 @@ class GBuffer:
     normals: NDArray[np.float32] | None = None
 
     def _repr_png_(self) -> bytes:
-        from lfssao import pictures  # late: only notebooks show it
+        return pictures.row_png(self.pictures())
 
-        return pictures.image_png(pictures.side_by_side(pictures.gbuffer_codes(self)))
+    def pictures(self) -> list[NDArray[np.uint8]]:
+        """Depth, and normals and colour where there are any, as 8-bit codes (H, W, 3)."""
+        codes = [pictures.depth_codes(self.depth)]
+        if self.normals is not None:
+            codes.append(pictures.normal_codes(self.normals))
+        if self.color is not None:
+            codes.append(pictures.light_codes(self.color))
+        return codes
 
 
 class RayCaster:

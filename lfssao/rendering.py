@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao import passes
+from lfssao import contact, passes
 from lfssao.display import Display, fit_roi
 from lfssao.embree import require_embree
 from lfssao.errors import InputError
@@ -18,6 +18,7 @@ from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.estimator import Value
 from lfssao.estimators.registry import check_samples, estimate_radii, find_estimator, full_parameters
 from lfssao.neighbours import DepthCache, Neighbour, nearest_modules
+from lfssao.pictures import image_png
 from lfssao.raycast import CASTERS, COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View, check_positions
@@ -173,9 +174,6 @@ class Textures:
         return _cropped(self.view, self.gbuffer.triangle) >= 0
 
     def _repr_png_(self) -> bytes:
-        from lfssao import contact  # late: only notebooks show it
-        from lfssao.pictures import image_png
-
         color = None if self.gbuffer.color is None else self.image
         return image_png(contact.strip(color, self._surface, self.blurred, self.shaded, 320))
 

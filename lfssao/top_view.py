@@ -1,21 +1,22 @@
-"""The plan view of a display: what stands where, seen from above."""
+"""A drawing of a display from above: where screen, modules, observers and rays are."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lfssao.display import Display
 from lfssao.errors import InputError
 from lfssao.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lfssao.display import Display
+
 _FORMATS = (".png", ".svg", ".pdf")
 
 
-def draw_plan(display: Display) -> "Figure":
+def draw_top_view(display: "Display") -> "Figure":
     """A figure of a display seen from above: x to the right, z upwards, in metres, the viewers below.
 
     It shows the modules, the screen, the observers' line or arc, the region of interest, and the rays of the outermost
@@ -39,7 +40,7 @@ def draw_plan(display: Display) -> "Figure":
     axes.plot(*zip(*places, strict=True), "s", color="tab:red", markersize=4, label=label)
     (x0, _, z0), (x1, _, z1) = display.roi
     axes.fill([x0, x1, x1, x0], [z0, z0, z1, z1], color="tab:orange", alpha=0.25, label="region of interest")
-    axes.set_title(f"{display.name}: plan view, {display.diffuser} diffuser")
+    axes.set_title(f"{display.name}, seen from above: {display.diffuser} diffuser")
     figure.legend(loc="outside lower center", ncols=4, fontsize="small")
     # As high as the drawing needs at that width, and room for title and legend.
     figure.set_size_inches(8, 7 * min(axes.dataLim.height / axes.dataLim.width, 1.5) + 1.8)
@@ -55,7 +56,7 @@ def _arc(curvature: float, z: float, half: float) -> tuple[Any, Any]:
     return x, z + curvature * x * x / (1.0 + root)
 
 
-def _outer_rays(display: Display, index: int) -> Any:
+def _outer_rays(display: "Display", index: int) -> Any:
     """Ends (x, z) of the rays through the left, middle and right texel of a module's middle row: (3, 2, 2)."""
     module = display.modules[index]
     u = np.array([0.5, 0.5 * module.width, module.width - 0.5])
@@ -64,19 +65,19 @@ def _outer_rays(display: Display, index: int) -> Any:
     return np.stack(ends, axis=1)[span[:, 0] < span[:, 1]]
 
 
-def _observer_places(display: Display) -> Any:
+def _observer_places(display: "Display") -> Any:
     """Values of x at which the outer rays of the first and last module meet the observers."""
     return np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])
 
 
-def _draw_rays(axes: Any, display: Display, index: int, color: str) -> None:
+def _draw_rays(axes: Any, display: "Display", index: int, color: str) -> None:
     for number, ray in enumerate(_outer_rays(display, index)):
         label = f"rays of module {index}" if number == 0 else None
         axes.plot(ray[:, 0], ray[:, 1], color=color, linewidth=0.9, label=label)
 
 
-def save_plan(display: Display, path: Path) -> None:
-    """Draw a display's plan view into a file.
+def save_top_view(display: "Display", path: Path) -> None:
+    """Draw a display from above into a file.
 
     Raises
     ------
@@ -85,5 +86,5 @@ def save_plan(display: Display, path: Path) -> None:
     """
     if path.suffix not in _FORMATS:
         raise InputError(f"--plot {path}: its name must end in one of {', '.join(_FORMATS)}")
-    figure = draw_plan(display)
+    figure = draw_top_view(display)
     write_whole(path, lambda part: figure.savefig(part, dpi=150, bbox_inches="tight"))

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao import pictures
 from lfssao.display import Display
 from lfssao.errors import InputError
 from lfssao.kernels import compose as kernels
@@ -127,9 +128,7 @@ class Photograph:
     dark: int
 
     def _repr_png_(self) -> bytes:
-        from lfssao import pictures  # late: only notebooks show it
-
-        return pictures.image_png(pictures.side_by_side([pictures.light_codes(self.image)], self.image.shape[1]))
+        return pictures.row_png([pictures.light_codes(self.image)], self.image.shape[1])
 
 
 def picture_size(display: Display, width: int) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""Displays as TOML files: the presets with their sources, what is refused and how, the command, the plan view."""
+"""Displays as TOML files: the presets with their sources, what is refused and how, the command, the drawing."""
 
 import tomllib
 from dataclasses import replace
@@ -11,7 +11,7 @@ from lfssao import Display, Module, display_names, display_text, find_display, p
 from lfssao.cli import main
 from lfssao.display_file import MOST_MODULES
 from lfssao.errors import InputError
-from lfssao.top_view import draw_plan
+from lfssao.top_view import draw_top_view
 
 NAMES = ["c80", "convex", "picoarray", "sample-a", "sample-b", "virtual"]
 LINE = """
@@ -399,7 +399,7 @@ def test_bad_words(words, part, capsys, tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["folder.png"]
 
 
-# The plan view
+# The drawing from above
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
@@ -431,7 +431,7 @@ def test_plot_has_a_name_by_default(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("name", NAMES)
 def test_plan_shows_modules_screen_observers_roi_and_rays(name):
     display = find_display(name)
-    axes = draw_plan(display).axes[0]
+    axes = draw_top_view(display).axes[0]
     lines = {line.get_label(): np.array(line.get_data()).T for line in axes.get_lines()}
     count = len(display.modules)
     np.testing.assert_array_equal(
@@ -461,5 +461,5 @@ def test_plan_shows_modules_screen_observers_roi_and_rays(name):
     assert display.diffuser in axes.get_title()
     assert "metres" in axes.get_xlabel()
     assert "viewers" in axes.get_ylabel()
-    legend = {text.get_text() for text in draw_plan(display).legends[0].get_texts()}
+    legend = {text.get_text() for text in draw_top_view(display).legends[0].get_texts()}
     assert {"screen", "observers", "region of interest"} <= legend

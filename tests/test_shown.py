@@ -56,7 +56,7 @@ def test_textures_are_shown_without_visibility_and_with(textures):
 
 def test_a_gbuffer_shows_depth_normals_and_colour(textures):
     gbuffer = textures.gbuffer
-    parts = pictures.gbuffer_codes(gbuffer)
+    parts = gbuffer.pictures()
     seen = gbuffer.triangle >= 0
     assert len(parts) == 3
     assert (parts[0][~seen] == 255).all()
@@ -66,7 +66,7 @@ def test_a_gbuffer_shows_depth_normals_and_colour(textures):
     assert parts[0][seen][np.argmax(depth)].tolist() == [40] * 3
     assert (parts[1][seen][:, 0] > 127).tolist() == (gbuffer.normals[seen][:, 0] > -0.5 / 255).tolist()
     assert shown(gbuffer).shape == (216, 3 * 368 - 8, 3)
-    assert len(pictures.gbuffer_codes(GBuffer(gbuffer.depth, gbuffer.positions, None, gbuffer.triangle))) == 1
+    assert len(GBuffer(gbuffer.depth, gbuffer.positions, None, gbuffer.triangle).pictures()) == 1
 
 
 def test_a_view_of_nothing_is_white():

@@ -1,4 +1,4 @@
-"""``lfssao display``: a display's TOML file, checked, or its plan view."""
+"""``lfssao display``: a display's TOML file, checked, or a drawing of it from above."""
 
 import argparse
 from pathlib import Path
@@ -12,7 +12,7 @@ def add_to(commands: Any) -> None:
     display = commands.add_parser(
         "display",
         allow_abbrev=False,
-        help="print a display as a TOML file, or draw its plan view",
+        help="print a display as a TOML file, or draw it from above",
         description="Print the TOML file of a preset display, with the source of every value, or of a file after "
         "checking it; change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: list the presets.",
     )
@@ -41,8 +41,8 @@ def _display(options: argparse.Namespace) -> None:
         is_file = Path(options.name).suffix == ".toml"
         print(Path(options.name).read_text(encoding="utf-8") if is_file else display_text(options.name), end="")
         return
-    from lfssao.top_view import save_plan  # late: matplotlib takes a second to import
+    from lfssao.top_view import save_top_view  # late: matplotlib takes a second to import
 
     target = Path(options.plot or f"{Path(options.name).stem}.png")
-    save_plan(display, target)
+    save_top_view(display, target)
     print(target)

@@ -7,17 +7,18 @@ import numpy as np
 
 from lfssao.errors import InputError
 from lfssao.files import write_whole
-from lfssao.samples.sets import SampleSet
 from lfssao.testing import statistics
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lfssao.samples.sets import SampleSet
+
 FORMATS = (".png", ".svg", ".pdf")
 _COORDINATES = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi"), "sphere": ("z", "phi"), "ball": ("z / r", "phi")}
 
 
-def draw_samples(made: SampleSet, r_min: float = 0.0, r_max: float = 1.0) -> "Figure":
+def draw_samples(made: "SampleSet", r_min: float = 0.0, r_max: float = 1.0) -> "Figure":
     """A figure of four panels: points, radial histogram, periodogram, pair correlation.
 
     Parameters
@@ -52,7 +53,7 @@ def draw_samples(made: SampleSet, r_min: float = 0.0, r_max: float = 1.0) -> "Fi
     return figure
 
 
-def _draw_points(figure: "Figure", made: SampleSet) -> None:
+def _draw_points(figure: "Figure", made: "SampleSet") -> None:
     size = max(2.0, min(30.0, 3000 / len(made.points)))
     weights = {} if made.weights is None else {"s": size * made.weights / float(np.mean(made.weights))}
     if made.points.shape[1] == 3:
@@ -72,7 +73,7 @@ def _draw_points(figure: "Figure", made: SampleSet) -> None:
         axes.set_ylabel("xi_2")
 
 
-def _draw_radii(axes: Any, made: SampleSet, r_min: float, r_max: float) -> None:
+def _draw_radii(axes: Any, made: "SampleSet", r_min: float, r_max: float) -> None:
     """The histogram of the distances from the centre, over the density of a uniform set."""
     r = np.sqrt(np.sum(made.points**2, axis=1))
     reach = {"square": 2**0.5, "ball": r_max}.get(made.domain, 1.0)
@@ -90,7 +91,7 @@ def _draw_radii(axes: Any, made: SampleSet, r_min: float, r_max: float) -> None:
         axes.plot(at, at * np.where(at > 1, corner, np.pi / 2), color="black", label="uniform")
 
 
-def save_samples(made: SampleSet, path: Path, r_min: float = 0.0, r_max: float = 1.0) -> None:
+def save_samples(made: "SampleSet", path: Path, r_min: float = 0.0, r_max: float = 1.0) -> None:
     """Draw a set into a file.
 
     Parameters

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.pictures import figure_png
+
 FloatArray = NDArray[np.float64]
 
 # Coordinates of a point of each domain: the square [-1, 1]^2, the unit sphere, the unit ball or a shell of it, the
@@ -40,7 +42,6 @@ class SampleSet:
     promises: tuple[str, ...]
 
     def _repr_png_(self) -> bytes:
-        from lfssao.pictures import figure_png  # late: only notebooks show it
-        from lfssao.samples.plot import draw_samples
+        from lfssao.samples.plot import draw_samples  # late: only notebooks show it
 
         return figure_png(draw_samples(self))

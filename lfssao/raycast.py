@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao import footprints, pictures
+from lfssao import pictures, rasterize
 from lfssao.embree import build_scene, embree_installed, in_chunks, require_embree
 from lfssao.errors import InputError
-from lfssao.footprints import hits_by_footprint, ray_halves
 from lfssao.kernels import embree_hits, hits, paint, rays, visibility
 from lfssao.kernels import normals as normal_kernels
 from lfssao.matrix import Matrix
@@ -67,10 +66,11 @@ class GBuffer:
 class RayCaster:
     """A mesh ready to be ray cast from any view that shares its cast space.
 
-    An exact float64 test picks each ray's first hit. Small triangles are found by their bounds in the image
-    (``lfssao.kernels.footprints``), others by a tree of boxes (``lfssao.kernels.visibility``), for which Embree
-    proposes a hit a tile where embreex is installed. The textures depend neither on which of these ran nor on Embree's
-    build, the processor or the number of threads. Embree's own tree is built when a view first asks for it.
+    An exact float64 test of a ray and a triangle picks each ray's first hit. Conservative rasterisation
+    (``lfssao.rasterize``) finds the triangles to be tested where rays are separable and triangles cover few texels,
+    elsewhere a tree of boxes (``lfssao.kernels.visibility``), for which Embree proposes a hit a tile where embreex is
+    installed. The textures depend neither on which of these ran nor on Embree's build, the processor or the number of
+    threads. Embree's own tree is built when a view first asks for it.
 
     Parameters
     ----------
@@ -151,17 +151,10 @@ class RayCaster:
                 z, weights = self._embrees_hits(view, window, seen)
             else:
                 z, weights = self._first_hits(view, window, seen, weighted=colored or directions is not None)
-            surface = seen, z, depth[rows].reshape(-1)
-            if view.ray_kind == rays.DISPLAY:
-                hits.write_surface(
-                    view.ray_kind, view.lens, world_from_cast, window.width, *surface, positions[rows].reshape(-1, 3),
-                    window.left, window.top,
-                )  # fmt: skip
-            else:
-                columns, halves, _, _ = ray_halves(view, window)
-                hits.write_surface_by_halves(
-                    view.ray_kind, view.lens, world_from_cast, columns, halves, *surface, positions[rows].reshape(-1)
-                )
+            hits.write_surface(
+                view.ray_kind, view.lens, world_from_cast, window.width, seen, z, depth[rows].reshape(-1),
+                positions[rows].reshape(-1, 3), window.left, window.top,
+            )  # fmt: skip
             if rgb is not None and self._paint is not None:
                 self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[rows].reshape(-1, 3))
             if directions is not None:
@@ -173,10 +166,9 @@ class RayCaster:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Triangle, written, z and weights of each texel of a window, by the faster way; both give the same bits."""
         tree = self._tree
-        tries = footprints.TRIES_A_TEXEL
-        found = hits_by_footprint(view, tree, tries, window, triangle, weighted)
-        if found is not None:
-            return found[1:]
+        candidates = rasterize.candidate_pairs(view, tree, window)
+        if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * window.texels:
+            return rasterize.first_hits(candidates, tree, triangle, weighted)
         z, weights = np.empty(window.texels), np.empty((window.texels, 2))
         visibility.first_hits(
             view.ray_kind, view.lens, window.width, window.height, tree.corners, tree.order, tree.boxes, tree.place_of,

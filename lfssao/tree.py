@@ -28,9 +28,6 @@ class TriangleTree:
         self.place_of[self.order] = np.arange(len(faces))
         self.corners = np.empty((len(faces), 9))
         bvh.gather_corners(vertices, faces, self.order, self.corners)
-        self.nearest = np.minimum(np.minimum(self.corners[:, 2], self.corners[:, 5]), self.corners[:, 8])
-        farthest = np.maximum(np.maximum(self.corners[:, 2], self.corners[:, 5]), self.corners[:, 8])
-        self.deep = np.nextafter((farthest - self.nearest).astype(np.float32), np.float32(np.inf))
         self.boxes = np.empty((2 * bvh.leaf_count(len(faces)) - 1, 6))
         # Rounding moves a ray, seen from a corner, by a few units in the last place of the largest coordinate.
         margin = 1e-12 * float(np.maximum(np.abs(low), np.abs(high)).max())

@@ -12,7 +12,7 @@ from lfssao.matrix import Matrix
 from lfssao.view import View
 
 # Rounding of a ray's and a corner's place in the image, in units of the largest numbers they are made of, as
-# lfssao.kernels.footprints has it, and how near to the singular planes that holds.
+# lfssao.kernels.rasterize has it, and how near to the singular planes that holds.
 _ULPS = 64 * 2.0**-53
 _NEAREST = 2.0**-8
 
@@ -93,7 +93,7 @@ def seen_window(view: View, box: NDArray[np.float64]) -> Window:
 
     On flat screens with the linear diffuser and in cameras u and v are quotients of affine functions with one sign in
     the divisor, so over a box they are largest and smallest in its corners, and a ray hits a triangle only between the
-    images of the triangle's corners, up to the rounding that ``lfssao.kernels.footprints`` bounds; a texel is added for
+    images of the triangle's corners, up to the rounding that ``lfssao.kernels.rasterize`` bounds; a texel is added for
     it on each side. Where that does not hold, and of other displays, it is the whole texture.
 
     Parameters

@@ -13,6 +13,7 @@ from dataclasses import replace
 import analytic_scenes
 import numba
 import numpy as np
+import raycast_scenes
 import widening
 
 from lfssao import (
@@ -27,7 +28,6 @@ from lfssao import (
     ray_cast_occlusion,
 )
 from lfssao.estimators.registry import ESTIMATORS
-from lfssao.footprints import hits_by_footprint, ray_halves
 from lfssao.kernels import (
     ball,
     depth_ranges,
@@ -50,7 +50,6 @@ from lfssao.oracle.points import point_bounds
 from lfssao.oracle.texels import Surfaces
 from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
 from lfssao.tree import TriangleTree
-from lfssao.window import Window
 
 HEIGHT, WIDTH = 43, 85
 FACES = np.arange(90, dtype=np.int32).reshape(30, 3)
@@ -209,21 +208,13 @@ def casts():
             rng.integers(-1, len(faces), shape).astype(np.int32), number, z, weights,
         )  # fmt: skip
         assert 100 < (number >= 0).sum() < size
-        with_footprints = hits_by_footprint(view, tree, np.inf)
+        rasterized = raycast_scenes.rasterized(view, tree)
         assert all(
-            (a[number >= 0] == b[number >= 0]).all() for a, b in zip(with_footprints, (number, z, weights), strict=True)
+            (a[number >= 0] == b[number >= 0]).all() for a, b in zip(rasterized, (number, z, weights), strict=True)
         )
-        yield f"footprints {view.ray_kind}", np.column_stack(with_footprints)[number >= 0]
+        yield f"rasterised {view.ray_kind}", np.column_stack(rasterized)[number >= 0]
         depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
         hits.write_surface(view.ray_kind, view.lens, np.ravel(view.world_from_cast), WIDTH, number, z, depth, positions)
-        again, places = np.empty_like(depth), np.empty_like(positions)
-        columns, rows, _, _ = ray_halves(view, Window.whole(view))
-        turn = np.ravel(view.world_from_cast)
-        hits.write_surface_by_halves(
-            view.ray_kind, view.lens, turn, columns, rows, number, z, again, places.reshape(-1)
-        )
-        assert (again == depth).all()
-        assert (places == positions).all()
         rgb = np.empty((size, 3), np.float32)
         paint.paint_textured_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
         yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])

@@ -13,7 +13,8 @@ import numba
 import numpy as np
 from reference import raycast as raycast_twin
 
-from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi, footprints
+from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi, rasterize
+from lfssao.window import Window
 
 IDENTITY = np.eye(3, 4)
 
@@ -290,18 +291,25 @@ def textures():
         yield scene.__name__, Mesh(*scene(view, np.random.default_rng(8))), view
 
 
-# How many tries a texel footprints may cost: none, so that the tree is taken, or any number.
-WAYS = {"tree": 0.0, "footprints": np.inf}
+def rasterized(view, tree, weighted=True):
+    """Triangle, z and weights of each texel by rasterisation, however many candidates there are."""
+    candidates = rasterize.candidate_pairs(view, tree, Window.whole(view))
+    triangle = np.full(view.width * view.height, -9, np.int32)
+    return triangle, *rasterize.first_hits(candidates, tree, triangle, weighted)
+
+
+# Most candidate pairs a texel for rasterisation: none, so that the tree is taken, or any number.
+WAYS = {"tree": 0.0, "rasterisation": np.inf}
 
 
 @contextmanager
 def way(name):
-    before = footprints.TRIES_A_TEXEL
-    footprints.TRIES_A_TEXEL = WAYS[name]
+    before = rasterize.MOST_PAIRS
+    rasterize.MOST_PAIRS = WAYS[name]
     try:
         yield
     finally:
-        footprints.TRIES_A_TEXEL = before
+        rasterize.MOST_PAIRS = before
 
 
 def digests(threads=1):

@@ -295,7 +295,7 @@ def test_surface_windows(seed, width, height, share):
 @pytest.mark.parametrize("way", scenes.WAYS)
 @pytest.mark.parametrize("name", scenes.VIEWS)
 def test_gbuffers_cast_in_a_window(way, name):
-    """Any window: in its rows the texture of the whole, elsewhere nothing; by the tree and by footprints."""
+    """Any window: in its rows the texture of the whole, elsewhere nothing; by the tree and by rasterisation."""
     rng = np.random.default_rng(2)
     view = scenes.VIEWS[name](37, 26)
     vertices, faces = scenes.sheet(view, rng, 3)

@@ -29,8 +29,8 @@ from lfssao import (
     display_names,
     find_display,
     fit_roi,
-    footprints,
     module_views,
+    rasterize,
 )
 from lfssao.kernels import visibility
 from lfssao.window import Window
@@ -53,7 +53,7 @@ def brute_force(mesh, view, rays=None):
 
 
 def check(mesh, view, rays=None):
-    """Every texel's triangle, depth and position, bit for bit, by the tree and by footprints."""
+    """Every texel's triangle, depth and position, bit for bit, by the tree and by rasterisation."""
     hits, depth, positions = brute_force(mesh, view, rays)
     caster, shape = RayCaster(mesh, view.cast_from_world), (view.height, view.width)
     for way in scenes.WAYS:
@@ -213,7 +213,7 @@ def test_embree_that_lies(monkeypatch):
     view = scenes.VIEWS["left"](61, 45)
     mesh = in_world(scenes.soup, view, np.random.default_rng(14))
     caster = RayCaster(mesh, view.cast_from_world)
-    monkeypatch.setattr(footprints, "TRIES_A_TEXEL", 0.0)  # where footprints propose, Embree is not asked
+    monkeypatch.setattr(rasterize, "MOST_PAIRS", 0.0)  # rasterisation does not ask Embree
     truth = caster.gbuffer(view)
     assert len(np.unique(truth.triangle)) > 10
     rng = np.random.default_rng(0)
@@ -237,10 +237,10 @@ def test_embrees_tree_is_built_only_when_it_is_asked(monkeypatch):
     built = []
     monkeypatch.setattr(RayCaster, "_scene", property(built.append))
     caster = RayCaster(in_world(scenes.soup, view, np.random.default_rng(14)), view.cast_from_world)
-    monkeypatch.setattr(footprints, "TRIES_A_TEXEL", np.inf)
+    monkeypatch.setattr(rasterize, "MOST_PAIRS", np.inf)
     assert (caster.gbuffer(view).triangle >= 0).any()
     assert built == []
-    monkeypatch.setattr(footprints, "TRIES_A_TEXEL", 0.0)
+    monkeypatch.setattr(rasterize, "MOST_PAIRS", 0.0)
     with pytest.raises(AttributeError, match="'NoneType' object has no attribute 'run'"):
         caster.gbuffer(view)
     assert built == [caster]
@@ -320,7 +320,7 @@ def digests():
     before = numba.get_num_threads()
     made = scenes.digests(1)
     numba.set_num_threads(before)
-    assert made["tree"] == made["footprints"]
+    assert made["tree"] == made["rasterisation"]
     assert len(made["tree"]) == 23
     assert len(set(made["tree"].values())) == 23
     return made

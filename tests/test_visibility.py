@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import raycast as raycast_twin
 
-from lfssao.footprints import hits_by_footprint
 from lfssao.kernels import bvh, visibility
 from lfssao.kernels.triangle import edge_function, exact_difference, hit_triangle, two_product, two_sum
 from lfssao.tree import TriangleTree
@@ -169,7 +168,6 @@ def test_every_triangle_is_in_one_leaf_and_in_all_boxes_above(n):
     assert tree.place_of[tree.order].tolist() == list(range(n))
     for place, face in enumerate(tree.order):
         np.testing.assert_array_equal(tree.corners[place], vertices[faces[face]].ravel())
-        assert tree.nearest[place] == vertices[faces[face], 2].min()
         node = leaves - 1 + place // bvh.LEAF
         while True:
             assert (tree.boxes[node, :3] < vertices[faces[face]]).all()
@@ -220,7 +218,7 @@ def first_hits(view, tree, proposal):
 def check(view, vertices, faces, rng, each=False):
     """Without proposals, with right ones, with such as are drawn by lot; if asked with each triangle everywhere.
 
-    And by footprints.
+    And by rasterisation.
     """
     want = raycast_twin.first_hits(texel_rays(view), vertices[faces])
     tree = TriangleTree(vertices, faces)
@@ -238,7 +236,7 @@ def check(view, vertices, faces, rng, each=False):
         assert np.array_equal(triangle, want.triangle)
         assert np.array_equal(bits(z), bits(want.z))
         assert np.array_equal(bits(weights), bits(want.weights))
-    triangle, z, weights = hits_by_footprint(view, tree, np.inf)
+    triangle, z, weights = scenes.rasterized(view, tree)
     seen = want.triangle >= 0
     assert np.array_equal(triangle, want.triangle)
     assert np.array_equal(bits(z[seen]), bits(want.z[seen]))

@@ -3,11 +3,8 @@
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.fills import fill
-from lfssao.kernels.intrinsics import streamed
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.rays import image_depth, texel_ray
-from lfssao.kernels.runs import PIECE, sees_triangle
 
 
 @kernel(parallel=True)
@@ -45,41 +42,3 @@ def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positi
         for row in range(3):
             k = 4 * row
             positions[texel, row] = np.float32(((m[k] * x + m[k + 1] * y) + m[k + 2] * z[texel]) + m[k + 3])
-
-
-@kernel(parallel=True)
-def write_surface_by_halves(kind, lens, world_from_cast, columns, rows, triangle, z, depth, positions):
-    """The same as write_surface where rays fall into a half for columns and a half for rows.
-
-    Parameters
-    ----------
-    kind, lens, world_from_cast
-        As of write_surface.
-    columns, rows : (2 W,) float64, (2 H,) float64
-        o of the x half of each column's rays, then d; of the y half of each row's.
-    triangle, z, depth
-        As of write_surface.
-    positions : (3 n,) float32
-        Likewise, as one flat array.
-    """
-    m, width, height = world_from_cast, columns.shape[0] // 2, rows.shape[0] // 2
-    for j in prange(height):
-        oy, dy = rows[j], rows[height + j]
-        for start in range(0, width, PIECE):
-            n, texel = min(PIECE, width - start), np.uint64(j * width + start)
-            if not sees_triangle(triangle, texel, texel + np.uint64(n)):
-                for k in range(n):
-                    depth[texel + np.uint64(k)] = np.inf
-                first = np.uint64(3) * texel
-                fill(positions, first, first + np.uint64(3 * n), np.float32(np.inf))
-                continue
-            for k in range(n):
-                t, i = texel + np.uint64(k), np.uint64(start) + np.uint64(k)
-                seen = triangle[t] >= 0
-                at = z[t] if seen else 1.0
-                x, y = columns[i] + at * columns[np.uint64(width) + i], oy + at * dy
-                depth[t] = np.float32(image_depth(kind, lens, at)) if seen else np.float32(np.inf)
-                for row in range(3):
-                    place = ((m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * at) + m[4 * row + 3]
-                    positions[np.uint64(3) * t + np.uint64(row)] = np.float32(place) if seen else np.float32(np.inf)
-        streamed()

@@ -19,7 +19,6 @@ from lfssao.kernels import ssao
 from lfssao.matrix import Matrix
 from lfssao.pictures import row_png, visibility_codes
 from lfssao.view import WorldToImage
-from lfssao.window import Window
 
 Texture = NDArray[np.floating[Any]]
 
@@ -209,20 +208,18 @@ def algorithm2_with_neighbours(
     return Occlusion(occlusion, int(outside.sum()))
 
 
-def merge(layers: list[Texture] | Texture, window: Window | None = None) -> Texture:
+def merge(layers: list[Texture] | Texture) -> Texture:
     """Multi-resolution merge: the maximum over textures of several radii (LF section 6).
 
     Parameters
     ----------
     layers : (K, H, W), or a list of K textures (H, W)
         Occlusion, one texture a radius, K >= 1.
-    window : Window, optional
-        The part that is merged, 0 elsewhere; all by default.
 
     Raises
     ------
     InputError
-        If there is no texture, or their sizes or dtypes differ, or the window is no part of them.
+        If there is no texture, or their sizes or dtypes differ.
     """
     if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
         raise InputError("merge needs at least one texture, all of one size")
@@ -230,13 +227,9 @@ def merge(layers: list[Texture] | Texture, window: Window | None = None) -> Text
         check_texture(f"layer {number}", layer, 2)
         if layer.dtype != layers[0].dtype:
             raise InputError(f"layer {number} is of {layer.dtype}, layer 0 of {layers[0].dtype}")
-    numbers, more = window_numbers(window, layers[0]), [np.ascontiguousarray(layer) for layer in layers]
-    merged = _zero_beside(window, layers[0].shape, layers[0].dtype)
-    while more:
-        some, more = more[: merge_kernels.AT_ONCE], more[merge_kernels.AT_ONCE :]
-        again = [some[-1]] * (merge_kernels.AT_ONCE - len(some))  # which changes nothing
-        merge_kernels.merge_maximum(*some, *again, numbers, merged)
-        more = [merged, *more] if more else []
+    merged = np.array(layers[0])
+    for layer in layers[1:]:
+        merge_kernels.merge_maximum(np.ascontiguousarray(layer), merged)
     return merged
 
 
@@ -250,19 +243,14 @@ def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     """
     if not 0 <= sigma <= MAX_SIGMA:
         raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
-    radius = blur_reach(sigma)
+    radius = ceil(3 * sigma)
     weights = np.ones(2 * radius + 1)
     if radius > 0:
         blur_kernels.gaussian_weights(float(sigma), radius, weights)
     return weights
 
 
-def blur_reach(sigma: float) -> int:
-    """How many texels to each side the Gaussian blur reads, ceil(3 sigma)."""
-    return ceil(3 * sigma)
-
-
-def blur(occlusion: Texture, sigma: float, window: Window | None = None) -> Texture:
+def blur(occlusion: Texture, sigma: float) -> Texture:
     """Gaussian blur in two passes, horizontal then vertical (LF section 7, passes 4 and 5).
 
     Parameters
@@ -271,28 +259,23 @@ def blur(occlusion: Texture, sigma: float, window: Window | None = None) -> Text
         What to blur. Texels beyond the border have the border's value.
     sigma : float
         Standard deviation, texels; the kernel reaches ceil(3 sigma) texels to each side. 0 returns a copy.
-    window : Window, optional
-        The part that is blurred, as if there were nothing else, 0 elsewhere; all by default.
 
     Raises
     ------
     InputError
-        If the texture is not one, sigma is negative or not finite, or the window is no part of the texture.
+        If the texture is not one, or sigma is negative or not finite.
     """
     check_texture("occlusion", occlusion, 2)
-    weights, numbers = gaussian_kernel(sigma).astype(occlusion.dtype), window_numbers(window, occlusion)
-    inside = Window(*numbers.tolist())
-    source, blurred = np.ascontiguousarray(occlusion), _zero_beside(window, occlusion.shape, occlusion.dtype)
+    weights = gaussian_kernel(sigma).astype(occlusion.dtype)
     if len(weights) == 1:
-        inside.part(blurred)[:] = inside.part(source)
-    elif inside.texels:
-        half = np.empty((inside.height, inside.width), source.dtype)
-        blur_kernels.blur_horizontal(source, weights, numbers, half)
-        blur_kernels.blur_vertical(half, weights, numbers, blurred)
+        return occlusion.copy()
+    half, blurred = np.empty(occlusion.shape, occlusion.dtype), np.empty(occlusion.shape, occlusion.dtype)
+    blur_kernels.blur_horizontal(np.ascontiguousarray(occlusion), weights, half)
+    blur_kernels.blur_vertical(half, weights, blurred)
     return blurred
 
 
-def shade(rgb: Texture, occlusion: Texture, window: Window | None = None) -> Texture:
+def shade(rgb: Texture, occlusion: Texture) -> Texture:
     """Post pass: rgb (1 - occlusion) (LF sections 4 and 7).
 
     Parameters
@@ -301,22 +284,20 @@ def shade(rgb: Texture, occlusion: Texture, window: Window | None = None) -> Tex
         Linear colour.
     occlusion : (H, W), same dtype
         0 to 1.
-    window : Window, optional
-        The part that is multiplied, 0 elsewhere; all by default.
 
     Raises
     ------
     InputError
-        If sizes or dtypes do not fit, or the window is no part of them.
+        If sizes or dtypes do not fit.
     """
     check_texture("rgb", rgb, 3)
     check_texture("occlusion", occlusion, 2)
     if rgb.shape != (*occlusion.shape, 3) or rgb.dtype != occlusion.dtype:
         raise InputError(f"rgb is {rgb.shape} of {rgb.dtype}, expected {(*occlusion.shape, 3)} of {occlusion.dtype}")
-    return _shaded(shade_kernels.apply_occlusion, rgb, occlusion, window)
+    return _shaded(shade_kernels.apply_occlusion, rgb, occlusion)
 
 
-def shade_white(depth: Texture, occlusion: Texture, window: Window | None = None) -> Texture:
+def shade_white(depth: Texture, occlusion: Texture) -> Texture:
     """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 beside it.
 
     Parameters
@@ -325,33 +306,23 @@ def shade_white(depth: Texture, occlusion: Texture, window: Window | None = None
         Image z, +infinity where there is no surface.
     occlusion : (H, W), same dtype
         0 to 1.
-    window : Window, optional
-        As of ``shade``.
 
     Raises
     ------
     InputError
-        If sizes or dtypes do not fit, or the window is no part of them.
+        If sizes or dtypes do not fit.
     """
     check_texture("depth", depth, 2)
     check_texture("occlusion", occlusion, 2)
     if depth.shape != occlusion.shape or depth.dtype != occlusion.dtype:
         raise InputError(f"depth is {depth.shape} of {depth.dtype}, expected {occlusion.shape} of {occlusion.dtype}")
-    return _shaded(shade_kernels.apply_to_white, depth, occlusion, window)
+    return _shaded(shade_kernels.apply_to_white, depth, occlusion)
 
 
-def _shaded(kernel: Callable[..., None], image: Texture, occlusion: Texture, window: Window | None) -> Texture:
-    numbers = window_numbers(window, occlusion)
-    shaded = _zero_beside(window, (*occlusion.shape, 3), occlusion.dtype)
-    kernel(np.ascontiguousarray(image), np.ascontiguousarray(occlusion), numbers, shaded)
+def _shaded(kernel: Callable[..., None], image: Texture, occlusion: Texture) -> Texture:
+    shaded = np.empty((*occlusion.shape, 3), occlusion.dtype)
+    kernel(np.ascontiguousarray(image), np.ascontiguousarray(occlusion), shaded)
     return shaded
-
-
-def _zero_beside(window: Window | None, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Texture:
-    """A texture that is 0 beside a window, all by default, and anything inside, so that nothing is written twice."""
-    if window is None:
-        return np.empty(shape, dtype)
-    return window.texture(0, shape) if dtype == np.float32 else np.zeros(shape, dtype)
 
 
 def check_radius(radius: float) -> None:
@@ -365,21 +336,6 @@ def _check_positions(depth: Texture, positions: Texture) -> None:
         raise InputError(
             f"positions are {positions.shape} of {positions.dtype}, expected {(*depth.shape, 3)} of {depth.dtype}"
         )
-
-
-def window_numbers(window: Window | None, texture: Texture) -> NDArray[np.int64]:
-    """A window of a texture as kernels take it, (4,) int64; all of the texture by default.
-
-    Raises
-    ------
-    InputError
-        If the window is no part of the texture.
-    """
-    height, width = texture.shape
-    left, top, right, bottom = window or (0, 0, width, height)
-    if not (0 <= left <= right <= width and 0 <= top <= bottom <= height):
-        raise InputError(f"window is {left}, {top}, {right}, {bottom}, not a part of {width}x{height} texels")
-    return np.array((left, top, right, bottom), np.int64)
 
 
 def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:

@@ -27,9 +27,6 @@ PLANNED, AT_RUN_TIME, BUILT_IN = "planned", "at run time", "built in"
 _NS_A_TRIANGLE = 30.0  # its bounds in each view
 _NS_A_BACKGROUND_TEXEL = 5.0  # the G-buffer of a texel that sees nothing
 _NS_A_SAMPLE = 1.4
-_NS_A_MERGED_LAYER = 1.0  # a texel
-_NS_A_TAP = 0.42  # a texel, in both passes of the blur together
-_NS_SHADED = 2.5  # a texel
 
 
 @dataclass(frozen=True)
@@ -206,24 +203,12 @@ def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
 
 
 def _behind(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
-    count, layers = len(plans), len(settings.radii)
-    outside = sum(plan.whole.texels - plan.window.texels for plan in plans)
-    texels = sum(plan.whole.texels for plan in plans)
-    one = len(set(settings.radii)) == 1
+    count = len(plans)
     taps = len(gaussian_kernel(settings.blur))
-    merge = Cut("merge", "passes", count * (not one), count * one, float(one),
-                one * texels * layers * _NS_A_MERGED_LAYER * 1e-6, PLANNED,
-                "there is one radius: its texture is the maximum" if one else "there are several radii")  # fmt: skip
     plain = taps == 1
     blur = Cut("blur", "passes", count * (not plain), count * plain, float(plain), None, BUILT_IN,
                "sigma is 0: the blur is a copy" if plain else f"sigma is {settings.blur:g}")  # fmt: skip
-    ns = (0 if one else layers * _NS_A_MERGED_LAYER) + (0 if plain else taps * _NS_A_TAP) + _NS_SHADED
-    border = Cut(
-        "border", "merge, blur and shade", None, None, _share(outside, texels), outside * ns * 1e-6, AT_RUN_TIME,
-        f"zeros stay zeros: they run within {taps // 2} texels of the window that holds all surface texels, if it is "
-        "less than half of the texture; at least this much is in rows outside it",
-    )  # fmt: skip
-    return [merge, blur, border]
+    return [blur]
 
 
 def _share(part: float, whole: float) -> float:

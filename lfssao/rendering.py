@@ -23,7 +23,6 @@ from lfssao.raycast import CASTERS, COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View, check_positions
 from lfssao.view_plan import ViewPlan
-from lfssao.window import Window, surface_window
 
 # LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
@@ -143,9 +142,6 @@ class Textures:
         Samples of each radius that fell outside the texture or the mapping's domain.
     surface_texels : int
         Texels of the depth texture that see a surface.
-    windows : dict or None
-        Where the plan had rays cast ("cast"), what sees a surface ("surface"), and where merge, blur and shading ran
-        ("blurred"); None where the plan left out nothing.
     seconds : dict
         Wall time of each pass; the first call of a kernel after an install includes compiling it.
     """
@@ -158,7 +154,6 @@ class Textures:
     shaded: FloatTexture
     outside: tuple[int, ...]
     surface_texels: int
-    windows: dict[str, Window] | None
     seconds: dict[str, float]
 
     @cached_property
@@ -215,15 +210,15 @@ def render_view(
     plan = plan or ViewPlan.of(view, caster.bounds, settings)
     look = settings.color_filter, settings.normals, plan.window, settings.caster
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, *look))
-    seen, texels = surface_window(gbuffer.depth)
-    surface = seen if plan.cut else plan.whole
-    # Behind the AO everything is +0 outside of this window.
-    window = plan.reached(surface, passes.blur_reach(settings.blur))
-    buffers = Buffers.of(gbuffer, view)
-    ao = timed("ao", lambda: _occlusions(buffers, settings, neighbours, plan, surface))
-    merged = timed("merge", lambda: _merge([a.texture for a in ao], window, plan))
-    blurred = timed("blur", lambda: passes.blur(merged, settings.blur, window) if window.texels else merged)
-    shaded = timed("shade", lambda: _shade(gbuffer, window, blurred))
+    texels = int(np.count_nonzero(gbuffer.triangle >= 0))
+    if texels:
+        ao = timed("ao", lambda: _occlusions(Buffers.of(gbuffer, view), settings, neighbours, plan))
+        merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
+        blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
+        shaded = timed("shade", lambda: _shade(gbuffer, blurred))
+    else:
+        merged = blurred = np.zeros_like(gbuffer.depth)
+        ao, shaded = [passes.Occlusion(merged, 0)] * len(settings.radii), np.zeros_like(gbuffer.positions)
     return Textures(
         view=view,
         gbuffer=gbuffer,
@@ -233,7 +228,6 @@ def render_view(
         shaded=_cropped(view, shaded),
         outside=tuple(a.outside for a in ao),
         surface_texels=texels,
-        windows={"cast": plan.window, "surface": surface, "blurred": window} if plan.cut else None,
         seconds=seconds,
     )
 
@@ -245,11 +239,9 @@ def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
 
 
 def _occlusions(
-    buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour], plan: ViewPlan, surface: Window
+    buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour], plan: ViewPlan
 ) -> list[passes.Occlusion]:
     """Occlusion of each radius, as far as the plan has it computed."""
-    if not surface.texels:
-        return [passes.Occlusion(np.zeros_like(buffers.depth), 0)] * len(settings.radii)
     numbers, samples = plan.sampled, settings.samples
     radii = [settings.radii[number] for number in numbers]
     sampled = dict(zip(numbers, _sampled(buffers, radii, settings, neighbours), strict=True))
@@ -277,18 +269,11 @@ def _sampled(
     return estimate_radii(settings.estimator, buffers, radii, settings.samples, settings.weights, **settings.parameters)
 
 
-def _merge(layers: list[FloatTexture], window: Window, plan: ViewPlan) -> FloatTexture:
-    """The merged texture, which beside the window is +0 as all that are merged."""
-    if plan.cut and (len(set(plan.same_as)) == 1 or not window.texels):
-        return layers[0]
-    return passes.merge(layers, window)
-
-
-def _shade(gbuffer: GBuffer, window: Window, blurred: FloatTexture) -> FloatTexture:
-    """The shaded image, black beside the window; without colour none is made to be shaded."""
+def _shade(gbuffer: GBuffer, blurred: FloatTexture) -> FloatTexture:
+    """The shaded image; without colour none is made to be shaded."""
     if gbuffer.color is None:
-        return passes.shade_white(gbuffer.depth, blurred, window)
-    return passes.shade(gbuffer.color, blurred, window)
+        return passes.shade_white(gbuffer.depth, blurred)
+    return passes.shade(gbuffer.color, blurred)
 
 
 def module_views(

@@ -7,7 +7,7 @@ writes the time into them.
 
 import json
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,6 @@ from lfssao.errors import InputError
 from lfssao.exr import Part, read_exr, write_exr
 from lfssao.manifest import describe_view
 from lfssao.rendering import Settings, Textures
-from lfssao.window import Window
 from lfssao.work import Item, Work
 
 if TYPE_CHECKING:
@@ -52,8 +51,8 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
     """
     gbuffer, guard = textures.gbuffer, textures.view.guard
-    depth_kind, windows = textures.view.depth_kind, textures.windows and _described(textures.windows)
-    told = {"depth": depth_kind, "surface_texels": textures.surface_texels, "left_out": json.dumps(windows)}
+    depth_kind = textures.view.depth_kind
+    told = {"depth": depth_kind, "surface_texels": textures.surface_texels}
     parts = [
         Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": depth_kind}),
         Part("depth", ("Z",), gbuffer.depth[..., None], told, guard),
@@ -70,11 +69,6 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     parts.append(_occlusion_part("merged", textures.merged, {}))
     parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
     return parts
-
-
-def _described(windows: Mapping[str, Window]) -> dict[str, list[int] | None]:
-    """Left, top, right and bottom of what the plan left of the texture for each pass; None for nothing."""
-    return {name: list(window) if window.texels else None for name, window in windows.items()}
 
 
 def _occlusion_part(name: str, texture: Any, attributes: dict[str, float | str]) -> Part:
@@ -185,7 +179,6 @@ def _told(work: Work, parts: Sequence[Part]) -> dict[str, Any]:
     of = {part.name: part.attributes for part in parts}
     return {
         "surface_texels": of["depth"]["surface_texels"],
-        "left_out": json.loads(of["depth"]["left_out"]),
         "samples_outside": [int(of[f"ao_{k + 1}"]["outside"]) for k in range(len(work.settings.radii))],
     }
 

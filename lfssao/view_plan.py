@@ -4,18 +4,12 @@ The rules, and why the textures are the same without what they leave out:
 
 - Rays: only the rows in which the image of the scene's box lies are cast (``lfssao.window.seen_window``): no other ray
   can hit. A view that does not see the box has the textures of nothing, and no pass runs.
-- Border: behind the ray caster the passes run on the smallest window that holds every texel with a surface, grown by
-  the blur's reach. AO is +0 where there is no surface, so the maximum over radii is, and a blur adds products of
-  positive weights with +0 to +0. Taps beyond the grown window read the texel on its border, which is +0, or lies on
-  the texture's own border. Beyond the blur's reach the image, +0 without a surface, is +0 (1 - 0) = +0. (Within it
-  1 - AO may round below 0 and make -0 of +0; that is why the grown window is multiplied too.)
-- AO of background: a share of texels without a surface is +0 whatever their samples are. Rows are sampled in runs that
+- Background: a share of texels without a surface is +0 whatever their samples are. Rows are sampled in runs that
   begin with a texel that sees one (``lfssao.kernels.runs``), with a plan and without.
 - Image: without colour it is white on the surface, which needs no texture to be multiplied.
 - Equal radii: an estimator is a function of its arguments, so a radius that comes again is not computed again.
 - Radius 0: the offsets 0 s are all (+-0, +-0, +-0). Algorithms 1 and 2 add them to coordinates, of which only the
   sign of a zero can change, and compare: all n samples have one outcome, and n / n = 1 / 1, 0 / n = 0 / 1.
-- Merge of one radius, blur with the one weight 1: what goes in comes out.
 """
 
 from collections.abc import Iterable, Sequence
@@ -32,9 +26,6 @@ from lfssao.window import Window, cast_box, seen_window
 if TYPE_CHECKING:
     from lfssao.rendering import Settings
 
-# A window that holds more of the texture than this is not worth copying textures for, by measurement.
-_WORTH_CUTTING = 0.5
-
 
 @dataclass(frozen=True)
 class ViewPlan:
@@ -50,15 +41,12 @@ class ViewPlan:
         For each radius the first one that gives the same texture: its own place, or an earlier one.
     one_sample : tuple of bool
         For each radius, whether one sample stands for all.
-    cut : bool
-        Whether what comes behind the ray caster runs on a window, or not at all where it is a copy.
     """
 
     window: Window
     whole: Window
     same_as: tuple[int, ...]
     one_sample: tuple[bool, ...]
-    cut: bool = True
 
     @classmethod
     def of(cls, view: View, bounds: NDArray[np.float64], settings: "Settings") -> "ViewPlan":
@@ -85,18 +73,13 @@ class ViewPlan:
     def everything(cls, view: View, settings: "Settings") -> "ViewPlan":
         """The plan that leaves out nothing."""
         whole, count = Window.whole(view), len(settings.radii)
-        return cls(whole, whole, tuple(range(count)), (False,) * count, cut=False)
+        return cls(whole, whole, tuple(range(count)), (False,) * count)
 
     @property
     def sampled(self) -> list[int]:
         """Numbers of the radii that are sampled with all samples."""
         each = enumerate(zip(self.same_as, self.one_sample, strict=True))
         return [number for number, (first, one) in each if first == number and not one]
-
-    def reached(self, surface: Window, reach: int) -> Window:
-        """A window with so many texels more on each side; the whole texture where that is more than half of it."""
-        grown = surface.grown(reach, self.whole)
-        return grown if grown.texels < _WORTH_CUTTING * self.whole.texels else self.whole
 
 
 def subpixel_radii(

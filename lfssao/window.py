@@ -1,12 +1,10 @@
-"""Windows of textures: which texels can see a box at all, and passes that run on a part of a texture only."""
+"""Windows of textures: which texels can see a box at all."""
 
-from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from lfssao.kernels import fills, seen
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.matrix import Matrix
 from lfssao.view import View
@@ -49,28 +47,11 @@ class Window(NamedTuple):
         """All columns of the window's rows; empty for an empty one."""
         return Window(0, self.top, view.width, self.bottom) if self.texels else Window(0, 0, 0, 0)
 
-    def grown(self, reach: int, within: "Window") -> "Window":
-        """The window with so many texels more on each side, as far as the other window goes; an empty one stays."""
-        if not self.texels:
-            return self
-        return Window(
-            max(self.left - reach, within.left),
-            max(self.top - reach, within.top),
-            min(self.right + reach, within.right),
-            min(self.bottom + reach, within.bottom),
-        )
-
-    def part(self, texture: NDArray[Any]) -> NDArray[Any]:
-        """The window of a texture, (H, W) or (H, W, c), where it is."""
-        return texture[self.top : self.bottom, self.left : self.right]
-
     def texture(self, background: float, shape: tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
-        """A texture of that shape, of 32-bit numbers, with ``background`` all around the window, anything inside."""
-        texture, channels = np.empty(shape, dtype), prod(shape[2:])
-        fills.fill_around(
-            texture.reshape(-1).view(np.uint32), shape[1] * channels, self.left * channels, self.right * channels,
-            self.top, self.bottom, np.array(background, dtype).view(np.uint32)[()],
-        )  # fmt: skip
+        """A texture of that shape with ``background`` all around the window, anything inside."""
+        texture = np.empty(shape, dtype)
+        texture[: self.top], texture[self.bottom :] = background, background
+        texture[:, : self.left], texture[:, self.right :] = background, background
         return texture
 
 
@@ -179,15 +160,3 @@ def _between(low: float, high: float, size: int) -> tuple[int, int]:
     first = int(min(max(np.floor(low) - 1.0, 0.0), size))
     last = int(max(min(np.ceil(high) + 1.0, size), 0.0))
     return first, last
-
-
-def surface_window(depth: NDArray[np.float32]) -> tuple[Window, int]:
-    """The smallest window that holds all texels that see a surface, empty for none, and how many these are.
-
-    Parameters
-    ----------
-    depth : (H, W) float32
-        Image z, +infinity where there is no surface.
-    """
-    *ends, texels = seen.seen_window(np.ascontiguousarray(depth))
-    return Window(*ends), texels

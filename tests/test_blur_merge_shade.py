@@ -13,7 +13,6 @@ from lfssao import passes
 from lfssao.errors import InputError
 from lfssao.kernels import blur as blur_kernels
 from lfssao.kernels import shade as shade_kernels
-from lfssao.window import Window
 
 DTYPES = (np.float32, np.float64)
 both = pytest.mark.parametrize("dtype", DTYPES)
@@ -47,21 +46,6 @@ def textures(draw, dtype, shape=None):
     return texture
 
 
-@st.composite
-def windows(draw, shape):
-    """Any part of a texture, empty ones among them."""
-    left, right = sorted(draw(st.tuples(*[st.integers(0, shape[1])] * 2)))
-    top, bottom = sorted(draw(st.tuples(*[st.integers(0, shape[0])] * 2)))
-    return Window(left, top, right, bottom)
-
-
-def alone(window, whole):
-    """A texture's window, and +0 around it."""
-    texture = np.zeros_like(whole)
-    window.part(texture)[:] = window.part(whole)
-    return texture
-
-
 @both
 @given(data=st.data())
 def test_merge_equals_its_twin(dtype, data):
@@ -73,8 +57,6 @@ def test_merge_equals_its_twin(dtype, data):
     assert_same_bits(layers, kept)
     np.testing.assert_array_equal(merged, layers.max(axis=0))
     np.testing.assert_array_equal(passes.merge(layers[::-1]), merged)
-    window = data.draw(windows(shape))
-    assert_same_bits(passes.merge(list(layers), window), alone(window, merged))
 
 
 @given(st.floats(5e-324, 1e308), st.integers(0, 20))
@@ -108,17 +90,11 @@ def test_blur_equals_its_twin(dtype, data):
     weights = passes.gaussian_kernel(sigma).astype(dtype)
     assert_same_bits(weights, twins.gaussian_weights(sigma, len(weights) // 2).astype(dtype))
     half, whole = np.full_like(source, 9), np.full_like(source, 9)
-    everything = np.array((0, 0, *source.shape[::-1]))
-    blur_kernels.blur_horizontal(source, weights, everything, half)
+    blur_kernels.blur_horizontal(source, weights, half)
     assert_same_bits(half, twins.blur_horizontal(source, weights))
-    blur_kernels.blur_vertical(half, weights, everything, whole)
+    blur_kernels.blur_vertical(half, weights, whole)
     assert_same_bits(whole, twins.blur_vertical(half, weights))
     assert_same_bits(passes.blur(source, sigma), whole)
-    window, blurred = data.draw(windows(source.shape)), np.zeros_like(source)
-    if window.texels:
-        part = np.ascontiguousarray(window.part(source))
-        window.part(blurred)[:] = twins.blur_vertical(twins.blur_horizontal(part, weights), weights)
-    assert_same_bits(passes.blur(source, sigma, window), blurred)
 
 
 @both
@@ -145,8 +121,6 @@ def test_blur_without_sigma_copies(dtype):
     copy = passes.blur(source, 0)
     assert_same_bits(copy, source)
     assert not np.shares_memory(copy, source)
-    corner = Window(1, 0, 2, 1)
-    assert_same_bits(passes.blur(source, 0, corner), alone(corner, source))
 
 
 @both
@@ -174,14 +148,12 @@ def test_blur_reads_the_border_texel_beyond_the_border(dtype):
 def test_shade_equals_its_twin(dtype, data):
     shape = data.draw(shapes)
     rgb, occlusion = data.draw(textures(dtype, (*shape, 3))), data.draw(textures(dtype, shape))
-    shaded, window = np.full_like(rgb, 9), Window(0, 0, shape[1], shape[0])
+    shaded = np.full_like(rgb, 9)
     if np.abs(rgb).max() > 2 and np.abs(occlusion).max() > 2:
         rgb = np.clip(rgb, -1, 1)  # the product of two huge numbers is no colour
-    shade_kernels.apply_occlusion(rgb, occlusion, np.array(window), shaded)
+    shade_kernels.apply_occlusion(rgb, occlusion, shaded)
     assert_same_bits(shaded, twins.shade(rgb, occlusion))
     assert_same_bits(passes.shade(rgb, occlusion), shaded)
-    window = data.draw(windows(shape))
-    assert_same_bits(passes.shade(rgb, occlusion, window), alone(window, shaded))
 
 
 @both
@@ -192,11 +164,9 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     depth, occlusion = np.where(seen, dtype(0.5), dtype(np.inf)), data.draw(textures(dtype, shape))
     white = np.repeat(seen[..., None], 3, axis=2).astype(dtype)
     shaded = np.full_like(white, 9)
-    shade_kernels.apply_to_white(depth, occlusion, np.array((0, 0, shape[1], shape[0])), shaded)
+    shade_kernels.apply_to_white(depth, occlusion, shaded)
     assert_same_bits(shaded, twins.shade(white, occlusion))
     assert_same_bits(passes.shade_white(depth, occlusion), shaded)
-    window = data.draw(windows(shape))
-    assert_same_bits(passes.shade_white(depth, occlusion, window), alone(window, shaded))
 
 
 @both
@@ -215,13 +185,6 @@ def test_the_passes_refuse_what_does_not_fit():
     for bad in ([], [texture, texture[:1]], [texture.astype(int)], [texture[0]], np.zeros((0, 2, 3)), mixed):
         with pytest.raises(InputError):
             passes.merge(bad)
-    for window in (Window(0, 0, 4, 2), Window(-1, 0, 3, 2), Window(2, 0, 1, 2)):
-        with pytest.raises(InputError, match="not a part of 3x2 texels"):
-            passes.merge([texture], window)
-        with pytest.raises(InputError, match="not a part of 3x2 texels"):
-            passes.blur(texture, 1.0, window)
-        with pytest.raises(InputError, match="not a part of 3x2 texels"):
-            passes.shade(np.zeros((2, 3, 3)), texture, window)
     for depth, occlusion in ((texture[0], texture[0]), (texture, texture[:1]), tuple(mixed)):
         with pytest.raises(InputError):
             passes.shade_white(depth, occlusion)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import raycast as raycast_twin
 
-from lfssao import Camera, Mesh, RayCaster, Settings, builtin_scene, display_names, find_display, passes, rendering
+from lfssao import Camera, Mesh, RayCaster, Settings, builtin_scene, display_names, find_display
 from lfssao.bench import savings
 from lfssao.cli import main
 from lfssao.estimators.registry import ESTIMATORS
@@ -21,7 +21,7 @@ from lfssao.plan import make_plan
 from lfssao.rendering import module_views, neighbour_views, render_planned, render_view
 from lfssao.view import WorldToImage
 from lfssao.view_plan import ViewPlan, subpixel_radii
-from lfssao.window import Window, cast_box, seen_window, surface_window
+from lfssao.window import Window, cast_box, seen_window
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -123,61 +123,6 @@ def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
     assert made.outside == (8 * (made.gbuffer.triangle >= 0).sum(),)
 
 
-@settings(max_examples=60)
-@given(
-    corner=st.tuples(st.integers(0, 19), st.integers(0, 14)),
-    size=st.tuples(st.integers(0, 20), st.integers(0, 15)),
-    sigma=st.sampled_from([0.0, 0.3, 0.8, 2.0, 9.0]),
-    full=st.booleans(),
-    seed=st.integers(0, 2**32),
-)
-def test_merge_blur_and_image_run_on_a_window(corner, size, sigma, full, seed):
-    """Any AO in any window: plateaus of 1 too, whose blur may round above 1 and make -0 of a black texel."""
-    view = scenes.VIEWS["virtual"](20, 15)
-    rng = np.random.default_rng(seed)
-    seen = np.zeros((15, 20), np.bool_)
-    seen[corner[1] : corner[1] + size[1], corner[0] : corner[0] + size[0]] = True
-    layers = [(seen * (1 if full else rng.random(seen.shape) < p)).astype(np.float32) for p in (0.3, 0.6)]
-
-    class Caster:
-        bounds = np.array([[-0.3, -0.3, -0.3], [0.3, 0.3, 0.3]])
-
-        def gbuffer(self, *_):
-            color = seen[..., None] * rng.random((15, 20, 3), np.float32)
-            depth = np.where(seen, np.float32(0), np.float32(np.inf))
-            return rendering.GBuffer(depth, np.repeat(depth[..., None], 3, axis=2), color, seen.astype(np.int32) - 1)
-
-    options, made = Settings((1.0, 2.0), blur=sigma), []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            rendering,
-            "estimate_radii",
-            lambda _, __, radii, *___: [passes.Occlusion(layers[int(r) - 1], 7) for r in radii],
-        )
-        for plan in (ViewPlan(Window.whole(view), Window.whole(view), (0, 1), (False,) * 2),
-                     ViewPlan.everything(view, options)):  # fmt: skip
-            rng = np.random.default_rng(1)
-            made.append(render_view(Caster(), view, options, (), plan))
-    if seen.any():
-        assert_same(*made)
-    else:  # no estimator is asked
-        assert made[0].outside == (0, 0)
-        assert not made[0].shaded.any()
-
-
-def test_a_blur_of_ones_makes_negative_zeros_that_stay():
-    """The reason for the blur's reach, not the surface's window alone: without it -0 would become +0."""
-    view, seen = scenes.VIEWS["virtual"](64, 48), np.zeros((48, 64), np.float32)
-    seen[:, :40] = 1
-    for sigma in np.arange(0.34, 3.0, 0.01):
-        blurred = passes.blur(seen, float(sigma))
-        if (blurred > 1).any():
-            break
-    assert (blurred > 1).any()
-    assert np.signbit(passes.shade(np.zeros((48, 64, 3), np.float32), blurred)).any()
-    assert view.width == 64
-
-
 # The bench
 
 
@@ -228,19 +173,18 @@ def test_no_ray_outside_the_window_hits_what_is_in_the_box(name, size, seed):
     box = np.stack([points.min(axis=0), points.max(axis=0)])
     x, y, z = (n.ravel() for n in np.meshgrid(*box.T, indexing="ij"))
     hit = cast(view, np.column_stack([x, y, z]), BOX_FACES)
-    window, tight = seen_window(view, box), surface_window(np.where(hit, np.float32(0), np.float32(np.inf)))[0]
-    whole = Window.whole(view)
-    if tight.texels:
-        assert tight.grown(0, window) == tight
-        if window.grown(1, whole).grown(-1, window.grown(1, whole)) == window:  # not cut off by the texture's border
-            assert window.grown(0, tight.grown(3, whole)) == window
-
-
-def test_windows_grow_as_far_as_another_goes():
-    window, within = Window(5, 6, 8, 9), Window(4, 3, 20, 10)
-    assert window.grown(2, within) == Window(4, 4, 10, 10)
-    assert window.grown(12, within) == within
-    assert Window(5, 6, 5, 9).grown(2, within) == Window(5, 6, 5, 9)
+    window = seen_window(view, box)
+    if hit.any():
+        columns, rows = np.flatnonzero(hit.any(axis=0)), np.flatnonzero(hit.any(axis=1))
+        held = (
+            (window.left, columns[0], columns[-1] + 1, window.right),
+            (window.top, rows[0], rows[-1] + 1, window.bottom),
+        )
+        for (first, low, high, last), most in zip(held, size, strict=True):
+            assert first <= low < high <= last
+            if first > 0 and last < most:  # not cut off by the texture's border
+                assert low - first <= 3
+                assert last - high <= 3
 
 
 def test_a_box_that_nearly_reaches_one_singular_plane_has_no_window():
@@ -275,21 +219,6 @@ def test_a_cast_box_holds_all_vertices(seed, offset, scale):
     moved = np.stack(raycast_twin.affine(matrix, *points.T), axis=1)
     assert (box[0] <= moved).all()
     assert (moved <= box[1]).all()
-
-
-lengths = st.one_of(st.integers(1, 9), st.integers(65, 200))  # shorter and longer than vectors
-
-
-@settings(max_examples=200)
-@given(st.integers(0, 2**32), lengths, lengths, st.sampled_from([0.0, 0.0003, 0.02, 0.2, 1.0]))
-def test_surface_windows(seed, width, height, share):
-    seen = np.random.default_rng(seed).random((height, width)) < share
-    window, texels = surface_window(np.where(seen, np.float32(0.5), np.float32(np.inf)))
-    assert texels == seen.sum()
-    assert window.part(seen).sum() == seen.sum()
-    assert bool(window.texels) == seen.any()
-    for smaller in ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, -1, 0), (0, 0, 0, -1)) if seen.any() else ():
-        assert Window(*(a + b for a, b in zip(window, smaller, strict=True))).part(seen).sum() < seen.sum()
 
 
 @pytest.mark.parametrize("way", scenes.WAYS)
@@ -331,16 +260,10 @@ def test_render_with_and_without_a_plan(tmp_path):
         made[name] = json.loads((tmp_path / name / "manifest.json").read_text())
     one, other = made["with"], made["without"]
     assert other["plan"] is None
-    assert {cut["what"] for cut in one["plan"]} >= {"modules", "rays", "radii", "samples", "merge", "blur", "border"}
+    assert {cut["what"] for cut in one["plan"]} >= {"modules", "rays", "radii", "samples", "blur"}
     for a, b in zip(one["views"], other["views"], strict=True):
         assert {n: t["sha256"] for n, t in a["textures"].items()} == {n: t["sha256"] for n, t in b["textures"].items()}
         assert a["samples_outside"] == b["samples_outside"]
-        assert b["left_out"] is None
-        cast, surface, blurred = (Window(*a["left_out"][name]) for name in ("cast", "surface", "blurred"))
-        assert surface.grown(0, cast) == surface
-        whole = Window(0, 0, 48, 36)
-        grown = surface.grown(3, whole)
-        assert blurred == (grown if grown.texels < 0.5 * whole.texels else whole)
 
 
 def test_a_plan_takes_a_renders_options_and_renders_nothing(monkeypatch, capsys):
@@ -398,6 +321,4 @@ def test_modules_that_miss_the_scene_are_named(statue):
     modules = next(cut for cut in made.cuts if cut.what == "modules")
     assert (modules.run, modules.left_out, modules.saving) == (0, 21, 1.0)
     assert "module_000" in modules.where
-    merge = next(cut for cut in made.cuts if cut.what == "merge")
-    assert merge.run == 0
     assert sum(plan.window.texels for _, plan in made.views) == 0

@@ -31,21 +31,21 @@ def test_times_are_medians_of_the_warm_turns_and_ratios_quartiles_of_each_turns(
     seconds = {0: (100, 100), 1: (12, 6), 2: (8, 2), 3: (10, 2.5)}
 
     def render(_caster, _view, _settings, _neighbours, plan):
-        turn = (len(calls) - 1) // 5
+        turn = (len(calls) - 1) // 4
         calls.append(plan)
         clock[0] += seconds[turn][plan != everything] if len(calls) > 1 else 1000
-        return made(float(wrong and plan.cut and plan.window != everything.window))
+        return made(float(wrong and plan.window != everything.window))
 
     monkeypatch.setattr(savings, "render_view", render)
     monkeypatch.setattr(savings, "time", SimpleNamespace(process_time=lambda: clock[0]))
-    monkeypatch.setattr(ViewPlan, "of", lambda *_: replace(everything, cut=True, window=None))
+    monkeypatch.setattr(ViewPlan, "of", lambda *_: replace(everything, window=None))
     case = savings.Case("case", statue, statue.bounds, Settings((0.1,)))
     result = savings._saving(case, SimpleNamespace(bounds=statue.bounds), view, everything, 3)
-    assert len(calls) == 1 + 4 * 5
+    assert len(calls) == 1 + 4 * 4
     assert result.milliseconds["all"] == 10_000
     assert result.milliseconds["plan"] == 2_500
     assert result.ratios["plan"] == (3.0, 4.0, 4.0)
-    assert set(result.ratios) == {"plan", "rays", "border", "radii"}
+    assert set(result.ratios) == {"plan", "rays", "radii"}
     assert result.ratios["radii"] == (1.0, 1.0, 1.0)  # the same plan as everything's
     assert result.cover == 0.5
     assert result.same != wrong

@@ -250,15 +250,11 @@ void blur_vertical(int width, int height, const float *source, const float *weig
     }
 }
 
-static float larger(float value, float most) { return value > most ? value : most; }
-
-void merge_maximum(int width, int height, const float *first, const float *second, const float *third,
-                   const float *fourth, const float *fifth, float *merged)
+void merge_maximum(int width, int height, const float *layer, float *merged)
 {
     ROWS for (int i = 0; i < width; i++) {
         const int64_t t = (int64_t)j * width + i;
-        const float most = larger(third[t], larger(second[t], first[t]));
-        merged[t] = larger(fifth[t], larger(fourth[t], most));
+        merged[t] = layer[t] > merged[t] ? layer[t] : merged[t];
     }
 }
 

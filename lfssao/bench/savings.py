@@ -30,7 +30,6 @@ ALL, PLAN = "all", "plan"
 # The plan, and its cuts one by one: fields of a ViewPlan that are taken from the plan.
 CUTS: dict[str, tuple[str, ...]] = {
     "rays": ("window",),
-    "border": ("cut",),
     "radii": ("same_as", "one_sample"),
 }
 

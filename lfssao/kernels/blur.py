@@ -23,18 +23,16 @@ def gaussian_weights(sigma, radius, weights):
 
 
 @kernel(parallel=True)
-def blur_horizontal(source, weights, window, half):
-    """Pass 4: half[j, i] = sum over taps k, first to last, of weights[k] source[top + j, left + i + k - radius].
+def blur_horizontal(source, weights, half):
+    """Pass 4: half[j, i] = sum over taps k, first to last, of weights[k] source[j, i + k - radius].
 
-    A tap beyond the window reads the texel on its border. source: (H, W); weights: (2 radius + 1,), same dtype; window:
-    (4,) int64, left, top, right, bottom; half: (bottom - top, right - left), out. Lines of the window's length rarely
-    lie a power of 2 apart, where those that pass 5 reads together would push each other out of the cache.
+    A tap beyond the border reads the texel on it. source, half: (H, W); weights: (2 radius + 1,), same dtype.
     """
     height, width = half.shape
-    taps, left, top = weights.shape[0], window[0], window[1]
+    taps = weights.shape[0]
     radius = taps // 2
     for j in prange(height):
-        row, line = np.empty(width + 2 * radius, source.dtype), source[top + j, left : left + width]
+        row, line = np.empty(width + 2 * radius, source.dtype), source[j]
         for i in range(radius):
             row[i], row[radius + width + i] = line[0], line[width - 1]
         for i in range(width):
@@ -47,13 +45,13 @@ def blur_horizontal(source, weights, window, half):
 
 
 @kernel(parallel=True)
-def blur_vertical(half, weights, window, target):
-    """Pass 5: the same down the columns, into the window of target, (H, W), which is left alone elsewhere."""
+def blur_vertical(half, weights, blurred):
+    """Pass 5: the same down the columns."""
     height, width = half.shape
-    taps, left, top = weights.shape[0], window[0], window[1]
+    taps = weights.shape[0]
     radius = taps // 2
     for j in prange(height):
-        row = target[top + j, left : left + width]
+        row = blurred[j]
         for i in range(width):
             row[i] = 0
         for k in range(taps):

@@ -4,28 +4,13 @@ from numba import prange
 
 from lfssao.kernels.jit import kernel
 
-# How many textures merge_maximum takes: LF's radii.
-AT_ONCE = 5
-
-
-@kernel(inline=True)
-def _larger(value, most):
-    return value if value > most else most
-
 
 @kernel(parallel=True)
-def merge_maximum(first, second, third, fourth, fifth, window, merged):
-    """Maximum of five textures in a window, (4,) int64: left, top, right, bottom; elsewhere merged is left alone.
-
-    All are (H, W). A NaN behind the first is never the larger. Each texture is read where it is: to put them behind
-    each other, or only their parts, takes twice as long as to compare them.
-    """
-    left, top, right = window[0], window[1], window[2]
-    for j in prange(window[3] - top):
-        a, b, c = first[top + j, left:right], second[top + j, left:right], third[top + j, left:right]
-        d, e, most = fourth[top + j, left:right], fifth[top + j, left:right], merged[top + j, left:right]
-        for i in range(most.shape[0]):
-            most[i] = _larger(e[i], _larger(d[i], _larger(c[i], _larger(b[i], a[i]))))
+def merge_maximum(layer, merged):
+    """Raise merged to layer wherever layer is larger, which a NaN never is; (H, W)."""
+    for j in prange(merged.shape[0]):
+        for i in range(merged.shape[1]):
+            merged[j, i] = layer[j, i] if layer[j, i] > merged[j, i] else merged[j, i]
 
 
 @kernel(parallel=True)

@@ -118,7 +118,7 @@ def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
 def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
     weights = passes.gaussian_kernel(parameters["sigma"])
     rounded, half = weights.astype(np.float32), np.empty_like(inputs["source"])
-    blur_kernels.blur_horizontal(inputs["source"], rounded, passes.window_numbers(None, half), half)
+    blur_kernels.blur_horizontal(inputs["source"], rounded, half)
     blurred = passes.blur(inputs["source"], parameters["sigma"])
     return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
 

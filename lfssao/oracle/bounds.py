@@ -293,13 +293,12 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     terms = (1 + weight_errors(sigma, chosen)) * growth - 1
     doubt = weights * terms * _SAFETY + chosen.smallest * (weights > 0)  # small weights may be flushed
     lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
-    whole = passes.window_numbers(None, lower)
     for run in (blur_kernels.blur_horizontal, blur_kernels.blur_vertical):
         size = np.maximum(np.abs(lower), np.abs(upper))
         below, above, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
-        run(lower, weights, whole, below)
-        run(upper, weights, whole, above)
-        run(size, doubt, whole, error)
+        run(lower, weights, below)
+        run(upper, weights, above)
+        run(size, doubt, error)
         error += (2 * n + 2) * chosen.smallest * (error > 0)  # sums of zeros are zero
         lower = up_to_single(below - error).astype(np.float64)
         upper = down_to_single(above + error).astype(np.float64)

@@ -53,6 +53,8 @@ class Surface:
         from lfssao.scene.load import load_scene
 
         scene, frame = manifest["scene"], manifest.get("frame")
+        if not isinstance(scene["name"], str):
+            raise TypeError(f"the scene's name is {scene['name']!r}")
         if file is None and scene["name"] not in BUILTIN:
             return None
         mesh = builtin_scene(file or scene["name"]) if (file or scene["name"]) in BUILTIN else load_scene(str(file))

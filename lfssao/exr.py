@@ -13,7 +13,7 @@ from lfssao.files import write_whole
 from lfssao.image_file import first_line, read_image_file, utf8_name
 
 _LONGEST_NAME = 255  # bytes
-_PREFIX = "lfssao:"  # of the names of our attributes
+_PREFIX = "lfssao:"  # begins the attributes' names in the file
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Part:
     attributes : mapping
         Further metadata, strings and numbers.
     guard : int
-        How many texels on each side lie outside the display window: the data window is larger by so much.
+        Width of the guard band, texels: the data window is larger than the display window by it on each side.
     """
 
     name: str
@@ -62,9 +62,9 @@ def write_exr(path: Path, parts: Sequence[Part]) -> None:
     Raises
     ------
     InputError
-        If the file cannot be written, or a part is not float32 or not of as many channels as it has names, or two
-        parts, or channels of one, share a name, or the display windows differ, or a name or a number is none that the
-        format has room for.
+        If the file cannot be written, or would not hold what the parts hold: pixels that are not float32 or not one
+        channel a name, names that come twice or do not fit the format, numbers beyond 32 bits, display windows that
+        differ.
     """
     name = utf8_name(path)  # else nobody could read it
     for part in parts:
@@ -79,7 +79,7 @@ def write_exr(path: Path, parts: Sequence[Part]) -> None:
 
 
 def _check_part(label: str, part: Part) -> None:
-    """Refuse a part of which the file would hold something else, without a word from OpenImageIO."""
+    """Refuse a part that OpenImageIO would change without an error."""
     shape, dtype = np.shape(part.pixels), part.pixels.dtype
     if dtype != np.float32:  # anything else would be rounded
         raise InputError(f"{label} is of {dtype}, expected float32")
@@ -123,7 +123,7 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
 
 
 def _spec(oiio: Any, part: Part) -> Any:
-    """What OpenImageIO is told of a part."""
+    """OpenImageIO's specification of a part."""
     height, width, channels = part.pixels.shape
     spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
     spec.channelnames = part.channels

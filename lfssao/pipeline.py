@@ -19,7 +19,7 @@ Results = Generator[tuple[Item, Result], None, None]
 
 
 def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Results:
-    """Render items in the calling thread, while other threads write the files of those before.
+    """Render items in the calling thread; other threads write the files meanwhile.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
     threads : int
         How many threads write files.
     ahead : int
-        How many views are in memory at the same time, at most; with 1 nothing is rendered while a file is written.
+        Most views that are in memory at the same time; with 1 nothing is rendered while a file is written.
 
     Yields
     ------

@@ -158,7 +158,7 @@ class Renderer:
         return self._caster
 
     def textures(self, item: Item) -> Textures:
-        """An item's textures; their seconds hold those spent building trees since the last call, too."""
+        """An item's textures; their seconds include those of building trees for it."""
         with self._one_at_a_time:
             numba.set_num_threads(self._threads)
             caster, view = self.prepare(item), self.work.views[item.view]

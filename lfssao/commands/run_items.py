@@ -71,7 +71,7 @@ def _found(work: Work, items: list[Item], threads: int) -> dict[Item, Result]:
 
 @contextmanager
 def _results(work: Work, items: list[Item], threads: int, scheduler: str | None) -> Iterator[Results]:
-    """The items' results, rendered when they are asked for; what can be known to fail fails before."""
+    """Results of the items, rendered as they are taken; what cannot work is refused before."""
     if scheduler is None or not items:
         # Read when numba's threads start: waiting in a loop, they would take time from those that write files.
         os.environ.setdefault("OMP_WAIT_POLICY", "passive")

@@ -1,10 +1,15 @@
-"""Textures for estimators and their twins: analytic surfaces in all kinds of view, with holes and with wild numbers."""
+"""Textures for estimators and their reference: analytic surfaces in all kinds of view, with holes and wild numbers."""
 
 import analytic_scenes as scenes
 import numpy as np
 from hypothesis import strategies as st
+from reference.kit import solve
 
 from lfssao import Buffers
+from lfssao.estimators.registry import ESTIMATORS
+from lfssao.estimators.texel_lines import texel_lines
+from lfssao.kernels.reconstruct import TABLE
+from lfssao.view import KINDS
 
 WILD = [0.0, -0.0, 0.5, -1.0, 2.0, 1e-30, -1e-30, 1e6, -1e30, 1e38]
 
@@ -45,3 +50,34 @@ def assert_same_bits(actual, expected):
     assert not np.isnan(actual).any()
     integer = np.int32 if actual.dtype == np.float32 else np.int64
     np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
+
+
+def view_numbers(view):
+    """A view as the kit's specification describes it to the reference."""
+    return {
+        "ray_kind": view.ray_kind, "lens": [number if np.isfinite(number) else None for number in view.lens.tolist()],
+        "world_from_cast": view.world_from_cast.tolist(), "cast_from_world": view.cast_from_world.tolist(),
+    }  # fmt: skip
+
+
+def texel_table(view, dtype):
+    """Lines of a view's texels, (H, W, 4); None where the view's numbers say them all."""
+    lines = texel_lines(view, np.dtype(dtype))
+    return lines.table.T.reshape(view.height, view.width, 4) if lines.kind == TABLE else None
+
+
+def assert_equals_reference(name, seen, radius, result, points=None, weights=None, **options):
+    """Occlusion and the number of samples outside, by the specification; options have the estimator's defaults."""
+    view, mapping = seen.view, seen.view.world_to_image
+    parameters = {
+        "estimator": name, "radius": radius, "options": {**ESTIMATORS[name].parameters, **options},
+        "mapping": {"kind": KINDS[mapping.kind], "numbers": mapping.numbers.tolist()},
+        "viewer_distance": view.viewer_distance().tolist(), "view": view_numbers(view),
+    }  # fmt: skip
+    inputs = {
+        "depth": seen.depth, "positions": seen.positions, "normals": seen.normals, "directions": seen.directions,
+        "points": points, "weights": weights, "lines": texel_table(view, seen.depth.dtype),
+    }  # fmt: skip
+    made = solve("estimator", parameters, {key: value for key, value in inputs.items() if value is not None})
+    assert_same_bits(result.texture, made["occlusion"])
+    assert result.outside == made["outside"].item()

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
-from reference.elementary import binary32
+from reference.mapping import offsets, rounded
 from reference.passes import blur_weights
-from reference.samples import offsets
 
 SHADERS = Path(__file__).parent / "glsl"
 KINDS = ("crossed slits", "matrix", "display")
@@ -51,10 +50,10 @@ class Renderer:
         return made
 
     def _occlusion(self, kind, numbers, parameters, inputs, places):
-        depth, table = inputs["depth"], np.array(offsets(parameters, inputs), np.float32)
+        depth, table = inputs["depth"], np.array(offsets(parameters["radius"], inputs["samples"]), np.float32)
         height, width = depth.shape
         made, outside = np.full_like(depth, np.nan), np.zeros(1, np.uint32)
-        arrays = [np.array(binary32(numbers)), depth, places, table, made, outside]
+        arrays = [np.array(rounded(numbers)), depth, places, table, made, outside]
         made, outside = self.run(
             "occlusion", (-(-width // _GROUP), -(-height // _GROUP)), arrays, (4, 5), size=(width, height),
             kind=KINDS.index(kind), samples=len(table), algorithm1="screen_to_world" in parameters,
@@ -62,7 +61,7 @@ class Renderer:
         return {"occlusion": made, "outside": outside.astype(np.int64), "offsets": table}
 
     def algorithm1(self, parameters, inputs):
-        back = np.array(binary32(parameters["screen_to_world"]))
+        back = np.array(rounded(parameters["screen_to_world"]))
         return self._occlusion("matrix", parameters["world_to_screen"], parameters, inputs, back)
 
     def algorithm2(self, parameters, inputs):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import sequences as twin
-from reference import spiral as spiral_twin
+from reference import dither, spiral
 
 from lfssao.errors import InputError
 from lfssao.kernels import tiles
@@ -31,13 +30,13 @@ def test_every_decorrelation_gives_every_texel_an_angle(name, size):
 
 @pytest.mark.parametrize(("name", "variant"), [("hash", "paper"), ("common-hash", "common")])
 def test_hashes_are_equation_8(name, variant):
-    want = [[spiral_twin.hash_angle(x, y, variant) for x in range(20)] for y in range(10)]
+    want = [[spiral.half_turns(spiral.hash_word(x, y, variant)) for x in range(20)] for y in range(10)]
     np.testing.assert_array_equal(texel_angles(name, 10, 20), want)
 
 
 def test_interleaved_tiles_hold_sixteen_angles_in_bayers_order():
     ranks = texel_angles("interleaved", 4, 4) * 8
-    np.testing.assert_array_equal(ranks, twin.bayer(4))
+    np.testing.assert_array_equal(ranks, dither.bayer(4))
     assert sorted(ranks.ravel()) == list(range(16))
 
 
@@ -45,7 +44,7 @@ def test_interleaved_tiles_hold_sixteen_angles_in_bayers_order():
 def test_ordered_ranks_equal_their_twin(side):
     ranks = np.empty((side, side), np.int64)
     tiles.ordered(ranks)
-    np.testing.assert_array_equal(ranks, twin.bayer(side))
+    np.testing.assert_array_equal(ranks, dither.bayer(side))
 
 
 @settings(max_examples=8)
@@ -54,7 +53,7 @@ def test_void_and_cluster_equals_its_twin(height, width, seed):
     """The twin runs Ulichney's third phase as he wrote it: on what is empty."""
     ranks = np.empty((height, width), np.int64)
     tiles.void_and_cluster(np.uint64(seed), ranks)
-    np.testing.assert_array_equal(ranks, twin.void_and_cluster(seed, height, width))
+    np.testing.assert_array_equal(ranks, dither.void_and_cluster(seed, height, width))
 
 
 def low_share(pattern):

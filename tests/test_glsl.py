@@ -10,7 +10,7 @@ import re
 import glsl_renderer
 import numpy as np
 import pytest
-from reference import kit as kit_reader
+from reference.kit import read_case as read_arrays
 
 from lfssao.cli import main
 from lfssao.exr import read_exr
@@ -53,7 +53,7 @@ def kit(tmp_path_factory):
 
 def solve(renderer, folder):
     """A case of a kit, read and solved without lfssao."""
-    stage, parameters, inputs, _ = kit_reader.read_case(folder)
+    stage, parameters, inputs, _ = read_arrays(folder)
     return renderer.solve(stage, parameters, inputs)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import kit_digests
 import numpy as np
 import pytest
-from reference import kit as kit_reader
+from reference import kit as reference
 
 from lfssao.cli import main
 from lfssao.errors import InputError
@@ -53,17 +53,17 @@ def small_kit(tmp_path):
 
 @pytest.mark.parametrize("name", SPECIFIED)
 def test_an_implementation_of_the_specification_meets_every_bit(kit, name):
-    stage, parameters, inputs, outputs = kit_reader.read_case(kit / "cases" / name)
-    made = kit_reader.solve(stage, parameters, inputs)
-    assert kit_reader.differing(made, outputs) == []
+    stage, parameters, inputs, outputs = reference.read_case(kit / "cases" / name)
+    made = reference.solve(stage, parameters, inputs)
+    assert reference.differing(made, outputs) == []
     assert set(outputs) <= set(made)
 
 
 def test_the_reader_notices_one_wrong_bit(kit):
-    stage, parameters, inputs, outputs = kit_reader.read_case(kit / "cases" / "blur_row")
-    made = kit_reader.solve(stage, parameters, inputs)
+    stage, parameters, inputs, outputs = reference.read_case(kit / "cases" / "blur_row")
+    made = reference.solve(stage, parameters, inputs)
     made["blurred"][0, 3] = np.nextafter(made["blurred"][0, 3], np.float32(1))
-    assert kit_reader.differing(made, outputs) == ["blurred"]
+    assert reference.differing(made, outputs) == ["blurred"]
 
 
 def test_digests_are_those_of_every_machine(kit):
@@ -127,7 +127,7 @@ def test_an_option_that_is_changed_shows_in_its_case(name):
 def answers_of(name):
     """How many samples of an AO case are: in the texture, answered 1, 2, 3, 4, outside the texture."""
     case = make_case(name)
-    return kit_reader.solve(case.stage, case.parameters, case.inputs)["answers"]
+    return reference.solve(case.stage, case.parameters, case.inputs)["answers"]
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import sequences as twin
-from reference import twins
+from reference import sequences as reference
 
 from lfssao.errors import InputError
 from lfssao.kernels import ball, philox, sequences, square
 from lfssao.samples import METHODS, make_samples, sample_set
-from lfssao.samples.sets import DIMENSIONS
 from lfssao.testing import PROMISES, check_promise, sample_sets
 from lfssao.testing import radii as drawn_radii
 
@@ -35,28 +33,9 @@ def number(data, domain, name, counts=counts):
 
 # Twins
 
-FILLS = {
-    "fibonacci": twin.fibonacci, "r2": twin.r2, "halton": twin.halton, "sobol": twin.sobol, "poisson": twin.poisson,
-    **{
-        name: lambda n, seed, columns, name=name: [
-            [*p, *t] for p, t in zip(twins.square_points(name, n, seed), twin.radii(seed, n, columns), strict=True)
-        ]
-        for name in ("random", "jittered", "latin")
-    },
-}  # fmt: skip
-
-
-def made_by_twin(domain, name, n, seed, r_min=0.0, r_max=1.0):
-    if name in FILLS:
-        return twin.lifted(FILLS[name], domain, n, seed, r_min, r_max)
-    points = twin.rejection(n, seed, DIMENSIONS[domain])
-    if domain == "disk":
-        return points
-    return [twin.to_sphere(*p) if domain == "sphere" else twin.to_shell(*p, r_min, r_max) for p in points]
-
 
 def test_every_method_has_a_twin_or_a_table_or_is_a_spiral():
-    assert {name for _, name in EVERY} == {*FILLS, "rejection", "repulsion", "spiral"}
+    assert {name for _, name in EVERY} == {*reference.FILLS, "rejection", "repulsion", "spiral"}
 
 
 @pytest.mark.parametrize(("domain", "name"), [pair for pair in EVERY if pair[1] not in ("repulsion", "spiral")])
@@ -64,7 +43,7 @@ def test_every_method_has_a_twin_or_a_table_or_is_a_spiral():
 @given(n=st.one_of(st.integers(1, 12), st.integers(13, 40)), seed=seeds)
 def test_methods_equal_their_twins(domain, name, n, seed):
     points = sample_set(domain, name, n, seed).points
-    np.testing.assert_array_equal(bits(points), bits(made_by_twin(domain, name, n, seed)))
+    np.testing.assert_array_equal(bits(points), bits(reference.point_set(domain, name, n, seed)))
 
 
 @pytest.mark.parametrize("name", ["sobol", "rejection", "latin"])
@@ -73,7 +52,7 @@ def test_methods_equal_their_twins(domain, name, n, seed):
 def test_shells_equal_their_twins(name, n, seed, shell):
     r_min, r_max = shell[0] * shell[1], shell[1]
     points = make_samples(name, n, seed, r_min, r_max)
-    np.testing.assert_array_equal(bits(points), bits(made_by_twin("ball", name, n, seed, r_min, r_max)))
+    np.testing.assert_array_equal(bits(points), bits(reference.point_set("ball", name, n, seed, r_min, r_max)))
 
 
 def test_the_spiral_is_equations_6_and_7():
@@ -86,9 +65,9 @@ def test_the_spiral_is_equations_6_and_7():
 
 
 def test_the_constants_of_the_lattices():
-    assert int(square.GOLDEN) == twin.GOLDEN
-    assert [int(square.R2_1), int(square.R2_2)] == twin.ROBERTS[2]
-    assert [int(square.R3_1), int(square.R3_2), int(square.R3_3)] == twin.ROBERTS[3]
+    assert int(square.GOLDEN) == reference.GOLDEN
+    assert [int(square.R2_1), int(square.R2_2)] == reference.ROBERTS[2]
+    assert [int(square.R3_1), int(square.R3_2), int(square.R3_3)] == reference.ROBERTS[3]
 
 
 def test_sequences_are_those_of_scipy_before_they_are_scrambled():
@@ -107,7 +86,7 @@ def test_sequences_are_those_of_scipy_before_they_are_scrambled():
 
 @given(index=st.integers(0, 2**32 - 1), dimension=st.integers(0, 2))
 def test_sobol_words_equal_their_twin(index, dimension):
-    assert sequences.sobol_word(index, dimension) == twin.sobol_word(index, dimension)
+    assert sequences.sobol_word(index, dimension) == reference.sobol_word(index, dimension)
 
 
 # Promises

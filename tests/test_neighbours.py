@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reference import neighbours_twin
+from reference.passes import algorithm2_with_neighbours
 from test_ssao import assert_same_bits, both, module_cases
 
 from lfssao import (
@@ -26,7 +26,7 @@ from lfssao.cli import main
 from lfssao.errors import InputError
 from lfssao.neighbours import DepthCache, nearest_modules
 from lfssao.rendering import render
-from lfssao.view import WorldToImage
+from lfssao.view import KINDS, WorldToImage
 
 SAMPLE_A = find_display("sample-a")
 BOX = np.array([[-1.0, -0.75, -1.0], [1.0, 0.75, 1.0]])
@@ -52,8 +52,8 @@ def neighbourhoods(draw, dtype):
 def test_neighbours_equal_their_twin(dtype, data):
     depth, positions, mapping, others, samples, radius = data.draw(neighbourhoods(dtype))
     actual = passes.algorithm2_with_neighbours(depth, positions, mapping, others, samples, radius)
-    views = [(texture, m.kind, m.numbers.astype(dtype)) for m, texture in [(mapping, depth), *others]]
-    occlusion, outside = neighbours_twin.share_hidden(depth, positions, (radius * samples).astype(dtype), views)
+    views = [(texture, KINDS[m.kind], m.numbers.astype(dtype)) for m, texture in [(mapping, depth), *others]]
+    occlusion, outside = algorithm2_with_neighbours(depth, positions, (radius * samples).astype(dtype), views)
     assert_same_bits(actual.texture, occlusion)
     assert actual.outside == outside.sum()
 
@@ -72,10 +72,10 @@ def test_neighbours_of_any_display_equal_their_twin(dtype, name, radius):
     others = [(view.world_to_image, depth) for view, depth in zip(views[1:], depths[1:], strict=True)]
     actual = passes.algorithm2_with_neighbours(depths[0], positions, views[0].world_to_image, others, samples, radius)
     known = [
-        (depth, view.world_to_image.kind, view.world_to_image.numbers.astype(dtype))
+        (depth, KINDS[view.world_to_image.kind], view.world_to_image.numbers.astype(dtype))
         for view, depth in zip(views, depths, strict=True)
     ]
-    occlusion, outside = neighbours_twin.share_hidden(depths[0], positions, (radius * samples).astype(dtype), known)
+    occlusion, outside = algorithm2_with_neighbours(depths[0], positions, (radius * samples).astype(dtype), known)
     assert_same_bits(actual.texture, occlusion)
     assert actual.outside == outside.sum() > 0
     alone = passes.algorithm2(depths[0], positions, views[0].world_to_image, samples, radius)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from reference import textbook as display_twin
+from reference.textbook import rotation as turned_about
 
 from lfssao import optics
 from lfssao.errors import InputError
@@ -80,7 +80,7 @@ def test_projector_homography_is_that_of_rotation_matrices(lens, turn, field_of_
     width, height = 640, 480
     yaw, pitch, roll = turn
     # In physical space, X right, Y up, Z away, seen along -z: yaw to +x turns about y from -z to +x, and so on.
-    rotation = display_twin.rotation(1, -yaw) @ display_twin.rotation(0, pitch) @ display_twin.rotation(2, roll)
+    rotation = turned_about(1, -yaw) @ turned_about(0, pitch) @ turned_about(2, roll)
     right, up, back = rotation.T @ (np.array([x, y, 0.0]) - lens)
     forward = -back
     assume(abs(forward) > 0.05)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reference import twins
+from reference import philox as reference
 
 from lfssao.kernels import philox
 
@@ -32,25 +32,25 @@ def hexadecimal(text):
 def test_known_answers(counter, key, result):
     counter, key, result = hexadecimal(counter), hexadecimal(key), hexadecimal(result)
     assert tuple(int(word) for word in philox.philox4x32(*counter, *key)) == result
-    assert twins.philox4x32(counter, key) == result
+    assert reference.philox4x32(counter, key) == result
 
 
 @given(st.tuples(words, words, words, words), st.tuples(words, words))
 def test_philox_equals_its_twin(counter, key):
-    assert tuple(int(word) for word in philox.philox4x32(*counter, *key)) == twins.philox4x32(counter, key)
+    assert tuple(int(word) for word in philox.philox4x32(*counter, *key)) == reference.philox4x32(counter, key)
 
 
 @given(seeds, words, words, st.integers(1, 2**32))
 def test_numbers_equal_their_twins(seed, stream, index, n):
-    assert int(philox.random_word(unsigned(seed), stream, index)) == twins.random_word(seed, stream, index)
-    assert philox.random_signed(unsigned(seed), stream, index) == twins.random_signed(seed, stream, index)
-    assert philox.random_unit(unsigned(seed), stream, index) == twins.random_unit(seed, stream, index)
-    assert philox.random_below(unsigned(seed), stream, index, n) == twins.random_below(seed, stream, index, n)
+    assert int(philox.random_word(unsigned(seed), stream, index)) == reference.word(seed, stream, index)
+    assert philox.random_signed(unsigned(seed), stream, index) == reference.signed(seed, stream, index)
+    assert philox.random_unit(unsigned(seed), stream, index) == reference.unit(seed, stream, index)
+    assert philox.random_below(unsigned(seed), stream, index, n) == reference.below(seed, stream, index, n)
 
 
 @given(seeds, words, words)
 def test_numbers_are_what_they_say_exactly(seed, stream, index):
-    word = twins.random_word(seed, stream, index)
+    word = reference.word(seed, stream, index)
     half = Fraction(2 * word + 1, 2)
     signed = philox.random_signed(unsigned(seed), stream, index)
     unit = philox.random_unit(unsigned(seed), stream, index)
@@ -96,6 +96,6 @@ def test_streams_and_seeds_do_not_meet():
 
 
 def test_the_test_of_streams_notices_streams_that_meet():
-    assert meetings(streams(lambda seed, stream, index: twins.random_word(seed, 0, index + 16 * stream)))[0] > 0
-    assert meetings(streams(lambda seed, stream, index: twins.random_word(seed % 2**32, stream, index)))[0] > 0
-    assert meetings(streams(lambda seed, stream, index: twins.random_word(seed, 0, index) ^ stream))[1] > 7
+    assert meetings(streams(lambda seed, stream, index: reference.word(seed, 0, index + 16 * stream)))[0] > 0
+    assert meetings(streams(lambda seed, stream, index: reference.word(seed % 2**32, stream, index)))[0] > 0
+    assert meetings(streams(lambda seed, stream, index: reference.word(seed, 0, index) ^ stream))[1] > 7

@@ -3,10 +3,9 @@
 import analytic_scenes as scenes
 import numpy as np
 import pytest
-from estimator_cases import assert_same_bits, buffers, offsets, radii
+from estimator_cases import assert_equals_reference, assert_same_bits, buffers, offsets, radii
 from hypothesis import given
 from hypothesis import strategies as st
-from reference import point_twin
 
 from lfssao import estimate, make_samples
 from lfssao.estimators.point import SURFACES, line7_differences
@@ -23,14 +22,7 @@ def test_all_options_equal_the_twin(dtype, data):
     if not half:
         options["remap"] = remap
     made = estimate("hemisphere" if half else "point", seen, radius, points, **options)
-    mapping = seen.view.world_to_image
-    expected, outside = point_twin.share_behind(
-        seen.depth, seen.positions, seen.normals if half else None, (radius * points).astype(dtype), mapping.kind,
-        mapping.as_type(dtype), dtype(radius * radius if check else np.inf), options["surface"] == "positions",
-        remap and not half,
-    )  # fmt: skip
-    assert_same_bits(made.texture, expected)
-    assert made.outside == outside
+    assert_equals_reference("hemisphere" if half else "point", seen, radius, made, points, **options)
 
 
 @both

@@ -8,7 +8,7 @@ import pytest
 import repulsion
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import sequences as twin
+from reference import repulsion as reference
 
 from lfssao.errors import InputError
 from lfssao.samples import repulsion_table, sample_set
@@ -29,11 +29,11 @@ def bits(a):
 def test_darts_and_cells_equal_their_twins(n, d, seed):
     points = np.empty((n, d))
     repulsion.throw_darts(np.uint64(seed), points)
-    np.testing.assert_array_equal(bits(points), bits(twin.darts(seed, n, d)))
+    np.testing.assert_array_equal(bits(points), bits(reference.darts(seed, n, d)))
     weights, centroids = np.empty(n), np.empty((n, d))
     cells = 7 if d == 3 else 14
     repulsion.voronoi(points, cells, weights, centroids)
-    want_weights, want_centroids = twin.voronoi(points, cells)
+    want_weights, want_centroids = reference.voronoi(points, cells)
     np.testing.assert_array_equal(bits(weights), bits(want_weights))
     np.testing.assert_array_equal(bits(centroids), bits(want_centroids))
     spread = np.sqrt(np.mean((n * weights - 1) ** 2))
@@ -44,21 +44,21 @@ def test_darts_and_cells_equal_their_twins(n, d, seed):
 @pytest.mark.parametrize("n", [1, 2, 7])
 def test_forces_are_the_slope_of_the_energy(n, d):
     """The twin's energy is summed over 2048 charges of the circle, or integrated over the sphere by Gauss's rule."""
-    points = np.array(twin.darts(5, n, d)) * 0.9
+    points = np.array(reference.darts(5, n, d)) * 0.9
     forces = np.empty((n, d))
     energy = repulsion.repel(points, 1.7, forces)
-    assert energy == pytest.approx(twin.energy(points, 1.7), rel=1e-6)
+    assert energy == pytest.approx(reference.energy(points, 1.7), rel=1e-6)
     for k, a in np.ndindex(n, d):
         ahead, behind = points.copy(), points.copy()
         ahead[k, a] += 1e-5
         behind[k, a] -= 1e-5
-        slope = (twin.energy(ahead, 1.7) - twin.energy(behind, 1.7)) / 2e-5
+        slope = (reference.energy(ahead, 1.7) - reference.energy(behind, 1.7)) / 2e-5
         assert forces[k, a] == pytest.approx(-slope, rel=1e-4, abs=1e-3)
 
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_points_settle_where_the_forces_end(d):
-    points = np.array(twin.darts(3, 5, d))
+    points = np.array(reference.darts(3, 5, d))
     before, after = np.empty((5, d)), np.empty((5, d))
     high = repulsion.repel(points, 2.0, before)
     repulsion.settle(points, False, 2.0, 400)

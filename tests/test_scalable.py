@@ -3,9 +3,12 @@
 import analytic_scenes as scenes
 import numpy as np
 import pytest
+from estimator_cases import assert_equals_reference, texel_table, view_numbers
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import scalable_twin as twin
+from reference import scalable as reference
+from reference.passes import blur_weights
+from reference.spiral import turn_of
 
 from lfssao import Buffers, estimate
 from lfssao.estimators import scalable
@@ -45,6 +48,10 @@ def textures(draw, dtype, low=0.5, high=4.0):
     return z
 
 
+def reference_view(view, dtype):
+    return reference.View(view_numbers(view), dtype, texel_table(view, dtype))
+
+
 def seen(name, sight, dtype=np.float64, size=(13, 9), holes=0.1):
     rng = np.random.default_rng(5)
     sight = scenes.SIGHTS[sight](*size)
@@ -62,12 +69,14 @@ def test_linear_depth_equals_its_twin(dtype, data):
     near = data.draw(st.sampled_from([0.01, 1.0, 7.0]))
     far = data.draw(st.sampled_from([8.0, 1e6, np.inf]))
     c = [dtype(x) for x in plane_constants(near, far)]
-    for perspective in (True, False):
-        z = np.empty_like(depth)
-        with np.errstate(over="ignore"):
-            linear_depth(depth, perspective, *c, z)
-        if perspective:
-            assert_same_bits(z, twin.linear_depth(depth, perspective, c))
+    z = np.empty_like(depth)
+    with np.errstate(over="ignore"):
+        linear_depth(depth, True, *c, z)
+        made = reference.linear_depth(depth, reference.PERSPECTIVE, near, None if far == np.inf else far)
+    assert_same_bits(z, made)
+    if far < np.inf:
+        linear_depth(depth, False, dtype(near), dtype(far - near), dtype(0), z)
+        assert_same_bits(z, reference.linear_depth(depth, reference.ORTHOGRAPHIC, near, far))
 
 
 def test_linear_depth_by_hand():
@@ -126,7 +135,7 @@ def test_rebuilt_positions_are_those_of_the_positions_texture(sight, dtype):
     there = np.isfinite(buffers.depth)
     assert np.abs(made[there] - buffers.positions[there]).max() < (2e-6 if dtype == np.float32 else 1e-14)
     assert np.isinf(made[~there]).all()
-    assert_same_bits(made, twin.rebuild_positions(z, lines.kind, lines.numbers, lines.table, lines.world))
+    assert_same_bits(made, reference_view(buffers.view, dtype).places(z))
 
 
 @pytest.mark.parametrize("sight", ["perspective", "orthographic"])
@@ -151,8 +160,9 @@ def normals_of(buffers):
 @pytest.mark.parametrize("size", [(13, 9), (1, 1), (1, 6), (8, 1)])
 def test_face_normals_equal_their_twin(sight, dtype, size):
     for name in ("sphere on a plane", "step"):
-        arguments, normals = normals_of(seen(name, sight, dtype, size, 0.3))
-        assert_same_bits(normals, twin.face_normals(*arguments))
+        buffers = seen(name, sight, dtype, size, 0.3)
+        (z, positions, *_), normals = normals_of(buffers)
+        assert_same_bits(normals, reference_view(buffers.view, dtype).normals(z, positions))
 
 
 @every_sight
@@ -160,11 +170,12 @@ def test_face_normals_equal_their_twin(sight, dtype, size):
 @pytest.mark.parametrize("size", [(260, 3), (3, 67)])
 def test_face_normals_between_holes_equal_their_twin(sight, dtype, size):
     """Across the borders of what the kernel takes at a time, with texels that have one neighbour or none."""
-    (z, positions, *lines), _ = normals_of(seen("tilted plane", sight, dtype, size, 0.3))
+    buffers = seen("tilted plane", sight, dtype, size, 0.3)
+    (z, positions, *lines), _ = normals_of(buffers)
     z, normals = z.copy(), np.empty_like(positions)
     z[np.random.default_rng(1).random(z.shape) < 0.4] = np.inf
     face_normals.face_normals(z, positions, *lines, normals)
-    assert_same_bits(normals, twin.face_normals(z, positions, *lines))
+    assert_same_bits(normals, reference_view(buffers.view, dtype).normals(z, positions))
 
 
 @every_sight
@@ -204,7 +215,7 @@ def test_every_filter_equals_its_twin(how, dtype, data):
     origin = dtype(data.draw(st.sampled_from([0.0, -2.0, 1.0])))
     with np.errstate(all="ignore"):
         made = scalable.z_hierarchy(z, how, 5, float(origin))
-        expected = twin.hierarchy(z, how, 5, origin)
+        expected = reference.levels_of(z, how, 5, origin)
     assert len(made) == len(expected)
     for one, two in zip(made, expected, strict=True):
         np.testing.assert_array_equal(np.isnan(one), np.isnan(two))
@@ -274,10 +285,9 @@ def test_taps_reach_as_far_as_the_balls_image():
     }
     for sight, radii in expected.items():
         buffers = scenes.buffers("facing plane", scenes.SIGHTS[sight](*size))
-        z, lines = linear_z(buffers), texel_lines(buffers.view, np.dtype(np.float64))
-        reach = [radius / unit for unit in (lines.units[:2] if lines.kind == 0 else (1.0, 1.0))]
-        made = twin.screen_radii(z[20, 30], lines.kind, lines.numbers, lines.table, lines.world, reach, *size, 30, 20)
-        assert made == pytest.approx(radii, rel=1e-9 if lines.kind == 0 else 1e-3), sight
+        view = reference_view(buffers.view, np.float64)
+        made = view.radii(20, 30, linear_z(buffers)[20, 30], radius)
+        assert made == pytest.approx(radii, rel=1e-3 if sight == "display" else 1e-9), sight
 
 
 # All of it against its twin
@@ -303,11 +313,7 @@ def test_the_whole_equals_its_twin(sight, name, dtype, data):
         key: data.draw(st.sampled_from(values)) for key, values in choices.items() if key in ESTIMATORS[name].parameters
     }
     made = estimate(name, buffers, radius, **given_values)
-    z = linear_z(buffers)
-    lines = texel_lines(buffers.view, z.dtype)
-    expected, outside = twin.occlusion(z, positions_of(buffers, z, lines), lines, radius, given_values, name == "sao")
-    assert_same_bits(made.texture, expected)
-    assert made.outside == outside
+    assert_equals_reference(name, buffers, radius, made, **given_values)
 
 
 @both
@@ -323,23 +329,23 @@ def test_passes_after_sampling_equal_their_twins_for_any_depths(name, dtype, dat
     if name == "average_quads":
         edge = dtype(data.draw(st.sampled_from([0.0, 0.1, 2.0, np.inf])))
         average_quads(visibility, z, edge, out)
-        assert_same_bits(out, twin.average_quads(visibility, z, edge))
+        assert_same_bits(out, reference.average(visibility, z, edge))
         return
     origin, scale = (dtype(data.draw(st.sampled_from(values))) for values in ([0.0, -2.0], [0.2, 1.0, 1e9]))
     with np.errstate(over="ignore"):
         packing.depth_keys(z, origin, scale, out)
-    assert_same_bits(out, twin.keys(z, origin, scale))
+    assert_same_bits(out, reference.keys_of(z, origin, scale))
     if name == "pack":
         rgb = scalable.pack(visibility, out)
-        assert_same_bits(rgb, twin.pack(visibility, out))
-        for one, two in zip(scalable.unpack(rgb, np.dtype(dtype)), twin.unpack(rgb, dtype), strict=True):
+        assert_same_bits(rgb, reference.pack(visibility, out))
+        for one, two in zip(scalable.unpack(rgb, np.dtype(dtype)), reference.unpack(rgb, dtype), strict=True):
             assert_same_bits(one, two)
         return
-    weights = twin.twins.gaussian_weights(data.draw(st.sampled_from([0.3, 3.0])), 3).astype(dtype)
+    weights = np.array(blur_weights(data.draw(st.sampled_from([0.3, 3.0])), 3), dtype)
     stride, sharp = data.draw(st.integers(1, 4)), dtype(data.draw(st.sampled_from([0.0, 3.0, 2048.0])))
     for kernel, other in (
-        (bilateral.bilateral_horizontal, twin.bilateral_horizontal),
-        (bilateral.bilateral_vertical, twin.bilateral_vertical),
+        (bilateral.bilateral_horizontal, reference.bilateral),
+        (bilateral.bilateral_vertical, reference.bilateral_columns),
     ):
         target = np.empty_like(z)
         kernel(visibility, out, weights, stride, sharp, target)
@@ -353,7 +359,7 @@ def test_rotations_are_the_hashs(dtype):
     for j, i in np.ndindex(5, 7):
         angle = np.float64((30 * i) ^ (j + 10 * i * j))
         assert rotations[:, j, i] == pytest.approx([np.cos(angle), np.sin(angle)], abs=1e-6)
-        assert tuple(rotations[:, j, i]) == twin.rotation(i, j, "paper", dtype)
+        assert rotations[:, j, i].tolist() == turn_of(i, j, "paper", dtype)[::-1]
 
 
 # Formulas by hand

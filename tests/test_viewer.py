@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 from PIL import Image
-from reference import viewer as viewer_twin
+from reference import viewer as reference
 
 from lfssao import InputError, LightField, Mesh, Paint, RayCaster, eye_point, eye_range, eye_view, find_display
 from lfssao.cli import main
@@ -74,10 +74,10 @@ def test_the_twin_composes_the_same_bits(name):
         eye_x = share * eye_range(display)[1]
         shots = {blend: field.photograph(eye_x, 41, blend) for blend in BLENDS}
         height = shots[BLENDS[0]].image.shape[0]
-        pixels = viewer_twin.seen_by(numbers, textures, eye_point(display, eye_x), screen, 41, height)
+        pixels = reference.seen_by(numbers, textures, eye_point(display, eye_x), screen, 41, height)
         for number, blend in enumerate(BLENDS):
             shot = shots[blend]
-            expected, missed = viewer_twin.compose(pixels, textures, number, 41, height)
+            expected, missed = reference.compose(pixels, textures, number, 41, height)
             assert shot.image.tobytes() == expected.tobytes(), blend
             assert shot.dark == missed
             assert 0 <= shot.image.min() <= shot.image.max() <= 1
@@ -92,12 +92,12 @@ def test_the_texel_read_is_the_one_the_display_shows_the_screen_point_at():
     for display in DISPLAYS.values():
         eye = eye_point(display, 0.2)
         for k in (9, 12):
-            s = viewer_twin.screen_point(
+            s = reference.screen_point(
                 display.screen_curvature, (display.screen_width, display.screen_height), 0.03, 0.02, eye
             )
             image, answer = display.physical_to_image(k, np.array(s))
             d = display.module_numbers(k).tolist()
-            place = viewer_twin.texel(d, (display.modules[k].height, display.modules[k].width), s)
+            place = reference.texel(d, (display.modules[k].height, display.modules[k].width), s)
             if place is None:
                 assert answer == 5  # outside the texture
                 continue
@@ -109,7 +109,7 @@ def test_the_texel_read_is_the_one_the_display_shows_the_screen_point_at():
             a, b = origin[0] + direction[0] * eye[2] - s[0], eye[0] - s[0]
             forward = eye[2] - s[2]
             expected = math.sin(math.atan2(a, -forward) - math.atan2(b, -forward))
-            assert viewer_twin.sine(d, s, eye) == pytest.approx(expected, abs=1e-12)
+            assert reference.sine(d, s, eye) == pytest.approx(expected, abs=1e-12)
     assert shown >= 2 * len(DISPLAYS) - 1
 
 

@@ -8,83 +8,23 @@ import analytic_scenes as scenes
 import mpmath
 import numpy as np
 import pytest
+from estimator_cases import assert_equals_reference, assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import raycast as raycast_twin
-from reference import twins
-from reference import volumetric_twin as twin
+from reference import elementary as reference_functions
+from reference import raycast, volumetric
 
 from lfssao import Buffers, Camera, InputError, estimate
 from lfssao.estimators.pyramid import moment_pyramid
+from lfssao.estimators.registry import ESTIMATORS
 from lfssao.kernels import elementary
 from lfssao.kernels.axis_depth import write_axis_depth
 from lfssao.kernels.directions import write_directions
 from lfssao.kernels.display import trace_texels
-from lfssao.kernels.mapping import MATRIX
 from lfssao.kernels.rays import PERSPECTIVE
 from lfssao.samples import repulsion_table
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
-EXAMPLES = 25
-NO_TURN = [[(1.0, 0.0)] * 4] * 4
-NO_MIRROR = [[(0.0, 0.0, 0.0)] * 4] * 4
-
-
-def assert_same_bits(actual, expected):
-    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
-    assert not np.isnan(actual).any()
-    integer = np.int32 if actual.dtype == np.float32 else np.int64
-    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
-
-
-def same(result, expected):
-    assert_same_bits(result.texture, expected[0])
-    assert result.outside == expected[1].sum()
-
-
-# What the estimators hand to their kernels, once more
-
-
-def scene_of(buffers):
-    view, dtype = buffers.view, buffers.depth.dtype
-    m, kind = view.world_to_image.numbers, view.world_to_image.kind
-    rows = np.concatenate([m[:8], m[12:16] if kind == MATRIX else np.zeros(4), view.cast_from_world[2]]).astype(dtype)
-    depth = buffers.depth
-    if kind == MATRIX:
-        with np.errstate(invalid="ignore"):
-            depth = twin.linear_depth(depth, buffers.positions, view.cast_from_world[2].astype(dtype))
-    right = view.world_from_cast[:, 0].astype(dtype)
-    return twin.Scene(
-        depth, buffers.positions, buffers.directions, buffers.normals, kind, rows, m[12:].astype(dtype), right
-    )
-
-
-def turns_of(seed):
-    angles = [twins.sincospi(twins.random_signed(seed, 64, k)) for k in range(16)]
-    return [[angles[4 * row + column][::-1] for column in range(4)] for row in range(4)]
-
-
-def mirrors_of(seed):
-    ways = [twins.algorithm3(twins.random_signed(seed, 65, k), twins.random_signed(seed, 66, k)) for k in range(16)]
-    return [[ways[4 * row + column] for column in range(4)] for row in range(4)]
-
-
-def share_of(weights):
-    total = 0.0
-    for weight in weights:
-        total += float(weight)
-    return [float(weight) / total for weight in weights]
-
-
-def disk_numbers(points, weights, tangent):
-    """z_s, weight of a unit of hidden length and half the log2 of the area's share, of each line."""
-    half = [sqrt(max(1 - (x * x + y * y), 0)) for x, y in points.tolist()]
-    if not any(half):
-        return np.array(half), np.zeros(len(half)), np.full(len(half), 0.5 * twin.log2(1 / len(half)))
-    given_ = [w if z > 0 else 0.0 for w, z in zip(half if weights is None else weights.tolist(), half, strict=True)]
-    by_length = [w / (2 * z) if z > 0 else 0.0 for w, z in zip(share_of(given_), half, strict=True)]
-    finer = [0.5 * twin.log2(max(area, 2.0**-100)) for area in share_of(by_length)]
-    return np.array(half), np.array([2 * w if tangent else w for w in by_length]), np.array(finer)
 
 
 @st.composite
@@ -103,94 +43,30 @@ def seen_cases(draw, dtype):
     return buffers, radius, rng
 
 
-common = st.fixed_dictionaries(
-    {
-        "thickness": st.sampled_from([0.0, 0.0, 0.02, 0.3]),
-        "randomize": st.booleans(),
-        "seed": st.integers(0, 2**32 - 1),
-    }
-)
-
-
-def in_radii(thickness, radius, dtype, most=np.inf):
-    return dtype(min(thickness / radius if thickness > 0 and radius > 0 else np.inf, most))
-
-
-def drawn_points(rng, dimensions):
-    n = rng.integers(1, 6)
-    points = rng.uniform(-1, 1, (n, dimensions)) * rng.choice([0, 0.5, 1 / sqrt(dimensions), 1], (n, 1))
-    return points, rng.uniform(0.1, 2, n) if rng.random() < 0.5 else None
+OPTIONS = {
+    "thickness": st.sampled_from([0.0, 0.0, 0.02, 0.3]), "second": st.sampled_from([0.0, 0.0, 0.5]),
+    "combine": st.sampled_from(["product", "minimum"]), "randomize": st.booleans(),
+    "seed": st.integers(0, 2**32 - 1), "half_width": st.sampled_from([0.0, 1.0, sqrt(3.0)]),
+    "prefilter": st.booleans(), "directions": st.integers(1, 5), "steps": st.integers(1, 4),
+    "bias": st.sampled_from([0.0, 10.0, 45.0, 90.0]),
+    "attenuation": st.sampled_from(["linear", "none", "quadratic"]),
+}  # fmt: skip
 
 
 @both
-@settings(max_examples=EXAMPLES)
+@pytest.mark.parametrize("name", [name for name in ESTIMATORS if name.startswith("vo-") or name == "hbao"])
+@settings(max_examples=13)
 @given(data=st.data())
-def test_points_equal_their_twin(dtype, data):
+def test_estimators_equal_their_twin(name, dtype, data):
     buffers, radius, rng = data.draw(seen_cases(dtype))
-    values, tangent = data.draw(common), data.draw(st.booleans())
-    points, weights = drawn_points(rng, 3)
-    result = estimate("vo-points-normal" if tangent else "vo-points", buffers, radius, points, weights, **values)
-    shares = np.array(share_of(np.ones(len(points)) if weights is None else weights)).astype(dtype)
-    mirrors = mirrors_of(values["seed"]) if values["randomize"] else NO_MIRROR
-    reach = in_radii(values["thickness"], radius, dtype)
-    scene = scene_of(buffers)
-    same(result, twin.points(scene, dtype(radius), mirrors, points.astype(dtype), shares, reach, tangent))
-
-
-@both
-@settings(max_examples=EXAMPLES)
-@given(data=st.data())
-def test_lines_equal_their_twin(dtype, data):
-    buffers, radius, rng = data.draw(seen_cases(dtype))
-    values, tangent = data.draw(common), data.draw(st.booleans())
-    points, weights = drawn_points(rng, 2)
-    result = estimate("vo-lines-normal" if tangent else "vo-lines", buffers, radius, points, weights, **values)
-    half, hidden, _ = disk_numbers(points, weights, tangent)
-    turns = turns_of(values["seed"]) if values["randomize"] else NO_TURN
-    numbers = points.astype(dtype), half.astype(dtype), hidden.astype(dtype)
-    reach = in_radii(values["thickness"], radius, dtype)
-    same(result, twin.lines(scene_of(buffers), dtype(radius), turns, *numbers, reach, tangent))
-
-
-@both
-@settings(max_examples=EXAMPLES)
-@given(data=st.data())
-def test_areas_equal_their_twin(dtype, data):
-    buffers, radius, rng = data.draw(seen_cases(dtype))
-    values, tangent = data.draw(common), data.draw(st.booleans())
-    values |= {"half_width": data.draw(st.sampled_from([0.0, 1.0, sqrt(3.0)])), "prefilter": data.draw(st.booleans())}
-    points, weights = drawn_points(rng, 2)
-    result = estimate("vo-area-normal" if tangent else "vo-area", buffers, radius, points, weights, **values)
-    half, hidden, finer = disk_numbers(points, weights, tangent)
-    turns = turns_of(values["seed"]) if values["randomize"] else NO_TURN
-    numbers = points.astype(dtype), half.astype(dtype), hidden.astype(dtype), finer
-    reach = in_radii(values["thickness"], radius, dtype, 4 * twin.FAR)
-    rest = values["prefilter"], values["half_width"], reach, tangent
-    same(result, twin.areas(scene_of(buffers), dtype(radius), turns, *numbers, *rest))
-
-
-@both
-@settings(max_examples=EXAMPLES)
-@given(data=st.data())
-def test_horizons_equal_their_twin(dtype, data):
-    buffers, radius, _ = data.draw(seen_cases(dtype))
-    names = {"quadratic": (0, 1), "linear": (1, 0), "none": (0, 0)}
-    values = {
-        "directions": data.draw(st.integers(1, 5)),
-        "steps": data.draw(st.integers(1, 4)),
-        "bias": data.draw(st.sampled_from([0.0, 10.0, 45.0, 90.0])),
-        "attenuation": data.draw(st.sampled_from(sorted(names))),
-        "randomize": data.draw(st.booleans()),
-        "seed": data.draw(st.integers(0, 2**32 - 1)),
-    }
-    result = estimate("hbao", buffers, radius, **values)
-    n = values["directions"]
-    around = np.array([twins.sincospi((2 * k + 1) / n)[::-1] for k in range(n)]).astype(dtype)
-    turns = turns_of(values["seed"]) if values["randomize"] else NO_TURN
-    bias = [dtype(c) for c in twins.sincospi(values["bias"] / 180.0)]
-    attenuation = [dtype(c) for c in names[values["attenuation"]]]
-    scene = scene_of(buffers)
-    same(result, twin.horizons(scene, dtype(radius), turns, around, values["steps"], bias, attenuation))
+    estimator, points, weights = ESTIMATORS[name], None, None
+    options = {option: data.draw(OPTIONS[option]) for option in estimator.parameters}
+    if name != "hbao":
+        n, dimensions = rng.integers(1, 6), estimator.dimensions
+        points = rng.uniform(-1, 1, (n, dimensions)) * rng.choice([0, 0.5, 1 / sqrt(dimensions), 1], (n, 1))
+        weights = rng.uniform(0.1, 2, n) if rng.random() < 0.5 else None
+    result = estimate(name, buffers, radius, points, weights, **options)
+    assert_equals_reference(name, buffers, radius, result, points, weights, **options)
 
 
 # The parts that no texture shows
@@ -201,7 +77,7 @@ def test_log2_is_within_4_ulp_and_equals_its_twin():
     places = np.concatenate([2.0 ** rng.uniform(-1022, 1023, 400), 1 + rng.uniform(-0.3, 0.4, 400)])
     for x in [*places.tolist(), 1.0, 8.0, 2.0**-1022, float(np.nextafter(1, 2)), sqrt(2), sqrt(0.5)]:
         value = elementary.log2(x)
-        assert value == twin.log2(x)
+        assert value == reference_functions.log2(x)
         exact = mpmath.log(mpmath.mpf(x), 2)
         assert abs(mpmath.mpf(value) - exact) <= 4 * np.spacing(abs(float(exact)))
     assert elementary.log2(8.0) == 3
@@ -218,7 +94,7 @@ def test_linear_depth_is_the_z_of_cast_space(dtype):
         linear = np.empty_like(seen.depth)
         write_axis_depth(seen.depth, seen.positions, axis, linear)
         with np.errstate(invalid="ignore"):
-            assert_same_bits(linear, twin.linear_depth(seen.depth, seen.positions, axis))
+            assert_same_bits(linear, volumetric.axis_depth(seen.depth, seen.positions, axis))
         np.testing.assert_allclose(
             linear[~hole], 2 - seen.positions[~hole][:, 2], rtol=1e-6
         )  # it looks down from z = 2
@@ -234,7 +110,7 @@ def test_viewing_directions_equal_their_twin(sight, dtype):
         trace_texels(view.lens, u, v, lines)
         dx, dy = lines[:, 2], lines[:, 3]
     else:
-        _, _, dx, dy, _, _ = raycast_twin.texel_rays(view.ray_kind, view.lens, 7, 40)
+        _, _, dx, dy, _, _ = raycast.texel_rays(view.ray_kind, view.lens, 7, 40)
     x, y, z = ((row[0] * dx + row[1] * dy) + row[2] for row in view.world_from_cast.tolist())
     length = np.sqrt((x * x + y * y) + z * z)
     made = np.empty((40, 7, 3), dtype)
@@ -255,7 +131,7 @@ def test_the_pyramid_equals_its_twin_and_keeps_means(dtype, shape, blur):
     rng = np.random.default_rng(2)
     depth = rng.uniform(-1, 1, shape).astype(dtype)
     depth[rng.random(shape) < 0.2] = np.inf
-    made, levels = moment_pyramid(depth, blur), twin.pyramid(depth, blur)
+    made, levels = moment_pyramid(depth, blur), volumetric.pyramid(depth, blur)
     assert len(made.starts) == len(levels)
     for start, pitch, level in zip(made.starts, made.pitches, levels, strict=True):
         for (j, i), three in level.items():

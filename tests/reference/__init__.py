@@ -1,1 +1,1 @@
-"""An implementation of lfssao's specification that imports nothing of lfssao."""
+"""Nearly all of lfssao again in plain Python, from the kit's specification, importing nothing of lfssao."""

@@ -1,4 +1,4 @@
-"""The oracle's kernels again, a sample at a time: numbers with errors as objects, outcomes as sets; nothing of lfssao.
+"""The oracle's bounds, a sample at a time: numbers with errors as objects, outcomes as sets.
 
 Arithmetic is float64 in the order that the kernels document, so u, v, z and their errors agree bit for bit.
 """

@@ -1,30 +1,22 @@
-"""The part of the kit's reader on numbers, by SPECIFICATION.md alone: elementary functions and random words.
+"""Elementary functions in binary64: section 4 of the specification, and the logarithms of section 17.
 
-Scalars one at a time, as the text writes them: Python's floats are binary64, np.float32's are binary32.
+They take and return Python's floats.
 """
 
 import math
 
-import numpy as np
-
-F = np.float32
-
-
-def binary32(numbers):
-    return [F(number) for number in np.ravel(numbers).tolist()]
+LN2_HIGH, LN2_LOW, INVERSE_LN2 = 0.6931471803691238, 1.9082149292705877e-10, 1.4426950408889634
+ROOT_OF_2 = 1.4142135623730951
 
 
-# Section 4
-
-
-def fraction_away(x, factor):
-    return int(x * factor + 0.5) if x >= 0 else -int(0.5 - x * factor)
+def nearest(x):
+    """The whole number nearest to x; halves round away from zero."""
+    return int(x + 0.5) if x >= 0 else -int(0.5 - x)
 
 
 def sincospi(x):
-    q = fraction_away(x, 2.0)
-    r = x - float(q) * 0.5
-    a = 3.141592653589793 * r
+    q = nearest(x * 2)
+    a = 3.141592653589793 * (x - q * 0.5)
     b = a * a
     s = 1 / 355687428096000
     for sign, n in ((-1, 1307674368000), (1, 6227020800), (-1, 39916800), (1, 362880), (-1, 5040), (1, 120), (-1, 6)):
@@ -55,8 +47,8 @@ def exp(x):
         return 0.0
     if x > 710:
         return math.inf
-    k = fraction_away(x, 1.4426950408889634)
-    r = (x - k * 0.6931471803691238) - k * 1.9082149292705877e-10
+    k = nearest(x * INVERSE_LN2)
+    r = (x - k * LN2_HIGH) - k * LN2_LOW
     y = 1.0
     for n in range(13, 0, -1):
         y = (y * r) / n + 1
@@ -65,17 +57,9 @@ def exp(x):
     return y
 
 
-def elementary(parameters, inputs):
-    function = {"sincospi": sincospi, "cbrt": cbrt, "exp": exp}[parameters["function"]]
-    return np.array([function(float(x)) for x in inputs["x"]])
-
-
-# Section 17: powers and turns of its estimators
-
-
 def log(x):
     n = 0
-    while x >= 1.4142135623730951:
+    while x >= ROOT_OF_2:
         x, n = x * 0.5, n + 1
     while x < 0.7071067811865476:
         x, n = x * 2, n - 1
@@ -84,7 +68,7 @@ def log(x):
     y = 1 / 23
     for m in range(21, 2, -2):
         y = y * t + 1 / m
-    return n * 0.6931471803691238 + ((2 * s + (2 * s) * (t * y)) + n * 1.9082149292705877e-10)
+    return n * LN2_HIGH + ((2 * s + (2 * s) * (t * y)) + n * LN2_LOW)
 
 
 def power(w, k):
@@ -93,39 +77,27 @@ def power(w, k):
     return exp(k * log(w)) if w > 0 else 0.0
 
 
-def turn_of(i, j, rotation):
-    """Sine and cosine, binary32."""
-    if rotation == "none":
-        return F(0), F(1)
-    h = (30 * i) ^ (j + 10 * i * j) if rotation == "paper" else 10 * ((3 * i) ^ (j + i * j))
-    h = (h + 2**31) % 2**32 - 2**31
-    low = abs(h) * 0x7F09D5F4 + ((abs(h) * 0x7D4D3770) >> 32)
-    turn = (abs(h) * 0x28BE60DB9391054A + (low % 2**64 >> 32)) % 2**64
-    turn = -turn % 2**64 if h < 0 else turn
-    return [F(number) for number in sincospi((turn >> 11) * 2.0**-52)]
+def log2(x):
+    if math.isnan(x) or x == math.inf:
+        return 1024.0
+    x, k = max(x, 2.0**-1022), 0
+    while x >= 2:
+        x, k = x * 0.5, k + 1
+    while x < 1:
+        x, k = x * 2, k - 1
+    if x > ROOT_OF_2:
+        x, k = x * 0.5, k + 1
+    s = (x - 1) / (x + 1)
+    t = s * s
+    y = 1 / 21
+    for n in range(19, 2, -2):
+        y = y * t + 1 / n
+    return k + 2.8853900817779268 * ((y * t) * s + s)
 
 
-# Section 5
-
-
-def philox(counter, key):
-    c0, c1, c2, c3 = counter
-    k0, k1 = key
-    for _ in range(10):
-        p, q = 0xD2511F53 * c0, 0xCD9E8D57 * c2
-        c0, c1, c2, c3 = (q >> 32) ^ c1 ^ k0, q & 0xFFFFFFFF, (p >> 32) ^ c3 ^ k1, p & 0xFFFFFFFF
-        k0, k1 = (k0 + 0x9E3779B9) % 2**32, (k1 + 0xBB67AE85) % 2**32
-    return c0, c1, c2, c3
-
-
-def philox_stage(parameters, inputs):
-    pairs = zip(inputs["counters"].tolist(), inputs["keys"].tolist(), strict=True)
-    return np.array([philox(counter, key) for counter, key in pairs], np.uint32)
-
-
-def word(seed, stream, index):
-    return philox((index, stream, 0, 0), (seed % 2**32, seed // 2**32))[0]
-
-
-def unit(seed, stream, index):
-    return (word(seed, stream, index) + 0.5) / 4294967296
+def in_order(numbers):
+    """Sum from the first to the last."""
+    total = 0.0
+    for number in numbers:
+        total = total + number
+    return total

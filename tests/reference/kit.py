@@ -1,22 +1,19 @@
-"""An implementation of the kit's stages by its SPECIFICATION.md alone: nothing here comes from lfssao.
+"""The stages of the conformance kit by its specification: cases are read, solved and compared.
 
-The files kit_reader_*.py have the stages, by the text's sections; this one reads cases and compares. Run as a program
-on a kit's folder it says which cases it meets to the bit.
+Run as a program on a kit's folder (python -m reference.kit FOLDER) it says which cases it meets to the bit.
 """
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from reference import points as kit_reader_points
-from reference import scalable as kit_reader_scalable
-from reference import volumetric as kit_reader_volumetric
-from reference.elementary import elementary, philox_stage
-from reference.mapping import mapping, numbers
-from reference.passes import algorithm1, algorithm2, blur, frame, merge, shade
-from reference.samples import samples, square
+from reference import elementary, mapping, passes, points, samples, scalable, volumetric
+from reference.mapping import offsets, rounded
+from reference.multiresolution import multiresolution
+from reference.philox import philox4x32
 
 
 def read_case(folder):
@@ -32,29 +29,100 @@ def read_case(folder):
     return case["stage"], case["parameters"], inputs, outputs
 
 
+def elementary_stage(parameters, inputs):
+    function = getattr(elementary, parameters["function"])
+    return {"y": np.array([function(x) for x in inputs["x"].tolist()])}
+
+
+def philox_stage(parameters, inputs):
+    pairs = zip(inputs["counters"].tolist(), inputs["keys"].tolist(), strict=True)
+    return {"words": np.array([philox4x32(counter, key) for counter, key in pairs], np.uint32)}
+
+
+def samples_stage(parameters, inputs):
+    chosen = parameters["method"], parameters["n"], int(parameters["seed"])
+    table = samples.samples(*chosen, parameters["r_min"], parameters["r_max"])
+    return {"samples": table, "square": np.array(samples.square(*chosen))}
+
+
+def numbers_stage(parameters, inputs):
+    described = (parameters[key] for key in ("display", "module", "guard", "physical_from_world"))
+    return {"numbers": np.array(mapping.numbers(*described))}
+
+
+def mapping_of(parameters):
+    return parameters["mapping"]["kind"], rounded(parameters["mapping"]["numbers"])
+
+
+def mapping_stage(parameters, inputs):
+    kind, m = mapping_of(parameters)
+    images = [mapping.to_image(kind, m, mapping.affine_rows(kind, m, point)) for point in inputs["points"]]
+    answers = [answer for *_, answer in images]
+    places = [place if answer == 0 else [0, 0, 0] for *place, answer in images]
+    return {"image": np.array(places, np.float32), "answers": np.array(answers, np.int32)}
+
+
+def occlusion_stage(parameters, inputs, algorithm):
+    table = offsets(parameters["radius"], inputs["samples"])
+    occlusion, answers = algorithm(table)
+    counts = answers.sum(axis=0)
+    outside = np.array([counts[1:].sum()])
+    return {"occlusion": occlusion, "outside": outside, "offsets": np.array(table), "answers": counts.tolist()}
+
+
+def algorithm1_stage(parameters, inputs):
+    back, forth = rounded(parameters["screen_to_world"]), rounded(parameters["world_to_screen"])
+    return occlusion_stage(parameters, inputs, lambda table: passes.algorithm1(inputs["depth"], table, back, forth))
+
+
+def algorithm2_stage(parameters, inputs):
+    kind, m = mapping_of(parameters)
+    return occlusion_stage(
+        parameters, inputs, lambda table: passes.algorithm2(inputs["depth"], inputs["positions"], table, kind, m)
+    )
+
+
+def blur_stage(parameters, inputs):
+    exact = passes.blur_weights(parameters["sigma"])
+    weights = np.array(exact, np.float32)
+    half = passes.blur_rows(inputs["source"], weights)
+    whole = passes.blur_columns(half, weights)
+    return {"blurred": whole, "weights_float64": np.array(exact), "weights": weights, "horizontal": half}
+
+
+def frame_stage(parameters, inputs):
+    tables = [offsets(radius, inputs["samples"]) for radius in parameters["radii"]]
+    textures = (inputs[name] for name in ("depth", "positions", "image"))
+    return passes.frame(*textures, tables, *mapping_of(parameters), parameters["sigma"], parameters["guard"])
+
+
 ESTIMATORS = {
-    **kit_reader_points.ESTIMATORS,
-    **kit_reader_volumetric.ESTIMATORS,
-    **kit_reader_scalable.ESTIMATORS,
-}
+    "point": points.point, "hemisphere": points.hemisphere, "alchemy": points.alchemy,
+    "sao": partial(scalable.scalable, falloff=True), "sao-equation-1": partial(scalable.scalable, falloff=False),
+    "multiresolution": multiresolution, "hbao": volumetric.hbao,
+}  # fmt: skip
+for name, function in (("points", volumetric.points), ("lines", volumetric.lines), ("area", volumetric.areas)):
+    ESTIMATORS |= {f"vo-{name}": partial(function, normal=False), f"vo-{name}-normal": partial(function, normal=True)}
+
+
+def estimator_stage(parameters, inputs):
+    occlusion, outside = ESTIMATORS[parameters["estimator"]](parameters, inputs)
+    return {"occlusion": occlusion, "outside": np.array([outside])}
 
 
 STAGES = {
-    "elementary": lambda parameters, inputs: {"y": elementary(parameters, inputs)},
-    "philox": lambda parameters, inputs: {"words": philox_stage(parameters, inputs)},
-    "samples": lambda parameters, inputs: {
-        "samples": samples(parameters, inputs),
-        "square": np.array(square(parameters["method"], parameters["n"], int(parameters["seed"]))),
-    },
-    "numbers": lambda parameters, inputs: {"numbers": np.array(numbers(parameters))},
-    "mapping": mapping,
-    "algorithm1": algorithm1,
-    "algorithm2": algorithm2,
-    "merge": lambda parameters, inputs: {"merged": merge(inputs["layers"])},
-    "blur": lambda parameters, inputs: blur(parameters["sigma"], inputs["source"]),
-    "shade": lambda parameters, inputs: {"shaded": shade(inputs["image"], inputs["occlusion"])},
-    "frame": frame,
-    "estimator": lambda parameters, inputs: ESTIMATORS[parameters["estimator"]](parameters, inputs),
+    "elementary": elementary_stage,
+    "philox": philox_stage,
+    "samples": samples_stage,
+    "numbers": numbers_stage,
+    "mapping": mapping_stage,
+    "algorithm1": algorithm1_stage,
+    "algorithm2": algorithm2_stage,
+    "merge": lambda parameters, inputs: {"merged": passes.merge(inputs["layers"])},
+    "blur": blur_stage,
+    "shade": lambda parameters, inputs: {"shaded": passes.shade(inputs["image"], inputs["occlusion"])},
+    "frame": frame_stage,
+    "estimator": estimator_stage,
 }
 
 

@@ -1,20 +1,45 @@
-"""The part of the kit's reader on mappings and their numbers, by SPECIFICATION.md alone (sections 8 and 16)."""
+"""Spaces, offsets, mappings and the numbers of mappings: sections 7, 8 and 16 of the specification.
+
+Kinds of mapping are those of the text. Arithmetic is that of the scalars handed in: np.float32 or np.float64.
+"""
 
 import math
 
 import numpy as np
 
-from reference.elementary import F, binary32, sincospi
+from reference.elementary import sincospi
+
+ROWS = {"crossed slits": range(3), "matrix": range(4), "display": range(3)}
+
+
+def rounded(numbers, dtype=np.float32):
+    """A list of scalars, each rounded once."""
+    return list(np.array(numbers, np.float64).ravel().astype(dtype))
+
+
+def offsets(radius, samples, dtype=np.float32):
+    return [rounded(offset, dtype) for offset in radius * np.asarray(samples)]
+
 
 # Section 8
 
 
-def sum_l(m, row, x, y, z):
+def affine_row(m, row, x, y, z):
+    """A."""
+    return ((m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * z) + m[4 * row + 3]
+
+
+def linear_row(m, row, x, y, z):
+    """L."""
     return (m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * z
 
 
-def sum_a(m, row, x, y, z):
-    return ((m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * z) + m[4 * row + 3]
+def affine_rows(kind, m, point):
+    return [affine_row(m, row, *point) for row in ROWS[kind]]
+
+
+def linear_rows(kind, m, offset):
+    return [linear_row(m, row, *offset) for row in ROWS[kind]]
 
 
 def to_image(kind, m, sums):
@@ -26,7 +51,15 @@ def to_image(kind, m, sums):
     if kind == "matrix":
         a, b, c, q = sums
         return a / q, b / q, c / q, 0 if q > 0 else 1
-    return display(m[12:], *sums)
+    u, v, answer = physical_to_image(m[12:], *sums)
+    return u, v, sums[2], answer
+
+
+def texel_at(shape, image):
+    """Row and column of the texel that u, v, image z and answer lie in; None outside."""
+    u, v, _, answer = image
+    height, width = shape[:2]
+    return (int(v), int(u)) if answer == 0 and u >= 0 and u < width and v >= 0 and v < height else None
 
 
 def crossing(curvature, x, z, dx, dz):
@@ -34,88 +67,71 @@ def crossing(curvature, x, z, dx, dz):
     b = curvature * (x * dx + z * dz) - dz
     c = curvature * (x * x + z * z) - (z + z)
     d = b * b - a * c
-    root = np.sqrt(d) if d > 0 else F(0)
+    root = np.sqrt(d) if d > 0 else 0
     return -c / (b + root), d
 
 
 def screen_point(d, x, y, z):
     """s_x, s_y, s_z, answer."""
-
-    def no(answer):
-        return F(0), F(0), F(0), answer
-
-    one = F(1)
+    zero = type(x)(0)
     m_x, m_y, m_z, y_o, z_o = d[:5]
     t_s, d_s = crossing(d[5], m_x, m_z, x - m_x, z - m_z)
     t_v, d_v = crossing(d[6], m_x, m_z - z_o, x - m_x, z - m_z)
     if not z < m_z:
-        return no(1)
+        return zero, zero, zero, 1
     if d_v < 0 or not t_v > 1:
-        return no(2)
+        return zero, zero, zero, 2
     if d_s < 0 or not (t_s > 0 and t_s < t_v):
-        return no(3)
-    s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
+        return zero, zero, zero, 3
+    s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - 1))
     if d[7] == 0:
-        s_z = m_z + t_s * (z - m_z) if d[5] != 0 else F(0)
-        s_x = m_x + t_s * (x - m_x)
-    else:
-        h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
-        h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
-        k = (z / z_o) * (h_e / h_m)
-        if not one + k > 0:
-            return no(1)
-        s_x, s_z = (x + m_x * k) / (one + k), F(0)
-    return s_x, s_y, s_z, 0
+        s_z = m_z + t_s * (z - m_z) if d[5] != 0 else zero
+        return m_x + t_s * (x - m_x), s_y, s_z, 0
+    h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
+    h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
+    k = (z / z_o) * (h_e / h_m)
+    if not 1 + k > 0:
+        return zero, zero, zero, 1
+    return (x + m_x * k) / (1 + k), s_y, zero, 0
 
 
-def display(d, x, y, z):
-    """u, v, image z, answer."""
-
-    def no(answer):
-        return F(0), F(0), F(0), answer
-
-    m_x, m_y, m_z = d[:3]
-    s_x, s_y, s_z, answer = screen_point(d, x, y, z)
-    if answer != 0:
-        return no(answer)
+def screen_to_texel(d, s_x, s_y, s_z):
+    """u, v, answer of a screen point."""
+    zero = type(s_x)(0)
     if s_z != 0:
-        g = m_z / (m_z - s_z)
-        s_x = m_x + (s_x - m_x) * g
-        s_y = m_y + (s_y - m_y) * g
+        g = d[2] / (d[2] - s_z)
+        s_x = d[0] + (s_x - d[0]) * g
+        s_y = d[1] + (s_y - d[1]) * g
         if not g > 0:
-            return no(3)
+            return zero, zero, 3
     h = d[8:17]
     w = (h[6] * s_x + h[7] * s_y) + h[8]
     u = ((h[0] * s_x + h[1] * s_y) + h[2]) / w
     v = ((h[3] * s_x + h[4] * s_y) + h[5]) / w
     if not w > 0:
-        return no(4)
+        return zero, zero, 4
     c_u, c_v, f, k1, k2, fold = d[17:23]
     if k1 != 0 or k2 != 0:
         p, q = (u - c_u) / f, (v - c_v) / f
         r = p * p + q * q
         if not r < fold:
-            return no(4)
-        e = F(1) + r * (k1 + r * k2)
+            return zero, zero, 4
+        e = 1 + r * (k1 + r * k2)
         u, v = c_u + f * (p * e), c_v + f * (q * e)
-    return u, v, z, 0
+    return u, v, 0
 
 
-def mapping(parameters, inputs):
-    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
-    rows = range(4 if kind == "matrix" else 3)
-    image, answers = [], []
-    for point in inputs["points"]:
-        *place, answer = to_image(kind, m, [sum_a(m, row, *point) for row in rows])
-        image.append(place if answer == 0 else [F(0)] * 3)
-        answers.append(answer)
-    return {"image": np.array(image, F), "answers": np.array(answers, np.int32)}
+def physical_to_image(d, x, y, z):
+    """u, v, answer."""
+    *screen, answer = screen_point(d, x, y, z)
+    return screen_to_texel(d, *screen) if answer == 0 else (type(x)(0), type(x)(0), answer)
 
 
 # Section 16
 
 
 def projector(module):
+    """Homography of a module that is given by its angles."""
     w, h = float(module["width"]), float(module["height"])
     s, c = sincospi(module["field_of_view"] / 360)
     focal = ((0.5 * w) * c) / s
@@ -143,20 +159,16 @@ def fold_of(k1, k2):
     return found if found < 3e38 else 3e38
 
 
-def numbers(parameters):
-    screen, g = parameters["display"], float(parameters["guard"])
-    module = screen["modules"][parameters["module"]]
-    rows = [list(row) for row in parameters["physical_from_world"]]
-    wide, high, (w, h) = (
-        float(module["width"]),
-        float(module["height"]),
-        (screen["screen_width"], screen["screen_height"]),
-    )
-    x, y, z, y_o, z_o = module["x"], module["y"], module["z"], screen["observer_height"], screen["observer_z"]
+def numbers(display, index, guard, physical_from_world):
+    """The numbers of a module's mapping, binary64."""
+    module, g, rows = display["modules"][index], float(guard), [list(row) for row in physical_from_world]
+    wide, high = float(module["width"]), float(module["height"])
+    w, h = display["screen_width"], display["screen_height"]
+    x, y, z, y_o, z_o = module["x"], module["y"], module["z"], display["observer_height"], display["observer_z"]
     c_u, c_v, k1, k2 = wide / 2 + g, high / 2 + g, module["k1"], module["k2"]
-    curvatures = [screen["screen_curvature"], screen["observer_curvature"]]
+    curvatures = [display["screen_curvature"], display["observer_curvature"]]
     plain = module["field_of_view"] is None and module["homography"] is None and k1 == k2 == 0
-    if plain and screen["diffuser"] == "linear" and curvatures == [0, 0]:
+    if plain and display["diffuser"] == "linear" and curvatures == [0, 0]:
         a, b = wide / w, -high / h
         rows[0][3] -= x
         rows[1][3] -= y_o
@@ -173,7 +185,7 @@ def numbers(parameters):
     adjugate = [e * r - f * q, c * q - b * r, b * f - c * e, f * p - d * r, a * r - c * p, c * d - a * f,
                 d * q - e * p, b * p - a * q, a * e - b * d]  # fmt: skip
     determinant = (a * adjugate[0] + b * adjugate[3]) + c * adjugate[6]
-    conical = 1.0 if screen["diffuser"] == "conical" else 0.0
+    conical = 1.0 if display["diffuser"] == "conical" else 0.0
     return [
         *rows[0], *rows[1], *rows[2], x, y, z, y_o, z_o, *curvatures, conical,
         a, b, c, d, e, f, p, q, r, c_u, c_v, wide / 2, k1, k2, fold_of(k1, k2),

@@ -1,60 +1,70 @@
-"""The part of the kit's reader on Algorithms 1 and 2 and what follows them, by SPECIFICATION.md alone."""
+"""Algorithms 1 and 2 and what follows them: sections 9 to 14 of the specification.
+
+Textures are of np.float32 or np.float64, and so is the arithmetic; other numbers come rounded to it.
+"""
 
 import math
 
 import numpy as np
 
-from reference.elementary import F, binary32, exp
-from reference.mapping import sum_a, sum_l, to_image
-from reference.samples import offsets
+from reference.elementary import exp, in_order
+from reference.mapping import affine_row, affine_rows, linear_rows, texel_at, to_image
 
-# Sections 9 and 10; answers: how often each occurred, 5 for a point outside the texture
-
-
-def occlusion(kind, m, depth, point_of, table, answers):
-    height, width = depth.shape
-    rows = range(4 if kind == "matrix" else 3)
-    linear = [[sum_l(m, row, *offset) for row in rows] for offset in table]
-    made = np.zeros((height, width), F)
-    for j in range(height):
-        for i in range(width):
-            if not depth[j, i] < np.inf:
-                continue
-            point = point_of(j, i)
-            affine = [sum_a(m, row, *point) for row in rows]
-            count = 0
-            for offset in linear:
-                u, v, z, answer = to_image(kind, m, [p + o for p, o in zip(affine, offset, strict=True)])
-                if answer == 0 and not (u >= 0 and u < width and v >= 0 and v < height):
-                    answer = 5
-                if answer == 0 and depth[int(v), int(u)] < z:
-                    count += 1
-                answers[answer] += 1
-            made[j, i] = F(count) / F(len(table))
-    return made
+# Sections 9 and 10
 
 
-def occlusion_outputs(kind, m, inputs, point_of, parameters):
-    table, answers = offsets(parameters, inputs), [0] * 6
-    made = occlusion(kind, m, inputs["depth"], point_of, table, answers)
-    outside = np.array([sum(answers[1:])], np.int64)
-    return {"occlusion": made, "outside": outside, "offsets": np.array(table, F), "answers": answers}
+@np.errstate(all="ignore")
+def occlusion(depth, point_of, offsets, kind, m):
+    """Occlusion, and how often each row of texels got each answer, (H, 6): 5 for a sample outside the texture."""
+    made, answers = np.zeros_like(depth), np.zeros((len(depth), 6), np.int64)
+    m, linear = list(m), [linear_rows(kind, m, offset) for offset in offsets]
+    for j, i in np.argwhere(depth < np.inf).tolist():
+        affine, count = affine_rows(kind, m, point_of(j, i)), 0
+        for offset in linear:
+            image = to_image(kind, m, [p + o for p, o in zip(affine, offset, strict=True)])
+            texel = texel_at(depth.shape, image)
+            answers[j, 5 if texel is None and image[3] == 0 else image[3]] += 1
+            count += texel is not None and depth[texel] < image[2]
+        made[j, i] = made.dtype.type(count) / max(len(offsets), 1)
+    return made, answers
 
 
-def algorithm1(parameters, inputs):
-    back, forth = binary32(parameters["screen_to_world"]), binary32(parameters["world_to_screen"])
+def algorithm1(depth, offsets, screen_to_world, m):
+    back = list(screen_to_world)
 
     def point_of(j, i):
-        place = F(i) + F(0.5), F(j) + F(0.5), inputs["depth"][j, i]
-        w = sum_a(back, 3, *place)
-        return [sum_a(back, row, *place) / w for row in range(3)]
+        place = depth.dtype.type(i) + 0.5, depth.dtype.type(j) + 0.5, depth[j, i]
+        x, y, z, w = (affine_row(back, row, *place) for row in range(4))
+        return x / w, y / w, z / w
 
-    return occlusion_outputs("matrix", forth, inputs, point_of, parameters)
+    return occlusion(depth, point_of, offsets, "matrix", m)
 
 
-def algorithm2(parameters, inputs):
-    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
-    return occlusion_outputs(kind, m, inputs, lambda j, i: inputs["positions"][j, i], parameters)
+def algorithm2(depth, positions, offsets, kind, m):
+    return occlusion(depth, lambda j, i: positions[j, i], offsets, kind, m)
+
+
+@np.errstate(all="ignore")
+def algorithm2_with_neighbours(depth, positions, offsets, views):
+    """Occluded is what no view shows: occlusion, and how many samples of each row fall outside of all views.
+
+    A view is its depth, kind and numbers; the texture's own is the first.
+    """
+    made, outside = np.zeros_like(depth), np.zeros(len(depth), np.int64)
+    for j, i in np.argwhere(depth < np.inf).tolist():
+        hidden = 0
+        for offset in offsets:
+            answers = []
+            for texture, kind, m in views:
+                sums = zip(affine_rows(kind, m, positions[j, i]), linear_rows(kind, m, offset), strict=True)
+                image = to_image(kind, m, [p + o for p, o in sums])
+                texel = texel_at(texture.shape, image)
+                if texel is not None:
+                    answers.append(texture[texel] < image[2])
+            hidden += bool(answers) and all(answers)
+            outside[j] += not answers
+        made[j, i] = made.dtype.type(hidden) / max(len(offsets), 1)
+    return made, outside
 
 
 # Sections 11 to 14
@@ -64,7 +74,7 @@ def merge(layers):
     merged = layers[0].copy()
     for layer in layers[1:]:
         for place in np.ndindex(merged.shape):
-            merged[place] = max(merged[place], layer[place])
+            merged[place] = max(merged[place], layer[place])  # of equals the first
     return merged
 
 
@@ -73,51 +83,42 @@ def blur_weights(sigma, radius=None):
     radius = math.ceil(3 * sigma) if radius is None else radius
     if radius == 0:
         return [1.0]
-    weights = [exp(-0.5 * (((tap - radius) / sigma) * ((tap - radius) / sigma))) for tap in range(2 * radius + 1)]
-    total = 0.0
-    for weight in weights:
-        total = total + weight
+    gauss = [(tap - radius) / sigma for tap in range(2 * radius + 1)]
+    weights = [exp(-0.5 * (g * g)) for g in gauss]
+    total = in_order(weights)
     return [weight / total for weight in weights]
 
 
-def blur(sigma, source):
-    exact = blur_weights(sigma)
-    weights = [F(weight) for weight in exact]
-    radius = len(weights) // 2
-
-    def clamp(k, last):
-        return min(max(k, 0), last)
-
+@np.errstate(all="ignore")
+def blur_rows(source, weights):
+    """One pass, with weights of the texture's precision."""
     height, width = source.shape
-    half, whole = source.copy(), source.copy()
-    for source_, target, down in ((source, half, 0), (half, whole, 1)) if radius > 0 else ():
-        for j in range(height):
-            for i in range(width):
-                total = F(0)
-                for tap, weight in enumerate(weights):
-                    k = tap - radius
-                    place = (clamp(j + k, height - 1), i) if down else (j, clamp(i + k, width - 1))
-                    total = total + weight * source_[place]
-                target[j, i] = total
-    return {"blurred": whole, "weights_float64": np.array(exact), "weights": np.array(weights, F), "horizontal": half}
+    made, radius = np.empty_like(source), len(weights) // 2
+    for j, i in np.ndindex(height, width):
+        total = source.dtype.type(0)
+        for tap, weight in enumerate(weights):
+            total = total + weight * source[j, min(max(i + tap - radius, 0), width - 1)]
+        made[j, i] = total
+    return made
 
 
+def blur_columns(source, weights):
+    return np.ascontiguousarray(blur_rows(source.T, weights).T)
+
+
+@np.errstate(all="ignore")
 def shade(image, occluded):
     out = np.empty_like(image)
     for j, i, k in np.ndindex(image.shape):
-        out[j, i, k] = image[j, i, k] * (F(1) - occluded[j, i])
+        out[j, i, k] = image[j, i, k] * (1 - occluded[j, i])
     return out
 
 
-def frame(parameters, inputs):
-    layers = [algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
-    merged = merge(layers)
-    g = parameters["guard"]
-
-    def crop(texture):
-        return texture[g : texture.shape[0] - g, g : texture.shape[1] - g]
-
-    blurred = crop(blur(parameters["sigma"], merged)["blurred"])
-    made = {f"ao_{k + 1}": crop(layer) for k, layer in enumerate(layers)}
-    shaded = shade(np.ascontiguousarray(crop(inputs["image"])), blurred)
-    return {"shaded": shaded, "merged": crop(merged), "blurred": blurred, **made}
+def frame(depth, positions, image, layer_offsets, kind, m, sigma, guard):
+    """Sections 10 to 13 in a row; each layer has its offsets."""
+    layers = [algorithm2(depth, positions, offsets, kind, m)[0] for offsets in layer_offsets]
+    merged, weights = merge(layers), [depth.dtype.type(weight) for weight in blur_weights(sigma)]
+    whole = blur_columns(blur_rows(merged, weights), weights)
+    inner = tuple(slice(guard, n - guard) for n in depth.shape)
+    made = {"shaded": shade(image[inner], whole[inner]), "merged": merged[inner], "blurred": whole[inner]}
+    return made | {f"ao_{k + 1}": layer[inner] for k, layer in enumerate(layers)}

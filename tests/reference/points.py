@@ -1,103 +1,105 @@
-"""The part of the kit's reader on `point`, `hemisphere` and `alchemy`, by SPECIFICATION.md alone (section 17)."""
+"""The estimators `point`, `hemisphere` and `alchemy`: section 17 of the specification.
+
+Each takes the parameters and inputs of a case; arithmetic is that of the depth texture's numbers.
+"""
 
 import numpy as np
 
-from reference.elementary import F, binary32, power, turn_of
-from reference.mapping import sum_a, sum_l, to_image
-from reference.samples import offsets
+from reference.elementary import power
+from reference.mapping import (
+    affine_row,
+    affine_rows,
+    linear_rows,
+    offsets,
+    rounded,
+    texel_at,
+    to_image,
+)
+from reference.spiral import turn_of
 
 
-def point_estimator(parameters, inputs, hemisphere=False):
-    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
-    options, depth, places = parameters["options"], inputs["depth"], inputs["positions"]
-    table = offsets(parameters, {"samples": inputs["points"]})
-    height, width = depth.shape
-    rows = range(4 if kind == "matrix" else 3)
-    reach = F(parameters["radius"] * parameters["radius"]) if options["range_check"] else None
+def dot(a, b):
+    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 
-    def surface(row, column):
+
+def point(parameters, inputs, hemisphere=False):
+    depth, positions, options = inputs["depth"], inputs["positions"], parameters["options"]
+    dtype, kind, radius = depth.dtype.type, parameters["mapping"]["kind"], parameters["radius"]
+    m, table = rounded(parameters["mapping"]["numbers"], dtype), offsets(radius, inputs["points"], dtype)
+    linear = [linear_rows(kind, m, offset) for offset in table]
+    reach = dtype(radius * radius) if options["range_check"] else None
+
+    def surface(texel):
         if options["surface"] == "depth":
-            return depth[row, column]
-        z = sum_a(m, 2, *places[row, column])
+            return depth[texel]
+        z = affine_row(m, 2, *positions[texel])
         if kind != "matrix":
             return z
-        q = sum_a(m, 3, *places[row, column])
-        return z / q if q > 0 else F(np.inf)
+        q = affine_row(m, 3, *positions[texel])
+        return z / q if q > 0 else dtype(np.inf)
 
-    def near(row, column, point):
-        if reach is None:
-            return True
-        dx, dy, dz = (a - b for a, b in zip(places[row, column], point, strict=True))
-        return ((dx * dx + dy * dy) + dz * dz) <= reach
+    def occluded(texel, z, here):
+        if not (depth[texel] < np.inf and surface(texel) < z):
+            return False
+        d = positions[texel] - here
+        return reach is None or dot(d, d) <= reach
 
-    def occluded(row, column, z, point):
-        return depth[row, column] < np.inf and surface(row, column) < z and near(row, column, point)
-
-    made, outside = np.zeros((height, width), F), 0
-    for j, i in np.argwhere(depth < np.inf):
-        point = places[j, i]
-        affine, count = [sum_a(m, row, *point) for row in rows], 0
-        for ox, oy, oz in table:
-            t = F(1)
-            if hemisphere:
-                nx, ny, nz = inputs["normals"][j, i]
-                t = F(-1) if (ox * nx + oy * ny) + oz * nz < 0 else F(1)
-            u, v, z, answer = to_image(kind, m, [affine[row] + t * sum_l(m, row, ox, oy, oz) for row in rows])
-            if answer != 0 or not (u >= 0 and u < width and v >= 0 and v < height):
+    made, outside = np.zeros_like(depth), 0
+    for j, i in np.argwhere(depth < np.inf).tolist():
+        here = positions[j, i]
+        affine, count = affine_rows(kind, m, here), 0
+        for offset, rows in zip(table, linear, strict=True):
+            t = dtype(-1 if hemisphere and dot(offset, inputs["normals"][j, i]) < 0 else 1)
+            image = to_image(kind, m, [a + t * b for a, b in zip(affine, rows, strict=True)])
+            texel = texel_at(depth.shape, image)
+            if texel is None:
                 outside += 1
-            elif occluded(int(v), int(u), z, point):
-                count += 1
-        share = F(count) / F(len(table))
-        made[j, i] = F(2) * max(F(0), share - F(0.5)) if options.get("remap") else share
-    return {"occlusion": made, "outside": np.array([outside])}
+            else:
+                count += occluded(texel, image[2], here)
+        share = dtype(count) / dtype(len(table))
+        made[j, i] = 2 * max(dtype(0), share - dtype(0.5)) if options.get("remap") else share
+    return made, outside
 
 
-def disk(direction, radius):
-    """Two axes."""
+def hemisphere(parameters, inputs):
+    return point(parameters, inputs, hemisphere=True)
+
+
+def axes_across(direction):
+    """Two unit axes at right angles to a unit direction."""
     p, q, r = direction
-    g = F(1) if r >= 0 else F(-1)
-    a = F(-1) / (g + r)
+    g = type(r)(1) if r >= 0 else -type(r)(1)
+    a = -1 / (g + r)
     b = (p * q) * a
-    axes = (F(1) + ((g * p) * p) * a, g * b, -g * p), (b, g + (q * q) * a, -q)
-    return [[radius * number for number in axis] for axis in axes]
+    return (1 + ((g * p) * p) * a, g * b, -g * p), (b, g + (q * q) * a, -q)
 
 
 def alchemy(parameters, inputs):
-    kind, m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
-    options, depth, places = parameters["options"], inputs["depth"], inputs["positions"]
-    height, width = depth.shape
-    taps = inputs["points"].astype(F)
-    d0, d1, d2, d3 = binary32(parameters["viewer_distance"])
-    epsilon = F((options["epsilon"] * parameters["radius"]) * parameters["radius"])
-    scale = F(((2 * options["sigma"]) * parameters["radius"]) / len(taps))
-    rows = range(4 if kind == "matrix" else 3)
-    made, outside = np.zeros((height, width), F), 0
+    depth, positions, options = inputs["depth"], inputs["positions"], parameters["options"]
+    dtype, kind, radius = depth.dtype.type, parameters["mapping"]["kind"], parameters["radius"]
+    m, taps = rounded(parameters["mapping"]["numbers"], dtype), [rounded(tap, dtype) for tap in inputs["points"]]
+    distance, r, beta = rounded(parameters["viewer_distance"], dtype), dtype(radius), dtype(options["beta"])
+    epsilon = dtype((options["epsilon"] * radius) * radius)
+    scale = dtype(((2 * options["sigma"]) * radius) / len(taps))
+    made, outside = np.zeros_like(depth), 0
     for j, i in np.argwhere(depth < np.inf).tolist():
-        x, y, z = places[j, i]
-        e, f = disk(inputs["directions"][j, i], F(parameters["radius"]))
-        sums = [(sum_a(m, row, x, y, z), sum_l(m, row, *e), sum_l(m, row, *f)) for row in rows]
-        bias = F(options["beta"]) * max(((d0 * x + d1 * y) + d2 * z) + d3, F(0))
-        sine, cosine = turn_of(i, j, options["rotation"])
-        total = F(0)
+        here, normal = positions[j, i], inputs["normals"][j, i]
+        e, f = ([r * number for number in axis] for axis in axes_across(inputs["directions"][j, i]))
+        sums = [affine_rows(kind, m, here), linear_rows(kind, m, e), linear_rows(kind, m, f)]
+        bias = beta * max(affine_row(distance, 0, *here), dtype(0))
+        sine, cosine = turn_of(i, j, options["rotation"], dtype)
+        total = dtype(0)
         for t_x, t_y in taps:
             v_x, v_y = t_x * cosine - t_y * sine, t_x * sine + t_y * cosine
-            u, v, _, answer = to_image(kind, m, [a + (v_x * along + v_y * across) for a, along, across in sums])
-            if answer != 0 or not (u >= 0 and u < width and v >= 0 and v < height):
+            image = to_image(kind, m, [a + (v_x * b + v_y * c) for a, b, c in zip(*sums, strict=True)])
+            texel = texel_at(depth.shape, image)
+            if texel is None:
                 outside += 1
                 continue
-            n_x, n_y, n_z = inputs["normals"][j, i]
-            w_x, w_y, w_z = places[int(v), int(u)] - places[j, i]
-            above = ((w_x * n_x + w_y * n_y) + w_z * n_z) - bias
-            square = ((w_x * w_x + w_y * w_y) + w_z * w_z) + epsilon
-            if depth[int(v), int(u)] < np.inf and above > 0 and square > 0 and square < np.inf:
+            away = positions[texel] - here
+            above, square = dot(away, normal) - bias, dot(away, away) + epsilon
+            if depth[texel] < np.inf and above > 0 and square > 0 and square < np.inf:
                 total = total + above / square
-        w = F(1) - scale * total
-        made[j, i] = F(1) - F(power(float(max(w, F(0))), options["k"]))
-    return {"occlusion": made, "outside": np.array([outside])}
-
-
-ESTIMATORS = {
-    "alchemy": alchemy,
-    "point": point_estimator,
-    "hemisphere": lambda parameters, inputs: point_estimator(parameters, inputs, hemisphere=True),
-}
+        w = 1 - scale * total
+        made[j, i] = 1 - dtype(power(float(w if w > 0 else 0), options["k"]))
+    return made, outside

@@ -1,9 +1,10 @@
-"""The ray caster a second time, by brute force: every triangle on every ray, float64, nothing left out.
+"""The ray caster by brute force: every triangle on every ray, float64, nothing left out.
 
-Nothing here comes from lfssao. NumPy only carries + - * / elementwise over (rays, triangles), in the order of
-operations that lfssao/kernels/triangle.py documents; the sign of a doubtful edge function is that of exact fractions.
+NumPy only carries + - * / elementwise over (rays, triangles), in the order of operations that the kernels document; the
+sign of a doubtful edge function is that of exact fractions.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ class Hits:
     met: np.ndarray
 
 
+@np.errstate(all="ignore")
 def rays_at(kind, lens, u, v):
     """Rays x = ox + dx z, y = oy + dy z through image points, and between which z they run: six arrays."""
     if kind == FLAT_LINEAR:
@@ -170,8 +172,23 @@ def surface(kind, rays, world_from_cast, hits):
     return depth, positions
 
 
-def colors(hits, faces, factors, face_material, vertex_colors, uv, textures, sample):
-    """Colour of hits: factor x vertex colour x texture; sample(texture, u, v, channel) is the bilinear look-up."""
+def sample_texture(texture, u, v, channel):
+    """Bilinear, repeated, v upwards."""
+    high, wide, _ = texture.shape
+    x = (u - math.floor(u)) * wide - 0.5
+    y = (1.0 - (v - math.floor(v))) * high - 0.5
+    i, j = math.floor(x), math.floor(y)
+
+    def texel(column, row):
+        return float(texture[row % high, column % wide, channel])
+
+    upper = texel(i, j) + (texel(i + 1, j) - texel(i, j)) * (x - i)
+    lower = texel(i, j + 1) + (texel(i + 1, j + 1) - texel(i, j + 1)) * (x - i)
+    return upper + (lower - upper) * (y - j)
+
+
+def colors(hits, faces, factors, face_material, vertex_colors, uv, textures):
+    """Colour of hits: factor x vertex colour x texture."""
     rgb = np.zeros((len(hits.triangle), 3), np.float32)
     for k in np.flatnonzero(hits.triangle >= 0):
         face = hits.triangle[k]
@@ -188,6 +205,6 @@ def colors(hits, faces, factors, face_material, vertex_colors, uv, textures, sam
             if vertex_colors is not None:
                 value = value * mixed(vertex_colors[:, channel])
             if textures[material] is not None:
-                value = value * sample(textures[material], mixed(uv[:, 0]), mixed(uv[:, 1]), channel)
+                value = value * sample_texture(textures[material], mixed(uv[:, 0]), mixed(uv[:, 1]), channel)
             rgb[k, channel] = value
     return rgb

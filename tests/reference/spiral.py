@@ -1,50 +1,52 @@
-"""SAO's spiral, its hash and the score of its turns again, in plain Python's whole numbers and fractions.
+"""SAO's spiral of taps and the hash that turns it from texel to texel: section 17 of the specification."""
 
-Nothing here comes from lfssao.
-"""
-
+import math
 from fractions import Fraction
 
-from reference.twins import sincospi
+from reference.elementary import sincospi
+
+TURNS = (
+    1, 1, 1, 1, 2, 1, 2, 3, 2, 3, 3, 5, 5, 3, 4, 7, 5, 5, 7, 9, 8, 5, 7, 7, 7,
+    7, 8, 5, 12, 11, 12, 7, 10, 13, 8, 11, 10, 9, 16, 11, 12, 13, 12, 13, 19, 17, 13, 11, 18, 19,
+    11, 11, 23, 17, 21, 17, 13, 17, 18, 13, 17, 23, 17, 19, 19, 25, 18, 19, 19, 29, 21, 19, 27, 31, 29,
+    21, 18, 17, 29, 31, 31, 23, 30, 19, 23, 25, 19, 19, 34, 17, 27, 21, 25, 39, 39, 29, 35, 27, 29,
+)  # fmt: skip
 
 
-def inverse_turn(bits):
-    """Floor of 2**bits / (2 pi), from Machin's formula for pi in whole numbers."""
-    one = 1 << (bits + 64)
-
-    def arctan_of_inverse(n):
-        total, power, k, sign = 0, one // n, 1, 1
-        while power:
-            total += sign * (power // k)
-            power, k, sign = power // (n * n), k + 2, -sign
-        return total
-
-    pi = 4 * (4 * arctan_of_inverse(5) - arctan_of_inverse(239))
-    return (1 << bits) * one // (2 * pi)
+def hash_word(i, j, variant):
+    """A shader's int."""
+    h = (30 * i) ^ (j + 10 * i * j) if variant == "paper" else 10 * ((3 * i) ^ (j + i * j))
+    return (h + 2**31) % 2**32 - 2**31
 
 
-INVERSE_TURN = inverse_turn(128)
-
-
-def hash_word(x, y, variant):
-    word = (30 * x) ^ (y + 10 * x * y) if variant == "paper" else 10 * ((3 * x) ^ (y + x * y))
-    return (word + 2**31) % 2**32 - 2**31  # a shader's int
-
-
-def half_turns(radians):
-    turn = abs(radians) * INVERSE_TURN // 2**64 % 2**64  # in units of 2**-64 turns
-    if radians < 0:
+def half_turns(h):
+    """Whole radians as an angle for sincospi."""
+    low = (abs(h) * 0x7F09D5F4 + ((abs(h) * 0x7D4D3770) >> 32)) % 2**64
+    turn = (abs(h) * 0x28BE60DB9391054A + (low >> 32)) % 2**64
+    if h < 0:
         turn = -turn % 2**64
-    return (turn // 2**11) / 2.0**52
+    return (turn >> 11) * 2.0**-52
 
 
-def hash_angle(x, y, variant):
-    return half_turns(hash_word(x, y, variant))
+def turn_of(i, j, variant, dtype):
+    """Sine and cosine of a texel's turn."""
+    if variant == "none":
+        return dtype(0), dtype(1)
+    return [dtype(number) for number in sincospi(half_turns(hash_word(i, j, variant)))]
 
 
-def spiral_tap(i, s, tau, angle):
-    sine, cosine = sincospi((2 * i + 1) * tau % (2 * s) / s + angle)
-    return cosine, sine, (i + 0.5) / s
+def turns_of(s):
+    """Tau of s taps."""
+    if s <= 99:
+        return TURNS[s - 1]
+    middle = round(s * 0.3819660112501051)
+    return min((n for n in range(1, s) if math.gcd(n, s) == 1), key=lambda n: (abs(n - middle), n))
+
+
+def tap_of(t, s, tau, angle=0.0):
+    """Cosine, sine and alpha."""
+    sine, cosine = sincospi((((2 * t + 1) * tau) % (2 * s)) / s + angle)
+    return cosine, sine, (t + 0.5) / s
 
 
 def discrepancy_squared(s, tau):

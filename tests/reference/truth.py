@@ -1,11 +1,13 @@
-"""lfssao.kernels.truth a second time: every triangle on every ray. Nothing here comes from lfssao."""
+"""Ray-cast occlusion by brute force: every triangle on every ray. All in float64."""
 
 import math
 
 import numpy as np
 
-from reference import alchemy_twin, twins
-from reference import raycast as raycast_twin
+from reference.elementary import in_order, sincospi
+from reference.philox import key_of, philox4x32
+from reference.points import axes_across
+from reference.raycast import first_hits
 
 
 def distances(origin, directions, far, corners):
@@ -28,14 +30,14 @@ def distances(origin, directions, far, corners):
             turned = corners[:, :, [x, y, z]] * [1.0, 1.0, sign]
             o = sign * origin[z]
             near, end = np.full(len(rays), o), np.full(len(rays), np.inf)
-            hits = raycast_twin.first_hits((ox, oy, sign * sx, sign * sy, near, end), turned)
+            hits = first_hits((ox, oy, sign * sx, sign * sy, near, end), turned)
             t = (hits.z - o) / (sign * d[:, z])
             out[rays] = np.where((hits.triangle >= 0) & (t > 0) & (t <= far), t, np.inf)
     return out
 
 
 def local_direction(u, v, weighting):
-    sine, cosine = twins.sincospi(2.0 * v)
+    sine, cosine = sincospi(2.0 * v)
     r, z = (math.sqrt(u), math.sqrt(1.0 - u)) if weighting == "cosine" else (math.sqrt(1.0 - u * u), u)
     return r * cosine, r * sine, z
 
@@ -51,7 +53,7 @@ def directions_of(texel, number, strata, seed, weighting, axes):
     for row in range(strata):
         for column in range(strata):
             counter = (number * strata * strata + row * strata + column, 0, texel, 0)
-            a, b, _, _ = twins.philox4x32(counter, (seed % 2**32, seed >> 32))
+            a, b, _, _ = philox4x32(counter, key_of(seed))
             u, v = (column + (a + 0.5) / 2.0**32) / strata, (row + (b + 0.5) / 2.0**32) / strata
             x, y, z = local_direction(u, v, weighting)
             out.append([(axes[0][k] * x + axes[1][k] * y) + axes[2][k] * z for k in range(3)])
@@ -65,14 +67,11 @@ def begin(place, normal, step):
     if not length > 0.0:
         return None
     n = [a / length for a in n]
-    return np.array([float(p) + step * a for p, a in zip(place, n, strict=True)]), [*alchemy_twin.disk_axes(n), n]
+    return np.array([float(p) + step * a for p, a in zip(place, n, strict=True)]), [*axes_across(n), n]
 
 
 def mean_of(ts, far, falloff):
-    total = 0.0
-    for t in ts:
-        total = total + covered(t, far, falloff)
-    return total / len(ts)
+    return in_order(covered(t, far, falloff) for t in ts) / len(ts)
 
 
 def error_of(total, squares, done):

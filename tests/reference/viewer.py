@@ -1,23 +1,13 @@
-"""The virtual viewer a second time, pixel by pixel in plain Python floats; nothing here comes from lfssao.
-
-The order of operations is that of lfssao/kernels/compose.py, so results are compared bit by bit.
-"""
+"""The virtual viewer, pixel by pixel in Python's floats, in the order of operations that the kernels document."""
 
 from math import isnan, nan, sqrt
 
 import numpy as np
 
+from reference.elementary import exp
+from reference.mapping import crossing, screen_to_texel, texel_at
+
 NEAREST, LINEAR, GAUSSIAN = 0, 1, 2
-
-
-def exponential(x):
-    """Exp for x in [-20, 0]: k ln 2 + r, Taylor's polynomial of degree 13 in r, then halvings."""
-    k = -int(0.5 - x * 1.4426950408889634)
-    r = (x - k * 0.6931471803691238) - k * 1.9082149292705877e-10
-    y = 1.0
-    for n in range(13, 0, -1):
-        y = y * r / n + 1.0
-    return y * 2.0**k
 
 
 def screen_point(curvature, screen, x, y, eye):
@@ -26,11 +16,8 @@ def screen_point(curvature, screen, x, y, eye):
         return x, y, 0.0
     e_x, e_y, e_z = eye
     dx, dz = e_x - x, e_z
-    a = curvature * (dx * dx + dz * dz)
-    b = curvature * (x * dx + 0.0 * dz) - dz
-    c = curvature * (x * x + 0.0) - 0.0
-    discriminant = b * b - a * c
-    t = -c / (b + (sqrt(discriminant) if discriminant > 0 else 0.0))
+    t, discriminant = crossing(curvature, x, 0.0, dx, dz)
+    t = float(t)
     s_x, s_y = x + t * dx, y + t * (e_y - y)
     if discriminant < 0 or t >= 1 or abs(s_x) > 0.5 * screen[0] or abs(s_y) > 0.5 * screen[1]:
         return None
@@ -57,19 +44,8 @@ def sine(d, s, eye):
 
 def texel(d, shape, s):
     """Image point at which a module shows s, or None."""
-    x, y, s_z = s
-    if s_z != 0:
-        scale = d[2] / (d[2] - s_z)
-        x, y = d[0] + (x - d[0]) * scale, d[1] + (y - d[1]) * scale
-    u, v, w = ((d[k] * x + d[k + 1] * y) + d[k + 2] for k in (8, 11, 14))
-    u, v = u / w, v / w
-    a, b = (u - d[17]) / d[19], (v - d[18]) / d[19]
-    r2 = a * a + b * b
-    if d[20] or d[21]:
-        factor = 1.0 + r2 * (d[20] + r2 * d[21])
-        u, v = d[17] + d[19] * (a * factor), d[18] + d[19] * (b * factor)
-    inside = w > 0 and r2 < d[22] and 0 <= u < shape[1] and 0 <= v < shape[0]
-    return (u, v) if inside else None
+    u, v, answer = screen_to_texel(d, *s)
+    return None if texel_at(shape, (u, v, None, answer)) is None else (u, v)
 
 
 def neighbours(sines):
@@ -97,7 +73,7 @@ def weigh(sines, places, blend):
     if blend == GAUSSIAN:
         sigma = 1.5 * step
         q = {k: a / sigma for k, a in enumerate(sines) if places[k] is not None and abs(a) < 4.0 * sigma}
-        return {k: exponential(-0.5 * (n * n)) for k, n in q.items()}
+        return {k: exp(-0.5 * (n * n)) for k, n in q.items()}
     if blend == LINEAR and len(seen) == 2:
         return {left: sines[right] / step, right: -sines[left] / step}
     return {nearest: 1.0}

@@ -1,91 +1,69 @@
-"""The part of the kit's reader on the estimators `vo-...` and `hbao`, by SPECIFICATION.md alone (section 17)."""
+"""The estimators `vo-...` and `hbao`: section 17 of the specification.
+
+Each takes the parameters and inputs of a case; arithmetic is that of the depth texture's numbers.
+"""
 
 import math
 
 import numpy as np
 
-from reference.elementary import F, binary32, sincospi, word
-from reference.mapping import sum_a, sum_l, to_image
-
-
-def dot(a, b):
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
+from reference.elementary import in_order, log2, sincospi
+from reference.mapping import affine_row, linear_row, rounded, texel_at, to_image
+from reference.philox import signed
+from reference.points import dot
+from reference.samples import algorithm3
 
 
 def cross(a, b):
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def signed(seed, stream, index):
-    return (word(seed, stream, index) + 0.5) / 2147483648 - 1
-
-
 def shares(weights):
-    total = 0.0
-    for weight in weights:
-        total = total + weight
+    total = in_order(weights)
     return [weight / total for weight in weights]
 
 
-def log2(x):
-    if math.isnan(x) or x == math.inf:
-        return 1024.0
-    x, k = max(x, 2.0**-1022), 0
-    while x >= 2:
-        x, k = x * 0.5, k + 1
-    while x < 1:
-        x, k = x * 2, k - 1
-    if x > 1.4142135623730951:
-        x, k = x * 0.5, k + 1
-    s = (x - 1) / (x + 1)
-    t = s * s
-    y = 1 / 21
-    for n in range(19, 2, -2):
-        y = y * t + 1 / n
-    return k + 2.8853900817779268 * ((y * t) * s + s)
+def axis_depth(depth, positions, row):
+    """Depth along the axis, from a row of `cast_from_world`."""
+    z = depth.copy()
+    for j, i in np.argwhere(depth < np.inf):
+        z[j, i] = affine_row(row, 0, *positions[j, i])
+    return z
 
 
 class Scene:
     """What the parts share, of one case."""
 
     def __init__(self, parameters, inputs):
-        self.kind, self.m = parameters["mapping"]["kind"], binary32(parameters["mapping"]["numbers"])
-        view = parameters["view"]
-        self.rows = [*self.m[:8], *self.m[12:16], *binary32(view["cast_from_world"][2])]
-        self.right = np.array(binary32([row[0] for row in view["world_from_cast"]]))
-        self.options, self.inputs = parameters["options"], inputs
-        self.positions, self.directions = inputs["positions"], inputs["directions"]
-        self.z = inputs["depth"].copy()
-        self.height, self.width = self.z.shape
-        if self.kind == "matrix":
-            for j, i in np.argwhere(self.z < np.inf):
-                self.z[j, i] = sum_a(self.rows, 3, *self.positions[j, i])
+        depth, view = inputs["depth"], parameters["view"]
+        self.dtype, self.kind = depth.dtype.type, parameters["mapping"]["kind"]
+        self.m, axis = rounded(parameters["mapping"]["numbers"], self.dtype), view["cast_from_world"][2]
+        self.rows = [*self.m[:8], *self.m[12:16], *rounded(axis, self.dtype)]
+        self.right = np.array(rounded([row[0] for row in view["world_from_cast"]], self.dtype))
+        self.options, self.positions, self.directions = parameters["options"], inputs["positions"], inputs["directions"]
+        self.z = axis_depth(depth, self.positions, self.rows[12:]) if self.kind == "matrix" else depth
 
     def affine(self, vector):
-        return np.array([sum_a(self.rows, row, *vector) for row in range(4)])
+        return np.array([affine_row(self.rows, row, *vector) for row in range(4)])
 
     def linear(self, vector):
-        return np.array([sum_l(self.rows, row, *vector) for row in range(4)])
+        return np.array([linear_row(self.rows, row, *vector) for row in range(4)])
 
     def image(self, sums):
-        """u and v, None where the answer is not 0."""
+        """u, v, something and the answer of a place."""
         a, b, q, c = sums
-        u, v, _, answer = to_image(self.kind, self.m, [a, b, c, q] if self.kind == "matrix" else [a, b, c])
-        return (u, v) if answer == 0 else None
+        return to_image(self.kind, self.m, [a, b, c, q] if self.kind == "matrix" else [a, b, c])
 
     def texel(self, image):
-        """Row and column of the texel, None where a place is outside."""
-        if image is None or not (image[0] >= 0 and image[0] < self.width and image[1] >= 0 and image[1] < self.height):
-            return None
-        return int(image[1]), int(image[0])
+        return texel_at(self.z.shape, image)
 
     def solve(self, value_of):
         """Occlusion and outside; ``value_of(j, i)`` gives the total and how many were outside, or None: not seen."""
-        made, outside = np.zeros((self.height, self.width), F), 0
-        for j, i in np.ndindex(made.shape):
-            found = value_of(j, i) if self.z[j, i] < np.inf else None
+        made, outside = np.zeros_like(self.z), 0
+        for j, i in np.argwhere(self.z < np.inf).tolist():
+            found = value_of(j, i)
             if found is not None:
-                made[j, i] = found[0] if found[0] < 1 else F(1)
+                made[j, i] = found[0] if found[0] < 1 else 1
                 outside += found[1]
         return made, outside
 
@@ -95,15 +73,16 @@ class Frame:
 
     def __init__(self, scene, j, i, r):
         self.scene, self.p, self.w = scene, scene.positions[j, i], scene.directions[j, i]
-        sine, cosine = F(0), F(1)
+        sine, cosine = scene.dtype(0), scene.dtype(1)
         if scene.options["randomize"]:
-            sine, cosine = binary32(sincospi(signed(scene.options["seed"], 64, 4 * (j % 4) + i % 4)))
+            turn = sincospi(signed(scene.options["seed"], 64, 4 * (j % 4) + i % 4))
+            sine, cosine = rounded(turn, scene.dtype)
         a = scene.right - dot(scene.right, self.w) * self.w
-        a = a * (F(1) / np.sqrt(dot(a, a)))
+        a = a * (1 / np.sqrt(dot(a, a)))
         b = cross(self.w, a)
         self.e, self.f = cosine * a + sine * b, sine * a - cosine * b
-        self.deep = r * sum_l(scene.rows, 3, *self.w)
-        self.steep = F(1) / self.deep
+        self.deep = r * linear_row(scene.rows, 3, *self.w)
+        self.steep = 1 / self.deep
         self.sums = scene.affine(self.p), r * scene.linear(self.e), r * scene.linear(self.f)
 
     def place(self, x, y):
@@ -112,7 +91,7 @@ class Frame:
 
     def slopes(self, n):
         t = -dot(n, self.w)
-        t = t if t > 2.0**-20 else F(2.0**-20)
+        t = t if t > 2.0**-20 else self.scene.dtype(2.0**-20)
         return dot(n, self.e) / t, dot(n, self.f) / t
 
 
@@ -126,42 +105,39 @@ def two_radii(parameters, once):
     one, outside = at(parameters["radius"])
     if options["second"] != 0:
         two, more = at(options["second"] * parameters["radius"])
-        one = one + two * (F(1) - one) if options["combine"] == "product" else np.maximum(one, two)
+        one = one + two * (1 - one) if options["combine"] == "product" else np.maximum(one, two)
         outside += more
-    return {"occlusion": one, "outside": np.array([outside])}
+    return one, outside
 
 
-def mirror_of(options, k):
-    if not options["randomize"]:
-        return [F(0)] * 3
-    z = signed(options["seed"], 65, k)
-    sine, cosine = sincospi(signed(options["seed"], 66, k))
-    h = math.sqrt(max(1 - z * z, 0))
-    return binary32([h * cosine, h * sine, z])
+def mirror_of(scene, j, i):
+    if not scene.options["randomize"]:
+        return rounded([0, 0, 0], scene.dtype)
+    seed, k = scene.options["seed"], 4 * (j % 4) + i % 4
+    return rounded(algorithm3(signed(seed, 65, k), signed(seed, 66, k)), scene.dtype)
 
 
 def points(parameters, inputs, normal):
     scene = Scene(parameters, inputs)
-    table = inputs["points"].astype(F)
-    weights = binary32(shares(inputs["weights"].tolist() if "weights" in inputs else [1.0] * len(table)))
-    moved = [scene.linear(o) for o in table]
+    dtype, table = scene.dtype, inputs["points"].astype(scene.dtype)
+    weights = inputs["weights"].tolist() if "weights" in inputs else [1.0] * len(table)
+    samples = list(zip(table, rounded(shares(weights), dtype), map(scene.linear, table), strict=True))
 
     def once(radius, thickness):
-        r, t = F(radius), F(thickness)
+        r, t = dtype(radius), dtype(thickness)
 
         def value_of(j, i):
-            n = inputs["normals"][j, i] if normal else np.zeros(3, F)
-            m = mirror_of(scene.options, 4 * (j % 4) + i % 4)
-            reach = (t * r) * sum_l(scene.rows, 3, *scene.directions[j, i]) if t < np.inf else F(np.inf)
+            n = inputs["normals"][j, i] if normal else np.zeros(3, dtype)
+            m = mirror_of(scene, j, i)
+            reach = (t * r) * linear_row(scene.rows, 3, *scene.directions[j, i]) if t < np.inf else np.inf
             twice = dot(m, n) + dot(m, n)
-            here, mirrored, lifted = (
-                scene.affine(scene.positions[j, i]), (r + r) * scene.linear(m), (r + r) * scene.linear(n)
-            )  # fmt: skip
-            total, outside = F(0), 0
-            for o, share, sums in zip(table, weights, moved, strict=True):
+            here = scene.affine(scene.positions[j, i])
+            mirrored, lifted = (r + r) * scene.linear(m), (r + r) * scene.linear(n)
+            total, outside = dtype(0), 0
+            for o, share, sums in samples:
                 mirror = dot(o, m)
                 above = dot(o, n) - mirror * twice
-                lift = above if above < 0 else F(0)
+                lift = above if above < 0 else dtype(0)
                 place = ((here + r * sums) - mirror * mirrored) - lift * lifted
                 q = scene.texel(scene.image(place))
                 if q is None:
@@ -177,8 +153,8 @@ def points(parameters, inputs, normal):
     return two_radii(parameters, once)
 
 
-def disk_lines(inputs, normal):
-    """(x, y, half, unit, area) of each line, the area binary64, the others binary32."""
+def disk_lines(inputs, normal, dtype):
+    """(x, y, half, unit, area) of each line, the area binary64, the others rounded."""
     places = inputs["points"].tolist()
     halves = [math.sqrt(max(1 - (x * x + y * y), 0)) for x, y in places]
     weights = inputs["weights"].tolist() if "weights" in inputs else halves
@@ -188,24 +164,24 @@ def disk_lines(inputs, normal):
         areas = [max(area, 2.0**-100) for area in shares(by_length)]
     else:
         by_length, areas = [0.0] * len(places), [1 / len(places)] * len(places)
-    units = [2 * length if normal else length for length in by_length]
-    rows = zip(places, halves, units, areas, strict=True)
-    return [(F(x), F(y), F(half), F(unit), area) for (x, y), half, unit, area in rows]
+    rows = zip(places, halves, by_length, areas, strict=True)
+    return [(*rounded([x, y, half, 2 * unit if normal else unit], dtype), area) for (x, y), half, unit, area in rows]
 
 
 def disk_estimator(parameters, inputs, normal, length_of, start, longest=math.inf):
     """Of lines and areas: ``length_of(frame, started, line, top, t, place, image, texel)`` is weighed and added."""
-    scene, table = Scene(parameters, inputs), disk_lines(inputs, normal)
+    scene = Scene(parameters, inputs)
+    dtype, table = scene.dtype, disk_lines(inputs, normal, scene.dtype)
 
     def once(radius, thickness):
-        r, t = F(radius), F(min(thickness, longest))
+        r, t = dtype(radius), dtype(min(thickness, longest))
 
         def value_of(j, i):
             frame = Frame(scene, j, i, r)
             if not frame.deep > 0:
                 return None
             slope_1, slope_2 = frame.slopes(inputs["normals"][j, i]) if normal else (None, None)
-            started, total, outside = start(frame), F(0), 0
+            started, total, outside = start(frame), dtype(0), 0
             for line in table:
                 x, y, half, *_ = line
                 place = frame.place(x, y)
@@ -217,7 +193,7 @@ def disk_estimator(parameters, inputs, normal, length_of, start, longest=math.in
                 plane = x * slope_1 + y * slope_2 if normal else half
                 top = plane if plane < half else half
                 total = total + length_of(frame, started, line, top, t, place, image, texel)
-            return total if total > 0 else F(0), outside
+            return total if total > 0 else dtype(0), outside
 
         return scene.solve(value_of)
 
@@ -231,7 +207,7 @@ def lines(parameters, inputs, normal):
         back = d + t
         back = back if back < top else top
         front = -half if d < -half else d
-        return unit * (back - front) if back - front > 0 else F(0)
+        return unit * (back - front) if back - front > 0 else 0
 
     return disk_estimator(parameters, inputs, normal, length_of, lambda frame: None)
 
@@ -239,7 +215,8 @@ def lines(parameters, inputs, normal):
 def pyramid(z, prefilter):
     """Levels, each a dict from (row, column); what is not in it is beyond the border."""
     height, width = z.shape
-    levels = [{(j, i): (1.0, d, d * d) if d < math.inf else (0.0,) * 3
+    nothing = 0.0, 0.0, 0.0
+    levels = [{(j, i): (1.0, d, d * d) if d < math.inf else nothing
                for j, row in enumerate(z.tolist()) for i, d in enumerate(row)}]  # fmt: skip
     taps = (0.125, 0.375, 0.375, 0.125) if prefilter else (0.0, 0.5, 0.5, 0.0)
     while max(height, width) > 1:
@@ -248,7 +225,7 @@ def pyramid(z, prefilter):
         def half(j, i, number, finer=finer):
             total = 0.0
             for q in range(4):
-                a, b, c, d = (finer.get((2 * j - 1 + q, 2 * i - 1 + k), (0.0,) * 3)[number] for k in range(4))
+                a, b, c, d = (finer.get((2 * j - 1 + q, 2 * i - 1 + k), nothing)[number] for k in range(4))
                 total = total + taps[q] * (((taps[0] * a + taps[1] * b) + taps[2] * c) + taps[3] * d)
             return total
 
@@ -272,22 +249,22 @@ def look(levels, level, u, v):
 
 def surface_box(levels, frame, level, image, depth, half_width):
     """Share, low and high; share 0 where there is nothing."""
-    level = min(max(level, 0.0), len(levels) - 1.0)
+    level, dtype = min(max(level, 0.0), len(levels) - 1.0), frame.scene.dtype
     whole, part = int(level), level - int(level)
-    share, first, second = look(levels, whole, *image)
+    share, first, second = look(levels, whole, *image[:2])
     if part > 0:
-        coarse = look(levels, whole + 1, *image)
+        coarse = look(levels, whole + 1, *image[:2])
         share, first, second = (a + part * (b - a) for a, b in zip((share, first, second), coarse, strict=True))
     if not share > 0:
-        return F(0), None, None
+        return 0, None, None
     mean = first / share
     variance = second / share - mean * mean
     sigma = math.sqrt(variance) if variance > 0 else 0.0
     middle, reach = (mean - float(depth)) * float(frame.steep), (half_width * sigma) * float(frame.steep)
-    edges = middle - reach, middle + reach
-    if math.isnan(edges[0]) or math.isnan(edges[1]):
-        return F(0), None, None
-    return share, *(F(min(max(edge, -(2.0**100)), 2.0**100)) for edge in edges)
+    low, high = middle - reach, middle + reach
+    if math.isnan(low) or math.isnan(high):
+        return 0, None, None
+    return share, *(dtype(min(max(edge, -(2.0**100)), 2.0**100)) for edge in (low, high))
 
 
 def hidden(low, high, bottom, top):
@@ -296,56 +273,56 @@ def hidden(low, high, bottom, top):
 
     def behind(t):
         if t <= low:
-            return F(0)
-        return (t - low) / (high - low) if t < high else F(1)
+            return 0
+        return (t - low) / (high - low) if t < high else 1
 
-    return (top - end) + (end - start) * (F(0.5) * (behind(start) + behind(end)))
+    return (top - end) + (end - start) * (type(low)(0.5) * (behind(start) + behind(end)))
 
 
 def areas(parameters, inputs, normal):
-    options = parameters["options"]
+    options, dtype = parameters["options"], inputs["depth"].dtype.type
     levels = pyramid(Scene(parameters, inputs).z, options["prefilter"])
 
     def detail_of(frame):
-        images = [frame.scene.image(frame.place(F(x), F(y))) for x, y in ((0, 0), (1, 0), (0, 1))]
-        if None in images:
-            return F(512)
-        (u_0, v_0), (u_1, v_1), (u_2, v_2) = images
+        images = [frame.scene.image(frame.place(dtype(x), dtype(y))) for x, y in ((0, 0), (1, 0), (0, 1))]
+        if any(answer != 0 for *_, answer in images):
+            return dtype(512)
+        (u_0, v_0), (u_1, v_1), (u_2, v_2) = (image[:2] for image in images)
         parallelogram = (u_1 - u_0) * (v_2 - v_0) - (v_1 - v_0) * (u_2 - u_0)
-        return F(0.5 * log2(3.141592653589793 * abs(float(parallelogram))))
+        return dtype(0.5 * log2(3.141592653589793 * abs(float(parallelogram))))
 
     def length_of(frame, detail, line, top, t, place, image, texel):
         _, _, half, unit, area = line
         level = float(detail) + 0.5 * log2(area)
         share, low, high = surface_box(levels, frame, level, image, place[3], options["half_width"])
         if not share > 0 or not top > -half:
-            return F(0)
+            return 0
         length = hidden(low, high, -half, top) - hidden(low + t, high + t, -half, top)
-        return (unit * F(share)) * length
+        return (unit * dtype(share)) * length
 
     return disk_estimator(parameters, inputs, normal, length_of, detail_of, 2.0**102)
 
 
 def hbao(parameters, inputs):
     scene, options = Scene(parameters, inputs), parameters["options"]
-    r, count, steps = F(parameters["radius"]), options["directions"], options["steps"]
-    around = [binary32(sincospi((2 * s + 1) / count)) for s in range(count)]
-    sine_bias, cosine_bias = binary32(sincospi(options["bias"] / 180))
-    linear, quadratic = (F(options["attenuation"] == name) for name in ("linear", "quadratic"))
-    one, half = F(1), F(0.5)
+    dtype, count, steps = scene.dtype, options["directions"], options["steps"]
+    around = [rounded(sincospi((2 * s + 1) / count), dtype) for s in range(count)]
+    sine_bias, cosine_bias = rounded(sincospi(options["bias"] / 180), dtype)
+    linear, quadratic = (dtype(options["attenuation"] == name) for name in ("linear", "quadratic"))
+    r = dtype(parameters["radius"])
 
     def first_horizon(tau):
-        cosine = one / np.sqrt(one + tau * tau)
+        cosine = 1 / np.sqrt(1 + tau * tau)
         sine = -tau * cosine
         horizon = sine * cosine_bias + cosine * sine_bias
-        return horizon if cosine * cosine_bias - sine * sine_bias > 0 else one
+        return horizon if cosine * cosine_bias - sine * sine_bias > 0 else dtype(1)
 
-    def march(frame, horizon, start, way):
-        """What a direction adds to the total so far, as a list of summands; how many steps are outside."""
-        added, outside = [], 0
+    def march(frame, horizon, start, way, total):
+        """The total with a direction's part, and how many of its steps are outside."""
+        outside = 0
         for step in range(1, steps + 1):
-            part = F(step) / F(steps)
-            texel = scene.texel((start[0] + part * way[0], start[1] + part * way[1]))
+            part = dtype(step) / dtype(steps)
+            texel = scene.texel((start[0] + part * way[0], start[1] + part * way[1], None, 0))
             if texel is None:
                 outside += 1
                 continue
@@ -353,37 +330,24 @@ def hbao(parameters, inputs):
             length = np.sqrt(dot(d, d))
             up, rho = -dot(d, frame.w) / length, length / r
             if rho < 1 and up > horizon:
-                added.append((one - (linear * rho + quadratic * (rho * rho))) * (up - horizon))
+                total = total + (1 - (linear * rho + quadratic * (rho * rho))) * (up - horizon)
                 horizon = up
-        return added, outside
+        return total, outside
 
     def value_of(j, i):
         frame = Frame(scene, j, i, r)
         if not frame.deep > 0:
             return None
         slope_1, slope_2 = frame.slopes(inputs["normals"][j, i])
-        start, total, outside = (F(i) + half, F(j) + half), F(0), 0
+        start, total, outside = (dtype(i) + dtype(0.5), dtype(j) + dtype(0.5)), dtype(0), 0
         for y, x in around:
-            image = scene.image(frame.place(x, y))
-            if image is None:
+            u, v, _, answer = scene.image(frame.place(x, y))
+            if answer != 0:
                 outside += steps
                 continue
             horizon = first_horizon(x * slope_1 + y * slope_2)
-            added, lost = march(frame, horizon, start, (image[0] - start[0], image[1] - start[1]))
-            for summand in added:
-                total = total + summand
+            total, lost = march(frame, horizon, start, (u - start[0], v - start[1]), total)
             outside += lost
-        return total / F(count), outside
+        return total / dtype(count), outside
 
-    made, outside = scene.solve(value_of)
-    return {"occlusion": made, "outside": np.array([outside])}
-
-
-def _pair(name, function):
-    return {
-        name: lambda parameters, inputs: function(parameters, inputs, False),
-        f"{name}-normal": lambda parameters, inputs: function(parameters, inputs, True),
-    }
-
-
-ESTIMATORS = {**_pair("vo-points", points), **_pair("vo-lines", lines), **_pair("vo-area", areas), "hbao": hbao}
+    return scene.solve(value_of)

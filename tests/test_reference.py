@@ -1,16 +1,11 @@
-"""What the reader of the kit has in it that few cases reach: tables, clamps and orders, against the program itself.
-
-The cases of the kit hold the reader as a whole; here single numbers of it are asked, each of which one case at most
-or none would notice.
-"""
+"""What few cases of the kit reach of the tests' reference: tables, clamps and orders, against the program itself."""
 
 import re
 
 import numpy as np
 import pytest
-from reference import mapping as kit_reader_mapping
-from reference import samples as kit_reader_samples
-from reference import scalable as kit_reader_scalable
+from reference import mapping, samples
+from reference.spiral import TURNS, tap_of, turns_of
 
 from lfssao.kernels import display as kernels
 from lfssao.kernels import spiral
@@ -19,16 +14,17 @@ from lfssao.samples.registry import sample_set
 from lfssao.samples.spiral import best_turns
 
 
-def test_the_readers_turns_for_every_number_of_taps_are_the_texts_and_the_programs():
+def test_the_references_turns_for_every_number_of_taps_are_the_texts_and_the_programs():
     """All 99 numbers: those of SPECIFICATION.md, of the table, and the taps that come of them, beyond the table too."""
     text = " ".join(re.findall(r"^ {4}((?:\d+ ?)+)$", specification(), re.MULTILINE))
-    listed = " ".join(map(str, kit_reader_scalable.TURNS))
-    assert len(kit_reader_scalable.TURNS) == 99
+    listed = " ".join(map(str, TURNS))
+    assert len(TURNS) == 99
     assert listed in text
     for s in (*range(1, 100), 100, 101, 128, 150):
         taps = np.empty((s, 3), np.float32)
         spiral.unit_taps(best_turns(s), taps)
-        np.testing.assert_array_equal(np.array(kit_reader_scalable.taps_of(s, 0), np.float32), taps, err_msg=str(s))
+        made = np.array([tap_of(t, s, turns_of(s)) for t in range(s)], np.float32)
+        np.testing.assert_array_equal(made, taps, err_msg=str(s))
 
 
 @pytest.mark.parametrize("r_max", [1.0, 0.7, 3e-7, 0.0])
@@ -36,8 +32,7 @@ def test_radii_of_thin_shells_lie_between_the_shells_two(r_max):
     """Shells some roundings thick, where a cube root may miss either side, and thick ones: the program's bits."""
     for thickness in (0.0, 2.0**-52, 2.0**-51, 2.0**-48, 0.2, 1.0):
         r_min = r_max * (1 - thickness)
-        parameters = {"method": "random", "n": 40, "seed": "5", "r_min": r_min, "r_max": r_max}
-        made = kit_reader_samples.samples(parameters, {})
+        made = samples.samples("random", 40, 5, r_min, r_max)
         want = sample_set("ball", "random", 40, 5, r_min=r_min, r_max=r_max).points
         np.testing.assert_array_equal(made.view(np.int64), want.view(np.int64))
         radii = np.sqrt((made**2).sum(axis=1))
@@ -47,10 +42,9 @@ def test_radii_of_thin_shells_lie_between_the_shells_two(r_max):
 
 def test_a_root_outside_the_shell_is_held(monkeypatch):
     """No shell is known whose cube root misses it: one is made to."""
-    parameters = {"method": "random", "n": 3, "seed": "5", "r_min": 0.8, "r_max": 1.0}
     for root, radius in ((0.5, 0.8), (1.5, 1.0), (0.9, 0.9)):
-        monkeypatch.setattr(kit_reader_samples, "cbrt", lambda _, root=root: root)
-        made = kit_reader_samples.samples(parameters, {})
+        monkeypatch.setattr(samples, "cbrt", lambda _, root=root: root)
+        made = samples.samples("random", 3, 5, 0.8, 1.0)
         np.testing.assert_allclose(np.sqrt((made**2).sum(axis=1)), radius, rtol=1e-15)
 
 
@@ -69,16 +63,16 @@ def screens():
 
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value", "ignore:overflow")
 def test_points_whose_rays_reach_the_screen_only_behind_the_lens():
-    """The answer, u and v of the reader and the kernel, where the crossing lies behind the lens among others."""
+    """The answer, u and v of the reference and the kernel, where the crossing lies behind the lens among others."""
     behind = 0
     for d, points in screens():
         image, answers = np.empty((6, 3), np.float32), np.empty(6, np.int64)
         kernels.map_points(d, points, 10**9, 10**9, image, answers)
         for point, place, answer in zip(points, image, answers, strict=True):
-            u, v, _, got = kit_reader_mapping.display(d, *point)
+            u, v, got = mapping.physical_to_image(d, *point)
             assert got == (0 if answer == kernels.OUTSIDE else answer)
             if got == 0:
                 assert (u, v) == tuple(place[:2])
-            t_s, hits = kit_reader_mapping.crossing(d[5], d[0], d[2], point[0] - d[0], point[2] - d[2])
+            t_s, hits = mapping.crossing(d[5], d[0], d[2], point[0] - d[0], point[2] - d[2])
             behind += bool(hits >= 0 and t_s <= 0 and answer == kernels.MISSES_SCREEN)
     assert behind > 5

@@ -1,8 +1,8 @@
 """How sharp the oracle's bounds are and what they cost: ``python benchmarks/bench_oracle.py``, JSON beside the table.
 
-1024x768, the default samples and radii. For each embedded scene, as a module and as a camera: the share of the samples
-around visible points that are open, the share of the visible texels whose count is certain, in the worst radius and in
-all radii at once; and the time of the bounds over that of the AO itself, both taking turns.
+1024x768, the default samples and radii. For each embedded scene, as a module and as a camera: the fraction of
+the samples around visible points that rounding decides, the fraction of the visible texels whose count is certain, in
+the worst radius and in all radii at once; and the time of the bounds over that of the AO itself, both taking turns.
 """
 
 import argparse
@@ -36,18 +36,18 @@ def views(mesh: Mesh, size: tuple[int, int], displays: tuple[str, ...]) -> dict[
 
 
 def sharpness(mesh: Mesh, view: View, gbuffer: GBuffer, model: str) -> dict[str, float]:
-    """Shares of open samples and of certain texels, of what sees a surface."""
+    """Shares of undecided samples and of certain texels, of what sees a surface."""
     samples, surface = make_samples(), gbuffer.depth < np.inf
-    opened = [
+    undecided = [
         ao_bounds(
             gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius, model, view.screen_to_world
-        ).open[surface]
+        ).undecided[surface]
         for radius in default_radii(mesh)
     ]
     return {
-        "open_samples_worst_radius": max(float(o.mean()) / len(samples) for o in opened),
-        "certain_texels_worst_radius": min(float((o == 0).mean()) for o in opened),
-        "certain_texels_all_radii": float((np.sum(opened, axis=0) == 0).mean()),
+        "undecided_samples_worst_radius": max(float(o.mean()) / len(samples) for o in undecided),
+        "certain_texels_worst_radius": min(float((o == 0).mean()) for o in undecided),
+        "certain_texels_all_radii": float((np.sum(undecided, axis=0) == 0).mean()),
     }
 
 
@@ -76,7 +76,7 @@ def main() -> None:
     options = parser.parse_args()
     numba.set_num_threads(options.threads)
     rows = []
-    print("scene      view       model    open samples  certain texels  in all radii   bounds      AO   ratio")
+    print("scene      view       model    undecided     certain texels  in all radii   bounds      AO   ratio")
     for scene in BUILTIN:
         mesh = builtin_scene(scene)
         for name, view in views(mesh, tuple(options.size), DISPLAYS if scene == "gallery" else DISPLAYS[:1]).items():
@@ -86,7 +86,7 @@ def main() -> None:
                 row = {"scene": scene, "view": name, "model": model, **sharpness(mesh, view, gbuffer, model), **spent}
                 rows.append(row)
                 print(
-                    f"{scene:10s} {name:10s} {model:8s} {row['open_samples_worst_radius']:12.4%} "
+                    f"{scene:10s} {name:10s} {model:8s} {row['undecided_samples_worst_radius']:12.4%} "
                     f"{row['certain_texels_worst_radius']:15.3%} {row['certain_texels_all_radii']:13.3%} "
                     f"{row['bounds_ms']:6.1f}ms {row['ao_ms']:5.1f}ms {row['ratio']:7.1f}"
                 )

@@ -117,10 +117,10 @@ def accepted():
         for back in (None,) if view.screen_to_world is None else (None, view.screen_to_world):
             found = bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
             kind = f"{view.world_to_image.kind} {back is None}"
-            yield f"accepted {kind}", np.array([found.lower, found.upper, found.open])
+            yield f"accepted {kind}", np.array([found.lower, found.upper, found.undecided])
     given = Surfaces(depth, positions, general.world_to_image, general.cast_from_world)
     found = point_bounds("point", given, 0.4, samples, None, {"range_check": True, "surface": "positions"})
-    yield "accepted points", np.array([found.lower, found.upper, found.open])
+    yield "accepted points", np.array([found.lower, found.upper, found.undecided])
     blurred = bounds.blur_bounds(found, 0.7)
     yield "accepted blur", np.array([blurred.lower, blurred.upper])
     vertices, faces = rng.uniform(-0.3, 0.3, (40, 3)), rng.integers(0, 40, (30, 3)).astype(np.int32)

@@ -16,7 +16,6 @@ from PIL import Image
 
 import lfssao
 from lfssao.comparison.metrics import measure, ulp_distance
-from lfssao.comparison.verdict import Verdict
 from lfssao.errors import InputError
 from lfssao.exr import Part, read_exr, write_exr
 from lfssao.image_file import read_image_file
@@ -24,6 +23,7 @@ from lfssao.kit.cases import make_case
 from lfssao.kit.folder import write_kit
 from lfssao.oracle import bounds
 from lfssao.oracle.depth import displaced, stray_limit
+from lfssao.oracle.verdict import Verdict
 from lfssao.raycast import RayCaster
 from lfssao.view import KINDS, WorldToImage
 
@@ -142,7 +142,7 @@ def test_stages_that_were_not_written_may_be_anything_that_is_right(tmp_path, re
             [bounds.ao_bounds(depth[..., 0], positions, to_image, np.array(settings["samples"]), radius, "sampler")
              for radius in settings["radii"]]
         )  # fmt: skip
-        assert (right.upper > right.lower + 0.1).any()  # open samples
+        assert (right.upper > right.lower + 0.1).any()  # undecided samples
     blurred = bounds.blur_bounds(right, settings["blur_sigma"], "sampler").upper
 
     def change(parts):
@@ -486,7 +486,7 @@ def test_a_kit_is_a_reference(kit, capsys):
     assert compare(folder / "mine", folder / "kit", "--exact") == 0
     assert "intervals of the error model 'shader'" in capsys.readouterr().out
     main, *steps = cases["frame"].outputs
-    _, upper = cases["frame"].bounds[main]
+    upper = cases["frame"].bounds[main].upper
     for step in steps:  # they can be left out
         (folder / "mine" / f"frame_{step}.npy").unlink()
     np.save(folder / "mine" / f"frame_{main}.npy", upper)
@@ -626,7 +626,9 @@ def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
     report = lfssao.compare(near, reference)
     assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
     assert report.exit_code == 0
-    assert report.first_difference.worst[0].reason.endswith("0.0039 texel of the texel's centre, see these depths")
+    assert report.first_difference.worst[0].reason.endswith(
+        "0.0039 texel of the texel's centre, see this interval of depth"
+    )
     report = lfssao.compare(half, reference)
     assert ("module_004", "depth") in {(r.module, r.layer) for r in report.results if r.verdict is Verdict.OUTSIDE}
     reasons = {texel.reason for texel in report.first_failure.worst}
@@ -720,7 +722,7 @@ def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator
     assert [r.verdict for r in found if r.layer == "ao_1"] == [Verdict.OUTSIDE]
     (worst,) = (r.worst[0] for r in found if r.layer == "ao_1")
     assert worst.lower[0] <= worst.reference[0] <= worst.upper[0]
-    assert worst.reason == f"0 of {8 if estimator == 'hemisphere' else 12} points are open"
+    assert worst.reason == f"0 of {8 if estimator == 'hemisphere' else 12} points are undecided"
     manifest = json.loads((reference / "manifest.json").read_text())
     manifest["settings"]["parameters"] |= {"thickness": 0.1} if estimator == "vo-points" else {"range_check": "yes"}
     (reference / "manifest.json").write_text(json.dumps(manifest))
@@ -752,8 +754,8 @@ def test_without_the_mesh_a_texel_that_cannot_be_judged_is_a_warning_and_many_ar
         if count == limit:
             assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
             assert report.notes == (
-                f"module_004, depth: {limit} texels cannot be judged without the mesh (--mesh FILE): "
-                "no more than may look past an edge, by a statistical limit that proves nothing",
+                f"module_004, depth: {limit} texels outside the interval, which only the mesh can judge (--mesh FILE); "
+                f"up to {limit} may look past an edge (4 standard deviations)",
             )
             assert report.exit_code == 1
         else:

@@ -8,6 +8,7 @@ from lfssao.display import crossed_slits
 from lfssao.errors import InputError
 from lfssao.figures import agreement, mapping, radii, sampling_error, texel, truth, verdict
 from lfssao.figures import explore as sliders
+from lfssao.oracle.bounds import Bounds
 from lfssao.oracle.explain import explain
 from lfssao.rendering import Settings, diagonal, module_views, render_view
 from lfssao.viewer import eye_view
@@ -130,7 +131,7 @@ def test_deviations_of_points_are_those_of_the_table():
 
 def test_numbers_inside_bounds():
     right, mine = np.zeros(5), np.array([0.0, 0.1, 0.2, -0.1, np.nan])
-    found = verdict.inside_bounds(mine, right, (np.full(5, -0.05), np.full(5, 0.1)))
+    found = verdict.inside_bounds(mine, right, Bounds(np.full(5, -0.05), np.full(5, 0.1)))
     assert found.tolist() == [verdict.EQUAL, verdict.INSIDE, *[verdict.OUTSIDE] * 3]
 
 

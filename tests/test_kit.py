@@ -18,11 +18,11 @@ from lfssao.cli import main
 from lfssao.errors import InputError
 from lfssao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.exr import read_exr
-from lfssao.kit.case import Case
 from lfssao.kit.cases import RECIPES, case_names, make_case
 from lfssao.kit.folder import read_case, read_index, read_kit, write_kit
 from lfssao.kit.specification import specification
 from lfssao.kit.stages import STAGES
+from lfssao.oracle.case import Case
 from lfssao.samples import METHODS
 from lfssao.testing import assert_conforms
 
@@ -108,8 +108,8 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(name):
             assert not ((array != 0) & (np.abs(array) < np.finfo(np.float32).tiny)).any()
     bounded = case.stage in BOUNDED or case.parameters.get("estimator") in BOUNDED_ESTIMATORS
     assert bool(case.bounds) == bounded
-    for output, (lower, upper) in case.bounds.items():
-        made = case.outputs[output]
+    for output, bounds in case.bounds.items():
+        lower, upper, made = bounds.lower, bounds.upper, case.outputs[output]
         assert lower.dtype == upper.dtype == made.dtype
         assert ((lower <= made) & (made <= upper)).all()
         assert np.isfinite(lower).all()
@@ -401,7 +401,7 @@ def test_bounds_admit_what_strict_does_not(small_kit):
     assert_conforms(near, small_kit / "cases" / "blur_usual")
     with pytest.raises(AssertionError, match="192 of 192 numbers are not the bits of the reference"):
         assert_conforms(near, case, strict=True)
-    lower, upper = case.bounds["blurred"]
+    lower, upper = case.bounds["blurred"].lower, case.bounds["blurred"].upper
     assert_conforms(lower, case)
     assert_conforms(upper, case)
     for beyond in (np.nextafter(lower, np.float32(-1)), np.nextafter(upper, np.float32(2)), near * np.float32(np.nan)):

@@ -95,10 +95,10 @@ def row_of(depth, samples, model="shader", radius=1.0, kind=IDENTITY):
     positions = np.stack([np.arange(width) + 0.5, np.full(width, 0.5), depth[0]], axis=-1).astype(np.float32)[None]
     found = oracle.ao_bounds(depth, positions, kind, np.array(samples, float).reshape(-1, 3), radius, model)
     n = len(np.array(samples).reshape(-1, 3))
-    return (found.lower[0] * n).tolist(), (found.upper[0] * n).tolist(), found.open[0].tolist()
+    return (found.lower[0] * n).tolist(), (found.upper[0] * n).tolist(), found.undecided[0].tolist()
 
 
-def test_a_sample_on_an_edge_is_open_where_the_texels_differ_and_only_there():
+def test_a_sample_on_an_edge_is_undecided_where_the_texels_differ_and_only_there():
     # u = 1 lies in texel 1, or a rounding before it in texel 0: surfaces at 0 and 5 differ, 0 and 1 do not at z = 3.
     assert row_of([0, 5, np.inf], [(0.5, 0, 3)])[2][0] == 1
     assert row_of([0, 1, np.inf], [(0.5, 0, 3)])[2][0] == 0
@@ -112,13 +112,13 @@ def test_the_border_of_the_texture_is_an_edge_with_nothing_beyond():
     assert row_of([0.0], [(0.6, 0, 3)])[:2] == ([0.0], [0.0])
 
 
-def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_open():
+def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undecided():
     slits = WorldToImage(0, np.array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -2, 0.5, 0.5], float))
     depth, position = np.zeros((1, 1), np.float32), np.zeros((1, 1, 3), np.float32)
-    for z, opened in ((0.0, 0), (0.125, 0), (0.1, 1)):  # 0.1 in float64, rounded, or a rounded 1 times a rounded 0.1
+    for z, undecided in ((0.0, 0), (0.125, 0), (0.1, 1)):  # 0.1 in float64, rounded, or a rounded 1 times a rounded 0.1
         depth[:], position[..., 2] = np.float32(z) * 2, np.float32(z)
         found = oracle.ao_bounds(depth, position, slits, np.array([[0.0, 0.0, z]]), 1.0)
-        assert found.open.tolist() == [[opened]]
+        assert found.undecided.tolist() == [[undecided]]
         assert found.lower.tolist() == [[0.0]]
 
 
@@ -179,13 +179,13 @@ def test_shade_bounds_turn_with_the_sign_of_the_colour():
     assert found.upper[0, 0, 0] > 0.75
 
 
-def test_merge_bounds_are_maxima_and_open_samples_add_up():
+def test_merge_bounds_are_maxima_and_undecided_samples_add_up():
     a = oracle.Bounds(np.float32([[0.1, 0.5]]), np.float32([[0.3, 0.5]]), np.int32([[2, 0]]))
     b = oracle.Bounds(np.float32([[0.2, 0.1]]), np.float32([[0.2, 0.9]]), np.int32([[0, 1]]))
     found = oracle.merge_bounds([a, b])
     np.testing.assert_array_equal(found.lower, np.float32([[0.2, 0.5]]))
     np.testing.assert_array_equal(found.upper, np.float32([[0.3, 0.9]]))
-    assert found.open.tolist() == [[2, 1]]
+    assert found.undecided.tolist() == [[2, 1]]
 
 
 def test_a_number_that_is_none_is_outside():
@@ -197,7 +197,7 @@ def test_a_number_that_is_none_is_outside():
 
 
 @pytest.mark.parametrize("name", ["gallery", "statue", "armadillo", "ammonite"])
-def test_few_samples_are_open_in_the_embedded_scenes(name):
+def test_few_samples_are_undecided_in_the_embedded_scenes(name):
     """At most 0.5 % of the samples at visible points, at least 95 % of the visible texels certain, in every radius."""
     mesh = builtin_scene(name)
     display = find_display("virtual").with_resolution(256, 192)
@@ -206,9 +206,9 @@ def test_few_samples_are_open_in_the_embedded_scenes(name):
         samples, surface = make_samples(), gbuffer.depth < np.inf
         for radius in default_radii(mesh):
             given = gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius
-            opened = oracle.ao_bounds(*given, screen_to_world=view.screen_to_world).open[surface]
-            assert opened.sum() <= 0.005 * opened.size * len(samples)
-            assert (opened == 0).mean() >= 0.95
+            undecided = oracle.ao_bounds(*given, screen_to_world=view.screen_to_world).undecided[surface]
+            assert undecided.sum() <= 0.005 * undecided.size * len(samples)
+            assert (undecided == 0).mean() >= 0.95
 
 
 # Reasons
@@ -222,7 +222,7 @@ def test_explain_names_the_texel_the_edge_and_the_doubt():
     found = explain((0, 0), depth, positions, IDENTITY, samples, 1.0)
     assert found[0].number == 1
     assert [(s.number, s.outcome) for s in sorted(found, key=lambda s: s.number)] == [
-        (0, "clear"), (1, "open"), (2, "clear"), (3, "clear"),
+        (0, "clear"), (1, "undecided"), (2, "clear"), (3, "clear"),
     ]  # fmt: skip
     by_number = {s.number: s for s in found}
     assert by_number[1].texel == (1, 0)

@@ -1,4 +1,4 @@
-"""Bounds of the other estimators that count points: float32 renderers stay inside, and what they leave open is little.
+"""Bounds of the other estimators that count points: float32 renderers stay inside, and few points are undecided.
 
 As in ``test_oracle_sound`` scenes are drawn so that rounding matters. Normals are drawn at right angles to an offset
 but for the last digits, so that the half ball's turn is next to its decision, too.
@@ -22,7 +22,8 @@ from lfssao.estimators.surroundings import ball_mirrors
 from lfssao.kernels import outcomes
 from lfssao.oracle import shares
 from lfssao.oracle.error_model import MODELS
-from lfssao.oracle.points import BOUNDED, NORMALS, Estimate, point_bounds
+from lfssao.oracle.judge import occlusion_bounds
+from lfssao.oracle.points import BOUNDED, NORMALS, is_bounded, point_bounds
 from lfssao.oracle.texels import Surfaces, Texels
 
 RENDERERS = 40
@@ -75,7 +76,7 @@ def check_shares(drawn, options, half, alter=lambda model: model):
     right = estimate("hemisphere" if half else "point", Buffers(view, depth, positions, normals), radius, samples,
                      **options).texture  # fmt: skip
     assert not found.outside(right).any()
-    return int(found.open.sum()), int((np.rint(made * n).max(0) - np.rint(made * n).min(0)).sum())
+    return int(found.undecided.sum()), int((np.rint(made * n).max(0) - np.rint(made * n).min(0)).sum())
 
 
 @settings(max_examples=20)
@@ -126,7 +127,7 @@ def check_volume(drawn, options, tangent):
     estimator = "vo-points-normal" if tangent else "vo-points"
     found = point_bounds(estimator, given, radius, samples, weights, options, name)
     assert_inside(volume, found, "volume")
-    return int(found.open.sum()), int((made[0].max(0) - made[0].min(0) > 1e-3).sum())
+    return int(found.undecided.sum()), int((made[0].max(0) - made[0].min(0) > 1e-3).sum())
 
 
 @settings(max_examples=20)
@@ -139,7 +140,7 @@ def test_no_renderer_of_points_in_the_ball_leaves_its_bounds(drawn, tangent, thi
     check_volume(drawn, options, tangent)
 
 
-def test_renderers_differ_where_points_are_open():
+def test_renderers_differ_where_points_are_undecided():
     """Else these scenes would prove nothing: bounds that are a point would be as sound."""
     display = find_display("sample-a").with_resolution(4, 3)
     view = module_views(builtin_scene("statue"), display, range(4, 5))[0]
@@ -151,8 +152,8 @@ def test_renderers_differ_where_points_are_open():
         partial(check_shares, options=plain, half=True),
         partial(check_volume, options=vo, tangent=True),
     ):
-        opened, differing = np.sum([check(problem) for problem in drawn], axis=0)  # fmt: skip
-        assert opened >= differing > 10
+        undecided, differing = np.sum([check(problem) for problem in drawn], axis=0)  # fmt: skip
+        assert undecided >= differing > 10
 
 
 @pytest.mark.parametrize("model", ["shader", "nearest"])
@@ -229,7 +230,7 @@ def seen():
 
 
 @pytest.mark.parametrize("name", BOUNDED)
-def test_few_points_are_open(name, seen):
+def test_few_points_are_undecided(name, seen):
     estimator, radius = find_estimator(name), default_radii(builtin_scene("gallery"))[1]
     points, weights = estimator.default_samples()
     changes = {"range_check": True, "surface": "positions"} if "surface" in estimator.parameters else {"second": 0.5}
@@ -241,27 +242,31 @@ def test_few_points_are_open(name, seen):
         for options in (estimator.parameters, {**estimator.parameters, **changes}):
             found = point_bounds(name, given, radius, points, weights, options)
             assert not found.outside(estimate(name, buffers, radius, points, weights, **options).texture).any()
-            opened = found.open[depth < np.inf]
-            assert opened.mean() / len(points) < 0.005
-            assert (opened == 0).mean() > 0.95
+            undecided = found.undecided[depth < np.inf]
+            assert undecided.mean() / len(points) < 0.005
+            assert (undecided == 0).mean() > 0.95
             assert found.upper.max() > 0.2
 
 
 @pytest.mark.parametrize("name", BOUNDED)
-def test_what_an_estimate_was_run_with_is_what_its_bounds_are_of(name):
-    """By a camera, whose axis VO reads; of another of its numbers, or in another model, they would be others."""
+def test_bounds_are_those_of_the_arguments(name):
+    """By a camera, whose axis VO reads; of another axis, or in another model, they would be others."""
     mesh, rng = builtin_scene("statue"), np.random.default_rng(4)
     view = Camera.looking_at(mesh.bounds).view(5, 4)
     depth, positions, points = critical_scene(rng, view, 6, 0.3, lambda samples, number: samples[number])
     normals = unit(rng.normal(size=positions.shape)).astype(np.float32)
     options, weights = ESTIMATORS[name].parameters, rng.uniform(0.2, 3, 6)
-    made = Estimate(name, points, weights, options, view.cast_from_world)
+    described = {
+        "mapping": {"kind": "matrix", "numbers": view.world_to_image.numbers}, "estimator": name, "options": options,
+        "view": {"cast_from_world": view.cast_from_world},
+    }  # fmt: skip
+    inputs = {"depth": depth, "positions": positions, "normals": normals, "points": points, "weights": weights}
     given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals)
 
     def same(a, b):
-        return all(np.array_equal(getattr(a, end), getattr(b, end)) for end in ("lower", "upper", "open"))
+        return all(np.array_equal(getattr(a, end), getattr(b, end)) for end in ("lower", "upper", "undecided"))
 
-    found = [made.bounds(depth, positions, normals, view.world_to_image, 0.3, MODELS[m]) for m in ("shader", "nearest")]
+    found = [occlusion_bounds(described, inputs, 0.3, MODELS[m]) for m in ("shader", "nearest")]
     right = [point_bounds(name, given, 0.3, points, weights, options, m) for m in ("shader", "nearest")]
     assert same(found[0], right[0])
     assert same(found[1], right[1])
@@ -271,15 +276,13 @@ def test_what_an_estimate_was_run_with_is_what_its_bounds_are_of(name):
     assert same(right[0], point_bounds(name, away, 0.3, points, weights, options)) == (not name.startswith("vo-"))
 
 
-def test_estimates_know_whether_they_have_bounds():
-    view = Camera.looking_at(builtin_scene("statue").bounds).view(2, 2)
+def test_estimators_know_whether_they_have_bounds():
     for name, estimator in ESTIMATORS.items():
         for thickness in (0.0, 0.1):
             options = {**estimator.parameters, "thickness": thickness}
-            made = Estimate(name, None, None, options, view.cast_from_world)
-            assert made.is_bounded == (name in BOUNDED and thickness == 0)
-            assert made.bounds(np.zeros((2, 2)), np.zeros((2, 2, 3)), None, view.world_to_image, 0.1, "shader") is None
-        assert Estimate(name, None, None, {}, view.cast_from_world).is_bounded == (name in BOUNDED)
+            assert is_bounded(name, options) == (name in BOUNDED and thickness == 0)
+            assert is_bounded(name, options, directions=True) == (name in BOUNDED)
+        assert is_bounded(name, {}) == (name in BOUNDED)
 
 
 def test_other_estimators_have_no_bounds():

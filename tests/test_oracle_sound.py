@@ -17,9 +17,8 @@ from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_
 from lfssao.kernels import bilateral, outcomes
 from lfssao.oracle import bounds as oracle
 from lfssao.oracle.bilateral import bilateral_bounds
-from lfssao.oracle.depth import color_bounds, depth_bounds, displaced, stray_limit
+from lfssao.oracle.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.oracle.error_model import MODELS
-from lfssao.oracle.judge import Case, Stages, positions_outside
 
 EXAMPLES, RENDERERS = 100, 100
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -69,7 +68,7 @@ def assert_points_inside(points, depth, scene):
 def check(drawn, renderers, alter=lambda model: model):
     """Let renderers draw a scene, and hold every stage against the bounds of an altered model.
 
-    Returns how many samples are open, and of how many the renderers counted some and some did not.
+    Returns how many samples are undecided, and of how many the renderers counted some and some did not.
     """
     view, rng, name, radius, n, sigma = drawn
     depth, positions, samples = critical_scene(rng, view, n, radius)
@@ -101,7 +100,7 @@ def check(drawn, renderers, alter=lambda model: model):
     one = blurred[0].astype(np.float32)
     assert_inside(rr.shade(ar, rgb, ar.full(one)), oracle.shade_bounds(rgb, oracle.exactly(one), model), "shade")
     counts = [np.rint(m * n) for m in made]
-    return int(sum(a.open.sum() for a in allowed)), sum(int((c.max(0) - c.min(0)).sum()) for c in counts)
+    return int(sum(a.undecided.sum() for a in allowed)), sum(int((c.max(0) - c.min(0)).sum()) for c in counts)
 
 
 @settings(max_examples=EXAMPLES)
@@ -133,13 +132,13 @@ def test_half_the_errors_would_be_too_few():
     assert refused > 0
 
 
-def test_renderers_of_a_model_differ_where_samples_are_open():
+def test_renderers_of_a_model_differ_where_samples_are_undecided():
     """Bounds that are a point would be sound as well if all renderers agreed: they do not."""
     display = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
     view = display.view(0, fit_roi(WORLD_BOX, display.roi))
     found = np.array([check((view, np.random.default_rng(s), "shader", 0.3, 4, 0.6), RENDERERS) for s in range(10)])
-    opened, differing = found.sum(axis=0)
-    assert opened >= differing > opened / 4 > 10
+    undecided, differing = found.sum(axis=0)
+    assert undecided >= differing > undecided / 4 > 10
 
 
 @settings(max_examples=15)
@@ -156,13 +155,13 @@ def test_no_ray_beside_a_centre_leaves_the_depth_bounds(data):
     allowed, allowed_color = depth_bounds(caster, view), color_bounds(caster, view)
     assert not allowed.outside(caster.gbuffer(view).depth).any()
     reach = MODELS["shader"].centre
-    case = Case(view.world_to_image, view.screen_to_world, np.zeros((1, 3)), (1.0,), 1.0, Stages())
     for _ in range(4):
         seen = caster.gbuffer(displaced(view, *rng.uniform(-reach, reach, 2)))
         # A sliver that shows between the nine rays is the bounds' stated limit.
         assert np.count_nonzero(allowed.outside(seen.depth)) <= 1
         assert np.count_nonzero(allowed_color.outside(seen.color).any(axis=-1)) <= 1
-        assert not positions_outside(seen.positions, seen.depth, case, MODELS["shader"]).any()
+        fitting = PositionBounds(view.world_to_image, seen.depth, MODELS["shader"])
+        assert not fitting.outside(seen.positions).any()
 
 
 def test_triangles_smaller_than_a_texel_leave_no_depth_out():

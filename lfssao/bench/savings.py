@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lfssao.bench.times import balanced_orders
 from lfssao.display import Display
-from lfssao.oracle.judge import same_bits
+from lfssao.oracle import verdict
 from lfssao.raycast import RayCaster
 from lfssao.rendering import Settings, Textures, default_radii, module_views, render_view
 from lfssao.scene.builtin import BUILTIN, builtin_scene
@@ -192,7 +192,7 @@ def equal_bits(one: Textures, other: Textures) -> bool:
     for a, b in zip(_layers(one), _layers(other), strict=True):
         if (a is None) != (b is None):
             return False
-        if a is not None and b is not None and not same_bits(a, b):
+        if a is not None and b is not None and not verdict.equal_bits(a, b).all():
             return False
     return True
 

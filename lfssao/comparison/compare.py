@@ -1,29 +1,23 @@
 """A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from lfssao.comparison.intervals import Oracle, Parameters, not_written
-from lfssao.comparison.kit_case import CaseOracle, case_layers
+from lfssao.comparison.intervals import ViewOracle, knows_occlusion
 from lfssao.comparison.layers import Layer, Matcher, MismatchError, check_comparable
 from lfssao.comparison.picture import Panels
 from lfssao.comparison.report import Report
+from lfssao.comparison.result import Result, result_of
 from lfssao.comparison.source import Mine, Reference
 from lfssao.comparison.surface import Surface
-from lfssao.comparison.verdict import Judged, Result, Verdict, judge
 from lfssao.errors import InputError
 from lfssao.oracle.bounds import Bounds
-from lfssao.oracle.depth import DepthBounds
 from lfssao.oracle.error_model import find_model
-from lfssao.oracle.judge import StageVerdict
+from lfssao.oracle.judge import Rules, judge_planes
+from lfssao.oracle.verdict import Verdict
 
-# Of the reference's mesh, before it is first asked for.
-_UNREAD = object()
-
-# What a manifest that is none leads to.
-_MALFORMED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError)
+Reason = Callable[[str, tuple[int, int], Bounds | None], str]
 
 
 def compare(
@@ -102,17 +96,17 @@ class Comparison:
         self._reference = Reference.open(reference)
         self._mine = Mine.open(mine, self._reference)
         self._rules, self._wanted, self._exact = dict(rules), layers, exact
-        self._mesh = mesh
-        self._surface: object = _UNREAD
+        manifest = self._reference.manifest
+        self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
         if mesh is not None:
-            if self._reference.manifest is None:
+            if self._surface is None:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
-            self._known_surface(self._reference.manifest)
+            _ = self._surface.mesh  # refused before anything is compared
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
         self._named: set[str] = set()
-        self._known_occlusion = True
+        self._unbounded: str | None = None
 
     @property
     def modules(self) -> list[str]:
@@ -127,14 +121,9 @@ class Comparison:
         InputError
             If the manifest does not hold what the oracle needs.
         """
-        parameters = self._parameters(module)
-        optional: set[str] = set()
+        view = self._reference.view(module)
         try:
-            case = self._reference.case(module)
-            if case is None:
-                reference = self._reference.layers(module)
-            else:
-                reference, optional = case_layers(case)
+            reference, case = self._reference.read(module)
             parts = self._mine.parts(module)
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
@@ -145,98 +134,48 @@ class Comparison:
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
         matcher = Matcher(parts, reference, self._rules)
+        optional = set() if case is None else set(list(case.outputs)[1:])
         found, refused = _found_layers(module, matcher, reference, optional)
-        right = {layer.name: layer for layer in reference}
-        oracle: Oracle | CaseOracle | None = None
-        if parameters is not None:
-            self._known_occlusion = parameters.samples is not None or parameters.estimate is not None
-            oracle = Oracle(parameters, found, right, self._model, partial(self._from_mesh, module, _shape(right)))
-        elif case is not None:
-            oracle = CaseOracle(case, found)
-        self._compare(module, oracle, found, refused, reference)
-        if self._wanted is None:
-            self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
-
-    def _parameters(self, module: str) -> Parameters | None:
-        source = self._reference
-        if source.manifest is None:
-            return None
-        return Parameters.of(source.path, source.manifest, source.entries[module])
-
-    def _from_mesh(self, module: str, shape: tuple[int, ...]) -> tuple[DepthBounds, Bounds | None] | None:
-        """Bounds of a module's depth and colour, of that shape, from the reference's mesh where it is known."""
-        source = self._reference
-        assert source.manifest is not None  # there is an oracle
-        entry = source.entries[module]
-        surface = self._known_surface(source.manifest)
-        if surface is None or shape != (entry["view"]["height"], entry["view"]["width"]):
-            return None
-        try:
-            return surface.bounds(entry, self._model)
-        except InputError:
-            raise
-        except _MALFORMED as error:
-            raise self._not_a_manifest(error) from error
-
-    def _known_surface(self, manifest: dict[str, Any]) -> Surface | None:
-        if self._surface is _UNREAD:
-            try:
-                self._surface = Surface.of(manifest, self._mesh)
-            except InputError:
-                raise
-            except _MALFORMED as error:
-                raise self._not_a_manifest(error) from error
-        return self._surface if isinstance(self._surface, Surface) else None
-
-    def _not_a_manifest(self, error: Exception) -> InputError:
-        return not_written(self._reference.path, error)
-
-    def _compare(
-        self,
-        module: str,
-        oracle: Oracle | CaseOracle | None,
-        found: dict[str, Layer],
-        refused: dict[str, Result],
-        reference: Sequence[Layer],
-    ) -> None:
-        """Judge the layers of a module that are wanted."""
+        rules: Rules = _no_rules if case is None else case.bounds.get
+        reason: Reason = _no_reason
+        if view is not None:
+            oracle = ViewOracle(view, found, reference, self._model, partial(self._from_mesh, module, reference))
+            rules, reason = oracle.allowed, oracle.reason
+            if not knows_occlusion(view.parameters):
+                self._unbounded = view.parameters["estimator"]
         panels = Panels(module)
         for right in reference:
             if self._wanted is not None and right.name not in self._wanted:
                 continue
             if right.name in refused:
                 self._results.append(refused[right.name])
-                continue
-            if right.name not in found:
-                continue
-            judged = self._judge(module, oracle, found[right.name], right)
-            self._results.append(judged.result)
-            self._note_strays(judged.result)
-            panels.offer(found[right.name], right, judged)
+            elif right.name in found:
+                self._judge(found[right.name], right, rules, reason, panels)
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
+        if self._wanted is None:
+            self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
-    def _note_strays(self, result: Result) -> None:
-        """Warn of texels that only the mesh could tell right from wrong."""
-        if result.verdict is Verdict.INSIDE and result.outside:
-            some = f"{result.outside} texel{'s' * (result.outside != 1)}"
-            what = f"{result.module}, {result.layer}: {some} cannot be judged without the mesh (--mesh FILE)"
-            limit = "no more than may look past an edge, by a statistical limit that proves nothing"
-            self._notes.append(f"{what}: {limit}")
-
-    def _judge(self, module: str, oracle: Oracle | CaseOracle | None, mine: Layer, reference: Layer) -> Judged:
-        name = reference.name
-
-        def ask() -> StageVerdict | None:
-            return None if oracle is None else oracle.verdict(name)
-
-        def reason(texel: tuple[int, int]) -> str:
-            return "" if oracle is None else oracle.reason(name, texel)
-
+    def _judge(self, mine: Layer, right: Layer, rules: Rules, reason: Reason, panels: Panels) -> None:
+        """Compare one layer of the module of ``panels`` with the reference's."""
+        name = right.name
         try:
-            return judge(module, mine, reference, ask, reason)
+            judged = judge_planes(mine.planes, right.planes, partial(rules, name))
+            result = result_of(panels.module, mine, right, judged, lambda texel: reason(name, texel, judged.bounds))
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
+        self._results.append(result)
+        panels.offer(mine, right, judged)
+        if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
+            some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
+            limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
+            self._notes.append(f"{panels.module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+
+    def _from_mesh(self, module: str, reference: Sequence[Layer]) -> Mapping[str, Bounds]:
+        """Bounds of a module's depth and colour from the reference's mesh, where it is known."""
+        shape = next((layer.planes[0].shape for layer in reference if layer.name == "depth"), ())
+        assert self._surface is not None  # there is a manifest
+        return self._surface.bounds(self._reference.entries[module], shape, self._model)
 
     def report(self) -> Report:
         """What was found of the modules that were added.
@@ -255,21 +194,12 @@ class Comparison:
             reference=str(self._reference.path),
             model=self._reference.kit_model if self._reference.manifest is None else self._model.name,
             exact=self._exact,
-            estimator=self._other_estimator(),
+            estimator=self._unbounded,
             modules=len(self._reference.files),
             results=tuple(self._results),
             notes=tuple(self._notes),
             panels=self._panels,
         )
-
-    def _other_estimator(self) -> str | None:
-        """The reference's estimator where no intervals of its occlusion are known."""
-        if self._reference.manifest is None:
-            return None
-        chosen = self._reference.manifest.get("settings")
-        if self._known_occlusion or not isinstance(chosen, dict):
-            return None
-        return f"{chosen.get('estimator')}{' with neighbours' if chosen.get('neighbours') else ''}"
 
 
 def _found_layers(
@@ -297,9 +227,13 @@ def _found_layers(
     return found, refused
 
 
-def _shape(layers: dict[str, Layer]) -> tuple[int, ...]:
-    """Of the depth texture; () where there is none."""
-    return layers["depth"].planes[0].shape if "depth" in layers else ()
+def _no_rules(_: str) -> None:
+    """Nothing but values is known to be right."""
+
+
+def _no_reason(*_: object) -> str:
+    """A case says how to compute an output, not why."""
+    return ""
 
 
 def _channel_names(layer: Layer) -> list[str]:

@@ -3,10 +3,14 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from lfssao.comparison.metrics import Planes
+import numpy as np
+from numpy.typing import NDArray
+
 from lfssao.errors import InputError
 from lfssao.image_file import ImagePart
+from lfssao.oracle.verdict import Planes
 
 # The order in which stages are computed: of two that differ the earlier one is to blame.
 _STAGES = ("depth", "positions", "normals", "color", "ao", "merged", "blurred", "shaded")
@@ -37,6 +41,11 @@ class Layer:
     channels: tuple[str, ...]
     planes: Planes
     origin: tuple[int, int] | None
+
+    @property
+    def texture(self) -> NDArray[Any]:
+        """The values as one array, (H, W) or (H, W, C)."""
+        return np.ascontiguousarray(self.planes[0] if len(self.planes) == 1 else np.stack(self.planes, axis=-1))
 
 
 def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:

@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.oracle.verdict import Plane, Planes, equal_bits
 from lfssao.sums import sum_in_order
-
-Plane = NDArray[Any]
-Planes = tuple[Plane, ...]
 
 
 @dataclass(frozen=True)
@@ -47,17 +45,6 @@ class Metrics:
     ssim: float | None = 1.0
     nan_mismatches: int = 0
     infinity_mismatches: int = 0
-
-
-def equal_bits(a: Plane, b: Plane) -> NDArray[np.bool_]:
-    """Where two arrays of one type have the same bits."""
-    kind = f"u{a.dtype.itemsize}"
-    return np.asarray(a.view(kind) == b.view(kind))
-
-
-def equal_values(a: Plane, b: Plane) -> NDArray[np.bool_]:
-    """Where two arrays have equal values: -0 is +0, one NaN is as good as another, +inf is not -inf."""
-    return np.asarray((a == b) | (np.isnan(a) & np.isnan(b)))
 
 
 def ulp_distance(a: Plane, b: Plane) -> NDArray[np.uint64]:

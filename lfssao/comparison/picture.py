@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.comparison.layers import Layer
-from lfssao.comparison.metrics import equal_values
-from lfssao.comparison.verdict import SAME, Judged, Verdict
 from lfssao.errors import InputError
 from lfssao.files import write_whole
+from lfssao.oracle.verdict import SAME, Judged, Verdict, equal_values
 from lfssao.srgb import to_codes
 
 _WIDTH = 480  # pixels of each panel, at most
@@ -36,7 +35,7 @@ class Panels:
 
     def offer(self, mine: Layer, reference: Layer, judged: Judged) -> None:
         """Keep a stage: of those with equal bits the first alone, until one differs."""
-        verdict = judged.result.verdict
+        verdict = judged.verdict
         rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code == SAME else 2
         if (self.rows and rank == 0) or len(self.rows) >= _MOST_ROWS:
             return

@@ -12,8 +12,9 @@ from xml.etree import ElementTree
 
 from lfssao.comparison.layers import stage_order
 from lfssao.comparison.picture import Panels, save_panels
-from lfssao.comparison.verdict import FAILED, SAME, WARNING, Result, Texel, Verdict
+from lfssao.comparison.result import Result, Texel
 from lfssao.files import write_text
+from lfssao.oracle.verdict import FAILED, SAME, WARNING, Verdict
 
 FORMAT = 1
 _MOST_LINES = 20

@@ -8,10 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from lfssao.comparison.intervals import not_written, view_case
 from lfssao.comparison.layers import Layer, layers_of
+from lfssao.digests import digest
 from lfssao.errors import InputError
-from lfssao.image_file import ENDINGS, ImagePart, read_image_file
-from lfssao.kit.case import Case
+from lfssao.image_file import ENDINGS, ImagePart, part_of, read_image_file
+from lfssao.kit.folder import read_case, read_index
+from lfssao.kit.stages import MODEL
+from lfssao.oracle.case import Case
+from lfssao.rendered import MANIFEST, load_manifest
 
 
 @dataclass(frozen=True)
@@ -47,9 +52,6 @@ class Reference:
         InputError
             If there are none, or a manifest is there and is wrong.
         """
-        from lfssao.kit.folder import read_index  # late: numba is imported behind these lines
-        from lfssao.rendered import MANIFEST, load_manifest
-
         folder = path if path.is_dir() else path.parent
         if not path.is_dir() and not path.is_file():
             raise InputError(f"{path}: there is no such file or folder")
@@ -76,34 +78,35 @@ class Reference:
     @property
     def kit_model(self) -> str | None:
         """The error model of a kit's bounds; None where the reference is none."""
-        from lfssao.kit.bounds import MODEL
-
         return MODEL if self.kit else None
 
-    def case(self, module: str) -> Case | None:
-        """The case of a kit; None where the reference is none.
+    def view(self, module: str) -> Case | None:
+        """What the manifest says of a module, its textures left out; None where there is no manifest.
 
         Raises
         ------
         InputError
-            If its files are wrong.
+            If the manifest does not hold what bounds are made of.
         """
-        from lfssao.kit.folder import read_case
+        return None if self.manifest is None else view_case(self.path, self.manifest, self.entries[module])
 
-        return read_case(self.files[module]) if self.kit else None
-
-    def layers(self, module: str) -> list[Layer]:
-        """The layers of a module in the order of the stages, checked against the manifest's digests.
+    def read(self, module: str) -> tuple[list[Layer], Case | None]:
+        """The layers of a module in the order of the stages, and its case where it is one of a kit.
 
         Raises
         ------
         InputError
-            If the file cannot be read or is not what the manifest describes.
+            If a file cannot be read, or is not what the manifest or case.json describes.
         """
+        if self.kit:
+            case = read_case(self.files[module])
+            main, *steps = case.outputs
+            parts = {name: part_of(case.outputs[name]) for name in (*steps, main)}
+            return [Layer(name, part.channels, part.planes, None) for name, part in parts.items()], case
         layers = layers_of(read_image_file(self.files[module]))
         if module in self.entries:
             _check_digests(self.files[module], layers, self.entries[module]["textures"])
-        return layers
+        return layers, None
 
 
 def _images(path: Path) -> list[tuple[str, Path]]:
@@ -129,14 +132,11 @@ def _entries(path: Path, manifest: dict[str, Any]) -> dict[str, dict[str, Any]]:
         if not entries or len(entries) != len(manifest["views"]):
             raise ValueError("views without names of their own")
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        what = f"{type(error).__name__}: {error}"
-        raise InputError(f"{path}: it is not what 'lfssao render' writes ({what:.80})") from error
+        raise not_written(path, error) from error
     return entries
 
 
 def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -> None:
-    from lfssao.digests import digest
-
     there = {layer.name: layer for layer in layers}
     for name, entry in described.items():
         layer = there.get(name)

@@ -1,110 +1,135 @@
 """The mesh that a reference was rendered of: with it the intervals of depth and colour are bounds and no estimates."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numba import config
 
+from lfssao.camera import Camera
+from lfssao.comparison.intervals import not_written
 from lfssao.errors import InputError, MissingPackageError
+from lfssao.frames import moved
+from lfssao.manifest import describe_scene
 from lfssao.matrix import Matrix
 from lfssao.oracle.bounds import Bounds
-from lfssao.oracle.depth import DepthBounds, color_bounds, depth_bounds
+from lfssao.oracle.depth import color_bounds, depth_bounds
 from lfssao.oracle.error_model import ErrorModel
-
-if TYPE_CHECKING:
-    from lfssao.raycast import RayCaster
-    from lfssao.scene.mesh import Mesh
-    from lfssao.view import View
+from lfssao.raycast import RayCaster
+from lfssao.rendered import display_of
+from lfssao.scene.builtin import BUILTIN, builtin_scene
+from lfssao.scene.load import load_scene
+from lfssao.scene.mesh import Mesh
+from lfssao.view import View
 
 
 class Surface:
-    """The scene of a rendered folder.
+    """The scene of a rendered folder, read when it is first needed.
 
     Parameters
     ----------
-    mesh : Mesh
-        The scene, where it stands in the folder's frame.
+    path : Path
+        The folder, for messages.
     manifest : dict
-        The folder's.
-    colored : bool
-        Whether its colours, too, are those of the folder.
+        Its manifest.
+    file : str or None
+        A mesh file or the name of an embedded scene; by default the embedded scene that the manifest names.
     """
 
-    def __init__(self, mesh: "Mesh", manifest: dict[str, Any], colored: bool) -> None:
-        self._mesh, self._manifest, self._colored = mesh, manifest, colored
+    def __init__(self, path: Path, manifest: dict[str, Any], file: str | None) -> None:
+        self._path, self._manifest, self._file = path, manifest, file
         self._caster: RayCaster | None = None  # all views of a folder share their cast space
 
-    @classmethod
-    def of(cls, manifest: dict[str, Any], file: str | None) -> "Surface | None":
-        """Load a mesh file or, where none is given, the embedded scene that the manifest names.
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Say in a sentence that the manifest is none, whatever it led to."""
+        try:
+            yield
+        except InputError:
+            raise
+        except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+            raise not_written(self._path, error) from error
 
-        Returns
-        -------
-        Surface or None
-            None where no file is given and the scene is none of the embedded ones, or another version's.
+    @cached_property
+    def mesh(self) -> Mesh | None:
+        """The mesh where it stands in the folder's frame; None if it is not at hand, or another version's.
 
         Raises
         ------
         InputError
             If the file cannot be read or is not the scene that the manifest describes.
         """
-        from lfssao.frames import moved
-        from lfssao.manifest import describe_scene
-        from lfssao.scene.builtin import BUILTIN, builtin_scene
-        from lfssao.scene.load import load_scene
+        with self._reading():
+            return self._read_mesh()
 
-        scene, frame = manifest["scene"], manifest.get("frame")
+    def _read_mesh(self) -> Mesh | None:
+        scene, frame, name = self._manifest["scene"], self._manifest.get("frame"), self._file
         if not isinstance(scene["name"], str):
             raise TypeError(f"the scene's name is {scene['name']!r}")
-        if file is None and scene["name"] not in BUILTIN:
+        if name is None and scene["name"] not in BUILTIN:
             return None
-        mesh = builtin_scene(file or scene["name"]) if (file or scene["name"]) in BUILTIN else load_scene(str(file))
+        name = name or scene["name"]
+        mesh = builtin_scene(name) if name in BUILTIN else load_scene(name)
         found = describe_scene(mesh)
         if any(found[part] != scene[part] for part in ("vertices_sha256", "faces_sha256")):
-            if file is None:
+            if self._file is None:
                 return None
-            raise InputError(f"--mesh: {file} is not the scene that the reference was rendered of, {scene['name']}")
-        if frame is not None:
-            mesh = moved(mesh, _affine(frame["world_from_scene"]))
-        return cls(mesh, manifest, found["paint_sha256"] == scene["paint_sha256"])
+            raise InputError(f"--mesh: {name} is not the scene that the reference was rendered of, {scene['name']}")
+        self._has_colors = mesh.paint is not None and found["paint_sha256"] == scene["paint_sha256"]
+        return mesh if frame is None else moved(mesh, _affine(frame["world_from_scene"]))
 
-    def bounds(self, entry: dict[str, Any], model: ErrorModel) -> tuple[DepthBounds, Bounds | None] | None:
-        """Bounds of a view's depth and colour, the latter without guard band and None where there is none.
+    def bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
+        """Bounds of a view's depth and colour.
 
-        None for both where rays cannot be cast here, or the view is not one that the manifest's numbers make again.
+        They are left out where the mesh is not at hand or has other colours, where rays cannot be cast here, and where
+        the view is not one that the manifest's numbers make again.
+
+        Parameters
+        ----------
+        entry : dict
+            What the manifest says of the view.
+        shape : (int, int)
+            Height and width of the depth texture.
+        model : ErrorModel
+            What a renderer may do.
+
+        Raises
+        ------
+        InputError
+            If the manifest does not describe the scene and the view.
         """
-        from numba import config
+        with self._reading():
+            return self._bounds(entry, shape, model)
 
-        from lfssao.raycast import RayCaster
-
-        view = self._view(entry)
-        if view is None:
-            return None
+    def _bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
+        if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
+            return {}
+        view = self._view(self.mesh, entry)
+        if not np.array_equal(view.world_to_image.numbers, entry["view"]["world_to_image"]):
+            return {}
         try:
-            if self._caster is None:
-                self._caster = RayCaster(self._mesh, view.cast_from_world, int(config.NUMBA_NUM_THREADS))
+            self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, int(config.NUMBA_NUM_THREADS))
         except MissingPackageError:
-            return None
-        color = None
-        if self._mesh.paint is not None and self._colored:
+            return {}
+        made = {"depth": depth_bounds(self._caster, view, model)}
+        if self._has_colors:
             chosen = self._manifest["settings"]["color_filter"]
-            color = color_bounds(self._caster, view, chosen, model).crop(view.guard)
-        return depth_bounds(self._caster, view, model), color
+            made["color"] = color_bounds(self._caster, view, chosen, model)
+        return made
 
-    def _view(self, entry: dict[str, Any]) -> "View | None":
+    def _view(self, mesh: Mesh, entry: dict[str, Any]) -> View:
         """The view of a manifest's entry."""
-        from lfssao.camera import Camera
-        from lfssao.rendered import display_of
-
         described = entry["view"]
         guard = described["guard"]
         if self._manifest["display"] is None:
-            camera = Camera.looking_at(self._mesh.bounds, self._manifest["camera"])
-            view = camera.view(described["width"] - 2 * guard, described["height"] - 2 * guard, guard)
-        else:
-            index = int(entry["name"].removeprefix("module_"))
-            display = display_of(self._manifest["display"], {index: entry})
-            view = display.view(index, _affine(described["cast_from_world"]), guard)
-        return view if np.array_equal(view.world_to_image.numbers, described["world_to_image"]) else None
+            camera = Camera.looking_at(mesh.bounds, self._manifest["camera"])
+            return camera.view(described["width"] - 2 * guard, described["height"] - 2 * guard, guard)
+        index = int(entry["name"].removeprefix("module_"))
+        display = display_of(self._manifest["display"], {index: entry})
+        return display.view(index, _affine(described["cast_from_world"]), guard)
 
 
 def _affine(values: Any) -> Matrix:

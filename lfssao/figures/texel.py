@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 Texture = NDArray[np.floating[Any]]
 
-_COLORS = {"occluded": "tab:red", "clear": "tab:blue", "open": "tab:orange"}
+_COLORS = {"occluded": "tab:red", "clear": "tab:blue", "undecided": "tab:orange"}
 
 
 def occluded_share(samples: Sequence[Sample]) -> float:

@@ -1,36 +1,36 @@
 """Which numbers of other renderers are inside the bounds of a case."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.oracle.bounds import Bounds
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Texture = NDArray[np.floating[Any]]
+Texture = NDArray[np.float32]
 
 EQUAL, INSIDE, OUTSIDE = range(3)
 _NAMES = ("equal bits", "inside", "outside")
 
 
-def inside_bounds(mine: Texture, right: Texture, bounds: tuple[Texture, Texture]) -> NDArray[np.int64]:
+def inside_bounds(mine: Texture, right: Texture, bounds: Bounds) -> NDArray[np.int64]:
     """For each number EQUAL (to the reference), INSIDE the bounds, or OUTSIDE them (NaN too).
 
     Parameters
     ----------
     mine, right : (H, W)
         The other renderer's texture, and the reference's.
-    bounds : pair of (H, W)
-        Lower and upper bound.
+    bounds : Bounds
+        Least and largest value of each number.
     """
-    low, high = bounds
-    within = np.where((mine >= low) & (mine <= high), INSIDE, OUTSIDE)
-    return np.where(mine == right, EQUAL, within)
+    return np.where(mine == right, EQUAL, np.where(bounds.outside(mine), OUTSIDE, INSIDE))
 
 
-def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: tuple[Texture, Texture]) -> "Figure":
+def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: Bounds) -> "Figure":
     """A figure of the reference's occlusion, and of each texture's verdicts.
 
     Parameters
@@ -39,8 +39,8 @@ def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: tuple[T
         Other renderers' occlusion by name.
     right : (H, W)
         The reference's.
-    bounds : pair of (H, W)
-        Lower and upper bound.
+    bounds : Bounds
+        Least and largest value of each number.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure  # late: takes a second to import

@@ -13,8 +13,6 @@ from lfssao.display import Display
 from lfssao.errors import InputError
 from lfssao.kernels.philox import random_unit
 from lfssao.kit.borders import BORDERS, border_problem
-from lfssao.kit.bounds import case_bounds
-from lfssao.kit.case import Arrays, Case
 from lfssao.kit.estimator_cases import curved_recipes, disk_recipes, option_recipes, pass_recipes, remapped_recipes
 from lfssao.kit.scenes import SCENE, Scene, textures
 from lfssao.kit.stages import STAGES
@@ -35,6 +33,7 @@ from lfssao.kit.views import (
     noise,
     small_display,
 )
+from lfssao.oracle.case import Arrays, Case
 from lfssao.samples import METHODS, make_samples
 from lfssao.view import View
 
@@ -288,7 +287,8 @@ def make_case(name: str) -> Case:
     if name not in RECIPES:
         raise InputError(f"there is no case '{name}': choose one of {', '.join(RECIPES)}")
     recipe = RECIPES[name]
+    stage = STAGES[recipe.stage]
     parameters, inputs = recipe.build()
-    outputs = STAGES[recipe.stage].run(parameters, inputs)
-    bounds = case_bounds(recipe.stage, parameters, inputs)
+    outputs = stage.run(parameters, inputs)
+    bounds = {name: b for name, b in stage.bounds(parameters, inputs).items() if b is not None}
     return Case(name, recipe.stage, recipe.title, parameters, inputs, outputs, bounds, recipe.specified)

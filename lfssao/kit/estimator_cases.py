@@ -15,7 +15,6 @@ from lfssao.estimators.estimator import Estimator, Value
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.estimators.texel_lines import texel_lines
 from lfssao.kernels.mapping import MATRIX
-from lfssao.kit.case import Arrays
 from lfssao.kit.scenes import SCENE, Scene, textures
 from lfssao.kit.specification import is_specified
 from lfssao.kit.views import (
@@ -33,6 +32,7 @@ from lfssao.kit.views import (
     small_display,
 )
 from lfssao.matrix import multiply, to_4x4
+from lfssao.oracle.case import Arrays
 from lfssao.samples import make_samples
 from lfssao.view import View, WorldToImage
 

@@ -20,7 +20,8 @@ from lfssao import __version__
 from lfssao.errors import InputError
 from lfssao.exr import Part, write_exr
 from lfssao.files import check_folder
-from lfssao.kit.case import Arrays, Case
+from lfssao.oracle.bounds import Bounds
+from lfssao.oracle.case import Arrays, Case
 
 FORMAT = 1
 _INDEX = "kit.json"
@@ -159,8 +160,8 @@ def describe_case(case: Case) -> dict[str, Any]:
 def arrays_of(case: Case) -> dict[str, NDArray[Any]]:
     """All arrays of a case by the names of their files."""
     arrays = {**case.inputs, **case.outputs}
-    for name, (lower, upper) in case.bounds.items():
-        arrays |= {f"{name}_lower": lower, f"{name}_upper": upper}
+    for name, bounds in case.bounds.items():
+        arrays |= {f"{name}_lower": bounds.lower, f"{name}_upper": bounds.upper}
     return arrays
 
 
@@ -255,13 +256,10 @@ def read_case(folder: Path) -> Case:
     }  # fmt: skip
     if not _has(described, keys):
         raise InputError(f"{path}: one of {', '.join(keys)} is missing or of the wrong type")
-    bounds = {
-        name: (
-            _read_array(folder, name, _side(path, pair, "lower")),
-            _read_array(folder, name, _side(path, pair, "upper")),
-        )
-        for name, pair in described["bounds"].items()
-    }
+    bounds = {}
+    for name, pair in described["bounds"].items():
+        lower, upper = (_read_array(folder, name, _side(path, pair, side)) for side in ("lower", "upper"))
+        bounds[name] = Bounds(lower, upper)
     inputs, outputs = (
         {name: _read_array(folder, name, entry) for name, entry in described[group].items()}
         for group in ("inputs", "outputs")

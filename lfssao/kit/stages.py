@@ -1,11 +1,9 @@
-"""The stages that cases are for: what each makes of its parameters and inputs, by the program's own functions."""
+"""The stages that cases are for: what each makes of its inputs, by the program's own functions, and its bounds."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao import passes
 from lfssao.display import Display, Module
@@ -14,13 +12,23 @@ from lfssao.estimators.registry import estimate
 from lfssao.kernels import blur as blur_kernels
 from lfssao.kernels import display as display_kernels
 from lfssao.kernels import elementary, mapping, philox
-from lfssao.kit.case import Arrays
+from lfssao.oracle.bounds import Bounds, blur_bounds, exactly, shade_bounds
+from lfssao.oracle.case import Array, Arrays, Parameters, described_mapping
+from lfssao.oracle.error_model import MODELS
+from lfssao.oracle.judge import Frame, occlusion_bounds, without_guard
 from lfssao.samples import make_samples, square_points
-from lfssao.view import KINDS, View, WorldToImage
+from lfssao.view import View
 
-Outputs = dict[str, NDArray[Any]]
-Parameters = Mapping[str, Any]
+MODEL = "shader"  # of the bounds
+
+Outputs = dict[str, Array]
 Run = Callable[[Parameters, Arrays], Outputs]
+MakeBounds = Callable[[Parameters, Arrays], dict[str, Bounds | None]]
+
+
+def _no_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
+    """No output has bounds: equal bits are asked."""
+    return {}
 
 
 @dataclass(frozen=True)
@@ -33,10 +41,15 @@ class Stage:
         What cases and SPECIFICATION.md call it.
     run : callable
         ``run(parameters, inputs) -> outputs``, the first one first.
+    bounds : callable
+        ``bounds(parameters, inputs)``: those of outputs by name, for a renderer within the error model of shading
+        languages. By default there are none: the stage rounds nothing, or is float64 or integers, which every language
+        has, and equal bits are asked.
     """
 
     name: str
     run: Run
+    bounds: MakeBounds = _no_bounds
 
 
 _FUNCTIONS = {"sincospi": elementary.sincospi, "cbrt": elementary.cbrt, "exp": elementary.exp}
@@ -69,12 +82,6 @@ def _numbers(parameters: Parameters, inputs: Arrays) -> Outputs:
 
 def _offsets(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"offsets": (parameters["radius"] * inputs["samples"]).astype(np.float32)}
-
-
-def described_mapping(parameters: Parameters) -> WorldToImage:
-    """The mapping that a case's parameters describe."""
-    described = parameters["mapping"]
-    return WorldToImage(KINDS.index(described["kind"]), np.array(described["numbers"]))
 
 
 def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
@@ -111,6 +118,10 @@ def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {**_occlusion(made), **_offsets(parameters, inputs)}
 
 
+def _occlusion_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
+    return {"occlusion": occlusion_bounds(parameters, inputs, parameters["radius"], MODELS[MODEL])}
+
+
 def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"merged": passes.merge(inputs["layers"])}
 
@@ -123,8 +134,16 @@ def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
 
 
+def _blur_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
+    return {"blurred": blur_bounds(exactly(inputs["source"]), parameters["sigma"], MODEL)}
+
+
 def _shade(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"shaded": passes.shade(inputs["image"], inputs["occlusion"])}
+
+
+def _shade_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
+    return {"shaded": shade_bounds(inputs["image"], exactly(inputs["occlusion"]), MODEL)}
 
 
 def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
@@ -132,11 +151,16 @@ def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
     layers = [_algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
     merged = passes.merge(layers)
     blurred = passes.blur(merged, parameters["sigma"])
-    g = parameters["guard"]
-    inner = slice(g, merged.shape[0] - g), slice(g, merged.shape[1] - g)
-    made = {f"ao_{k + 1}": np.ascontiguousarray(layer[inner]) for k, layer in enumerate(layers)}
-    made |= {"merged": np.ascontiguousarray(merged[inner]), "blurred": np.ascontiguousarray(blurred[inner])}
-    return {"shaded": passes.shade(np.ascontiguousarray(inputs["image"][inner]), made["blurred"]), **made}
+    guard = parameters["guard"]
+    made = {f"ao_{k + 1}": without_guard(layer, guard) for k, layer in enumerate(layers)}
+    made |= {"merged": without_guard(merged, guard), "blurred": without_guard(blurred, guard)}
+    return {"shaded": passes.shade(without_guard(inputs["image"], guard), made["blurred"]), **made}
+
+
+def _frame_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
+    frame = Frame(parameters, inputs, without_guard(inputs["image"], parameters["guard"]), MODELS[MODEL])
+    made = {"shaded": frame.shaded(), "merged": frame.merged(), "blurred": frame.blurred()}
+    return made | {f"ao_{k + 1}": frame.ao(k) for k in range(len(parameters["radii"]))}
 
 
 def _view(parameters: Parameters) -> View:
@@ -162,12 +186,12 @@ STAGES = {
         Stage("samples", _samples),
         Stage("numbers", _numbers),
         Stage("mapping", _map_points),
-        Stage("algorithm1", _algorithm1),
-        Stage("algorithm2", _algorithm2),
+        Stage("algorithm1", _algorithm1, _occlusion_bounds),
+        Stage("algorithm2", _algorithm2, _occlusion_bounds),
         Stage("merge", _merge),
-        Stage("blur", _blur),
-        Stage("shade", _shade),
-        Stage("frame", _frame),
-        Stage("estimator", _estimator),
+        Stage("blur", _blur, _blur_bounds),
+        Stage("shade", _shade, _shade_bounds),
+        Stage("frame", _frame, _frame_bounds),
+        Stage("estimator", _estimator, _occlusion_bounds),
     )
 }

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from lfssao.camera import Camera
 from lfssao.display import Display, Module
 from lfssao.kernels.philox import random_unit
-from lfssao.kit.case import Arrays
 from lfssao.kit.scenes import SCENE
+from lfssao.oracle.case import Arrays
 from lfssao.view import KINDS, View, WorldToImage
 
 Problem = tuple[dict[str, Any], Arrays]

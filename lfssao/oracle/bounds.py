@@ -33,16 +33,33 @@ class Bounds:
     ----------
     lower, upper : (H, W) or (H, W, 3) float32
         Smallest and largest value, both admitted.
-    open : (H, W) int32 or None
-        How many samples may be counted or not, over all radii that went in; None behind the blur.
+    undecided : (H, W) int32 or None
+        How many samples rounding decides, over all radii that went in; None behind the blur.
+    strays : int
+        How many texels of a right texture may leave the bounds.
+    ranges : pair of (K, H, W) float32, or None
+        Smallest and largest values of K ranges: a value must lie in one of them, and not just between their ends.
     """
 
     lower: Texture
     upper: Texture
-    open: NDArray[np.int32] | None = None
+    undecided: NDArray[np.int32] | None = None
+    strays: int = 0
+    ranges: tuple[Texture, Texture] | None = None
 
     def outside(self, texture: Texture) -> NDArray[np.bool_]:
-        """Where a texture of the same shape leaves the bounds; everywhere it is not a number."""
+        """Where a texture leaves the bounds; everywhere it is not a number.
+
+        Raises
+        ------
+        InputError
+            If it is of another shape.
+        """
+        if texture.shape != self.lower.shape:
+            raise InputError(f"a texture has shape {texture.shape}, its bounds have {self.lower.shape}")
+        if self.ranges is not None:
+            inside: NDArray[np.bool_] = np.any((texture >= self.ranges[0]) & (texture <= self.ranges[1]), axis=0)
+            return ~inside
         return ~((texture >= self.lower) & (texture <= self.upper))
 
     def crop(self, guard: int) -> "Bounds":
@@ -50,7 +67,8 @@ class Bounds:
         if guard == 0:
             return self
         inner = slice(guard, -guard), slice(guard, -guard)
-        return Bounds(self.lower[inner], self.upper[inner], None if self.open is None else self.open[inner])
+        undecided = None if self.undecided is None else self.undecided[inner]
+        return Bounds(self.lower[inner], self.upper[inner], undecided)
 
 
 def exactly(texture: Texture) -> Bounds:
@@ -191,6 +209,43 @@ def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatAr
     return offsets, exact.all(axis=1)
 
 
+def project_positions(
+    positions: FloatArray, allowance: FloatArray, world_to_image: WorldToImage, model: ErrorModel
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Image points of positions, how far they may be off, and whether they lie in the mapping's domain for sure.
+
+    Parameters
+    ----------
+    positions : (..., 3)
+        World coordinates.
+    allowance : (..., 3)
+        How far each coordinate may be off by itself.
+    world_to_image : WorldToImage
+        The mapping; renderers have its numbers rounded to float32.
+    model : ErrorModel
+        Not an exact one.
+
+    Returns
+    -------
+    image, doubt : (..., 3)
+        u, v, z and their errors; that of u is minus infinity where a position is outside the domain for sure.
+    sure : (...) bool
+        Whether it lies in the domain for sure.
+    """
+    shape = positions.shape[:-1]
+    rows = (1, -1, 3) if len(shape) == 1 else (*shape, 3)
+    image, doubt, sure = np.empty(positions.shape), np.empty(positions.shape), np.empty(shape, np.bool_)
+    numbers, errors = (
+        world_to_image.as_type(np.float32).astype(np.float64),
+        (model.operation, model.quotient, model.root),
+    )
+    outcomes.map_positions(
+        positions.reshape(rows), allowance.reshape(rows), world_to_image.kind, numbers, np.array(errors),
+        image.reshape(rows), doubt.reshape(rows), sure.reshape(rows[:-1]),
+    )  # fmt: skip
+    return image, doubt, sure
+
+
 def _matrix_numbers(world_to_image: WorldToImage) -> FloatArray:
     if world_to_image.kind != MATRIX:
         raise InputError("Algorithm 1 needs a mapping that is a matrix")
@@ -257,8 +312,8 @@ def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
         If there is none, or sizes differ.
     """
     lower, upper = passes.merge([b.lower for b in layers]), passes.merge([b.upper for b in layers])
-    opens = [b.open for b in layers if b.open is not None]
-    return Bounds(lower, upper, sum(opens[1:], opens[0]) if len(opens) == len(layers) else None)
+    counts = [b.undecided for b in layers if b.undecided is not None]
+    return Bounds(lower, upper, sum(counts[1:], counts[0]) if len(counts) == len(layers) else None)
 
 
 def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shader") -> Bounds:

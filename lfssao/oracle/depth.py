@@ -1,4 +1,4 @@
-"""The depth stage's bounds: a texel's surface may be looked at a little beside its centre.
+"""Bounds of depth, positions and colour: a texel's surface may be looked at a little beside its centre.
 
 ``ErrorModel.centre`` is how far, in texels: float32 rays and rasterisers that snap corners do not meet centres exactly.
 On a slope that moves the depth; at a silhouette another triangle is as right.
@@ -28,48 +28,20 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.kernels import depth_ranges, rays
-from lfssao.oracle.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
+from lfssao.oracle.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, project_positions, up_to_single
 from lfssao.oracle.error_model import ErrorModel, find_model
 from lfssao.raycast import RayCaster
-from lfssao.view import View
+from lfssao.view import View, WorldToImage
 
 ROUNDINGS = 16
 
 # Without a mesh: how much steeper a surface may be inside a texel than from it to its neighbours.
 SLOPES = 8
 
-
-@dataclass(frozen=True, eq=False)
-class DepthBounds:
-    """The values that a depth texture may have.
-
-    Attributes
-    ----------
-    lower, upper : (H, W) float32
-        Smallest and largest value.
-    texel, low, high : (n,) int64, (n,) float32, (n,) float32
-        Where not all values between them are right: the ranges that are, by row * W + column.
-    """
-
-    lower: Texture
-    upper: Texture
-    texel: NDArray[np.int64]
-    low: Texture
-    high: Texture
-
-    def outside(self, depth: Texture) -> NDArray[np.bool_]:
-        """Where a depth texture is in none of the ranges."""
-        wrong = ~((depth >= self.lower) & (depth <= self.upper)).ravel()
-        values = depth.ravel()[self.texel]
-        in_range = (values >= self.low) & (values <= self.high)
-        found = np.zeros(depth.size, bool)
-        np.logical_or.at(found, self.texel, in_range)
-        several = np.zeros(depth.size, bool)
-        several[self.texel] = True
-        return (wrong | (several & ~found)).reshape(depth.shape)
+_NEIGHBOURS = tuple((j, i) for j, i in product((-1, 0, 1), repeat=2) if (j, i) != (0, 0))
 
 
-def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> DepthBounds:
+def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of the depth texture of a mesh.
 
     Parameters
@@ -88,8 +60,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     """
     chosen = find_model(model)
     if chosen.exact:
-        depth = caster.gbuffer(view, color=None).depth
-        return _from_ranges(depth[None].astype(np.float64), depth[None].astype(np.float64))
+        return exactly(caster.gbuffer(view, color=None).depth)
     shape = view.height, view.width
     reach = chosen.centre
     triangles = np.empty((9, view.height * view.width), np.int32)
@@ -101,11 +72,11 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     depth_ranges.depth_ranges(
         view.ray_kind, view.lens, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper
     )
-    error = _rounding(view, vertices, chosen)
-    slack = error if view.screen_to_world is None else error * _screen_slope(view)
-    least, most = np.min(lower - slack, axis=0).reshape(shape), np.max(upper + slack, axis=0).reshape(shape)
-    nothing = np.empty(0, np.float32)
-    return DepthBounds(up_to_single(least), down_to_single(most), np.empty(0, np.int64), nothing, nothing)
+    # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
+    slack = ROUNDINGS * chosen.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
+    slack = slack if view.screen_to_world is None else slack * _screen_slope(view)
+    low, high = np.min(lower - slack, axis=0), np.max(upper + slack, axis=0)
+    return Bounds(up_to_single(low).reshape(shape), down_to_single(high).reshape(shape))
 
 
 def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:
@@ -162,11 +133,6 @@ def displaced(view: View, du: float, dv: float) -> View:
     return replace(view, lens=lens)
 
 
-def _rounding(view: View, vertices: FloatArray, model: ErrorModel) -> float:
-    """Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it."""
-    return ROUNDINGS * model.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
-
-
 def _screen_slope(view: View) -> float:
     """How much a camera's depth changes with z of eye space at most, twice more for the roundings of its own."""
     near, far = float(view.lens[4]), float(view.lens[5])
@@ -174,7 +140,7 @@ def _screen_slope(view: View) -> float:
     return 3 * steepest / (far - near)
 
 
-def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> DepthBounds:
+def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of a depth texture from another one that is right, where there is no mesh.
 
     Parameters
@@ -190,9 +156,9 @@ def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Depth
         If there is no such model.
     """
     chosen = find_model(model)
-    reference = depth.astype(np.float64)
     if chosen.exact:
-        return _from_ranges(reference[None], reference[None])
+        return exactly(depth)
+    reference = depth.astype(np.float64)
     slack = _slack(reference, chosen)
     with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
         slope = np.max([_finite(near - reference) for near, *_ in _around(reference)], axis=0)
@@ -203,16 +169,49 @@ def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Depth
             on = np.where(np.isfinite(next_one) & np.isfinite(near), 2 * near - next_one, near)
             lower.append(np.where(jump, np.minimum(near, on) - room, lower[0]))
             upper.append(np.where(jump, np.maximum(near, on) + room, upper[0]))
-    return _from_ranges(np.array(lower), np.array(upper))
+    low, high = up_to_single(np.array(lower)), down_to_single(np.array(upper))
+    return Bounds(low.min(axis=0), high.max(axis=0), strays=stray_limit(depth, chosen), ranges=(low, high))
+
+
+def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of a colour texture from another one that is right, where there is no mesh.
+
+    Each texel may have any colour between those of it and its eight neighbours, and beyond them by ``SLOPES`` times
+    ``model.centre`` of their span and by ROUNDINGS operations.
+
+    Parameters
+    ----------
+    color : (H, W, 3) float32
+        The reference.
+    depth : (H, W) float32 or None
+        Its depth texture, at whose jumps some texels may leave the bounds.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.oracle.error_model``).
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        return exactly(color)
+    height, width, _ = color.shape
+    padded = np.pad(color.astype(np.float64), ((1, 1), (1, 1), (0, 0)), mode="edge")
+    shifted = [padded[j : j + height, i : i + width] for j, i in product(range(3), repeat=2)]
+    low, high = np.min(shifted, axis=0), np.max(shifted, axis=0)
+    room = ROUNDINGS * chosen.operation * np.maximum(np.abs(low), np.abs(high)) + SLOPES * chosen.centre * (high - low)
+    strays = 0 if depth is None else stray_limit(depth, chosen)
+    return Bounds(up_to_single(low - room), down_to_single(high + room), strays=strays)
 
 
 def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     """How many texels of a right depth or colour texture may leave the bounds that the reference's own gives.
 
     A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
-    centre. Of an edge that is L texels long, in any direction, at most 2 sqrt(2) c L boxes are met on average, and no
-    more than L of the texels beside it are counted here. So the mean number m is at most 2 sqrt(2) c times the texels
-    at a jump of depth; the limit is m + 4 sqrt(m), four standard deviations above it.
+    centre. An edge that is L texels long, in any direction, meets at most 2 sqrt(2) c L boxes on average, and no more
+    than L of the texels beside it are counted here. So the mean number m is at most 2 sqrt(2) c times the texels at a
+    jump of depth; the limit is m + 4 sqrt(m), four standard deviations above it.
 
     Parameters
     ----------
@@ -234,8 +233,7 @@ def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
 
 def _slack(reference: FloatArray, model: ErrorModel) -> float:
     """Rounding of a depth, of the size of the largest."""
-    finite = np.abs(reference[np.isfinite(reference)])
-    return ROUNDINGS * model.operation * float(finite.max(initial=0.0))
+    return ROUNDINGS * model.operation * _largest(reference)
 
 
 def _around(reference: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
@@ -259,25 +257,54 @@ def _jumps(
     return found
 
 
-_NEIGHBOURS = tuple((j, i) for j, i in product((-1, 0, 1), repeat=2) if (j, i) != (0, 0))
-
-
 def _finite(difference: FloatArray) -> FloatArray:
     """Sizes of differences, 0 where one of the two is no surface."""
     size = np.abs(difference)
     return np.where(np.isfinite(size), size, 0.0)
 
 
-def _from_ranges(lower: FloatArray, upper: FloatArray) -> DepthBounds:
-    """Bounds of K ranges a texel, (K, H, W)."""
-    low, high = up_to_single(lower), down_to_single(upper)
-    several = np.any((low != low[0]) | (high != high[0]), axis=0).ravel()
-    texels = np.flatnonzero(several)
-    count = len(low)
-    return DepthBounds(
-        lower=low.min(axis=0),
-        upper=high.max(axis=0),
-        texel=np.tile(texels, count),
-        low=low.reshape(count, -1)[:, texels].ravel(),
-        high=high.reshape(count, -1)[:, texels].ravel(),
-    )
+def _largest(texture: NDArray[np.floating[Any]]) -> float:
+    """The largest size of a finite number in a texture."""
+    return float(np.max(np.abs(texture), where=np.isfinite(texture), initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class PositionBounds:
+    """The positions that fit a depth texture: points of the texels' rays at its depths.
+
+    A position is mapped into the image. Each coordinate may be off by ROUNDINGS operations on numbers of the size of
+    the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations.
+
+    Attributes
+    ----------
+    world_to_image : WorldToImage
+        The mapping, guard band included.
+    depth : (H, W) float32
+        Image z.
+    model : ErrorModel
+        What float32 arithmetic may do; not an exact one.
+    strays : int
+        None may leave them.
+    """
+
+    world_to_image: WorldToImage
+    depth: Texture
+    model: ErrorModel
+    strays: int = 0
+
+    def outside(self, positions: Texture) -> NDArray[np.bool_]:
+        """Where positions (H, W, 3) do not fit, (H, W)."""
+        depth, operation = self.depth, self.model.operation
+        allowance = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
+        with np.errstate(invalid="ignore"):  # of a NaN that signals
+            exact = np.ascontiguousarray(positions, np.float64)
+        image, doubt, _ = project_positions(exact, allowance, self.world_to_image, self.model)
+        height, width = depth.shape
+        centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        room = ROUNDINGS * operation * _largest(depth)
+        with np.errstate(invalid="ignore"):  # where there is no surface
+            far = [~(np.abs(image[..., 2] - depth) <= doubt[..., 2] + room)]
+            far += [~(np.abs(image[..., k] - centre[k]) <= doubt[..., k] + self.model.centre) for k in range(2)]
+        surface, beside = depth < np.inf, np.any(positions != np.inf, axis=-1)
+        wrong: NDArray[np.bool_] = (surface & np.logical_or.reduce(far)) | (~surface & beside)
+        return wrong

@@ -12,7 +12,7 @@ from lfssao.oracle.bounds import SampleScene, Texture
 from lfssao.oracle.error_model import MODELS, ErrorModel, find_model
 from lfssao.view import WorldToImage
 
-OUTCOMES = ("clear", "occluded", "open")
+OUTCOMES = ("clear", "occluded", "undecided")
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Sample:
     number : int
         Which sample, from 0.
     outcome : str
-        'clear', 'occluded', or 'open': either.
+        'clear', 'occluded', or 'undecided': rounding may make it either.
     u, v, z : float
         Image point, texels and image z, of exact arithmetic; they mean nothing outside the mapping's domain.
     texel : (int, int) or None
@@ -81,8 +81,8 @@ def explain(
     Returns
     -------
     list of Sample
-        Open ones first, then by the smaller of distance to the edge and to the surface, in units of the doubt. Empty
-        where the texel has no surface.
+        Undecided ones first, then by the smaller of distance to the edge and to the surface, in units of the doubt.
+        Empty where the texel has no surface.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def _sample(number: int, row: list[float], depth: Texture) -> Sample:
 
 
 def _closeness(sample: Sample) -> tuple[bool, float]:
-    """Open samples first, then by how many doubts away another answer is."""
+    """Undecided samples first, then by how many doubts away another answer is."""
     edge = sample.from_edge / sample.doubt_uv if sample.doubt_uv > 0 else np.inf
     depth = abs(sample.behind) / sample.doubt_z if sample.doubt_z > 0 else np.inf
-    return sample.outcome != "open", min(edge, depth)
+    return sample.outcome != "undecided", min(edge, depth)

@@ -8,11 +8,10 @@ import numpy as np
 from lfssao.kernels.rounding import FLUSHED, SAFETY
 from lfssao.oracle.bounds import Bounds, FloatArray, Texture, down_to_single, share_bounds, up_to_single
 from lfssao.oracle.error_model import ErrorModel
-from lfssao.oracle.sampling import Sampling
-from lfssao.oracle.texels import Bools, Hides, Numbers, Texels, flat
+from lfssao.oracle.texels import Bools, Hides, Numbers, Sampling, Texels, flat
 
 
-def shares_behind(half: bool, asked: Sampling) -> Bounds:
+def fraction_behind(half: bool, asked: Sampling) -> Bounds:
     """Bounds of ``point``, or with ``half`` of ``hemisphere``."""
     model, options = asked.model, asked.options
     texels = Texels(asked.surfaces, model)
@@ -28,17 +27,17 @@ def shares_behind(half: bool, asked: Sampling) -> Bounds:
             """Of the points numbered, the offset on one side or on the other."""
             turned = np.reshape(side, (-1, 1)) * o
             off = texels.rows_of(np.abs(texels.places[which]) + np.abs(o)) + relative * np.abs(o)
-            landed = texels.land(texels.places[which] + turned, off)
+            image = texels.project(texels.places[which] + turned, off)
 
             def hides(number: Numbers, texel: Numbers) -> tuple[Bools, Bools]:
-                z, e = landed.z[number], landed.doubt[number, 2]
+                z, e = image.z[number], image.doubt[number, 2]
                 may, must = low[texel] < z + e, high[texel] < z - e
                 if in_range is not None:
                     near, surely = in_range(which[number], texel)
                     may, must = may & near, must & surely
                 return may, must
 
-            return texels.decide(landed, hides)
+            return texels.decide(image, hides)
 
         everywhere = np.arange(len(texels.at))
         if not half:
@@ -63,9 +62,9 @@ def _surface_depths(texels: Texels, forward: bool) -> tuple[FloatArray, FloatArr
     depths = texels.given.depth.ravel().astype(np.float64)
     low, high = depths.copy(), depths.copy()
     if forward:
-        landed = texels.land(texels.places, np.zeros_like(texels.places))
-        low[texels.at] = np.where(landed.may, landed.z - landed.doubt[:, 2], np.inf)
-        high[texels.at] = np.where(landed.must, landed.z + landed.doubt[:, 2], np.inf)
+        image = texels.project(texels.places, np.zeros_like(texels.places))
+        low[texels.at] = np.where(image.may, image.z - image.doubt[:, 2], np.inf)
+        high[texels.at] = np.where(image.must, image.z + image.doubt[:, 2], np.inf)
     small = np.abs(depths) < 2.0**-126  # may be flushed to zero
     return np.where(small, np.minimum(low, 0), low), np.where(small, np.maximum(high, 0), high)
 

@@ -1,21 +1,22 @@
-"""The texels whose points an estimator decides about: where points land, and which surfaces may hide them.
+"""The texels whose points an estimator decides about: their image points, and the surfaces that may hide them.
 
 How a place may be off. Its coordinates P + o are summed in any order with the mapping's rows, which is as if each
 coordinate were off by T r (abs(p) + abs(o)), T = 7 the roundings of a row (``lfssao.kernels.outcomes``).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.kernels import outcomes
+from lfssao.estimators.estimator import Value
 from lfssao.kernels.mapping import MATRIX
 from lfssao.kernels.rounding import FLUSHED, SAFETY
 from lfssao.matrix import Matrix
-from lfssao.oracle.bounds import Bounds, FloatArray, Texture
+from lfssao.oracle.bounds import Bounds, FloatArray, Texture, project_positions
 from lfssao.oracle.error_model import ErrorModel
 from lfssao.view import WorldToImage
 
@@ -24,7 +25,6 @@ Numbers = NDArray[np.int64]
 Hides = Callable[[Numbers, Numbers], tuple[Bools, Bools]]
 
 _ROW = 7  # roundings of a term of a mapping's row
-_CHUNK = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,36 @@ class Surfaces:
 
 
 @dataclass(frozen=True, eq=False)
-class Landed:
-    """One point of each texel that sees a surface, (n,): where it lands, and by how much that may be off."""
+class Sampling:
+    """One call of an estimator of points.
+
+    Attributes
+    ----------
+    surfaces : Surfaces
+        What it is given.
+    radius : float
+        R, world units.
+    points : (n, 3) float64
+        Offsets in the unit ball.
+    weights : (n,) or None
+        Their weights, read by VO's.
+    options : mapping
+        All of the estimator's parameters.
+    model : ErrorModel
+        What float32 arithmetic may do.
+    """
+
+    surfaces: Surfaces
+    radius: float
+    points: FloatArray
+    weights: NDArray[np.floating[Any]] | None
+    options: Mapping[str, Value]
+    model: ErrorModel
+
+
+@dataclass(frozen=True, eq=False)
+class Projected:
+    """Image points of one point of each texel that sees a surface, (n,), and how far they may be off, (n, 3)."""
 
     u: FloatArray
     v: FloatArray
@@ -75,15 +103,12 @@ class Texels:
     model: ErrorModel
     at: Numbers = field(init=False)
     places: FloatArray = field(init=False)
-    numbers: FloatArray = field(init=False)
     axis: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         at = np.flatnonzero(self.given.depth.ravel() < np.inf)
-        mapping = self.given.world_to_image
         object.__setattr__(self, "at", at)
         object.__setattr__(self, "places", self.given.positions.reshape(-1, 3)[at].astype(np.float64))
-        object.__setattr__(self, "numbers", mapping.as_type(np.float32).astype(np.float64))
         object.__setattr__(self, "axis", self.given.cast_from_world[2].astype(np.float32).astype(np.float64))
 
     @property
@@ -91,23 +116,12 @@ class Texels:
         """Whether the mapping is a matrix."""
         return self.given.world_to_image.kind == MATRIX
 
-    def land(self, points: FloatArray, doubt: FloatArray) -> Landed:
-        """Where points (n, 3), whose coordinates are off by ``doubt``, lie in the image."""
-        n, r = len(points), self.model.operation
-        shape = max(1, -(-n // _CHUNK)), _CHUNK
-        given, off = np.zeros((shape[0] * _CHUNK, 3)), np.zeros((shape[0] * _CHUNK, 3))
-        given[:n], off[:n] = points, doubt
-        image, error, sure = np.empty((*shape, 3)), np.empty((*shape, 3)), np.empty(shape, np.bool_)
-        errors = np.array([r, self.model.quotient, self.model.root])
-        kind = self.given.world_to_image.kind
-        outcomes.map_positions(
-            given.reshape(*shape, 3), off.reshape(*shape, 3), kind, self.numbers, errors, image, error, sure
-        )
-        u, v, z = image.reshape(-1, 3)[:n].T
-        error = error.reshape(-1, 3)[:n]
+    def project(self, points: FloatArray, doubt: FloatArray) -> Projected:
+        """Image points of points (n, 3) whose coordinates are off by ``doubt``."""
+        image, error, sure = project_positions(points, doubt, self.given.world_to_image, self.model)
         may = ~(error[:, 0] == -np.inf)
         error = error * SAFETY + np.array([self.model.coordinate, self.model.coordinate, 0.0])
-        return Landed(u, v, z, error, may, sure.ravel()[:n])
+        return Projected(image[:, 0], image[:, 1], image[:, 2], error, may, sure)
 
     def rows_of(self, sizes: FloatArray) -> FloatArray:
         """By how much coordinates may be off that stand for the rounding of rows, of their terms' sizes."""
@@ -123,12 +137,12 @@ class Texels:
         error = (abs(a) * off[:, 0] + abs(b) * off[:, 1] + abs(c) * off[:, 2]) + self.rows_of(np.array(abs(d)))
         return z, error * SAFETY + FLUSHED * (4 + abs(a) + abs(b) + abs(c))
 
-    def decide(self, points: Landed, hides: Hides) -> tuple[Bools, Bools]:
+    def decide(self, points: Projected, hides: Hides) -> tuple[Bools, Bools]:
         """Whether points may be, and are for sure, occluded.
 
         Parameters
         ----------
-        points : Landed
+        points : Projected
             One of each texel.
         hides : callable
             ``hides(which, texels)``: whether a texel's surface may hide, and hides for sure, the point of a number.

@@ -8,8 +8,7 @@ import numpy as np
 
 from lfssao.kernels.rounding import FLUSHED, SAFETY
 from lfssao.oracle.bounds import Bounds, FloatArray, down_to_single, merge_bounds, up_to_single
-from lfssao.oracle.sampling import Sampling
-from lfssao.oracle.texels import Bools, Numbers, Texels, dot, flat
+from lfssao.oracle.texels import Bools, Numbers, Sampling, Texels, dot, flat
 from lfssao.sums import sum_in_order
 
 _ROUNDINGS = 24  # of a term of a reflected offset, rows included; 16 if they are counted
@@ -30,9 +29,9 @@ def hidden_volume(tangent: bool, asked: Sampling) -> Bounds:
         a = one.astype(np.float64)
         both = a + two.astype(np.float64) * (1 - a)
         ends.append(np.maximum(both + sign * 4 * asked.model.operation * SAFETY * (both > 0), 0))
-    assert first.open is not None
-    assert other.open is not None
-    return Bounds(up_to_single(ends[0]), down_to_single(ends[1]), first.open + other.open)
+    assert first.undecided is not None
+    assert other.undecided is not None
+    return Bounds(up_to_single(ends[0]), down_to_single(ends[1]), first.undecided + other.undecided)
 
 
 class _Volume:
@@ -82,8 +81,8 @@ class _Volume:
         k = _ROUNDINGS * texels.model.operation
         off = k * (1 + k) * (np.abs(texels.places) + radius * sizes) + FLUSHED * (1 + radius)
         places = texels.places + radius * offset
-        landed = texels.land(places, off)
-        z, error = landed.z, landed.doubt[:, 2]
+        image = texels.project(places, off)
+        z, error = image.z, image.doubt[:, 2]
         if texels.is_camera:
             z, error = texels.axis_depth(places, off)
         reach, reach_error = self._reach()
@@ -98,7 +97,7 @@ class _Volume:
                 must &= farthest <= reach[which] - slack
             return may, must
 
-        return texels.decide(landed, hides)
+        return texels.decide(image, hides)
 
     def _reflected(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The offset of each texel after both reflections, unit ball, and the sizes of its coordinates' terms."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from lfssao.kit.case import Case
+    from lfssao.oracle.case import Case
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -50,7 +50,7 @@ def _stages(folder: Path | None) -> list[tuple[str, str]]:
 
 @pytest.fixture
 def lfssao_case(request: Any) -> "Case":
-    """A case of the conformance kit (lfssao.kit.case.Case); hand it to lfssao.testing.assert_conforms."""
+    """A case of the conformance kit (lfssao.oracle.case.Case); hand it to lfssao.testing.assert_conforms."""
     folder = request.config.getoption("--lfssao-kit")
     if folder is None:
         from lfssao.kit.cases import make_case

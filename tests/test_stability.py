@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lfssao.bench import cases, displays, measure, probes, slits
+from lfssao.bench import cases, displays, mappings, measure, scalar_cases
 from lfssao.bench.cameras import Eye
 from lfssao.bench.cases import CASES
 from lfssao.bench.displays import AnyDisplay, display_image
@@ -114,7 +114,7 @@ def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
         return u_0 + a / z_module / (one - c / z_module), v_0 + b / (z_observer - c)
 
     lossy.py_func = lossy
-    monkeypatch.setattr(slits.mapping, "project_crossed_slits", lossy)
+    monkeypatch.setattr(mappings.mapping, "project_crossed_slits", lossy)
     assert measure.measure(case, "float32").exceeded > 0
 
 
@@ -212,11 +212,11 @@ def test_the_steps_of_a_camera_are_its_matrices(projection):
 
 
 def test_a_blur_that_loses_a_hundred_thousandth_breaks_a_row(monkeypatch):
-    real = probes.passes.blur
+    real = scalar_cases.passes.blur
 
     def short(texture, sigma):
         return real(texture, sigma) - texture.dtype.type(1e-5) * texture
 
-    assert probes.blurred(1.0, "float32").exceeded == 0
-    monkeypatch.setattr(probes.passes, "blur", short)
-    assert probes.blurred(1.0, "float32").exceeded > 0
+    assert scalar_cases.blurred(1.0, "float32").exceeded == 0
+    monkeypatch.setattr(scalar_cases.passes, "blur", short)
+    assert scalar_cases.blurred(1.0, "float32").exceeded > 0

@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from lfssao.bench import page, plans, plots, work_precision
+from lfssao.bench import page, plots, work_precision
+from lfssao.bench import settings_grid as grid
 from lfssao.bench.advise import FORMAT, advice, load_warning, pareto_front, points_of
 from lfssao.bench.bench_scene import BenchScene
 from lfssao.bench.sampling_error import Reference, combine, rmse
@@ -190,18 +191,18 @@ def test_no_sampler_is_compared_with_a_reference_of_its_own(monkeypatch):
             return texture
 
     monkeypatch.setattr(work_precision, "_finished", lambda layers, _radii, _blur: layers[0])
-    plan = replace(plans.FULL, radii=((0.02,),), blurs=(0.0,))
+    plan = replace(grid.FULL, radii=((0.02,),), blurs=(0.0,))
     many = {name: {0: np.full(3, float(k))} for k, name in enumerate(plan.reference_samplers)}
     made = work_precision._references(Scene(), many, plan, (*many, "latin"))
     means = {sampler: reference.texture[0] for (sampler, _, _), reference in made.items()}
     assert means == {"sobol": 1.5, "halton": 1.0, "fibonacci": 0.5, "latin": 1.0}
 
 
-@pytest.mark.parametrize("plan", [plans.FULL, plans.QUICK])
+@pytest.mark.parametrize("plan", [grid.FULL, grid.QUICK])
 def test_every_sampler_has_two_references_of_many_samples_by_others(plan):
     for estimator in ESTIMATORS.values():
-        if plans.takes_samples(estimator):
-            for sampler in plans.samplers_of(estimator, plan):
+        if grid.takes_samples(estimator):
+            for sampler in grid.samplers_of(estimator, plan):
                 assert len(set(plan.reference_samplers) - {sampler}) >= 2
     for name in ESTIMATORS:
         assert plan.references_of(name) >= 65_536 * (1 + 7 * (4096 in plan.counts and name.startswith("vo-points")))
@@ -213,7 +214,7 @@ def test_every_sampler_has_two_references_of_many_samples_by_others(plan):
 # Sample sets
 
 
-@pytest.mark.parametrize("name", [n for n in ESTIMATORS if plans.takes_samples(ESTIMATORS[n])])
+@pytest.mark.parametrize("name", [n for n in ESTIMATORS if grid.takes_samples(ESTIMATORS[n])])
 def test_all_samplers_of_an_estimator_tend_to_the_integral_of_its_own_set(name):
     """Mean distance from the middle: 3/4 in the ball, 1/2 of taps, near 0.906 in LF's shell; of lines, which weigh as
     long as they are in the ball, 3 pi / 16."""
@@ -221,11 +222,11 @@ def test_all_samplers_of_an_estimator_tend_to_the_integral_of_its_own_set(name):
     r = np.linspace(0.8, 1, 100_001)
     own = 0.5 if name == "alchemy" else 3 * np.pi / 16 if estimator.dimensions == 2 else 3 / 4
     expected = float((r**3).sum() / (r**2).sum()) if estimator.sampling else own
-    samplers = plans.samplers_of(estimator, plans.FULL)
+    samplers = grid.samplers_of(estimator, grid.FULL)
     assert len(samplers) >= 8
     for sampler in samplers:
-        n = max(n for n in plans.counts_of(estimator, sampler, plans.FULL) if n <= 1024)
-        points, weights = plans.samples_for(estimator, sampler, n, 3)
+        n = max(n for n in grid.counts_of(estimator, sampler, grid.FULL) if n <= 1024)
+        points, weights = grid.samples_for(estimator, sampler, n, 3)
         assert points.shape == (n, estimator.dimensions)
         squares = (points**2).sum(axis=1)
         if name.startswith("vo-lines") and weights is None:
@@ -234,7 +235,7 @@ def test_all_samplers_of_an_estimator_tend_to_the_integral_of_its_own_set(name):
         assert mean == pytest.approx(expected, abs=0.04), sampler
 
 
-@pytest.mark.parametrize("name", [n for n in ESTIMATORS if plans.takes_samples(ESTIMATORS[n])])
+@pytest.mark.parametrize("name", [n for n in ESTIMATORS if grid.takes_samples(ESTIMATORS[n])])
 def test_samplers_are_left_out_where_their_points_alone_are_not_even(name):
     """The spiral's are taps, repulsion's are even with their weights, which VO reads. LF's are those of its shell."""
     estimator = ESTIMATORS[name]
@@ -242,26 +243,26 @@ def test_samplers_are_left_out_where_their_points_alone_are_not_even(name):
     even = set(methods) - {"spiral", "repulsion"}
     even |= {"spiral"} & set(methods) if name == "alchemy" else set()
     even |= {"repulsion"} & set(methods) if name.startswith("vo-") else set()
-    assert set(plans.samplers_of(estimator, plans.FULL)) == even
-    assert set(plans.samplers_of(estimator, plans.QUICK)) == even & {"random", "latin", "poisson"}
+    assert set(grid.samplers_of(estimator, grid.FULL)) == even
+    assert set(grid.samplers_of(estimator, grid.QUICK)) == even & {"random", "latin", "poisson"}
     for sampler in even:
         most = methods[sampler].most
-        wide = replace(plans.FULL, counts=(1, (most or 9) - 1, most or 9, (most or 9) + 1))
-        assert tuple(plans.counts_of(estimator, sampler, wide)) == wide.counts[: 3 if most else 4]
-        points, weights = plans.samples_for(estimator, sampler, 16, 3)
+        wide = replace(grid.FULL, counts=(1, (most or 9) - 1, most or 9, (most or 9) + 1))
+        assert tuple(grid.counts_of(estimator, sampler, wide)) == wide.counts[: 3 if most else 4]
+        points, weights = grid.samples_for(estimator, sampler, 16, 3)
         assert (weights is not None and len(set(weights)) > 1) == (sampler == "repulsion")
         if name == "lf":
             assert np.array_equal(points, make_samples(sampler, 16, 3))
-    assert list(plans.counts_of(estimator, plans.TIMED_FOR_ALL, plans.FULL)) == list(plans.FULL.counts)
-    first, second, again = (plans.samples_for(estimator, "random", 5, seed)[0] for seed in (1, 2, 1))
+    assert list(grid.counts_of(estimator, grid.TIMED_FOR_ALL, grid.FULL)) == list(grid.FULL.counts)
+    first, second, again = (grid.samples_for(estimator, "random", 5, seed)[0] for seed in (1, 2, 1))
     assert np.array_equal(first, again)
     assert not (first == second).any()
 
 
-@pytest.mark.parametrize("name", [n for n in ESTIMATORS if not plans.takes_samples(ESTIMATORS[n])])
+@pytest.mark.parametrize("name", [n for n in ESTIMATORS if not grid.takes_samples(ESTIMATORS[n])])
 def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
     estimator = ESTIMATORS[name]
-    default, *others = plans.own_counts_of(estimator, plans.FULL)
+    default, *others = grid.own_counts_of(estimator, grid.FULL)
     assert default == (None, {})
     counted = {"taps", "directions", "steps"} & set(estimator.parameters)
     assert bool(others) == bool(counted)
@@ -269,11 +270,11 @@ def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
         assert counted <= set(parameters) <= set(estimator.parameters)
         assert n == np.prod([parameters[key] for key in counted])
         assert parameters.get("turns", 0) == 0  # as many as make the taps even
-    assert plans.own_counts_of(estimator, plans.QUICK) == [default]
+    assert grid.own_counts_of(estimator, grid.QUICK) == [default]
 
 
 def test_a_plan_needs_each_radius_once():
-    assert replace(plans.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).shares == (0.005, 0.02, 0.1)
+    assert replace(grid.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).shares == (0.005, 0.02, 0.1)
 
 
 # Times, the front, advice
@@ -297,7 +298,7 @@ def test_in_turns_each_follows_each_other_one_equally_often(n):
 
 def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
     """Each pass is made to take a time of its own by the clock."""
-    plan = replace(plans.FULL, width=16, height=12, repeats=3)
+    plan = replace(grid.FULL, width=16, height=12, repeats=3)
     scene = BenchScene(builtin_scene("statue"), plan, 1)
     ms = {"ao": 100.0, "merge": 10.0, "blur": 1.0}
 
@@ -399,9 +400,9 @@ def test_advise_refuses_in_one_sentence(capsys, tmp_path):
 
 
 def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, monkeypatch):
-    tiny = replace(plans.QUICK, width=16, height=12, counts=(1, 4, 16), samplers=("random",), reference_count=256,
+    tiny = replace(grid.QUICK, width=16, height=12, counts=(1, 4, 16), samplers=("random",), reference_count=256,
                    repeats=1, own_counts=True)  # fmt: skip
-    monkeypatch.setattr(plans, "QUICK", tiny)
+    monkeypatch.setattr(grid, "QUICK", tiny)
     names = ("lf", "vo-lines", "sao")
     monkeypatch.setattr(work_precision, "ESTIMATORS", {name: ESTIMATORS[name] for name in names})
     real, measured = work_precision.measure_estimator, []

@@ -5,8 +5,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.bench.plans import Plan
 from lfssao.bench.sampling_error import rmse
+from lfssao.bench.settings_grid import Plan
 from lfssao.display_file import find_display
 from lfssao.estimators.buffers import Buffers, Texture
 from lfssao.estimators.estimator import Estimator, FloatArray, Value

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from lfssao.bench import probes
+from lfssao.bench import scalar_cases
 from lfssao.bench.cameras import Eye
 from lfssao.bench.inputs import (
     SIZE,
@@ -120,16 +120,16 @@ def _touching() -> Inputs:
 
 def _blur() -> Inputs:
     for sigma in (1e-6, 1e-2, 1.0, 1e2, 1e4, 1e6):
-        yield f"sigma = {sigma:g}", partial(probes.blurred, sigma)
+        yield f"sigma = {sigma:g}", partial(scalar_cases.blurred, sigma)
 
 
 def _counts() -> Inputs:
     for samples in (2**24 + 1, 2**31 - 1):
-        yield f"counts up to {samples}", partial(probes.counted, samples)
+        yield f"counts up to {samples}", partial(scalar_cases.counted, samples)
 
 
 def _slivers() -> Inputs:
-    yield "edges within 2 ulp of the ray", probes.slivers
+    yield "edges within 2 ulp of the ray", scalar_cases.slivers
 
 
 def _grazing() -> Inputs:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from lfssao.bench.cameras import Eye
 from lfssao.bench.displays import AnyDisplay
+from lfssao.bench.mappings import Slits
 from lfssao.bench.measure import Measured, Stiff, measure
-from lfssao.bench.slits import Slits
 from lfssao.display import Display, Module
 from lfssao.matrix import Matrix
 

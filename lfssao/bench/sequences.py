@@ -7,8 +7,8 @@ import numpy as np
 
 from lfssao.bench.exact import rational
 from lfssao.bench.inputs import STEPS, near_lens, near_observers
+from lfssao.bench.mappings import Slits
 from lfssao.bench.measure import PATHS, Stiff, computed
-from lfssao.bench.slits import Slits
 
 SLITS = {"lens": (near_lens, 0), "observers": (near_observers, 1)}
 

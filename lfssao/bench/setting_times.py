@@ -11,7 +11,7 @@ import numpy as np
 
 from lfssao import passes
 from lfssao.bench.bench_scene import BenchScene, Samples
-from lfssao.bench.plans import Plan
+from lfssao.bench.settings_grid import Plan
 from lfssao.bench.times import Times, turns
 from lfssao.estimators.estimator import Estimator, Value
 

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 
 from lfssao import passes
-from lfssao.bench import plans
+from lfssao.bench import settings_grid as grid
 from lfssao.bench.advise import FORMAT
 from lfssao.bench.bench_scene import BenchScene, Samples
-from lfssao.bench.plans import Plan
 from lfssao.bench.sampling_error import Reference, combine, rmse
 from lfssao.bench.setting_times import setting_times
+from lfssao.bench.settings_grid import Plan
 from lfssao.bench.times import Times
 from lfssao.estimators.buffers import Texture
 from lfssao.estimators.estimator import Estimator, Value
@@ -37,7 +37,7 @@ Layers = dict[float, Texture]
 
 def measure_estimator(scene: BenchScene, estimator: Estimator, plan: Plan, tick: Tick) -> dict[str, Any]:
     """All points of one estimator, as JSON holds them."""
-    measure = _sampled if plans.takes_samples(estimator) else _fixed
+    measure = _sampled if grid.takes_samples(estimator) else _fixed
     return {"source": estimator.source, "points": list(measure(scene, estimator, plan, tick))}
 
 
@@ -45,7 +45,7 @@ def _fixed(scene: BenchScene, estimator: Estimator, plan: Plan, tick: Tick) -> I
     """Points of an estimator that makes its own samples, or none: no sampling error."""
     tick(estimator.name)
     none: Samples = (None, None)
-    counts = plans.own_counts_of(estimator, plan)
+    counts = grid.own_counts_of(estimator, plan)
     times = setting_times(scene, estimator, plan, {str(n): (none, parameters) for n, parameters in counts})
     for n, parameters in counts:
         for dtype in plan.dtypes:
@@ -62,21 +62,21 @@ def _sampled(scene: BenchScene, estimator: Estimator, plan: Plan, tick: Tick) ->
     many = {}
     for sampler in plan.reference_samplers:
         tick(f"{estimator.name}, reference by {sampler}")
-        samples = plans.samples_for(estimator, sampler, plan.references_of(estimator.name), 2**32)
+        samples = grid.samples_for(estimator, sampler, plan.references_of(estimator.name), 2**32)
         many[sampler] = _layers(scene, estimator, plan, plan.reference_dtype, samples, {})
-    references = _references(scene, many, plan, plans.samplers_of(estimator, plan))
+    references = _references(scene, many, plan, grid.samplers_of(estimator, plan))
     for n in plan.counts:
         tick(f"{estimator.name}, time of {n} samples")
-        own = [s for s in plans.samplers_of(estimator, plan) if n in plans.counts_of(estimator, s, plan)]
-        timed = own if n <= plan.timed else [plans.TIMED_FOR_ALL]
-        times = setting_times(scene, estimator, plan, {s: (plans.samples_for(estimator, s, n, 0), {}) for s in timed})
+        own = [s for s in grid.samplers_of(estimator, plan) if n in grid.counts_of(estimator, s, plan)]
+        timed = own if n <= plan.timed else [grid.TIMED_FOR_ALL]
+        times = setting_times(scene, estimator, plan, {s: (grid.samples_for(estimator, s, n, 0), {}) for s in timed})
         for sampler in own:
             tick(f"{estimator.name}, {n} samples by {sampler}")
-            time_of = sampler if n <= plan.timed else plans.TIMED_FOR_ALL
-            seeds = range(plan.seeds if n <= plans.FEW else 1)
+            time_of = sampler if n <= plan.timed else grid.TIMED_FOR_ALL
+            seeds = range(plan.seeds if n <= grid.FEW else 1)
             for dtype in plan.dtypes:
                 sets = [
-                    _layers(scene, estimator, plan, dtype, plans.samples_for(estimator, sampler, n, seed), {})
+                    _layers(scene, estimator, plan, dtype, grid.samples_for(estimator, sampler, n, seed), {})
                     for seed in seeds
                 ]
                 for radii in plan.radii:
@@ -214,9 +214,9 @@ def steps(plan: Plan, done: dict[str, Any]) -> int:
     total = 1
     for name in (name for name in ESTIMATORS if name not in done["estimators"]):
         estimator = ESTIMATORS[name]
-        if not plans.takes_samples(estimator):
+        if not grid.takes_samples(estimator):
             total += 1
             continue
-        sets = sum(len(list(plans.counts_of(estimator, s, plan))) for s in plans.samplers_of(estimator, plan))
+        sets = sum(len(list(grid.counts_of(estimator, s, plan))) for s in grid.samplers_of(estimator, plan))
         total += len(plan.reference_samplers) + len(plan.counts) + sets
     return total

@@ -52,7 +52,7 @@ def _measure(options: argparse.Namespace) -> None:
 
     from lfssao.bench import page, plots, work_precision
     from lfssao.bench.advise import read_result
-    from lfssao.bench.plans import FULL, QUICK
+    from lfssao.bench.settings_grid import FULL, QUICK
     from lfssao.files import check_folder, output_folder, write_text
 
     if options.threads > numba.config.NUMBA_NUM_THREADS:

@@ -1,6 +1,7 @@
 """Stiff and extreme cases: every row of the table, and that the table would notice."""
 
 import json
+import operator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -8,14 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from reference.textbook import textbook_image
 
-from lfssao.bench import cases, displays, mappings, measure, scalar_cases
-from lfssao.bench.cameras import Eye
+from lfssao.bench import cases, mappings, measure, scalar_cases
 from lfssao.bench.cases import CASES
-from lfssao.bench.displays import AnyDisplay, display_image
-from lfssao.bench.exact import flat_image
-from lfssao.bench.inputs import along_rays, display, near_lens, on_surface, scene
-from lfssao.bench.running_error import EXACT, Arithmetic, Tracked
+from lfssao.bench.inputs import UNCHANGED, along_rays, display, near_lens, on_surface, scene
+from lfssao.bench.mappings import CameraAtOrigin, CrossedSlits, GeneralDisplay, exact_image
+from lfssao.bench.running_error import EXACT, Arithmetic
 from lfssao.bench.sequences import curves
 from lfssao.bench.stability import DEGRADED, REFUSED, WITHIN, Case, Refusal
 from lfssao.cli import main
@@ -61,31 +61,29 @@ def test_what_is_said_to_degrade_does(case, path):
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@given(st.sampled_from(["add", "subtract", "multiply", "divide"]), normal, normal)
+@given(st.sampled_from([operator.add, operator.sub, operator.mul, operator.truediv]), normal, normal)
 def test_bounds_hold_for_two_operations(dtype, operation, a, b):
     """(a / 3 op b / 7): operands that are rounded themselves."""
     work = Arithmetic.of(dtype)
-    tracked = [work.divide(Tracked(Fraction(x)), Tracked(Fraction(y))) for x, y in ((a, 3), (b, 7))]
-    plain = [dtype(x) / dtype(y) for x, y in ((a, 3), (b, 7))]
-    result = getattr(work, operation)(*tracked)
+    result = operation(*(work.number(x) / work.number(y) for x, y in ((a, 3), (b, 7))))
     with np.errstate(all="ignore"):
-        value = getattr(np, operation)(*plain)
+        value = operation(*(dtype(x) / dtype(y) for x, y in ((a, 3), (b, 7))))
     if np.isfinite(result.error):
         assert abs(Fraction(float(value)) - result.value) <= Fraction(result.error)
     else:
-        assert operation == "divide"
+        assert operation is operator.truediv
         assert b == 0
 
 
 def test_what_is_exact_has_no_error():
     work = Arithmetic.of(np.float32)
-    one, third = Tracked(Fraction(1)), work.rounded(Tracked(Fraction(1, 3)))
+    one, third = work.number(1), work.number(Fraction(1, 3))
     assert third.error == pytest.approx(2.0**-24 / 3)
-    assert work.subtract(one, Tracked(Fraction(1, 2**24))).error == 0  # 24 digits
-    assert work.subtract(one, Tracked(Fraction(1, 2**25))).error == pytest.approx(2.0**-24)
-    assert work.multiply(Tracked(Fraction(2) ** 100), Tracked(Fraction(2) ** 100)).error == np.inf
-    assert one.surely(one) is False
-    assert third.surely(Tracked(Fraction(1, 3))) is None
+    assert (one - work.number(2.0**-24)).error == 0  # 24 digits
+    assert (one - work.number(2.0**-25)).error == pytest.approx(2.0**-24)
+    assert (work.number(2.0**100) * work.number(2.0**100)).error == np.inf
+    assert one.is_less(one) is False
+    assert third.is_less(EXACT.number(Fraction(1, 3))) is None
 
 
 # Both formulas
@@ -157,7 +155,7 @@ def test_a_picture_of_another_kind_is_refused(capsys):
 
 
 def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
-    real = displays.land
+    real = mappings.landing.land
     case = along_rays(find_display("picoarray"), 0, 0.5)
     case = replace(case, texels=case.texels[:5])
     j, i = case.texels[3]
@@ -167,48 +165,79 @@ def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
         image[j * case.depth.shape[1] + i, 0] += 1e-9
 
     assert measure.measure(case, "float64").exceeded == 0
-    monkeypatch.setattr(displays, "land", off)
+    monkeypatch.setattr(mappings.landing, "land", off)
     assert measure.measure(case, "float64").exceeded == 1
 
 
 # What is exact
 
 
-def test_both_exact_mappings_of_a_flat_display_are_one():
+NOTHING = (Fraction(0),) * 3
+
+
+def similar_triangles(shown_by, point):
+    """Image of a physical point on a flat display (LF section 3): from the lens, and from the observers at the side."""
+    (x, y, z), module = point, shown_by.modules[0]
+    m_x, m_z, y_o, z_o = (Fraction(n) for n in (module.x, module.z, shown_by.observer_height, shown_by.observer_z))
+    if not z_o < z < m_z:
+        return None
+    s_x, s_y = m_x + (x - m_x) * m_z / (m_z - z), y_o + (y - y_o) * z_o / (z_o - z)
+    u = module.width * (Fraction(1, 2) + s_x / Fraction(shown_by.screen_width))
+    v = module.height * (Fraction(1, 2) - s_y / Fraction(shown_by.screen_height))
+    return u, v, z
+
+
+def test_exact_images_of_a_flat_display_are_those_of_similar_triangles():
     shown_by = display()
-    numbers = shown_by.module_numbers(0)
+    flat, general = CrossedSlits(shown_by, UNCHANGED).steps(EXACT), GeneralDisplay(shown_by).steps(EXACT)
     for point in np.random.default_rng(2).uniform(-1, 1, (20, 3)) * [0.9, 0.5, 3.9]:
-        x, y, z = (Fraction(float(n)) for n in point)
-        ours, other = flat_image(shown_by, 0, (x, y, z)), display_image(numbers, (x, y, z))
-        assert (ours is None) == (other is None)
-        if ours is not None:
+        place = tuple(Fraction(float(n)) for n in point)
+        right = similar_triangles(shown_by, place)
+        assert exact_image(flat, place, NOTHING) == right
+        other = exact_image(general, place, NOTHING)
+        assert (other is None) == (right is None)
+        if right is not None:
             # The homography's float64 numbers are rounded.
-            assert [float(n) for n in other] == pytest.approx([float(n) for n in ours[:2]], rel=1e-14)
+            assert [float(n) for n in other] == pytest.approx([float(n) for n in right], rel=1e-14)
 
 
-@pytest.mark.parametrize("diffuser", ["linear", "conical"])
-def test_exact_images_of_points_on_a_rays_line_are_its_texel(diffuser):
-    shown_by = replace(display(), diffuser=diffuser)
-    shown_by = replace(shown_by, modules=(replace(shown_by.modules[0], k1=-0.05, k2=0.01),))
-    for share in (0.1, 0.5, 0.9):
-        case = along_rays(shown_by, 0, share)
-        for j, i in case.texels[::7]:
-            x, y, z = (Fraction(float(n)) for n in case.positions[j, i])
-            image = AnyDisplay(shown_by).exact((x, y, z), (Fraction(0),) * 3)
-            assert [float(n) for n in image[:2]] == pytest.approx([i + 0.5, j + 0.5], abs=1e-11)
+def test_exact_images_are_those_of_the_textbook():
+    """Displays of every kind, each with its lens distorted, and points between observers and lens."""
+    rng = np.random.default_rng(3)
+    kinds = [find_display("convex"), find_display("picoarray"), display(), replace(display(), diffuser="conical")]
+    for kind in kinds:
+        shown_by = replace(kind, modules=(replace(kind.modules[0], k1=-0.05, k2=0.01),))
+        d, (low, high) = shown_by.module_numbers(0), np.array(shown_by.roi)
+        steps, seen = GeneralDisplay(shown_by).steps(EXACT), 0
+        for point in rng.uniform(low, high, (20, 3)):
+            place = tuple(Fraction(float(n)) for n in point)
+            exact = exact_image(steps, place, NOTHING)
+            if exact is not None:
+                right = textbook_image(d[:3], d[3:5], tuple(d[5:7]), d[7] != 0, d[8:17], d[17:22], point)
+                assert [float(n) for n in exact[:2]] == pytest.approx(right, abs=1e-9)
+                seen += 1
+        assert seen >= 10
 
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
-def test_the_steps_of_a_camera_are_its_matrices(projection):
-    eye = Eye(projection, 3.0, 1.25, 0.3, 7.0, 8, 6)
-    steps = eye.steps(Arithmetic.of("float64"))
-    for tracked, matrix in ((steps.forth, eye.to_image.numbers.reshape(4, 4)), (steps.back, eye.back)):
+def test_the_steps_of_a_camera_are_its_matrices_and_end_where_they_began(projection):
+    eye = CameraAtOrigin(projection, 3.0, 1.25, 0.3, 7.0, 8, 6)
+    forth, back = eye.matrices(Arithmetic.of("float64"))
+    for tracked, matrix in ((forth, eye.to_image.numbers.reshape(4, 4)), (back, eye.back)):
         for ours, number in zip(np.ravel(tracked), np.ravel(matrix), strict=True):
             assert abs(ours.value - Fraction(float(number))) <= Fraction(ours.error)
-    nothing = (Fraction(0),) * 3
-    point = (Fraction(7, 2), Fraction(5, 4), Fraction(3, 8))
-    assert eye.exact(point, nothing) == point
-    assert [a.value for a in eye.steps(EXACT).image(point, nothing)[:3]] == list(point)
+    point = u, v, depth = Fraction(7, 2), Fraction(5, 4), Fraction(3, 8)
+    assert exact_image(eye.steps(EXACT), point, NOTHING) == point
+    near, far, texel = Fraction(eye.near), Fraction(eye.far), Fraction(eye.extent) / eye.height
+    x, y, z = offset = Fraction(1, 8), Fraction(1, 16), Fraction(-1, 4)
+    if projection == "orthographic":
+        right = u + x / texel, v - y / texel, depth - z / (far - near)
+    else:  # by similar triangles; texel / distance is the size of a texel at a distance of 1
+        away = near * far / (far - depth * (far - near))
+        x, y = x + (u - 4) * texel / 3 * away, y - (v - 3) * texel / 3 * away
+        away -= z
+        right = 4 + x / away / texel * 3, 3 - y / away / texel * 3, (far - near * far / away) / (far - near)
+    assert exact_image(eye.steps(EXACT), point, offset) == right
 
 
 def test_a_blur_that_loses_a_hundred_thousandth_breaks_a_row(monkeypatch):

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.bench.cameras import Eye
-from lfssao.bench.displays import AnyDisplay
-from lfssao.bench.mappings import Slits
+from lfssao.bench.mappings import CameraAtOrigin, CrossedSlits, GeneralDisplay
 from lfssao.bench.measure import Measured, Stiff, measure
 from lfssao.display import Display, Module
 from lfssao.matrix import Matrix
@@ -58,7 +56,7 @@ def scene(
     share = (lattice()[::-1, ::-1, 1] + 1) / 2
     if depth is None:
         depth = (z.min() + share * (z.max() - z.min())).astype(np.float32)
-    return Stiff(Slits(shown_by, physical_from_world), points, np.array(offset, np.float64), depth)
+    return Stiff(CrossedSlits(shown_by, physical_from_world), points, np.array(offset, np.float64), depth)
 
 
 def near_lens(k: int) -> Stiff:
@@ -102,7 +100,7 @@ def on_surface(
     places = np.where(np.isfinite(places), places, 0.0)
     points = origin + places[..., None] * direction
     points[..., 2] = places
-    return Stiff(Slits(shown_by, UNCHANGED), points, offset, texture)
+    return Stiff(CrossedSlits(shown_by, UNCHANGED), points, offset, texture)
 
 
 def deep() -> Display:
@@ -135,10 +133,10 @@ def along_rays(shown_by: Display, index: int, share: float) -> Stiff:
     middle, towards = direction[module.height // 2, module.width // 2], (np.indices(u.shape).sum(axis=0) % 2) * 2.0
     depth = (points[..., 2] + step * towards).astype(np.float32)
     texels = [(int(j), int(i)) for j in rows for i in columns if span[j, i, 0] < span[j, i, 1]]
-    return Stiff(AnyDisplay(shown_by, index), points, step * middle, depth, texels=texels)
+    return Stiff(GeneralDisplay(shown_by, index), points, step * middle, depth, texels=texels)
 
 
-def seen_by(eye: Eye, depth: NDArray[np.float64], offset: Any) -> Stiff:
+def seen_by(eye: CameraAtOrigin, depth: NDArray[np.float64], offset: Any) -> Stiff:
     """The texels of a camera with a depth texture, each with a sample."""
     texture = depth.astype(np.float32)
     v, u = np.indices(texture.shape) + 0.5

@@ -1,23 +1,83 @@
-"""The mapping of CROSSED_SLITS, exact and step by step as display and kernels compute it."""
+"""The three kinds of mapping step by step, as display, camera and kernels compute them, on numbers with error bounds.
 
+In ``EXACT`` arithmetic the same steps give the exact image. Each class has the kernels' own image beside it, so that a
+stiff case can hold one against the other.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.bench.exact import Point, flat_image, to_physical
-from lfssao.bench.running_error import DOUBLE, EXACT, PROBE, Arithmetic, Tracked, all_of
+from lfssao.bench.running_error import DOUBLE, EXACT, Arithmetic, Tracked, all_of
+from lfssao.camera import Camera
 from lfssao.display import Display
-from lfssao.kernels import mapping
+from lfssao.kernels import landing, mapping
 from lfssao.matrix import Matrix
-from lfssao.view import WorldToImage
+from lfssao.view import View, WorldToImage
+
+Texture = NDArray[np.floating[Any]]
+Point = tuple[Fraction, Fraction, Fraction]
+
+# u, v and z of a point + offset, and whether it lies in the mapping's domain; None where rounding may decide.
+Steps = Callable[[Point, Point], tuple[Tracked, Tracked, Tracked, bool | None]]
+
+
+class Mapping(Protocol):
+    """World -> image of one module or camera."""
+
+    @property
+    def to_image(self) -> WorldToImage:
+        """World to image, as the kernels take it."""
+        ...
+
+    @property
+    def back(self) -> Matrix | None:
+        """A camera's inverse: points are then u, v and depth of the screen, and AO is Algorithm 1."""
+        ...
+
+    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
+        """The steps in an arithmetic, the mapping made in float64; ``probe``: relative error of every input."""
+        ...
+
+    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
+        """U and v, (..., 2), of positions + offset by the kernels, in their dtype."""
+        ...
+
+
+def rational(numbers: Any) -> Point:
+    """Three floats as fractions."""
+    x, y, z = (Fraction(float(n)) for n in numbers)
+    return x, y, z
+
+
+def exact_image(steps: Steps, point: Point, offset: Point) -> Point | None:
+    """u, v and z of point + offset by steps in ``EXACT`` arithmetic; None outside the mapping's domain."""
+    u, v, z, in_domain = steps(point, offset)
+    return (u.value, v.value, z.value) if in_domain else None
+
+
+def _given(arithmetic: Arithmetic, number: float | Fraction, probe: float) -> Tracked:
+    return arithmetic.number(Fraction(number), abs(float(number)) * probe)
+
+
+def _linear(row: Sequence[Tracked], p: Sequence[Tracked]) -> Tracked:
+    """(row_0 x + row_1 y) + row_2 z of p = (x, y, z): what a matrix does to a direction."""
+    return (row[0] * p[0] + row[1] * p[1]) + row[2] * p[2]
+
+
+def _affine(row: Sequence[Tracked], p: Sequence[Tracked]) -> Tracked:
+    """The same + row_3: what a matrix does to a point."""
+    return _linear(row, p) + row[3]
 
 
 @dataclass(frozen=True, eq=False)
-class Slits:
-    """A flat display with the linear diffuser and one module (``lfssao.bench.measure.Mapping``).
+class CrossedSlits:
+    """The first module of a flat display with the linear diffuser.
 
     Attributes
     ----------
@@ -29,94 +89,219 @@ class Slits:
 
     display: Display
     physical_from_world: Matrix
+    back = None
 
     @property
     def to_image(self) -> WorldToImage:
-        """As the kernels take it."""
+        """World to image, as the kernels take it."""
         return self.display.view(0, self.physical_from_world).world_to_image
 
-    @property
-    def back(self) -> None:
-        """A module's mapping has no inverse."""
-        return
+    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
+        """The steps of ``Display.view`` and of CROSSED_SLITS."""
+        make = DOUBLE if work.unit else EXACT
+        shown, module = self.display, self.display.modules[0]
+        m_x, m_z, y_o, z_o, screen_width, screen_height, width, height = (
+            _given(make, n, probe)
+            for n in (
+                module.x, module.z, shown.observer_height, shown.observer_z, shown.screen_width, shown.screen_height,
+                module.width, module.height,
+            )
+        )  # fmt: skip
+        rows = [[_given(make, float(entry), probe) for entry in row] for row in self.physical_from_world]
+        u_scale, v_scale, half = width / screen_width, -height / screen_height, make.number(0.5)
+        for row, centre, factor in ((rows[0], m_x, u_scale * m_z), (rows[1], y_o, v_scale * z_o)):
+            row[3] = row[3] - centre
+            row[:] = [entry * factor for entry in row]
+        u_0, v_0 = work.rounded(width * half + u_scale * m_x), work.rounded(height * half + v_scale * y_o)
+        m_z, z_o = work.rounded(m_z), work.rounded(z_o)
+        rows = [[work.rounded(entry) for entry in row] for row in rows]
 
-    def exact(self, point: Point, offset: Point) -> Point | None:
-        """Image of point + offset, in rational numbers."""
-        x, y, z = (a + b for a, b in zip(point, offset, strict=True))
-        return flat_image(self.display, 0, to_physical(self.physical_from_world, (x, y, z)))
+        def image(point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+            place, way = ([_given(work, n, probe) for n in vector] for vector in (point, offset))
+            a, b, c = (_affine(row, place) + _linear(row, way) for row in rows)
+            return u_0 + a / (m_z - c), v_0 + b / (z_o - c), c, all_of(c.is_less(m_z), z_o.is_less(c))
 
-    def steps(self, arithmetic: Arithmetic, probe: bool = False) -> "SlitsAnalysis":
-        """What rounding can do."""
-        return SlitsAnalysis(self.display, self.physical_from_world, arithmetic, probe)
+        return image
 
-    def landed(self, positions: NDArray[np.floating[Any]], offset: NDArray[np.floating[Any]]) -> NDArray[Any]:
+    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
         """U and v by the kernels' own lines, on arrays."""
         m = self.to_image.as_type(positions.dtype)
-        rows = [
-            mapping.affine_row.py_func(m, row, *np.moveaxis(positions, -1, 0))
-            + mapping.linear_row.py_func(m, row, *offset)
-            for row in range(3)
-        ]
+        a, b, c = _rows(m, 3, np.moveaxis(positions, -1, 0), offset)
         with np.errstate(all="ignore"):  # outside the domain
-            u, v, *_ = mapping.project_crossed_slits.py_func(*rows, *m[12:16])
+            u, v, *_ = mapping.project_crossed_slits.py_func(a, b, c, *m[12:16])
         return np.stack([u, v], axis=-1)
 
 
-class SlitsAnalysis:
-    """Bounds for one module of a flat display, and its condition numbers.
+def _rows(m: Texture, count: int, place: Any, offset: Texture) -> list[Texture]:
+    """Rows of M place + M offset, by the kernels' own lines."""
+    affine, linear = mapping.affine_row.py_func, mapping.linear_row.py_func
+    return [affine(m, row, *place) + linear(m, row, *offset) for row in range(count)]
 
-    Parameters
+
+@dataclass(frozen=True)
+class CameraAtOrigin:
+    """A camera at the world's origin that looks along -Z.
+
+    Attributes
     ----------
-    display : Display
-        Flat, with the linear diffuser.
-    physical_from_world : (3, 4) float64
-        The affine map.
-    arithmetic : Arithmetic
-        What the kernels compute in; what the mapping is made of is float64.
-    probe : bool
-        Nothing is rounded, but every input has a relative error of 2^-200.
+    projection : str
+        'perspective' or 'orthographic'.
+    distance, extent : float
+        It sees ``extent`` of height at ``distance``.
+    near, far : float
+        Depths 0 and 1.
+    width, height : int
+        Texels.
     """
 
-    def __init__(
-        self, display: Display, physical_from_world: Matrix, arithmetic: Arithmetic, probe: bool = False
-    ) -> None:
-        self._probe = PROBE if probe else 0.0
-        self._work = EXACT if probe else arithmetic
-        make = EXACT if probe else DOUBLE
-        module = display.modules[0]
-        m_x, m_z, y_o, z_o, wide, high, width, height = (
-            self._input(n)
-            for n in (
-                module.x, module.z, display.observer_height, display.observer_z, display.screen_width,
-                display.screen_height, module.width, module.height,
-            )
+    projection: str
+    distance: float
+    extent: float
+    near: float
+    far: float
+    width: int
+    height: int
+
+    @cached_property
+    def view(self) -> View:
+        """The camera's view."""
+        target = (0.0, 0.0, -self.distance)
+        camera = Camera(self.projection, (0.0, 0.0, 0.0), target, (0.0, 1.0, 0.0), self.extent, self.near, self.far)
+        return camera.view(self.width, self.height)
+
+    @property
+    def to_image(self) -> WorldToImage:
+        """World to image, as the kernels take it."""
+        return self.view.world_to_image
+
+    @property
+    def back(self) -> Matrix:
+        """The matrix from screen to world."""
+        assert self.view.screen_to_world is not None  # a camera's
+        return self.view.screen_to_world
+
+    def matrices(self, work: Arithmetic, probe: float = 0.0) -> tuple[list[list[Tracked]], list[list[Tracked]]]:
+        """World to screen and back, rows of four, made in float64 and rounded to an arithmetic."""
+        make = DOUBLE if work.unit else EXACT
+        distance, extent, near, far, width, height = (
+            _given(make, n, probe)
+            for n in (self.distance, self.extent, self.near, self.far, self.width, self.height)
         )  # fmt: skip
-        rows = [[self._input(float(entry)) for entry in row] for row in physical_from_world]
-        u_scale = make.divide(width, wide)
-        v_scale = make.divide(Tracked(-height.value, height.error), high)
-        for row, centre, scale, slit in ((rows[0], m_x, u_scale, m_z), (rows[1], y_o, v_scale, z_o)):
-            row[3] = make.subtract(row[3], centre)
-            factor = make.multiply(scale, slit)
-            row[:] = [make.multiply(entry, factor) for entry in row]
-        half = Tracked(Fraction(1, 2))
-        u_0 = make.add(make.multiply(width, half), make.multiply(u_scale, m_x))
-        v_0 = make.add(make.multiply(height, half), make.multiply(v_scale, y_o))
-        self._rows = [[self._work.rounded(entry) for entry in row] for row in rows]
-        self._slits = self._work.rounded(m_z), self._work.rounded(z_o)
-        self._middle = self._work.rounded(u_0), self._work.rounded(v_0)
+        o, one, half = make.number(0), make.number(1), make.number(0.5)
+        u_0, v_0, focal, span = width * half, height * half, height / extent, far - near
+        if self.projection == "perspective":
+            focal = focal * distance
+            a, b = far / span, (far * near) / span
+            forth = [[focal, o, -u_0, o], [o, -focal, -v_0, o], [o, o, -a, -b], [o, o, -one, o]]
+            last = [[o, o, o, -one], [o, o, -(one / b), a / b]]
+        else:
+            forth = [[focal, o, o, u_0], [o, -focal, o, v_0], [o, o, -(one / span), -(near / span)], [o, o, o, one]]
+            last = [[o, o, -span, -near], [o, o, o, one]]
+        texel = one / focal
+        back = [[texel, o, o, -(u_0 / focal)], [o, -texel, o, v_0 / focal], *last]
+        forth, back = ([[work.rounded(entry) for entry in row] for row in matrix] for matrix in (forth, back))
+        return forth, back
 
-    def _input(self, number: float) -> Tracked:
-        return Tracked(Fraction(number), abs(number) * self._probe)
+    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
+        """The steps of Algorithm 1: a texel's (u, v, depth) into the world, the offset added, and back."""
+        forth, back = self.matrices(work, probe)
 
-    def image(self, point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
-        """u, v and z of point + offset as the kernels compute them; world coordinates, rounded on their way in.
+        def image(point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+            screen, way = ([_given(work, n, probe) for n in vector] for vector in (point, offset))
+            x, y, z, w = (_affine(row, screen) for row in back)
+            place = [x / w, y / w, z / w]
+            a, b, c, q = (_affine(row, place) + _linear(row, way) for row in forth)
+            return a / q, b / q, c / q, q.is_positive()
 
-        And whether z lies between the slits; None where rounding may decide.
-        """
-        work = self._work
-        place = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in point]
-        way = [work.rounded(Tracked(n, abs(float(n)) * self._probe)) for n in offset]
-        a, b, c = (work.add(work.affine(row, place), work.linear(row, way)) for row in self._rows)
-        u = work.add(self._middle[0], work.divide(a, work.subtract(self._slits[0], c)))
-        v = work.add(self._middle[1], work.divide(b, work.subtract(self._slits[1], c)))
-        return u, v, c, all_of(c.surely(self._slits[0]), self._slits[1].surely(c))
+        return image
+
+    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
+        """U and v by the kernels' own lines, on arrays."""
+        m, back = self.to_image.as_type(positions.dtype), np.ravel(self.back).astype(positions.dtype)
+        with np.errstate(all="ignore"):  # outside the domain
+            x, y, z, w = _rows(back, 4, np.moveaxis(positions, -1, 0), np.zeros(3, positions.dtype))
+            u, v, *_ = mapping.project_matrix.py_func(*_rows(m, 4, (x / w, y / w, z / w), offset))
+        return np.stack([u, v], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class GeneralDisplay:
+    """One module of any display, world coordinates being physical.
+
+    Exact is the mapping that the module's float64 numbers stand for (``lfssao.kernels.display``).
+
+    Attributes
+    ----------
+    display : Display
+        The display.
+    index : int
+        Number of the module.
+    """
+
+    display: Display
+    index: int = 0
+    back = None
+
+    @property
+    def to_image(self) -> WorldToImage:
+        """World to image, as the kernels take it."""
+        numbers = self.display.module_numbers(self.index)
+        return WorldToImage(mapping.DISPLAY, np.concatenate([np.eye(3, 4).ravel(), numbers]))
+
+    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
+        """The steps of the kernel ``physical_to_image``."""
+        d = [_given(work, float(n), probe) for n in self.display.module_numbers(self.index)]
+        m_x, m_y, m_z, y_o, z_o, screen, observers, conical = d[:8]
+        one = work.number(1)
+
+        def image(point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+            x, y, z = (_given(work, a, probe) + _given(work, b, probe) for a, b in zip(point, offset, strict=True))
+            dx, dz = x - m_x, z - m_z
+            t_s, meets_screen = _circle(screen, m_x, m_z, dx, dz)
+            t_v, meets_observers = _circle(observers, m_x, m_z - z_o, dx, dz)
+            shown = [z.is_less(m_z), meets_screen, meets_observers, one.is_less(t_v), t_s.is_positive()]
+            shown.append(t_s.is_less(t_v))
+            s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
+            if conical.value:
+                kappa = (z / z_o) * (_hypot(s_y - y_o, z_o) / _hypot(s_y - m_y, m_z))
+                s_x = (x + m_x * kappa) / (one + kappa)
+                shown.append((one + kappa).is_positive())
+            else:
+                s_x = m_x + t_s * dx
+            if screen.value:
+                scale = m_z / (m_z - (m_z + t_s * dz))
+                s_x, s_y = m_x + (s_x - m_x) * scale, m_y + (s_y - m_y) * scale
+                shown.append(scale.is_positive())
+            u, v, w = ((d[k] * s_x + d[k + 1] * s_y) + d[k + 2] for k in (8, 11, 14))
+            u, v = u / w, v / w
+            shown.append(w.is_positive())
+            if d[20].value or d[21].value:
+                a, b = (u - d[17]) / d[19], (v - d[18]) / d[19]
+                r2 = a * a + b * b
+                factor = one + r2 * (d[20] + r2 * d[21])
+                u, v = d[17] + d[19] * (a * factor), d[18] + d[19] * (b * factor)
+                shown.append(r2.is_less(d[22]))
+            return u, v, z, all_of(*shown)
+
+        return image
+
+    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
+        """U and v by the kernel; NaN outside the domain."""
+        places = np.ascontiguousarray((positions + offset).reshape(-1, 3))
+        image = np.empty_like(places)
+        landing.land(mapping.DISPLAY, self.to_image.as_type(places.dtype), places, image)
+        return image[:, :2].reshape(*positions.shape[:-1], 2)
+
+
+def _hypot(a: Tracked, b: Tracked) -> Tracked:
+    return (a * a + b * b).root()
+
+
+def _circle(curvature: Tracked, x: Tracked, z: Tracked, dx: Tracked, dz: Tracked) -> tuple[Tracked, bool | None]:
+    """Share of the way along (dx, dz) at which a circle is left, and whether it is met."""
+    a = curvature * (dx * dx + dz * dz)
+    b = curvature * (x * dx + z * dz) - dz
+    c = curvature * (x * x + z * z) - (z + z)
+    discriminant = b * b - a * c
+    missed = discriminant.is_less(0)
+    return -c / (b + discriminant.root()), None if missed is None else not missed

@@ -1,58 +1,22 @@
-"""One stiff case on both paths: what the kernels make of it, what is exact, and what rounding may do in between."""
+"""One stiff case in float32 or float64: what the kernels make of it against exact arithmetic and error bounds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor, inf
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import passes
-from lfssao.bench.exact import Point, rational
+from lfssao.bench.mappings import Mapping, Point, exact_image, rational
 from lfssao.bench.running_error import EXACT, PROBE, Arithmetic, Tracked
-from lfssao.matrix import Matrix
-from lfssao.view import WorldToImage
 
 PATHS = ("float32", "float64")
 
 # Beyond 2^-8 texel a path counts as degraded: what the texture samplers of GPUs resolve.
 FINE = 2.0**-8
-
-
-class Steps(Protocol):
-    """A mapping as the kernels compute it, each number with a bound of its error."""
-
-    def image(self, point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
-        """u, v and z of a sample, and whether it lies in the mapping's domain; None where rounding may decide."""
-        ...
-
-
-class Mapping(Protocol):
-    """What a case is looked at through: what is exact, what the kernels make of it, and what rounding can do."""
-
-    @property
-    def to_image(self) -> WorldToImage:
-        """World to image, as the kernels take it."""
-        ...
-
-    @property
-    def back(self) -> Matrix | None:
-        """A camera's inverse: points are then u, v and depth of the screen, and AO is Algorithm 1."""
-        ...
-
-    def exact(self, point: Point, offset: Point) -> Point | None:
-        """u, v and z of point + offset; None outside the mapping's domain."""
-        ...
-
-    def steps(self, arithmetic: Arithmetic, probe: bool = False) -> Steps:
-        """What rounding can do; with ``probe`` what a relative error PROBE of every input does, without rounding."""
-        ...
-
-    def landed(self, positions: NDArray[Any], offset: NDArray[Any]) -> NDArray[Any]:
-        """U and v, (..., 2), of positions + offset, by the kernels, in their dtype."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +63,8 @@ class Measured:
     bound : float
         The largest bound of such an error by error analysis, texels; infinity where it knows none.
     exceeded : int
-        Points whose error is larger than their bound, or whose decision is wrong and not open.
-    flipped, open, decisions : int
+        Points whose error is larger than their bound, or whose decision is wrong and not undecided.
+    flipped, undecided, decisions : int
         Decisions occluded or not that differ from exact ones; that rounding can change; all.
     """
 
@@ -110,44 +74,52 @@ class Measured:
     bound: float
     exceeded: int
     flipped: int
-    open: int
+    undecided: int
     decisions: int
 
 
 def measure(case: Stiff, path: str) -> Measured:
     """Errors and decisions of a case in 'float32' or 'float64', against exact arithmetic."""
     dtype = np.dtype(path)
-    analysis, probe = case.mapping.steps(Arithmetic.of(dtype)), case.mapping.steps(EXACT, probe=True)
+    bounded, exactly, probed = (
+        case.mapping.steps(*arithmetic) for arithmetic in ((Arithmetic.of(dtype),), (EXACT,), (EXACT, PROBE))
+    )
     image, occluded = computed(case, dtype)
     offset = rational(case.offset)
     texels = list(np.ndindex(case.depth.shape)) if case.texels is None else case.texels
     conditions, ulps, errors, bounds = [0.0], [0.0], [0.0], [0.0]
-    exceeded = flipped = unsure = 0
+    exceeded = flipped = undecided = 0
     for texel in texels:
         if np.isinf(case.depth[texel]):  # no surface, no samples
             exceeded += bool(occluded[texel])
             continue
         point = rational(case.positions[texel])
-        exact = case.mapping.exact(point, offset)
-        u, v, z, in_domain = analysis.image(point, offset)
-        is_open = _is_open((u, v, z), in_domain, case.depth, case.step)
+        exact = exact_image(exactly, point, offset)
+        u, v, z, in_domain = bounded(point, offset)
+        doubtful = _is_undecided((u, v, z), in_domain, case.depth, case.step)
         wrong = bool(occluded[texel]) != _is_occluded(exact, case.depth)
-        flipped, unsure = flipped + wrong, unsure + is_open
-        over = wrong and not is_open
+        flipped, undecided = flipped + wrong, undecided + doubtful
+        over = wrong and not doubtful
         if in_domain is None:
             bounds.append(inf)
         if exact is not None and in_domain:
-            conditions.append(_condition(probe.image(point, offset)[:2]))
+            conditions.append(_condition(probed(point, offset)[:2]))
             for ours, right, bound in zip(image[texel], exact[:2], (u, v), strict=True):
-                error = abs(float(Fraction(float(ours)) - right)) if np.isfinite(ours) else inf
+                error, in_ulp = error_of(ours, right, dtype)
                 over = over or not error <= bound.error
                 errors.append(error)
-                ulps.append(error / float(np.spacing(dtype.type(max(abs(float(right)), 1.0)))))
+                ulps.append(in_ulp)
                 bounds.append(bound.error)
         exceeded += over
     return Measured(
-        max(conditions), max(ulps), max(errors), max(bounds), exceeded, flipped, unsure, len(texels)
+        max(conditions), max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, len(texels)
     )  # fmt: skip
+
+
+def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.0) -> tuple[float, float]:
+    """Error of a number, and the same in ulp of the exact one, or of ``least`` where that is more."""
+    error = abs(float(Fraction(float(ours)) - exact)) if np.isfinite(ours) else inf
+    return error, error / float(np.spacing(dtype.type(max(abs(float(exact)), least))))
 
 
 def _condition(coordinates: tuple[Tracked, ...]) -> float:
@@ -168,11 +140,11 @@ def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any
         decided = passes.algorithm2(depth, positions, to_image, samples, radius).texture
     else:
         decided = passes.algorithm1(depth, back, to_image.numbers.reshape(4, 4), samples, radius).texture
-    return case.mapping.landed(positions, case.offset.astype(dtype)), decided > 0
+    return case.mapping.kernel_image(positions, case.offset.astype(dtype)), decided > 0
 
 
 def _depth(number: float) -> Fraction:
-    """A depth as what it is; one far beyond all others for infinity, which is beyond all samples."""
+    """A depth as a fraction; for infinity one that is beyond all samples."""
     return Fraction(float(number)) if number < inf else Fraction(2) ** 900
 
 
@@ -184,24 +156,19 @@ def _is_occluded(exact: Point | None, depth: NDArray[np.float32]) -> bool:
     return inside and _depth(depth[floor(v), floor(u)]) < z
 
 
-def _is_open(
-    tracked: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, depth: NDArray[np.float32], step: float
+def _is_undecided(
+    image: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, depth: NDArray[np.float32], step: float
 ) -> bool:
     """Whether rounding can move the sample into another texel, across its surface or out of the domain."""
-    if in_domain is False:
-        return False
-    u, v, z = tracked
-    if in_domain is None:
-        return True
+    if not in_domain:
+        return in_domain is None
+    u, v, z = image
     height, width = depth.shape
     columns, rows = _reach(u, width), _reach(v, height)
     if columns is None or rows is None:
         return True
-    outcomes = {
-        Tracked(_depth(depth[j, i]), step).surely(z) if 0 <= i < width and 0 <= j < height else False
-        for j in rows
-        for i in columns
-    }
+    surfaces = (depth[j, i] if 0 <= i < width and 0 <= j < height else inf for j in rows for i in columns)
+    outcomes = {Tracked(_depth(d), step, z.arithmetic).is_less(z) for d in surfaces}
     return None in outcomes or len(outcomes) > 1
 
 

@@ -1,15 +1,15 @@
-"""What cannot be served, and is refused before the work starts."""
-
-from collections.abc import Callable
+"""Inputs that cannot be served, and are refused before the work starts."""
 
 import numpy as np
 
 from lfssao import passes
+from lfssao.bench.stability import Refusal
 from lfssao.display import Display, Module
 from lfssao.display_file import find_display
+from lfssao.kernels.mapping import CROSSED_SLITS
 from lfssao.rendering import module_views
 from lfssao.scene.mesh import Mesh
-from lfssao.view import View, WorldToImage
+from lfssao.view import WorldToImage
 
 _TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
@@ -19,74 +19,56 @@ def _mesh(vertices: object) -> Mesh:
 
 
 def _occlusion(
-    depth: object = None, position: float = 0.0, samples: object = ((0.0, 0.0, 0.5),), radius: float = 1.0,
-    scale: float = 1.0,
-) -> passes.Occlusion:  # fmt: skip
-    texture = np.zeros((2, 2), np.float32) if depth is None else depth
-    positions = np.full((2, 2, 3), position, np.float32)
+    texture: str = "float32", samples: object = ((0.0, 0.0, 0.5),), radius: float = 1.0, scale: float = 1.0
+) -> passes.Occlusion:
     numbers = np.array([scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, 2.0, -4.0, 1.0, 1.0])
-    mapping = WorldToImage(0, numbers)
-    return passes.algorithm2(texture, positions, mapping, np.asarray(samples), radius)  # type: ignore[arg-type]
+    depth, positions = np.zeros((2, 2), texture), np.zeros((2, 2, 3), np.float32)
+    return passes.algorithm2(depth, positions, WorldToImage(CROSSED_SLITS, numbers), np.asarray(samples), radius)
 
 
-def _many_samples() -> passes.Occlusion:
-    return _occlusion(samples=np.broadcast_to(np.zeros((1, 3)), (2**31, 3)))
+def _display(lens: Module, near: float, far: float) -> Display:
+    """A flat display with one module and a region of interest between two depths."""
+    return Display("bench", 2.0, 1.0, 0.0, -4.0, (lens,), ((-1.0, -1.0, near), (1.0, 1.0, far)))
 
 
-def _lens_on_the_screen() -> Display:
-    roi = ((-1.0, -1.0, -0.1), (1.0, 1.0, -0.05))
-    return Display("bench", 2.0, 1.0, 0.0, -4.0, (Module(0.0, 0.0, 0.0, 8, 8),), roi)
+_SCALE = "scene scale", "numbers far from 1"
+_RADIUS = "radius", "R beside the scene"
+_SAMPLES = "samples", "none, or too many to count"
+_STORED = "stored depth", "a depth texture of few bits"
 
-
-def _roi_at_the_lens() -> Display:
-    roi = ((-1.0, -1.0, -0.1), (1.0, 1.0, 2.0))
-    return Display("bench", 2.0, 1.0, 0.0, -4.0, (Module(0.0, 0.0, 2.0, 8, 8),), roi)
-
-
-def _folded() -> Display:
-    lens = Module(0.0, 0.0, 2.0, 8, 8, k1=-2 / 27 - 2.0**-30)
-    roi = ((-1.0, -1.0, -0.1), (1.0, 1.0, 0.1))
-    return Display("bench", 2.0, 1.0, 0.0, -4.0, (lens,), roi)
-
-
-def _far_from_the_origin() -> list[View]:
-    return module_views(_mesh(_TRIANGLE * 1.4 + 1e8), find_display("virtual"))
-
-
-# Name, what is stiff, input, attempt, a part of the sentence.
-REFUSALS: tuple[tuple[str, str, str, Callable[[], object], str], ...] = (
-    ("scene scale", "numbers far from 1", "a mesh of size 1e31", lambda: _mesh(_TRIANGLE * 1e31), "beyond 1e+30"),
-    ("scene scale", "numbers far from 1", "a mesh of size 1e-31", lambda: _mesh(_TRIANGLE * 1e-31), "at least 1e-30"),
-    (
-        "scene scale", "numbers far from 1", "a mapping of scale 1e40",
-        lambda: _occlusion(scale=1e40), "leaves the range of float32",
+REFUSALS = (
+    Refusal(*_SCALE, "a mesh of size 1e31", lambda: _mesh(_TRIANGLE * 1e31), "beyond 1e+30"),
+    Refusal(*_SCALE, "a mesh of size 1e-31", lambda: _mesh(_TRIANGLE * 1e-31), "at least 1e-30"),
+    Refusal(*_SCALE, "a mapping of scale 1e40", lambda: _occlusion(scale=1e40), "leaves the range of float32"),
+    Refusal(*_SCALE, "a mapping of scale 1e-40", lambda: _occlusion(scale=1e-40), "leaves the range of float32"),
+    Refusal(*_RADIUS, "R = infinity", lambda: _occlusion(radius=np.inf), "finite number"),
+    Refusal(*_RADIUS, "R = -0.5", lambda: _occlusion(radius=-0.5), "at least 0"),
+    Refusal(*_SAMPLES, "N = 0", lambda: _occlusion(samples=np.zeros((0, 3))), "n at least 1"),
+    Refusal(
+        *_SAMPLES, "N = 2^31", lambda: _occlusion(samples=np.broadcast_to(np.zeros((1, 3)), (2**31, 3))),
+        "cannot be counted",
     ),
-    (
-        "scene scale", "numbers far from 1", "a mapping of scale 1e-40",
-        lambda: _occlusion(scale=1e-40), "leaves the range of float32",
+    Refusal(*_STORED, "float16", lambda: _occlusion("float16"), "expected an array of float32"),
+    Refusal(*_STORED, "uint16", lambda: _occlusion("uint16"), "expected an array of float32"),
+    Refusal("blur", "sigma", "sigma = 1e7", lambda: passes.gaussian_kernel(1e7), "between 0 and 1e+06"),
+    Refusal("blur", "sigma", "sigma = -1", lambda: passes.gaussian_kernel(-1.0), "between 0 and 1e+06"),
+    Refusal(
+        "offset", "world coordinates far from 0", "a scene of 1.4 at 1e8, 1024 texels across",
+        lambda: module_views(_mesh(_TRIANGLE * 1.4 + 1e8), find_display("virtual")), "move it to the origin",
     ),
-    ("radius", "R beside the scene", "R = infinity", lambda: _occlusion(radius=np.inf), "finite number"),
-    ("radius", "R beside the scene", "R = -0.5", lambda: _occlusion(radius=-0.5), "at least 0"),
-    ("samples", "none, or too many to count", "N = 0", lambda: _occlusion(samples=np.zeros((0, 3))), "n at least 1"),
-    ("samples", "none, or too many to count", "N = 2^31", _many_samples, "cannot be counted"),
-    (
-        "stored depth", "a depth texture of few bits", "float16",
-        lambda: _occlusion(np.zeros((2, 2), np.float16)), "expected an array of float32",
+    Refusal(
+        "distortion", "radial, near where it folds", "k1 = -2/27 - 2^-30",
+        lambda: _display(Module(0.0, 0.0, 2.0, 8, 8, k1=-2 / 27 - 2.0**-30), -0.1, 0.1), "folds inside the texture",
     ),
-    (
-        "stored depth", "a depth texture of few bits", "uint16",
-        lambda: _occlusion(np.zeros((2, 2), np.uint16)), "expected an array of float32",
+    Refusal(
+        "wide module", "rays along the screen", "a lens on the screen",
+        lambda: _display(Module(0.0, 0.0, 0.0, 8, 8), -0.1, -0.05), "behind the screen",
     ),
-    ("blur", "sigma", "sigma = 1e7", lambda: passes.gaussian_kernel(1e7), "between 0 and 1e+06"),
-    ("blur", "sigma", "sigma = -1", lambda: passes.gaussian_kernel(-1.0), "between 0 and 1e+06"),
-    (
-        "offset", "world coordinates far from 0", "a scene of 1.4 at 1e8, 1024 texels across", _far_from_the_origin,
-        "move it to the origin",
+    Refusal(
+        "near the lens", "z within 2^-k of m_z", "a ROI that reaches the lens",
+        lambda: _display(Module(0.0, 0.0, 2.0, 8, 8), -0.1, 2.0), "reaches the lens",
     ),
-    ("distortion", "radial, near where it folds", "k1 = -2/27 - 2^-30", _folded, "folds inside the texture"),
-    ("wide module", "rays along the screen", "a lens on the screen", _lens_on_the_screen, "behind the screen"),
-    ("near the lens", "z within 2^-k of m_z", "a ROI that reaches the lens", _roi_at_the_lens, "reaches the lens"),
-    (
+    Refusal(
         "infinity", "coordinates that are no numbers", "a vertex at infinity",
         lambda: _mesh([[0, 0, 0], [np.inf, 0, 0], [0, 1, 0]]), "not finite",
     ),

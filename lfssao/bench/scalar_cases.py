@@ -1,12 +1,14 @@
-"""Stiff cases that are no mapping: the blur, counts past float32's whole numbers, slivers."""
+"""Stiff cases of single numbers: the blur, counts past float32's whole numbers, slivers."""
 
+from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import numpy as np
 
 from lfssao import passes
-from lfssao.bench.measure import Measured
+from lfssao.bench.measure import Measured, error_of
 from lfssao.kernels import ssao, triangle
 
 BITS = 200
@@ -27,16 +29,19 @@ def blurred(sigma: float, path: str) -> Measured:
     taps = len(passes.gaussian_kernel(sigma))
     unit, double = float(np.finfo(dtype).epsneg), 2.0**-53
     relative = 2 * (taps + 2) * unit + 2 * (taps + 20) * double
-    exact = _gaussian(texels.astype(np.float64), sigma, taps // 2)
-    errors = [float(abs(mpmath.mpf(float(a)) - b)) for a, b in zip(ours, exact, strict=True)]
+    return _compared(ours, _gaussian(texels.astype(np.float64), sigma, taps // 2), relative)
+
+
+def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured:
+    """Errors of positive numbers that error analysis knows within a relative error of their computed values."""
+    errors, ulps = zip(*(error_of(a, b, ours.dtype, 0.0) for a, b in zip(ours, exact, strict=True)), strict=True)
     bounds = [relative / (1 - relative) * float(b) if relative < 1 else np.inf for b in exact]
-    ulps = [error / float(np.spacing(dtype.type(float(b)))) for error, b in zip(errors, exact, strict=True)]
     exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
-    return Measured(1.0, max(ulps), 0.0, max(bounds), exceeded, 0, 0, _TEXELS)
+    return Measured(1.0, max(ulps), 0.0, max(bounds), exceeded, 0, 0, len(ours))
 
 
-def _gaussian(texels: np.ndarray, sigma: float, radius: int) -> list[mpmath.mpf]:
-    """The blurred row; beyond the borders the border's texel."""
+def _gaussian(texels: np.ndarray, sigma: float, radius: int) -> list[Fraction]:
+    """The blurred row to 200 bits; beyond the borders the border's texel."""
     with mpmath.workprec(BITS):
         width = len(texels)
         values = [mpmath.mpf(float(t)) for t in texels]
@@ -49,7 +54,8 @@ def _gaussian(texels: np.ndarray, sigma: float, radius: int) -> list[mpmath.mpf]
         for i in range(width):
             inner = [weights[abs(i - j)] * values[j] for j in range(width)]
             outer = [tails[i + 1] * values[0], tails[width - i] * values[-1]]
-            out.append(mpmath.fsum([*inner, *outer]) / total)
+            blurred = mpmath.fsum([*inner, *outer]) / total
+            out.append(Fraction(int(mpmath.ldexp(blurred, BITS)), 2**BITS))
         return out
 
 
@@ -77,13 +83,7 @@ def counted(samples: int, path: str) -> Measured:
     counts = np.array([1, 2**24 - 1, 2**24, 2**24 + 1, samples // 2 + 1, samples - 1, samples], np.int32)
     depth, shares = np.zeros(len(counts), dtype), np.empty(len(counts), dtype)
     ssao.finish_run.py_func(depth, 0, 0, len(counts), samples, counts, shares)
-    unit = float(np.finfo(dtype).epsneg)
-    exact = [Fraction(int(k), samples) for k in counts]
-    errors = [abs(float(Fraction(float(a)) - b)) for a, b in zip(shares, exact, strict=True)]
-    bounds = [3 * unit / (1 - 3 * unit) * float(b) for b in exact]
-    ulps = [error / float(np.spacing(dtype.type(float(b)))) for error, b in zip(errors, exact, strict=True)]
-    exceeded = sum(error > bound for error, bound in zip(errors, bounds, strict=True))
-    return Measured(1.0, max(ulps), 0.0, max(bounds), exceeded, 0, 0, len(counts))
+    return _compared(shares, [Fraction(int(k), samples) for k in counts], 3 * float(np.finfo(dtype).epsneg))
 
 
 def slivers(path: str) -> Measured:

@@ -1,14 +1,13 @@
 """Two formulas for the same image point while it nears a slit: ours, and the one that is written down first."""
 
-from fractions import Fraction
 from functools import cache
 
 import numpy as np
 
-from lfssao.bench.exact import rational
 from lfssao.bench.inputs import STEPS, near_lens, near_observers
-from lfssao.bench.mappings import Slits
-from lfssao.bench.measure import PATHS, Stiff, computed
+from lfssao.bench.mappings import CrossedSlits, exact_image, rational
+from lfssao.bench.measure import PATHS, Stiff, computed, error_of
+from lfssao.bench.running_error import EXACT
 
 SLITS = {"lens": (near_lens, 0), "observers": (near_observers, 1)}
 
@@ -38,7 +37,7 @@ def curves() -> dict[str, list[tuple[int, float, float]]]:
 
 def _errors(case: Stiff, axis: int, path: str) -> tuple[float, float]:
     dtype, flat = np.dtype(path), case.mapping
-    assert isinstance(flat, Slits)
+    assert isinstance(flat, CrossedSlits)
     ours = computed(case, dtype)[0][..., axis]
     slit = dtype.type(flat.display.modules[0].z if axis == 0 else flat.display.observer_z)
     place, z = case.positions[..., axis].astype(dtype), case.positions[..., 2].astype(dtype)
@@ -46,14 +45,10 @@ def _errors(case: Stiff, axis: int, path: str) -> tuple[float, float]:
     scale, middle = numbers[5 * axis] / slit, numbers[14 + axis]
     with np.errstate(divide="ignore", invalid="ignore"):  # 1 - z / m_z may be 0: that is what is shown
         straightforward = middle + scale * (place / (dtype.type(1) - z / slit))
-    largest = [0.0, 0.0]
+    largest, steps, offset = [0.0, 0.0], flat.steps(EXACT), rational(case.offset)
     for texel in np.ndindex(case.depth.shape):
-        point = [Fraction(float(n)) for n in case.positions[texel].astype(dtype)]
-        exact = flat.exact(rational(point), rational(case.offset))
-        if exact is None:
-            continue
-        ulp = float(np.spacing(dtype.type(max(abs(float(exact[axis])), 1.0))))
-        for number, u in enumerate((ours[texel], straightforward[texel])):
-            error = abs(float(Fraction(float(u)) - exact[axis])) / ulp if np.isfinite(u) else np.inf
-            largest[number] = max(largest[number], error)
+        exact = exact_image(steps, rational(case.positions[texel].astype(dtype)), offset)
+        if exact is not None:
+            errors = [error_of(u, exact[axis], dtype)[1] for u in (ours[texel], straightforward[texel])]
+            largest = [max(pair) for pair in zip(largest, errors, strict=True)]
     return largest[0], largest[1]

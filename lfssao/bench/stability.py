@@ -1,4 +1,4 @@
-"""What a stiff or extreme case is, what cannot be served, and the lines of the table that both give."""
+"""Stiff and extreme cases, refused inputs, and the rows of the table that both give."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Case:
     Attributes
     ----------
     name, stiff : str
-        What it is called, and what is stiff about it.
+        Its name, and what is stiff about it.
     inputs : function
         Yields pairs of a text and a function that measures a path.
     degraded : mapping
@@ -75,16 +75,16 @@ class Case:
 
 @dataclass(frozen=True)
 class Refusal:
-    """What cannot be served, and is refused before the work starts.
+    """An input that cannot be served, and is refused before the work starts.
 
     Attributes
     ----------
     name, stiff, text : str
-        What it is called, what is stiff about it, and its input.
+        Its name, what is stiff about it, and the input.
     attempt : function
-        Asks for it.
+        Tries it.
     says : str
-        A part of the sentence.
+        A part of the sentence that refuses it.
     """
 
     name: str

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reference.textbook import textbook_image
+from reference import textbook
 
 from lfssao.bench import cases, mappings, measure, scalar_cases
 from lfssao.bench.cases import CASES
@@ -213,7 +213,7 @@ def test_exact_images_are_those_of_the_textbook():
             place = tuple(Fraction(float(n)) for n in point)
             exact = exact_image(steps, place, NOTHING)
             if exact is not None:
-                right = textbook_image(d[:3], d[3:5], tuple(d[5:7]), d[7] != 0, d[8:17], d[17:22], point)
+                right = textbook.image(d[:3], d[3:5], tuple(d[5:7]), d[7] != 0, d[8:17], d[17:22], point)
                 assert [float(n) for n in exact[:2]] == pytest.approx(right, abs=1e-9)
                 seen += 1
         assert seen >= 10

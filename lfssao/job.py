@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from lfssao import plan
 from lfssao.contact import contact_sheet
 from lfssao.errors import InputError
 from lfssao.estimators.registry import find_estimator
@@ -128,8 +129,16 @@ class Job:
             "render": time.perf_counter() - self._start,
             "passes": _sums([entry["seconds"] for entry in entries]),
         }
-        manifest = {"format": FORMAT, **self._head, "frame": self._frame(frame), "seconds": seconds, "views": entries}
+        manifest = {"format": FORMAT, **self._head, "frame": self._frame(frame), "plan": self._plan(frame, entries)}
+        manifest |= {"seconds": seconds, "views": entries}
         write_text(folder / "manifest.json", json.dumps(manifest, indent=1, allow_nan=False) + "\n")
+
+    def _plan(self, frame: int, entries: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+        """What was left out of a frame."""
+        work, texels = self._work, sum(view.width * view.height for view in self._work.views)
+        left = plan.planned(work.views, [work.boxes[frame]], work.settings, work.mesh.paint is not None)
+        left += plan.background(work.settings, texels, sum(entry["surface_texels"] for entry in entries))
+        return plan.described(left)
 
     def _frame(self, frame: int) -> dict[str, Any] | None:
         if self._work.transforms is None:

@@ -9,7 +9,7 @@ from lfssao.display import Display
 from lfssao.errors import InputError
 from lfssao.raycast import RayCaster
 from lfssao.view import View, WorldToImage
-from lfssao.window import cast_box, seen_window
+from lfssao.window import seen_rows
 
 Neighbour = tuple[WorldToImage, NDArray[np.float32]]
 
@@ -44,14 +44,11 @@ class DepthCache:
         The scene, in the views' cast space.
     size : int
         How many to keep: twice the neighbours of a module and one, where modules come one after the other.
-    plan : bool
-        Whether only rays that may hit the scene's box are cast.
     """
 
-    def __init__(self, caster: RayCaster, size: int, plan: bool = True) -> None:
+    def __init__(self, caster: RayCaster, size: int) -> None:
         self._caster = caster
         self._size = size
-        self._plan = plan
         self._kept: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
 
     def neighbours(self, views: tuple[View, ...], caster: str = "exact") -> list[Neighbour]:
@@ -60,8 +57,7 @@ class DepthCache:
 
     def _depth(self, view: View, caster: str) -> NDArray[np.float32]:
         if view.name not in self._kept:
-            box = cast_box(view.cast_from_world, self._caster.bounds)
-            window = seen_window(view, box) if self._plan else None
+            window = seen_rows(view, self._caster.bounds)
             self._kept[view.name] = self._caster.gbuffer(view, None, window=window, caster=caster).depth
         self._kept.move_to_end(view.name)
         while len(self._kept) > self._size:

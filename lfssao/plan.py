@@ -1,215 +1,160 @@
-"""The plan of a job as something to read: what runs, what does not, why, and what that is expected to save.
+"""What a job leaves out because its scene does not need it, why, and what that saves. No texture depends on it."""
 
-``lfssao.view_plan`` decides, and says why the bits stay. Nothing here renders. What no one can know before the rays are
-cast, where surfaces will be, is stated as a rule; the manifest says what it came to.
-"""
-
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import inf, nextafter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.estimators.registry import find_estimator
-from lfssao.passes import gaussian_kernel
-from lfssao.rendering import Settings
-from lfssao.scene.mesh import Mesh
+from lfssao.estimators.buffers import Buffers
+from lfssao.neighbours import Neighbour
+from lfssao.raycast import GBuffer
+from lfssao.rendering import Settings, occlusions
 from lfssao.view import View
-from lfssao.view_plan import ViewPlan
+from lfssao.window import seen_rows
 
-# When something is left out: by the plan, by a rule of the plan while it runs, or inside a kernel, plan or no plan.
-PLANNED, AT_RUN_TIME, BUILT_IN = "planned", "at run time", "built in"
-
-# Nanoseconds of one thread's processor time, rounded from the passes' times in the scenes of lfssao.bench.savings,
-# nothing left out, on one machine busy with other work. They tell what is worth leaving out, not how long a job takes:
-# a scene's texels and triangles cost up to twice as much or half, other machines have other numbers.
-_NS_A_TRIANGLE = 30.0  # its bounds in each view
-_NS_A_BACKGROUND_TEXEL = 5.0  # the G-buffer of a texel that sees nothing
-_NS_A_SAMPLE = 1.4
+RULES = {
+    "modules": "the image of the scene's box misses the texture: nothing is cast, and no pass runs",
+    "rows": "rows beside the image of the scene's box see nothing and are not cast (flat displays and cameras)",
+    "background": "AO of a texel without a surface is 0: estimator lf looks up no sample of it",
+    "radii": "a radius that comes again has the texture of the first",
+    "samples of radius 0": "all samples of radius 0 have one outcome: estimator lf looks up one of them",
+    "normals": "neither the estimator reads normals nor were they asked for",
+    "colour": "the mesh has no colour: AO is multiplied into white",
+}
 
 
 @dataclass(frozen=True)
-class Cut:
-    """One thing that is left out, or that is not.
-
-    Attributes
-    ----------
-    what : str
-        Modules, rays, radii, samples and so on.
-    where : str
-        Which of them, in words.
-    run, left_out : int or None
-        How many run and how many do not, of the whole job; None where only the run will tell.
-    saving : float or None
-        Share, 0 to 1, of that work which is left out; None where only the run will tell.
-    milliseconds : float or None
-        What that is expected to save, of the whole job on one thread.
-    when : str
-        'planned', 'at run time', or 'built in': inside a kernel, whether there is a plan or not.
-    reason : str
-        One sentence.
-    """
+class LeftOut:
+    """So many of one thing that are left out, and of how many; ``RULES`` says why."""
 
     what: str
-    where: str
-    run: int | None
-    left_out: int | None
-    saving: float | None
-    milliseconds: float | None
-    when: str
-    reason: str
+    count: int
+    of: int
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """The plan of a job.
-
-    Attributes
-    ----------
-    views : tuple of (str, ViewPlan)
-        Name and plan of each view, frame by frame.
-    cuts : tuple of Cut
-        What is left out, and what is not.
-    """
-
-    views: tuple[tuple[str, ViewPlan], ...]
-    cuts: tuple[Cut, ...]
-
-    def summary(self) -> list[dict[str, Any]]:
-        """The cuts as JSON has them."""
-        return [asdict(cut) for cut in self.cuts]
-
-
-def make_plan(
-    mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Sequence[NDArray[np.float64]] | None = None
-) -> Plan:
-    """The plan of a job.
+def planned(
+    views: Sequence[View], boxes: Sequence[NDArray[np.float64]], settings: Settings, colored: bool
+) -> list[LeftOut]:
+    """What is left out as far as it is known before rays are cast.
 
     Parameters
     ----------
-    mesh : Mesh
-        The scene.
     views : sequence of View
-        What is rendered, in each frame.
+        What is rendered in each frame.
+    boxes : sequence of (2, 3) float64
+        The box around the scene in each frame, world units.
     settings : Settings
         What the AO passes are run with.
-    boxes : sequence of (2, 3) float64, optional
-        A box around the scene in each frame, world units; the mesh's own, one frame, by default.
+    colored : bool
+        Whether the mesh has colour.
     """
-    frames = [mesh.bounds] if boxes is None else boxes
-    plans = tuple((view.name, ViewPlan.of(view, box, settings)) for box in frames for view in views)
-    only = [plan for _, plan in plans]
-    seen = [plan for plan in only if plan.window.texels]
-    cuts = (
-        _modules(plans, len(mesh.faces)),
-        _rays(seen),
-        *_layers(mesh, settings, seen),
-        *_radii(settings, seen),
-        *_behind(settings, seen),
-        Cut(
-            "neighbours", f"{settings.neighbours} asked beside each module", settings.neighbours * len(seen), None,
-            None, None, PLANNED,
-            "their depth textures are cast as far as they may see the scene, none where none is asked; one that sees "
-            "nothing is still asked, for it shows samples in the open",
-        ),
-        Cut(
-            "64-bit", "rays", None, 0, 0.0, 0.0, PLANNED,
-            "AO, merge, blur and image are float32 as it is; depth and positions are float64 results rounded once, "
-            "which float32, an error of 2^-24 at each step, cannot give to the last bit; nor would it save time to "
-            "leave out in float32 first what misses beyond doubt, 16 pairs of triangle and texel as a vector: first "
-            "hits take 1.0 to 1.2 times as long so",
-        ),
-    )  # fmt: skip
-    return Plan(plans, cuts)
+    seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
+    heights = [(view.height, rows.height) for view, rows in seen if rows.texels]
+    samples, radii = 1 if settings.samples is None else len(settings.samples), len(settings.radii)
+    one = settings.estimator == "lf" and 0.0 in settings.radii
+    made = [
+        LeftOut("modules", len(seen) - len(heights), len(seen)),
+        LeftOut("rows", sum(height - cast for height, cast in heights), sum(height for height, _ in heights)),
+        LeftOut("radii", radii - len(set(settings.radii)), radii),
+        LeftOut("samples of radius 0", (samples - 1) * one, samples),
+        LeftOut("normals", len(heights) * (settings.normals is None), len(heights)),
+        LeftOut("colour", len(heights) * (not colored), len(heights)),
+    ]
+    return [each for each in made if each.count]
 
 
-def _modules(plans: Sequence[tuple[str, ViewPlan]], faces: int) -> Cut:
-    empty = [(name, plan) for name, plan in plans if not plan.window.texels]
-    if not empty:
-        reason = "the image of the scene's box meets every texture"
-        return Cut("modules", "all", len(plans), 0, 0.0, 0.0, PLANNED, reason)
-    names = list(dict.fromkeys(name for name, _ in empty))
-    where = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-    saved = sum(_NS_A_TRIANGLE * faces + _NS_A_BACKGROUND_TEXEL * plan.whole.texels for _, plan in empty) * 1e-6
-    reason = "the image of the scene's box misses these textures: no ray can hit, all of them are background"
-    return Cut("modules", where, len(plans) - len(empty), len(empty), len(empty) / len(plans), saved, PLANNED, reason)
+def background(settings: Settings, texels: int, surface_texels: int) -> list[LeftOut]:
+    """The texels for which AO is not computed, of so many, once it is known how many see a surface."""
+    skipped = (texels - surface_texels) * (settings.estimator == "lf")
+    return [LeftOut("background", skipped, texels)] if skipped else []
 
 
-def _rays(plans: Sequence[ViewPlan]) -> Cut:
-    run, texels = sum(plan.window.texels for plan in plans), sum(plan.whole.texels for plan in plans)
-    out = texels - run
-    bounded = any(plan.window != plan.whole for plan in plans)
-    reason = "rows above and below the image of the scene's box see nothing; in columns beside it no triangle is tried"
-    if not bounded:
-        reason = "the image of the scene's box has all rows of each texture, or reaches the lens or the viewers"
-    return Cut("rays", "one a texel", run, out, _share(out, texels), out * _NS_A_BACKGROUND_TEXEL * 1e-6, PLANNED,
-               reason)  # fmt: skip
+def ao_seconds(
+    view: View, gbuffer: GBuffer, settings: Settings, neighbours: Sequence[Neighbour] = ()
+) -> tuple[float, float]:  # fmt: skip
+    """Seconds of a view's AO as it runs, and with what is left out of it; the shortest of five runs each.
+
+    Parameters
+    ----------
+    view, gbuffer : View, GBuffer
+        The view, and what the ray caster made of it.
+    settings, neighbours
+        As of ``render_view``.
+    """
+    every = replace(settings, radii=other_radii(settings.radii))
+    found = []
+    for textures, chosen in ((gbuffer, settings), (without_background(gbuffer), every)):
+        times, buffers = [], Buffers.of(textures, view)
+        for _ in range(5):
+            start = time.perf_counter()
+            occlusions(buffers, chosen, neighbours)
+            times.append(time.perf_counter() - start)
+        found.append(min(times))
+    return found[0], found[1]
 
 
-def _layers(mesh: Mesh, settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
-    count, out = len(plans), []
-    colored = mesh.paint is not None
-    out.append(
-        Cut(
-            "color",
-            "layer",
-            count * colored,
-            count * (not colored),
-            float(not colored),
-            None,
-            BUILT_IN,
-            "the mesh has colour" if colored else "the mesh has no colour: white is shaded, no image is made",
-        )
+def other_radii(radii: Iterable[float]) -> tuple[float, ...]:
+    """Radii of which none is 0 or comes again, with the same offsets in float32, but for one in millions, as these."""
+    found: list[float] = []
+    for radius in radii:
+        other = radius or 1e-60
+        while other in found:
+            other = nextafter(other, inf)
+        found.append(other)
+    return tuple(found)
+
+
+def without_background(gbuffer: GBuffer) -> GBuffer:
+    """A G-buffer in which the texels that see nothing see the farthest surface of all."""
+    seen = gbuffer.triangle >= 0
+    at = np.argmax(np.where(seen, gbuffer.depth, -inf))
+    depth, positions = gbuffer.depth.flat[at], gbuffer.positions.reshape(-1, 3)[at]
+    if not seen.any():
+        depth, positions = np.float32(0), np.zeros(3, np.float32)
+    return replace(
+        gbuffer,
+        depth=np.where(seen, gbuffer.depth, depth),
+        positions=np.where(seen[..., None], gbuffer.positions, positions),
     )
-    reads = find_estimator(settings.estimator).normals
-    needed = settings.normals is not None
-    reason = f"estimator {settings.estimator} reads normals" if reads else "normals were asked for"
-    if not needed:
-        reason = f"estimator {settings.estimator} reads no normals, and none were asked for"
-    out.append(Cut("normals", "layer", count * needed, count * (not needed), float(not needed), None, BUILT_IN, reason))
-    return out
 
 
-def _radii(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
-    radii, count = settings.radii, len(plans)
-    texels = sum(plan.window.texels for plan in plans)
-    samples = 1 if settings.samples is None else len(settings.samples)
-    first = [radii.index(radius) == number for number, radius in enumerate(radii)]
-    again = count * (len(radii) - sum(first))
-    a_layer = texels * samples * _NS_A_SAMPLE * 1e-6
-    reason = "no radius comes twice" if not again else "a radius that comes again has the texture of the first"
-    share = _share(again, count * len(radii))
-    cuts = [
-        Cut("radii", ", ".join(f"{r:g}" for r in radii), count * sum(first), again, share,
-            share * len(radii) * a_layer, PLANNED, reason)
-    ]  # fmt: skip
-    zero = 0.0 in radii and settings.estimator == "lf"
-    looked_up = count * samples * sum(first)
-    saved = count * (samples - 1) * zero
-    ms = texels * (samples - 1) * zero * _NS_A_SAMPLE * 1e-6
-    reason = "around a point all samples of radius 0 have one outcome: one is asked" if zero else "no radius is 0"
-    if settings.estimator != "lf":
-        reason = f"samples of estimator {settings.estimator} are its own affair"
-    cuts.append(
-        Cut("samples", "of each radius and view", looked_up - saved, saved, _share(saved, looked_up), ms, PLANNED,
-            reason)
-    )  # fmt: skip
-    cuts.append(
-        Cut("AO", "texels without a surface", None, None, None, None, BUILT_IN,
-            "rows are sampled in runs that see a surface; where a view shows none, no estimator runs")
-    )  # fmt: skip
-    return cuts
+def described(left: Iterable[LeftOut]) -> list[dict[str, Any]]:
+    """As JSON has it."""
+    return [{"what": each.what, "left_out": each.count, "of": each.of, "why": RULES[each.what]} for each in left]
 
 
-def _behind(settings: Settings, plans: Sequence[ViewPlan]) -> list[Cut]:
-    count = len(plans)
-    taps = len(gaussian_kernel(settings.blur))
-    plain = taps == 1
-    blur = Cut("blur", "passes", count * (not plain), count * plain, float(plain), None, BUILT_IN,
-               "sigma is 0: the blur is a copy" if plain else f"sigma is {settings.blur:g}")  # fmt: skip
-    return [blur]
+def subpixel_radii(
+    views: Iterable[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
+) -> tuple[float, ...]:
+    """Radii above 0 whose ball covers less than half a texel to each side, at every corner of the boxes, in every view.
+
+    Their samples read the depth of their own texel: such AO says nothing about the scene.
+
+    Parameters
+    ----------
+    views : iterable of View
+        What is rendered.
+    boxes : sequence of (2, 3) float64
+        Boxes around the scene, world units.
+    radii : iterable of float
+        Radii of the sampling ball, world units.
+    """
+    found = tuple(radius for radius in radii if radius > 0)
+    for view, box in product(views, boxes):
+        corners = np.array(list(product(*box.T)))
+        found = tuple(radius for radius in found if _extent(view, corners, radius) < 0.5)
+        if not found:
+            break
+    return found
 
 
-def _share(part: float, whole: float) -> float:
-    return part / whole if whole else 0.0
+def _extent(view: View, corners: NDArray[np.float64], radius: float) -> float:
+    """Largest distance along u or v, texels, by which a ball's image reaches from its centre; NaN where unknown."""
+    to_image = view.world_to_image
+    steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
+    return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

@@ -117,7 +117,7 @@ class RayCaster:
             'geometric' (of the triangle), or 'smooth' (interpolated from the vertices where the mesh came with normals
             there, else geometric); None: no normals texture.
         window : Window, optional
-            Texels outside of which nothing is seen: only its rows are cast. All by default.
+            Whole rows (``lfssao.window.seen_rows``) that alone are cast: none other sees anything. All by default.
         caster : str
             'exact'; or 'embree' for Embree's own answers, with depths in float64 on its triangles. Their bits depend on
             the processor.
@@ -138,7 +138,7 @@ class RayCaster:
             if value is not None and value not in choices:
                 raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
         # Whole rows, which are cast into their place: columns would have to be copied there, for more than they save.
-        window = Window.whole(view) if window is None else window.rows(view)
+        window = Window.whole(view) if window is None else window
         shape, rows = (view.height, view.width), slice(window.top, window.bottom)
         colored = color is not None and self._paint is not None
         depth, positions = window.texture(np.inf, shape), window.texture(np.inf, (*shape, 3))

@@ -22,7 +22,7 @@ from lfssao.pictures import image_png
 from lfssao.raycast import CASTERS, COLOR_FILTERS, NORMALS, GBuffer, RayCaster
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View, check_positions
-from lfssao.view_plan import ViewPlan
+from lfssao.window import seen_rows
 
 # LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
@@ -173,14 +173,8 @@ class Textures:
         return image_png(contact.strip(color, self._surface, self.blurred, self.shaded, 320))
 
 
-def render_view(
-    caster: RayCaster,
-    view: View,
-    settings: Settings,
-    neighbours: Sequence[Neighbour] = (),
-    plan: ViewPlan | None = None,
-) -> Textures:
-    """Run all passes for one view.
+def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:
+    """Run all passes for one view, as far as the scene needs them (``lfssao.plan``).
 
     Parameters
     ----------
@@ -192,8 +186,6 @@ def render_view(
         Estimator, radii, samples and blur.
     neighbours : sequence of (WorldToImage, (H, W) float32)
         Mapping and depth texture of each other module that is asked.
-    plan : ViewPlan, optional
-        What is not needed and left out; made here by default. The textures do not depend on it.
 
     Returns
     -------
@@ -207,12 +199,11 @@ def render_view(
         seconds[name] = time.perf_counter() - start
         return result
 
-    plan = plan or ViewPlan.of(view, caster.bounds, settings)
-    look = settings.color_filter, settings.normals, plan.window, settings.caster
+    look = settings.color_filter, settings.normals, seen_rows(view, caster.bounds), settings.caster
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, *look))
     texels = int(np.count_nonzero(gbuffer.triangle >= 0))
     if texels:
-        ao = timed("ao", lambda: _occlusions(Buffers.of(gbuffer, view), settings, neighbours, plan))
+        ao = timed("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours))
         merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
         blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
         shaded = timed("shade", lambda: _shade(gbuffer, blurred))
@@ -238,25 +229,20 @@ def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
     return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
 
 
-def _occlusions(
-    buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour], plan: ViewPlan
-) -> list[passes.Occlusion]:
-    """Occlusion of each radius, as far as the plan has it computed."""
-    numbers, samples = plan.sampled, settings.samples
-    radii = [settings.radii[number] for number in numbers]
-    sampled = dict(zip(numbers, _sampled(buffers, radii, settings, neighbours), strict=True))
-    out: list[passes.Occlusion] = []
-    for number, radius in enumerate(settings.radii):
-        if number in sampled:
-            out.append(sampled[number])
-        elif plan.same_as[number] < number:
-            out.append(out[plan.same_as[number]])
-        else:
-            assert samples is not None  # LF's estimator takes samples
-            alone = replace(settings, samples=samples[:1])
-            (one,) = _sampled(buffers, [radius], alone, neighbours)
-            out.append(passes.Occlusion(one.texture, one.outside * len(samples)))
-    return out
+def occlusions(
+    buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()
+) -> list[passes.Occlusion]:  # fmt: skip
+    """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
+    radii = list(dict.fromkeys(settings.radii))
+    found: dict[float, passes.Occlusion] = {}
+    if settings.estimator == "lf" and settings.samples is not None and 0.0 in radii:
+        radii.remove(0.0)
+        alone = replace(settings, samples=settings.samples[:1])
+        (one,) = _sampled(buffers, [0.0], alone, neighbours)
+        found[0.0] = passes.Occlusion(one.texture, one.outside * len(settings.samples))
+    if radii:
+        found |= zip(radii, _sampled(buffers, radii, settings, neighbours), strict=True)
+    return [found[radius] for radius in settings.radii]
 
 
 def _sampled(
@@ -345,7 +331,6 @@ def render(
     settings: Settings | None = None,
     modules: range | None = None,
     threads: int = 1,
-    plan: bool = True,
 ) -> Iterator[Textures]:
     """Render the modules of a display one after the other.
 
@@ -361,8 +346,6 @@ def render(
         Which modules; all by default.
     threads : int
         Threads of the ray caster (numba's are set by ``numba.set_num_threads``).
-    plan : bool
-        Whether what the scene does not need is left out; the textures do not depend on it.
 
     Yields
     ------
@@ -378,15 +361,6 @@ def render(
     views = module_views(mesh, display, modules)
     asked = neighbour_views(mesh, display, settings.neighbours, modules)
     caster = RayCaster(mesh, views[0].cast_from_world, threads)
-    cache = DepthCache(caster, 2 * settings.neighbours + 1, plan)
+    cache = DepthCache(caster, 2 * settings.neighbours + 1)
     for view, others in zip(views, asked, strict=True):
-        yield render_planned(caster, view, settings, cache, others, plan)
-
-
-def render_planned(
-    caster: RayCaster, view: View, settings: Settings, cache: DepthCache, others: tuple[View, ...], plan: bool
-) -> Textures:
-    """``render_view`` with a plan, or without one, and the depth of the views beside it where the plan needs it."""
-    chosen = ViewPlan.of(view, caster.bounds, settings) if plan else ViewPlan.everything(view, settings)
-    asked = cache.neighbours(others if chosen.window.texels else (), settings.caster)
-    return render_view(caster, view, settings, asked, chosen)
+        yield render_view(caster, view, settings, cache.neighbours(others, settings.caster))

@@ -17,7 +17,7 @@ from lfssao.manifest import describe_settings, describe_view, short_digest
 from lfssao.matrix import Matrix
 from lfssao.neighbours import DepthCache
 from lfssao.raycast import RayCaster
-from lfssao.rendering import Settings, Textures, render_planned
+from lfssao.rendering import Settings, Textures, render_view
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
 
@@ -49,8 +49,6 @@ class Work:
         The affine map world -> world of each frame; None for a still.
     neighbours : tuple of tuple of View
         For each view those of the modules that are asked beside it; empty where none are.
-    plan : bool
-        Whether what the scene does not need is left out; no texture depends on it.
     boxes : tuple of (2, 3) float64
         The box around the scene in each frame, world units; made here where not given.
     """
@@ -62,7 +60,6 @@ class Work:
     scene: Mapping[str, Any]
     transforms: tuple[Matrix, ...] | None = None
     neighbours: tuple[tuple[View, ...], ...] = ()
-    plan: bool = True
     boxes: tuple[NDArray[np.float64], ...] = ()
 
     def __post_init__(self) -> None:
@@ -153,7 +150,7 @@ class Renderer:
             start = time.perf_counter()
             mesh, view = moved(self.work.mesh, transform), self.work.views[item.view]
             self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
-            self._depths = DepthCache(self._caster, 2 * self.work.settings.neighbours + 1, self.work.plan)
+            self._depths = DepthCache(self._caster, 2 * self.work.settings.neighbours + 1)
             self._build_seconds += time.perf_counter() - start
         return self._caster
 
@@ -164,6 +161,7 @@ class Renderer:
             caster, view = self.prepare(item), self.work.views[item.view]
             others = self.work.neighbours[item.view] if self.work.neighbours else ()
             assert self._depths is not None  # made with the caster
-            textures = render_planned(caster, view, self.work.settings, self._depths, others, self.work.plan)
+            neighbours = self._depths.neighbours(others, self.work.settings.caster)
+            textures = render_view(caster, view, self.work.settings, neighbours)
             textures.seconds["build_bvh"], self._build_seconds = self._build_seconds, 0.0
             return textures

@@ -192,7 +192,8 @@ def test_degenerate_faces_are_said(capsys, tmp_path):
         ("a", ["2 faces without an area are left out", "it names 'no.mtl', which is not there"]),
         ("b", ["1 face without an area is left out"]),
     ):
-        assert main(["render", str(tmp_path / f"{name}.obj"), "--resolution", "8x6", "-o", str(tmp_path / name)]) == 0
+        words = ["render", str(tmp_path / f"{name}.obj"), "--resolution", "8x6", "--radii", "10%"]
+        assert main([*words, "-o", str(tmp_path / name)]) == 0
         said = capsys.readouterr().err.splitlines()
         assert len(said) == len(wanted)
         for line, part in zip(said, wanted, strict=True):
@@ -226,7 +227,7 @@ def test_extreme_meshes_give_textures_without_nan(tmp_path, capsys):
         corners = "".join("v {!r} {!r} {!r}\n".format(*v) for v in (mesh * scale + offset).tolist())
         (tmp_path / "a.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
         words = ["render", str(tmp_path / "a.obj"), "--resolution", "16x12", "-o", str(tmp_path / "out")]
-        for more in ([], ["--camera"], ["--radii", "1e30,0"]):
+        for more in (["--radii", "10%"], ["--radii", "10%", "--camera"], ["--radii", "1e30,0"]):
             assert main([*words, *more]) == 0
         for name in ("module_000", "camera"):
             parts = read_parts(tmp_path / "out" / f"{name}.exr")
@@ -246,7 +247,7 @@ def test_a_scene_too_far_from_the_origin_is_refused(tmp_path, capsys):
         assert "the scene is 1 large and reaches 1e+06 from the world's origin" in error
         assert error.count("\n") == 1
         assert not (tmp_path / "out").exists()
-        assert main([*words, *more, "--resolution", "12x12"]) == 0
+        assert main([*words, *more, "--resolution", "12x12", "--radii", "10%"]) == 0
         shutil.rmtree(tmp_path / "out")
 
 
@@ -275,7 +276,7 @@ def test_python_m_returns_the_exit_code(tmp_path):
 
 def test_folder_name_that_is_not_text(tmp_path):
     folder = os.fsencode(tmp_path) + b"/caf\xe9"
-    process = start("render", "statue", "--resolution", "8x6", "-o", folder)
+    process = start("render", "statue", "--resolution", "8x6", "--radii", "10%", "-o", folder)
     out, error = process.communicate(timeout=60)
     assert (process.returncode, out) == (2, b"")
     assert error.count(b"\n") == 1

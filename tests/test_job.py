@@ -22,7 +22,6 @@ from lfssao.estimators.registry import find_estimator
 from lfssao.files import check_folder, output_folder, write_whole
 from lfssao.job import available_memory, check_memory, needed_memory
 from lfssao.rendering import render_view
-from lfssao.view_plan import ViewPlan
 
 TEXTURES = {
     "shaded": ("R", "G", "B"),
@@ -370,7 +369,7 @@ def test_memory_is_what_the_passes_take():
         (view,) = module_views(mesh, replace(display, modules=(module,)))
         caster = RayCaster(mesh, view.cast_from_world)
         caster.gbuffer(view)  # Embree's tree is built by the first one
-        return lambda: render_view(caster, view, settings, plan=ViewPlan.everything(view, settings))
+        return lambda: render_view(caster, view, settings)
 
     def peak(width, height):
         render = rendering(width, height)

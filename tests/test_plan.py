@@ -11,17 +11,28 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import raycast as raycast_twin
 
-from lfssao import Camera, Mesh, RayCaster, Settings, builtin_scene, display_names, find_display
+from lfssao import (
+    Buffers,
+    Camera,
+    Mesh,
+    RayCaster,
+    Settings,
+    Textures,
+    builtin_scene,
+    display_names,
+    estimate,
+    find_display,
+    passes,
+)
 from lfssao.bench import savings
 from lfssao.cli import main
 from lfssao.estimators.registry import ESTIMATORS
 from lfssao.kernels.rays import FLAT_LINEAR
 from lfssao.neighbours import DepthCache
-from lfssao.plan import make_plan
-from lfssao.rendering import module_views, neighbour_views, render_planned, render_view
+from lfssao.plan import RULES, LeftOut, background, other_radii, planned, subpixel_radii, without_background
+from lfssao.rendering import module_views, neighbour_views, occlusions, render_view
 from lfssao.view import WorldToImage
-from lfssao.view_plan import ViewPlan, subpixel_radii
-from lfssao.window import Window, cast_box, seen_window
+from lfssao.window import Window, seen_rows
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -47,12 +58,31 @@ def assert_same(one, other):
     assert one.outside == other.outside
 
 
+def everything(caster, view, options, neighbours=()):
+    """The textures that all passes make one by one: of every row, of every radius by all its samples."""
+    g = caster.gbuffer(view, options.color_filter, options.normals)
+    if neighbours:
+        given = g.depth, g.positions, view.world_to_image, neighbours, options.samples
+        ao = [passes.algorithm2_with_neighbours(*given, radius) for radius in options.radii]
+    else:
+        given = options.samples, options.weights
+        buffers = Buffers.of(g, view)
+        ao = [estimate(options.estimator, buffers, r, *given, **options.parameters) for r in options.radii]
+    merged = passes.merge([each.texture for each in ao])
+    blurred = passes.blur(merged, options.blur)
+    shaded = passes.shade_white(g.depth, blurred) if g.color is None else passes.shade(g.color, blurred)
+    inner = [slice(view.guard, size - view.guard) for size in (view.height, view.width)]
+    made = [np.ascontiguousarray(texture[*inner]) for texture in (merged, blurred, shaded)]
+    ao_textures = tuple(np.ascontiguousarray(each.texture[*inner]) for each in ao)
+    seen = int((g.triangle >= 0).sum())
+    return Textures(view, g, ao_textures, *made, tuple(each.outside for each in ao), seen, {})
+
+
 def check(caster, view, options, neighbours=()):
-    """Render with and without a plan; the cover and the plan."""
-    plan = ViewPlan.of(view, caster.bounds, options)
-    made = render_view(caster, view, options, neighbours, plan)
-    assert_same(made, render_view(caster, view, options, neighbours, ViewPlan.everything(view, options)))
-    return (made.gbuffer.triangle >= 0).mean(), plan
+    """Render with and without what is left out; the cover, and the rows that are cast."""
+    made = render_view(caster, view, options, neighbours)
+    assert_same(made, everything(caster, view, options, neighbours))
+    return (made.gbuffer.triangle >= 0).mean(), seen_rows(view, caster.bounds)
 
 
 def placed(box, size, moved):
@@ -74,9 +104,9 @@ def test_displays_of_every_kind(statue, name, place):
     options = Settings(radii, blur=1.4, normals="smooth" if place == "border" else None)
     caster = RayCaster(statue, views[0].cast_from_world)
     for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
-        cover, plan = check(caster, view, options)
+        cover, rows = check(caster, view, options)
         assert (cover > 0) == (place != "beside")
-        assert (not plan.window.texels) == (place == "beside" and view.ray_kind == FLAT_LINEAR)
+        assert (not rows.texels) == (place == "beside" and view.ray_kind == FLAT_LINEAR)
 
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
@@ -84,17 +114,16 @@ def test_displays_of_every_kind(statue, name, place):
 def test_cameras(statue, projection, place):
     view = Camera.looking_at(placed(statue.bounds, *PLACES[place]), projection).view(48, 36, 3)
     options = Settings((0.1, 0.0, 1e-3), blur=0.5 * (place != "border"))
-    cover, plan = check(RayCaster(statue, view.cast_from_world), view, options)
-    assert (cover > 0) == (plan.window.texels > 0) == (place != "beside")
+    cover, rows = check(RayCaster(statue, view.cast_from_world), view, options)
+    assert (cover > 0) == (rows.texels > 0) == (place != "beside")
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_every_estimator(statue, name):
     view = module_views(statue, find_display("sample-a").with_resolution(32, 24), range(4, 5), 0,
                         placed(statue.bounds, 2, (0.5, 0.2, 0)))[0]  # fmt: skip
-    cover, plan = check(RayCaster(statue, view.cast_from_world), view, Settings((0.0, 0.1, 0.1), estimator=name))
+    cover, _ = check(RayCaster(statue, view.cast_from_world), view, Settings((0.0, 0.1, 0.1), estimator=name))
     assert 0.01 < cover < 0.3
-    assert plan.same_as == (0, 1, 1)
 
 
 @pytest.mark.parametrize("place", ["border", "beside"])
@@ -104,39 +133,38 @@ def test_neighbours_whose_rays_are_cut_and_modules_that_see_nothing(statue, plac
     views, asked = module_views(statue, display, None, 0, box), neighbour_views(statue, display, 3, None, 0, box)
     caster, options = RayCaster(statue, views[0].cast_from_world), Settings((0.0, 0.2), neighbours=3)
     for index in (0, 10):
-        made = [
-            render_planned(caster, views[index], options, DepthCache(caster, 7, plan), asked[index], plan)
-            for plan in (True, False)
-        ]
-        assert_same(*made)
+        whole = [(other.world_to_image, caster.gbuffer(other).depth) for other in asked[index]]
+        made = render_view(caster, views[index], options, DepthCache(caster, 7).neighbours(asked[index]))
+        assert_same(made, everything(caster, views[index], options, whole))
 
 
 def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
     """A mapping that is shifted by more than the texture, so that every sample is outside."""
     view = module_views(statue, find_display("virtual").with_resolution(48, 36))[0]
+    gbuffer = RayCaster(statue, view.cast_from_world).gbuffer(view)
     numbers = view.world_to_image.numbers.copy()
     numbers[14] += 99
-    view = replace(view, world_to_image=WorldToImage(view.world_to_image.kind, numbers))
+    shifted = replace(view, world_to_image=WorldToImage(view.world_to_image.kind, numbers))
     options = Settings((0.0,))
-    check(RayCaster(statue, view.cast_from_world), view, options)
-    made = render_view(RayCaster(statue, view.cast_from_world), view, options)
-    assert made.outside == (8 * (made.gbuffer.triangle >= 0).sum(),)
+    (made,) = occlusions(Buffers.of(gbuffer, shifted), options)
+    right = passes.algorithm2(gbuffer.depth, gbuffer.positions, shifted.world_to_image, options.samples, 0.0)
+    assert made.outside == right.outside == 8 * (gbuffer.triangle >= 0).sum()
+    np.testing.assert_array_equal(bits(made.texture), bits(right.texture))
 
 
 # The bench
 
 
-def test_savings_of_each_cut_and_a_cut_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
+def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
     display = find_display("virtual").with_resolution(48, 36)
     box = savings.at_a_tenth(statue, display)
-    case = savings.Case("a tenth", statue, box, Settings((0.0, 1e-3, 0.2)))
+    case = savings.Case("a tenth", statue, box, Settings((0.0, 0.2, 0.2)))
     (made,) = savings.savings([case], display, 2)
     assert made.same
     assert abs(made.cover - 0.1) < 0.02
-    assert set(made.ratios) == {"plan", *savings.CUTS}
+    assert set(made.ratios) == {"all", *savings.RULES}
     assert all(low <= middle <= high for low, middle, high in made.ratios.values())
-    plan = ViewPlan.of(savings.middle_view(statue, display, box), statue.bounds, case.settings)
-    monkeypatch.setattr(ViewPlan, "of", lambda *_: replace(plan, same_as=(0, 0, 0)))
+    monkeypatch.setattr(savings, "other_radii", lambda radii: (0.1, *radii[1:]))
     monkeypatch.setattr(savings, "cases", lambda *_: [case])
     table = tmp_path / "plan.json"
     assert main(["bench", "plan", "--quick", "--repeats", "1", "--json", str(table)]) == 1
@@ -165,85 +193,62 @@ BOX_FACES = np.array([(0, 1, 3), (0, 3, 2), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0,
     size=st.sampled_from([(20, 15), (33, 9), (1, 1), (24, 18)]),
     seed=st.integers(0, 2**32),
 )
-def test_no_ray_outside_the_window_hits_what_is_in_the_box(name, size, seed):
-    """Boxes anywhere, drawn as their six sides, by brute force; the window is at most 3 texels too large."""
+def test_no_ray_outside_the_rows_hits_what_is_in_the_box(name, size, seed):
+    """Boxes anywhere, drawn as their six sides, by brute force; at most 3 rows too many on each side."""
     view, rng = scenes.VIEWS[name](*size), np.random.default_rng(seed)
     points = scenes.anywhere(view, rng, 2, 0.6)
     points = points[0] + (points - points[0]) * rng.choice([1.0, 0.3, 0.02])
-    box = np.stack([points.min(axis=0), points.max(axis=0)])
-    x, y, z = (n.ravel() for n in np.meshgrid(*box.T, indexing="ij"))
-    hit = cast(view, np.column_stack([x, y, z]), BOX_FACES)
-    window = seen_window(view, box)
-    if hit.any():
-        columns, rows = np.flatnonzero(hit.any(axis=0)), np.flatnonzero(hit.any(axis=1))
-        held = (
-            (window.left, columns[0], columns[-1] + 1, window.right),
-            (window.top, rows[0], rows[-1] + 1, window.bottom),
-        )
-        for (first, low, high, last), most in zip(held, size, strict=True):
-            assert first <= low < high <= last
-            if first > 0 and last < most:  # not cut off by the texture's border
-                assert low - first <= 3
-                assert last - high <= 3
+    bounds = scenes.to_world(view, points)
+    bounds = np.stack([bounds.min(axis=0), bounds.max(axis=0)])
+    corners = np.array(list(itertools.product(*bounds.T)))
+    hit = cast(view, np.stack(raycast_twin.affine(view.cast_from_world, *corners.T), axis=1), BOX_FACES)
+    rows, seen = seen_rows(view, bounds), np.flatnonzero(hit.any(axis=1))
+    assert rows in (Window(0, rows.top, view.width, rows.bottom), Window(0, 0, 0, 0))
+    if len(seen):
+        assert rows.top <= seen[0] <= seen[-1] < rows.bottom
+        if rows.top > 0 and rows.bottom < view.height:  # not cut off by the texture's border
+            assert seen[0] - rows.top <= 3
+            assert rows.bottom - 1 - seen[-1] <= 3
 
 
-def test_a_box_that_nearly_reaches_one_singular_plane_has_no_window():
-    """The observers' line alone, the lens alone; x and y so large that rounding of either is half a texel."""
+def test_all_rows_are_cast_for_a_box_at_a_singular_plane():
+    """A box that reaches the eye, the lens or the observers' line, or lies where rounding is not small."""
+    for name in scenes.VIEWS:
+        view = scenes.VIEWS[name](20, 15)
+        end = 9.0 + (0.0 if name in ("perspective", "orthographic") else float(view.lens[1]))
+        around = scenes.to_world(view, np.array([[-9.0, -9.0, -9.0], [9.0, 9.0, end]]))
+        assert seen_rows(view, np.sort(around, axis=0)) == Window.whole(view), name
     view = scenes.VIEWS["virtual"](20, 15)
-    m_z, z_o = view.lens[1], view.lens[3]
     middle = np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]])
-    assert seen_window(view, middle) != Window.whole(view)
-    for axis, end, value in ((2, 0, z_o * (1 - 1e-4)), (2, 1, m_z * (1 - 1e-4)), (0, 1, 1e14), (1, 1, 1e14)):
+    assert seen_rows(view, middle) != Window.whole(view)
+    for axis in range(2):
         box = middle.copy()
-        box[end, axis] = value
-        box[1 - end, axis] = box[1 - end, axis] if axis == 2 else value * (1 - 1e-3)
-        window = seen_window(view, box)
-        assert window == Window.whole(view), (axis, end)
-
-
-def test_a_box_at_the_eye_has_no_window():
-    for name, view in ((name, make(20, 15)) for name, make in scenes.VIEWS.items()):
-        far = view.lens[5] if name in ("perspective", "orthographic") else view.lens[1]
-        around = np.array([[-9.0, -9.0, -9.0], [9.0, 9.0, far + 9.0]])
-        assert seen_window(view, around) == Window.whole(view)
-
-
-@settings(max_examples=100)
-@given(seed=st.integers(0, 2**32), offset=st.sampled_from([0.0, 1.0, 1e8]), scale=st.sampled_from([1e-6, 1.0, 1e6]))
-def test_a_cast_box_holds_all_vertices(seed, offset, scale):
-    """Maps that turn and stretch, worlds far from 0: every moved vertex lies in the box."""
-    rng = np.random.default_rng(seed)
-    points = (rng.uniform(-1, 1, (50, 3)) + offset * rng.uniform(-1, 1, 3)) * scale
-    matrix = np.hstack([rng.uniform(-1, 1, (3, 3)), rng.uniform(-1, 1, (3, 1)) * offset * scale])
-    box = cast_box(matrix, np.stack([points.min(axis=0), points.max(axis=0)]))
-    moved = np.stack(raycast_twin.affine(matrix, *points.T), axis=1)
-    assert (box[0] <= moved).all()
-    assert (moved <= box[1]).all()
+        box[:, axis] = 1e14 * (1 - 1e-3), 1e14
+        assert seen_rows(view, box) == Window.whole(view)
 
 
 @pytest.mark.parametrize("way", scenes.WAYS)
 @pytest.mark.parametrize("name", scenes.VIEWS)
-def test_gbuffers_cast_in_a_window(way, name):
-    """Any window: in its rows the texture of the whole, elsewhere nothing; by the tree and by rasterisation."""
+def test_gbuffers_of_some_rows(way, name):
+    """In them the texture of the whole, elsewhere nothing; by the tree and by rasterisation."""
     rng = np.random.default_rng(2)
     view = scenes.VIEWS[name](37, 26)
     vertices, faces = scenes.sheet(view, rng, 3)
     caster = RayCaster(Mesh(scenes.to_world(view, vertices), faces, normals=vertices), view.cast_from_world)
     whole = caster.gbuffer(view, normals="smooth")
     for window in (
-        Window(5, 9, 30, 22),
-        Window(36, 0, 37, 26),
+        Window(0, 9, 37, 22),
+        Window(0, 0, 37, 26),
         Window(0, 25, 37, 26),
-        Window(3, 3, 3, 9),
         Window(0, 0, 0, 0),
     ):
         with scenes.way(way):
             seen = caster.gbuffer(view, normals="smooth", window=window)
         inside = np.zeros((26, 37), np.bool_)
-        inside[window.top : window.bottom if window.texels else window.top] = True
-        for part, background in (("depth", np.inf), ("positions", np.inf), ("normals", 0), ("triangle", -1)):
+        inside[window.top : window.bottom] = True
+        for part, nothing in (("depth", np.inf), ("positions", np.inf), ("normals", 0), ("triangle", -1)):
             got, want = getattr(seen, part), getattr(whole, part).copy()
-            want[~inside] = background
+            want[~inside] = nothing
             np.testing.assert_array_equal(bits(got), bits(want))
 
 
@@ -253,36 +258,77 @@ RENDER = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--re
           "0,0.1,0.1", "--blur", "0.7", "--threads", "1"]  # fmt: skip
 
 
-def test_render_with_and_without_a_plan(tmp_path):
-    made = {}
-    for name, more in (("with", []), ("without", ["--no-plan"])):
-        assert main([*RENDER, *more, "-o", str(tmp_path / name)]) == 0
-        made[name] = json.loads((tmp_path / name / "manifest.json").read_text())
-    one, other = made["with"], made["without"]
-    assert other["plan"] is None
-    assert {cut["what"] for cut in one["plan"]} >= {"modules", "rays", "radii", "samples", "blur"}
-    for a, b in zip(one["views"], other["views"], strict=True):
-        assert {n: t["sha256"] for n, t in a["textures"].items()} == {n: t["sha256"] for n, t in b["textures"].items()}
-        assert a["samples_outside"] == b["samples_outside"]
+def test_the_manifest_lists_what_is_left_out(tmp_path):
+    assert main([*RENDER, "-o", str(tmp_path)]) == 0
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    left = {each["what"]: (each["left_out"], each["of"]) for each in manifest["plan"]}
+    assert left["radii"] == (1, 3)
+    assert left["samples of radius 0"] == (7, 8)
+    assert left["normals"] == (2, 2)
+    surface = sum(view["surface_texels"] for view in manifest["views"])
+    assert left["background"] == (2 * 48 * 36 - surface, 2 * 48 * 36)
+    assert set(left) == {"radii", "samples of radius 0", "normals", "background"}
+    assert all(each["why"] == RULES[each["what"]] for each in manifest["plan"])
 
 
-def test_a_plan_takes_a_renders_options_and_renders_nothing(monkeypatch, capsys):
-    def no(*_):
-        raise AssertionError
+def test_nothing_is_said_of_what_is_not_left_out(statue):
+    """A view that the scene fills, each radius once, normals asked for, a colour."""
+    (view,) = module_views(statue, find_display("virtual"), None, 0, placed(statue.bounds, 0.01, (0, 0, 0)))
+    options = Settings((0.1, 0.2), normals="smooth")
+    assert planned([view], [statue.bounds], options, True) == []
+    assert background(options, 100, 100) == []
+    assert background(Settings((0.1,), estimator="sao"), 100, 40) == []
+    assert background(options, 100, 40) == [LeftOut("background", 60, 100)]
 
-    monkeypatch.setattr(RayCaster, "__init__", no)
-    assert main(["plan", *RENDER[1:], "-o", "/nonexistent/never"]) == 0
+
+def test_modules_that_miss_the_scene_are_left_out(statue):
+    display = find_display("sample-a").with_resolution(48, 36)
+    views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["beside"]))
+    middle = placed(statue.bounds, *PLACES["beside"])
+    left = planned(views, [statue.bounds, middle], Settings((0.1,), normals="smooth"), False)
+    assert left[0] == LeftOut("modules", 21, 42)
+    assert left[-1] == LeftOut("colour", 21, 21)
+    assert planned(views, [statue.bounds], Settings((0.1,)), True) == [LeftOut("modules", 21, 21)]
+    views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["corner"]))
+    cast = [seen_rows(view, statue.bounds).height for view in views]
+    assert planned(views, [statue.bounds], Settings((0.1,), normals="smooth"), True) == [
+        LeftOut("rows", 21 * 36 - sum(cast), 21 * 36)
+    ]
+
+
+def test_a_plan_takes_a_renders_options_and_writes_nothing(tmp_path, capsys):
+    before = sorted(tmp_path.iterdir())
+    assert main(["plan", *RENDER[1:], "-o", str(tmp_path / "never")]) == 0
     text = capsys.readouterr().out
-    assert all(word in text for word in ("modules", "rays", "radii", "samples", "left out", "saved", "planned"))
-    assert main(["plan", *RENDER[1:], "--json"]) == 0
+    assert "radii: 1 of 3; a radius that comes again has the texture of the first" in text
+    assert "texels of module_003; AO of a texel without a surface is 0" in text
+    assert "module_003: AO takes" in text
+    assert main(["plan", *RENDER[1:], "--json", "--neighbours", "1"]) == 0
     made = json.loads(capsys.readouterr().out)
-    cuts = {cut["what"]: cut for cut in made["cuts"]}
-    assert cuts["radii"]["left_out"] == 2
-    assert cuts["samples"]["left_out"] == 2 * 7
-    assert cuts["rays"]["run"] + cuts["rays"]["left_out"] == 2 * 48 * 36
-    assert cuts["rays"]["run"] == sum(Window(*view["window"]).texels for view in made["views"])
-    assert [view["name"] for view in made["views"]] == ["module_002", "module_003"]
-    assert made["views"][0]["size"] == [48, 36]
+    assert {each["what"] for each in made["left_out"]} >= {"radii", "samples of radius 0", "normals"}
+    assert made["view"] == "module_003"
+    assert min(made["seconds"], made["ao_seconds"], made["ao_seconds_with_all"]) > 0
+    assert sorted(tmp_path.iterdir()) == before
+    assert main(["plan", "--why"]) == 0
+    assert capsys.readouterr().out.splitlines() == [f"{what}: {why}" for what, why in RULES.items()]
+
+
+def test_ao_with_all_that_is_left_out_computes_every_texel_by_other_radii(statue):
+    (view,) = module_views(statue, find_display("virtual").with_resolution(24, 18))
+    gbuffer = RayCaster(statue, view.cast_from_world).gbuffer(view)
+    seen, filled = gbuffer.triangle >= 0, without_background(gbuffer)
+    assert np.isfinite(filled.positions).all()
+    assert filled.depth[~seen].min() == filled.depth.max() == gbuffer.depth[seen].max()
+    np.testing.assert_array_equal(filled.positions[seen], gbuffer.positions[seen])
+    samples = np.random.default_rng(1).uniform(-1, 1, (9, 3))
+    radii = (0.0, 0.1, 0.1, 0.0, 0.1)
+    other = other_radii(radii)
+    assert len(set(other)) == 5
+    assert 0.0 not in other
+    for one, two in zip(radii, other, strict=True):
+        np.testing.assert_array_equal((one * samples).astype(np.float32), (two * samples).astype(np.float32))
+    nothing = replace(gbuffer, triangle=np.full_like(gbuffer.triangle, -1))
+    assert not without_background(nothing).depth.any()
 
 
 def test_radii_below_half_a_texel_everywhere(statue):
@@ -310,15 +356,7 @@ def test_a_job_warns_of_such_radii_once(tmp_path, capsys):
     said = capsys.readouterr().err
     assert said.count("radius 0.0001 is less than half a texel everywhere: its AO says nothing") == 1
     assert said.count("half a texel") == 1
+    assert main([*job, "--radii", "0.0002,0.0001,0.1"]) == 0
+    assert "radii 0.0002, 0.0001 are less than half a texel everywhere: their AO says" in capsys.readouterr().err
     assert main([*job, "--radii", "0,0.1"]) == 0
     assert "half a texel" not in capsys.readouterr().err
-
-
-def test_modules_that_miss_the_scene_are_named(statue):
-    display = find_display("sample-a").with_resolution(48, 36)
-    views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["beside"]))
-    made = make_plan(statue, views, Settings((0.1,)))
-    modules = next(cut for cut in made.cuts if cut.what == "modules")
-    assert (modules.run, modules.left_out, modules.saving) == (0, 21, 1.0)
-    assert "module_000" in modules.where
-    assert sum(plan.window.texels for _, plan in made.views) == 0

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lfssao import Settings, builtin_scene, find_display
+from lfssao import RayCaster, Settings, builtin_scene, find_display, render_view
 from lfssao.bench import savings
-from lfssao.view_plan import ViewPlan
+from lfssao.window import Window, seen_rows
 
 
 @pytest.fixture(scope="module")
@@ -16,58 +16,56 @@ def statue():
     return builtin_scene("statue")
 
 
-def made(texture=0.0, outside=3):
-    """Textures of a view, one value each."""
-    one = np.full((2, 2), texture, np.float32)
-    seen = SimpleNamespace(depth=one, positions=one, triangle=np.array([[0, 1], [-1, -1]]), color=None, normals=one)
-    return SimpleNamespace(merged=one, blurred=one, image=one, shaded=one, ao=(one, one), gbuffer=seen, outside=outside)
-
-
 @pytest.mark.parametrize("wrong", [False, True])
 def test_times_are_medians_of_the_warm_turns_and_ratios_quartiles_of_each_turns(statue, monkeypatch, wrong):
-    """Everything takes 12, 8 and 10 s, the plan a half of the first and a quarter of the others; 100 s cold."""
-    view = savings.middle_view(statue, find_display("virtual").with_resolution(8, 6), statue.bounds)
-    everything, clock, calls = ViewPlan.everything(view, Settings((0.1,))), [0.0], []
-    seconds = {0: (100, 100), 1: (12, 6), 2: (8, 2), 3: (10, 2.5)}
+    """Renders take 12, 8 and 10 s, with all rows twice, with all radii 1.5 times as long; AO 1 s, of all texels 5 s."""
+    display, clock, calls = find_display("virtual").with_resolution(8, 6), [0.0], []
+    case = savings.Case("case", statue, statue.bounds, Settings((0.0, 0.2)))
+    view = savings.middle_view(statue, display, case.box)
+    caster, render, occlusions = RayCaster(statue, view.cast_from_world), savings.render_view, savings.occlusions
+    seconds = {0: 100, 1: 12, 2: 8, 3: 10}
 
-    def render(_caster, _view, _settings, _neighbours, plan):
-        turn = (len(calls) - 1) // 4
-        calls.append(plan)
-        clock[0] += seconds[turn][plan != everything] if len(calls) > 1 else 1000
-        return made(float(wrong and plan.window != everything.window))
+    def timed_render(by, view, settings):
+        turn = (len(calls) - 1) // 5
+        calls.append(by)
+        textures = render(by, view, settings)
+        if by is not caster:
+            assert seen_rows(view, by.bounds) == Window.whole(view)
+        assert settings.radii[0] == 0 or len(set(settings.radii)) == 2
+        clock[0] += seconds.get(turn, 0) * (1 + (by is not caster) + 0.5 * (settings.radii[0] > 0))
+        return replace(textures, outside=(9, 9)) if wrong and by is not caster else textures
 
-    monkeypatch.setattr(savings, "render_view", render)
+    def timed_ao(buffers, settings):
+        calls.append(buffers)
+        clock[0] += 5 if np.isfinite(buffers.depth).all() else 1
+        return occlusions(buffers, settings)
+
+    monkeypatch.setattr(savings, "render_view", timed_render)
+    monkeypatch.setattr(savings, "occlusions", timed_ao)
     monkeypatch.setattr(savings, "time", SimpleNamespace(process_time=lambda: clock[0]))
-    monkeypatch.setattr(ViewPlan, "of", lambda *_: replace(everything, window=None))
-    case = savings.Case("case", statue, statue.bounds, Settings((0.1,)))
-    result = savings._saving(case, SimpleNamespace(bounds=statue.bounds), view, everything, 3)
-    assert len(calls) == 1 + 4 * 4
-    assert result.milliseconds["all"] == 10_000
-    assert result.milliseconds["plan"] == 2_500
-    assert result.ratios["plan"] == (3.0, 4.0, 4.0)
-    assert set(result.ratios) == {"plan", "rays", "radii"}
-    assert result.ratios["radii"] == (1.0, 1.0, 1.0)  # the same plan as everything's
-    assert result.cover == 0.5
+    result = savings._saving(case, caster, view, 3)
+    assert len(calls) == 1 + 4 * 5
+    assert result.milliseconds == 10_000
+    assert result.ratios["rows"] == (2.0, 2.0, 2.0)
+    assert result.ratios["radii"] == (1.5, 1.5, 1.5)
+    np.testing.assert_allclose(result.ratios["background"], np.percentile([16 / 12, 12 / 8, 14 / 10], [25, 50, 75]))
+    np.testing.assert_allclose(result.ratios["all"], np.add(result.ratios["background"], 1.5))
+    assert result.cover == (caster.gbuffer(view).triangle >= 0).mean()
     assert result.same != wrong
 
 
-def test_textures_that_differ_anywhere_are_not_equal():
-    assert savings.equal_bits(made(), made())
-    assert not savings.equal_bits(made(), made(outside=4))
-    for part in ("merged", "blurred", "image", "shaded"):
-        for other in (None, np.full((2, 2), -0.0, np.float32)):
-            one = made()
-            setattr(one, part, other)
-            assert not savings.equal_bits(one, made())
-            assert not savings.equal_bits(made(), one)
+def test_all_that_a_render_makes_is_compared(statue):
+    view = savings.middle_view(statue, find_display("virtual").with_resolution(8, 6), statue.bounds)
+    textures = render_view(RayCaster(statue, view.cast_from_world), view, Settings((0.1, 0.2), normals="smooth"))
+    seen, right = textures.gbuffer, savings.bits(textures)
+    assert right == savings.bits(replace(textures))
+    for part in ("merged", "blurred", "shaded"):
+        assert savings.bits(replace(textures, **{part: -getattr(textures, part)})) != right
     for part in ("depth", "positions", "triangle", "color", "normals"):
-        one = made()
-        setattr(one.gbuffer, part, np.ones((2, 2), np.float32) if part == "color" else None)
-        assert not savings.equal_bits(one, made())
-        assert not savings.equal_bits(made(), one)
-    one = made()
-    one.ao = (one.ao[0], np.ones((2, 2), np.float32))
-    assert not savings.equal_bits(one, made())
+        other = replace(seen, **{part: getattr(seen, part) + 1})
+        assert savings.bits(replace(textures, gbuffer=other)) != right
+    assert savings.bits(replace(textures, outside=(0, 1))) != right
+    assert savings.bits(replace(textures, ao=(textures.ao[0], -textures.ao[1]))) != right
 
 
 def test_boxes_around_a_scene(statue):

@@ -1,8 +1,13 @@
-"""What leaving out what a scene does not need saves: renders of one view with and without, in turn.
+"""What leaving out what a scene does not need saves: passes of one view with and without, in turn.
 
-All passes of one view in one thread, with everything run (``render --no-plan``), with the plan, and with one of its
-cuts alone. Processor time, so that other work on the machine counts little; a ratio is the median of those of each
-turn. The textures of all of them are compared: a cut that changed a bit would be no cut.
+All passes of one view in one thread as they run, and with each thing that is left out done after all:
+
+- rows: with a box so large that all rows are cast;
+- background: AO of a depth texture whose background is a surface far away, in place of the view's own;
+- radii: radii that come again, and radius 0, replaced by others so near that the textures are the same.
+
+Processor time, so that other work on the machine counts little; a ratio is the median of those of each turn. Textures
+made with all rows and all radii are compared with those of the plan: leaving something out must not change a bit.
 """
 
 import time
@@ -17,38 +22,20 @@ from numpy.typing import NDArray
 
 from lfssao.bench.times import balanced_orders
 from lfssao.display import Display
-from lfssao.oracle import verdict
+from lfssao.estimators.buffers import Buffers
+from lfssao.plan import other_radii, without_background
 from lfssao.raycast import RayCaster
-from lfssao.rendering import Settings, Textures, default_radii, module_views, render_view
+from lfssao.rendering import Settings, Textures, default_radii, module_views, occlusions, render_view
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.view import View
-from lfssao.view_plan import ViewPlan
 
-ALL, PLAN = "all", "plan"
-
-# The plan, and its cuts one by one: fields of a ViewPlan that are taken from the plan.
-CUTS: dict[str, tuple[str, ...]] = {
-    "rays": ("window",),
-    "radii": ("same_as", "one_sample"),
-}
+RULES = ("rows", "background", "radii")
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene and where it is in the texture.
-
-    Attributes
-    ----------
-    name : str
-        What tables call it.
-    mesh : Mesh
-        The scene.
-    box : (2, 3) float64
-        What is fitted into the display, world units.
-    settings : Settings
-        What the AO passes are run with.
-    """
+    """A scene, the box of it that is fitted into the display, and what the AO passes are run with."""
 
     name: str
     mesh: Mesh
@@ -58,7 +45,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Saving:
-    """What a case takes, and how many times less without what it does not need.
+    """What a case takes, and how many times as long with what it does not need.
 
     Attributes
     ----------
@@ -66,17 +53,17 @@ class Saving:
         The case's name.
     cover : float
         Share of the texels that see the scene.
-    milliseconds : dict
-        Processor time of everything, of the plan and of each cut alone, medians.
+    milliseconds : float
+        Processor time of all passes as they run, the median.
     ratios : dict
-        Quartiles of the time of everything over that of the plan and of each cut alone.
+        Quartiles of the time with what a rule leaves out, and with all of it ('all'), over the time without.
     same : bool
-        Whether all of them made the same textures, bit for bit.
+        Whether the textures are the same, bit for bit.
     """
 
     scene: str
     cover: float
-    milliseconds: dict[str, float]
+    milliseconds: float
     ratios: dict[str, tuple[float, float, float]]
     same: bool
 
@@ -149,68 +136,61 @@ def savings(made: Iterable[Case], display: Display, repeats: int) -> Iterator[Sa
     try:
         for case in made:
             view = middle_view(case.mesh, display, case.box)
-            caster = RayCaster(case.mesh, view.cast_from_world)
-            yield _saving(case, caster, view, ViewPlan.everything(view, case.settings), repeats)
+            yield _saving(case, RayCaster(case.mesh, view.cast_from_world), view, repeats)
     finally:
         numba.set_num_threads(threads)
 
 
-def _saving(case: Case, caster: RayCaster, view: View, everything: ViewPlan, repeats: int) -> Saving:
-    def planned() -> ViewPlan:
-        return ViewPlan.of(view, caster.bounds, case.settings)
-
-    def cut(fields: tuple[str, ...]) -> Callable[[], ViewPlan]:
-        return lambda: replace(everything, **{name: getattr(planned(), name) for name in fields})
-
-    variants: dict[str, Callable[[], ViewPlan]] = {ALL: lambda: everything, PLAN: planned}
-    variants |= {name: cut(fields) for name, fields in CUTS.items()}
-    times: dict[str, list[float]] = {name: [] for name in variants}
-    first, same = render_view(caster, view, case.settings, (), everything), True
-    names, orders = list(variants), balanced_orders(len(variants))
+def _saving(case: Case, caster: RayCaster, view: View, repeats: int) -> Saving:
+    settings, all_rows = case.settings, RayCaster(case.mesh, view.cast_from_world)
+    all_rows.bounds = case.mesh.bounds * 1e6  # around the lens and the observers, so that no row is known to miss it
+    all_radii = replace(settings, radii=other_radii(settings.radii))
+    first, same = render_view(caster, view, settings), True
+    seen, filled = Buffers.of(first.gbuffer, view), Buffers.of(without_background(first.gbuffer), view)
+    runs: dict[str, Callable[[], Any]] = {
+        "plan": lambda: render_view(caster, view, settings),
+        "rows": lambda: render_view(all_rows, view, settings),
+        "radii": lambda: render_view(caster, view, all_radii),
+        "ao": lambda: occlusions(seen, settings),
+        "ao of all texels": lambda: occlusions(filled, settings),
+    }
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    names, orders = list(runs), balanced_orders(len(runs))
     for turn in range(repeats + 1):
         for name in (names[k] for k in orders[turn % len(orders)]):
             start = time.process_time()
-            textures = render_view(caster, view, case.settings, (), variants[name]())
+            made = runs[name]()
             taken = 1e3 * (time.process_time() - start)
             if turn:
                 times[name].append(taken)
-            else:
-                same = same and equal_bits(first, textures)
+            elif isinstance(made, Textures):
+                same = same and bits(first) == bits(made)
+    plan, rows, radii, ao, ao_of_all = (np.array(values) for values in times.values())
+    more = {"rows": rows - plan, "background": ao_of_all - ao, "radii": radii - plan}
     ratios = {}
-    for name in variants:
-        if name != ALL:
-            low, middle, high = np.percentile(np.divide(times[ALL], times[name]), [25, 50, 75]).tolist()
-            ratios[name] = low, middle, high
-    milliseconds = {name: float(np.median(values)) for name, values in times.items()}
-    return Saving(case.name, float((first.gbuffer.triangle >= 0).mean()), milliseconds, ratios, same)
+    for name, values in {**more, "all": sum(more.values())}.items():
+        low, middle, high = np.percentile((plan + values) / plan, [25, 50, 75]).tolist()
+        ratios[name] = low, middle, high
+    cover = float((first.gbuffer.triangle >= 0).mean())
+    return Saving(case.name, cover, float(np.median(plan)), ratios, same)
 
 
-def equal_bits(one: Textures, other: Textures) -> bool:
-    """Whether two renders of a view made the same textures and counted the same samples outside."""
-    if one.outside != other.outside:
-        return False
-    for a, b in zip(_layers(one), _layers(other), strict=True):
-        if (a is None) != (b is None):
-            return False
-        if a is not None and b is not None and not verdict.equal_bits(a, b).all():
-            return False
-    return True
-
-
-def _layers(textures: Textures) -> tuple[NDArray[Any] | None, ...]:
+def bits(textures: Textures) -> list[Any]:
+    """All that a render of a view made, as something to compare."""
     seen = textures.gbuffer
-    return (textures.merged, textures.blurred, textures.image, textures.shaded, *textures.ao, seen.depth,
-            seen.positions, seen.triangle, seen.color, seen.normals)  # fmt: skip
+    layers = (textures.merged, textures.blurred, textures.shaded, *textures.ao, seen.depth, seen.positions,
+              seen.triangle, seen.color, seen.normals)  # fmt: skip
+    return [textures.outside, *(None if layer is None else layer.tobytes() for layer in layers)]
 
 
-HEAD = f"{'processor ms of everything (--no-plan), and how many times less with':69s}plan  (quartiles)  " + "".join(
-    f"{name:>8s}" for name in CUTS
+HEAD = f"{'processor ms, and how many times as long with what is left out':64s}all  (quartiles)  " + "".join(
+    f"{name:>12s}" for name in RULES
 )
 
 
 def as_text(saving: Saving) -> str:
     """One line of the table under ``HEAD``."""
-    low, middle, high = saving.ratios[PLAN]
-    each = "".join(f"{saving.ratios[name][1]:8.2f}" for name in CUTS)
-    line = f"{saving.scene:36s}{100 * saving.cover:5.0f} % seen {saving.milliseconds[ALL]:14.1f}"
-    return f"{line:67s}{middle:6.2f}  {low:.2f} to {high:.2f} {each}{'' if saving.same else '  BITS DIFFER'}"
+    low, middle, high = saving.ratios["all"]
+    each = "".join(f"{saving.ratios[name][1]:12.2f}" for name in RULES)
+    line = f"{saving.scene:36s}{100 * saving.cover:5.0f} % seen {saving.milliseconds:9.1f}"
+    return f"{line:61s}{middle:6.2f}  {low:.2f} to {high:.2f} {each}{'' if saving.same else '  BITS DIFFER'}"

@@ -1,4 +1,4 @@
-"""``lfssao bench plan``: what leaving out what a scene does not need saves, by scene and cut."""
+"""``lfssao bench plan``: what leaving out what a scene does not need saves, by scene and rule."""
 
 import argparse
 import json
@@ -16,10 +16,9 @@ def add_to(benches: Any) -> None:
     plan = benches.add_parser(
         "plan",
         allow_abbrev=False,
-        help="what leaving out what a scene does not need saves, by scene and cut",
-        description="Render the embedded scenes, and a wall of which nothing can be left out, with everything run "
-        "('lfssao render --no-plan'), with the plan, and with each of its cuts alone, in turn in one thread: processor "
-        "time of everything over that of each. Exit code 1 if a texture's bits depend on it.",
+        help="what leaving out what a scene does not need saves, by scene and rule",
+        description="Render the embedded scenes, and a wall that fills the texture, as 'lfssao render' does and with "
+        "what it leaves out, in turn in one thread: how many times as long that takes. Exit code 1 if bits differ.",
     )
     plan.set_defaults(run=_plan)
     plan.add_argument("--quick", action="store_true", help="one embedded scene and the wall, few turns")

@@ -1,15 +1,15 @@
-"""``lfssao plan``: what a render would run and what it would leave out, and why; nothing is rendered."""
+"""``lfssao plan``: what a render leaves out because its scene does not need it, why, and what that saves."""
 
 import argparse
 import json
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lfssao.commands.render import add_options, prepare
 from lfssao.commands.terminal import printable
+from lfssao.commands.values import MOST_THREADS
 
 if TYPE_CHECKING:
-    from lfssao.plan import Cut
+    from lfssao.work import Item, Work
 
 
 def add_to(commands: Any) -> None:
@@ -17,54 +17,53 @@ def add_to(commands: Any) -> None:
     plan = commands.add_parser(
         "plan",
         allow_abbrev=False,
-        help="what a render would run and what it would leave out, and why",
-        description="Print what 'lfssao render' with the same options would run, what it would leave out because the "
-        "scene does not need it, why, and what that is expected to save. Nothing is rendered, nothing is written.",
+        help="what a render leaves out because its scene does not need it, why, and what that saves",
+        description="Print what 'lfssao render' with the same options leaves out because its scene does not need it, "
+        "and why. The view in the middle is rendered to measure what that saves. Nothing is written.",
     )
     plan.set_defaults(run=_plan)
     add_options(plan, output=False)
-    plan.add_argument("--json", action="store_true", help="print JSON: all cuts, and the window of every module")
+    plan.add_argument("--why", action="store_true", help="print all rules, whether anything is left out or not")
+    plan.add_argument("--json", action="store_true", help="print JSON")
 
 
 def _plan(options: argparse.Namespace) -> None:
-    work, _ = prepare(options)
-    from lfssao.plan import make_plan  # late: reads files
+    from lfssao import plan  # late: numba is imported behind this line
 
-    plan = make_plan(work.mesh, work.views, work.settings, work.boxes)
-    if options.json:
-        views = [
-            {"name": name, "size": list(view.whole[2:]), "window": list(view.window) if view.window.texels else None}
-            for name, view in plan.views
-        ]
-        print(json.dumps({"scene": work.scene, "cuts": plan.summary(), "views": views}, indent=1, allow_nan=False))
+    if options.why:
+        for what, why in plan.RULES.items():
+            print(f"{what}: {why}")
         return
-    for line in _table(plan.cuts):
-        print(printable(line))
+    work, described = prepare(options)
+    from lfssao.neighbours import DepthCache
+    from lfssao.work import Renderer
+
+    item = _middle(work)
+    view, renderer = work.views[item.view], Renderer(work, options.threads or MOST_THREADS)
+    renderer.textures(item)  # compiles or loads the kernels
+    textures = renderer.textures(item)
+    others = work.neighbours[item.view] if work.neighbours else ()
+    neighbours = DepthCache(renderer.prepare(item), len(others)).neighbours(others)
+    ao, all_ao = plan.ao_seconds(view, textures.gbuffer, work.settings, neighbours)
+    passes = sum(textures.seconds.get(name, 0.0) for name in ("ray_cast", "ao", "merge", "blur", "shade"))
+    left = plan.planned(work.views, work.boxes, work.settings, work.mesh.paint is not None)
+    of_view = plan.background(work.settings, view.width * view.height, textures.surface_texels)
+    if options.json:
+        made = {"scene": described["scene"], "left_out": plan.described(left), "view": view.name}
+        made |= {"left_out_of_view": plan.described(of_view), "seconds": passes, "ao_seconds": ao}
+        print(json.dumps({**made, "ao_seconds_with_all": all_ao}, indent=1, allow_nan=False))
+        return
+    for where, entries in (("", left), (f" texels of {view.name}", of_view)):
+        for each in entries:
+            print(printable(f"{each.what}: {each.count:,} of {each.of:,}{where}; {plan.RULES[each.what]}"))
+    print(printable(f"{view.name}: AO takes {ao:.4f} s, with all that {all_ao:.4f} s; all passes take {passes:.4f} s"))
 
 
-_HEADS = ("", "run", "left out", "saved", "about ms", "when")
-_INDENT = 6
+def _middle(work: "Work") -> "Item":
+    """Of the views that see the scene in the first frame the one in the middle; any if none does."""
+    from lfssao.window import seen_rows
+    from lfssao.work import Item
 
-
-def _table(cuts: "tuple[Cut, ...]") -> list[str]:
-    """Two lines or more for each cut, its numbers and its reason, under a line of heads."""
-    rows = [_HEADS]
-    for cut in cuts:
-        saved = "" if cut.saving is None else f"{100 * cut.saving:.0f} %"
-        ms = "" if cut.milliseconds is None else f"{cut.milliseconds:.0f}"
-        rows.append((cut.what, _number(cut.run), _number(cut.left_out), saved, ms, cut.when))
-    widths = [max(len(row[k]) for row in rows) for k in range(len(_HEADS))]
-    lines = []
-    for number, row in enumerate(rows):
-        cells = [f"{row[k]:>{w}}" if 0 < k < len(row) - 1 else f"{row[k]:{w}}" for k, w in enumerate(widths)]
-        lines.append("  ".join(cells).rstrip())
-        if number:
-            cut = cuts[number - 1]
-            lines += wrap(
-                f"{cut.where}: {cut.reason}", 100, initial_indent=" " * _INDENT, subsequent_indent=" " * _INDENT
-            )
-    return lines
-
-
-def _number(count: int | None) -> str:
-    return "" if count is None else f"{count:,}"
+    views = range(len(work.views))
+    seen = [k for k in views if seen_rows(work.views[k], work.boxes[0]).texels] or list(views)
+    return Item(0, seen[len(seen) // 2])

@@ -38,11 +38,6 @@ def add_to(commands: Any) -> None:
     )
     render.set_defaults(run=_render)
     add_options(render, output=True)
-    render.add_argument(
-        "--no-plan",
-        action="store_true",
-        help="run everything, needed or not ('lfssao plan' shows what is not); the textures are the same",
-    )
 
 
 def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
@@ -201,8 +196,7 @@ def prepare(options: argparse.Namespace) -> "tuple[Work, dict[str, Any]]":
     views = tuple(_views(options, mesh, display, bounds))
     asked = tuple(_neighbours(options, mesh, display, bounds))
     scene, folder = manifest.describe_scene(mesh), Path(options.output or ".")
-    plan = not getattr(options, "no_plan", False)
-    work = Work(mesh, views, settings, folder, scene, transforms, asked, plan, tuple(boxes))
+    work = Work(mesh, views, settings, folder, scene, transforms, asked, tuple(boxes))
     return work, {
         "scene": scene,
         "display": None if options.camera is not None else manifest.describe_display(display),
@@ -225,13 +219,8 @@ def _render(options: argparse.Namespace) -> None:
     _warn_of_small_radii(work)
     from lfssao import manifest
     from lfssao.commands.run_items import run_items
-    from lfssao.plan import make_plan
 
-    head = {
-        "machine": manifest.describe_machine(threads, options.command),
-        **described,
-        "plan": make_plan(work.mesh, work.views, work.settings, work.boxes).summary() if work.plan else None,
-    }
+    head = {"machine": manifest.describe_machine(threads, options.command), **described}
     run_items(work, head, seconds, threads, options.resume, options.scheduler)
     written = f"{len(work.views)} EXR file{'s' * (len(work.views) > 1)}, manifest.json, contact.png"
     if work.transforms is not None:
@@ -240,10 +229,13 @@ def _render(options: argparse.Namespace) -> None:
 
 
 def _warn_of_small_radii(work: "Work") -> None:
-    from lfssao.view_plan import subpixel_radii
+    from lfssao.plan import subpixel_radii
 
-    for radius in subpixel_radii(work.views, work.boxes, work.settings.radii):
-        say(f"radius {radius:g} is less than half a texel everywhere: its AO says nothing")
+    radii = [f"{radius:g}" for radius in subpixel_radii(work.views, work.boxes, work.settings.radii)]
+    if len(radii) == 1:
+        say(f"radius {radii[0]} is less than half a texel everywhere: its AO says nothing")
+    elif radii:
+        say(f"radii {', '.join(radii)} are less than half a texel everywhere: their AO says nothing")
 
 
 def _core_count() -> int:

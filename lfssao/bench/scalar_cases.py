@@ -1,23 +1,23 @@
 """Stiff cases of single numbers: the blur, counts past float32's whole numbers, slivers."""
 
 from collections.abc import Sequence
+from decimal import Decimal, localcontext
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
-import mpmath
 import numpy as np
+from numpy.typing import NDArray
 
 from lfssao import passes
 from lfssao.bench.measure import Measured, error_of
 from lfssao.kernels import ssao, triangle
 
-BITS = 200
 _TEXELS = 8
-_MANY_TAPS = 1000
 
 
 def blurred(sigma: float, path: str) -> Measured:
-    """The blur of a row of 8 texels in a column of equals, against the Gaussian at 200 bits.
+    """The blur of a row of 8 texels in a column of equals, against the Gaussian to 40 digits.
 
     All weights and texels are positive, so each rounding is a relative error of the sum: n + 1 of them a pass, and of
     each weight 1 by its own rounding, and in float64 n + 20, by exp (2 ulp), its argument (up to 4.5, so that 3
@@ -40,41 +40,33 @@ def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured
     return Measured(1.0, max(ulps), 0.0, max(bounds), exceeded, 0, 0, len(ours))
 
 
-def _gaussian(texels: np.ndarray, sigma: float, radius: int) -> list[Fraction]:
-    """The blurred row to 200 bits; beyond the borders the border's texel."""
-    with mpmath.workprec(BITS):
-        width = len(texels)
-        values = [mpmath.mpf(float(t)) for t in texels]
-        step = mpmath.mpf(sigma)
-        near = [mpmath.exp(-((k / step) ** 2) / 2) for k in range(min(radius, width) + 1)]
-        weights = near + [mpmath.mpf(0)] * (width - radius)  # what the row's own texels have
-        tails = [_tail(k, radius, step) for k in range(width + 1)]
-        total = 2 * tails[0] - weights[0]
-        out = []
+def _gaussian(texels: NDArray[np.float64], sigma: float, radius: int) -> list[Fraction]:
+    """The blurred row to 40 digits; beyond the borders the border's texel."""
+    with localcontext(prec=60):
+        values, width = [Decimal(float(t)) for t in texels], len(texels)
+        near, tails = _weights(sigma, radius)
+        total, blurred = 2 * tails[0] - near[0], []
         for i in range(width):
-            inner = [weights[abs(i - j)] * values[j] for j in range(width)]
-            outer = [tails[i + 1] * values[0], tails[width - i] * values[-1]]
-            blurred = mpmath.fsum([*inner, *outer]) / total
-            out.append(Fraction(int(mpmath.ldexp(blurred, BITS)), 2**BITS))
-        return out
+            inner = sum(near[abs(i - j)] * values[j] for j in range(width))
+            blurred.append((inner + tails[i + 1] * values[0] + tails[width - i] * values[-1]) / total)
+    return [Fraction(value) for value in blurred]
 
 
-def _tail(first: int, last: int, sigma: mpmath.mpf) -> mpmath.mpf:
-    """Sum of exp(-k^2 / (2 sigma^2)) for k from first to last: term by term, or of many by Euler and Maclaurin.
+@cache
+def _weights(sigma: float, radius: int) -> tuple[list[Decimal], list[Decimal]]:
+    """exp(-k^2 / (2 sigma^2)) for k from 0 to 8, 0 beyond the radius; and the sums from each of those k on.
 
-    With derivatives up to the third the rest is a share of 1 / sigma^6 of the sum: 1e-24 and less where it is used.
+    Each weight is made from the one before by a ratio, which itself falls by a constant ratio.
     """
-    if last < first:
-        return mpmath.mpf(0)
-    if last - first < _MANY_TAPS:
-        return mpmath.fsum(mpmath.exp(-((k / sigma) ** 2) / 2) for k in range(first, last + 1))
-    root = sigma * mpmath.sqrt(2)
-    integral = sigma * mpmath.sqrt(mpmath.pi / 2) * (mpmath.erf(last / root) - mpmath.erf(first / root))
-    ends = [(mpmath.exp(-((k / sigma) ** 2) / 2), k / sigma) for k in (first, last)]
-    (low, x), (high, y) = ends
-    slope = (x * low - y * high) / sigma
-    third = ((y * (3 - y * y)) * high - (x * (3 - x * x)) * low) / sigma**3
-    return integral + (low + high) / 2 + slope / 12 - third / 720
+    step = (-1 / (2 * Decimal(sigma) ** 2)).exp()
+    square, weight, ratio, total, near = step * step, Decimal(1), step, Decimal(0), [Decimal(0)] * (_TEXELS + 1)
+    for k in range(radius + 1):
+        if k <= _TEXELS:
+            near[k] = weight
+        total += weight
+        weight *= ratio
+        ratio *= square
+    return near, [total - sum(near[:k]) for k in range(_TEXELS + 1)]
 
 
 def counted(samples: int, path: str) -> Measured:

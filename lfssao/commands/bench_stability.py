@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from lfssao.errors import InputError, MissingPackageError
+from lfssao.errors import InputError
 
 _PICTURES = (".png", ".svg", ".pdf")
 BROKEN = 1
@@ -27,10 +27,6 @@ def add_to(benches: Any) -> None:
 def _stability(options: argparse.Namespace) -> int:
     if options.plot is not None and options.plot.suffix not in _PICTURES:
         raise InputError(f"{options.plot}: its name must end in one of {', '.join(_PICTURES)}")
-    try:
-        import mpmath  # noqa: F401
-    except ImportError as error:
-        raise MissingPackageError("bench stability needs the package mpmath: install lfssao[bench]") from error
     from lfssao.bench import stability_report  # late: --help needs none of it
     from lfssao.bench.cases import CASES
 

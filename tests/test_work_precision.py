@@ -191,24 +191,27 @@ def test_no_sampler_is_compared_with_a_reference_of_its_own(monkeypatch):
             return texture
 
     monkeypatch.setattr(work_precision, "_finished", lambda layers, _radii, _blur: layers[0])
-    plan = replace(grid.FULL, radii=((0.02,),), blurs=(0.0,))
-    many = {name: {0: np.full(3, float(k))} for k, name in enumerate(plan.reference_samplers)}
-    made = work_precision._references(Scene(), many, plan, (*many, "latin"))
-    means = {sampler: reference.texture[0] for (sampler, _, _), reference in made.items()}
+    sizes = replace(grid.FULL, radii=((0.02,),), blurs=(0.0,))
+    many = {name: {0: np.full(3, float(k))} for k, name in enumerate(sizes.reference_samplers)}
+    means = {}
+    for sampler in (*many, "latin"):
+        ((means[sampler], _, _),) = (
+            r.texture for r in work_precision._references(Scene(), many, sizes, sampler).values()
+        )
     assert means == {"sobol": 1.5, "halton": 1.0, "fibonacci": 0.5, "latin": 1.0}
 
 
-@pytest.mark.parametrize("plan", [grid.FULL, grid.QUICK])
-def test_every_sampler_has_two_references_of_many_samples_by_others(plan):
+@pytest.mark.parametrize("sizes", [grid.FULL, grid.QUICK])
+def test_every_sampler_has_two_references_of_many_samples_by_others(sizes):
     for estimator in ESTIMATORS.values():
         if grid.takes_samples(estimator):
-            for sampler in grid.samplers_of(estimator, plan):
-                assert len(set(plan.reference_samplers) - {sampler}) >= 2
+            for sampler in grid.samplers_of(estimator, sizes):
+                assert len(set(sizes.reference_samplers) - {sampler}) >= 2
     for name in ESTIMATORS:
-        assert plan.references_of(name) >= 65_536 * (1 + 7 * (4096 in plan.counts and name.startswith("vo-points")))
-        assert plan.references_of(name).bit_count() == 1
-    assert set(plan.twice) <= set(ESTIMATORS)
-    assert plan.repeats >= 20
+        assert sizes.references_of(name) >= 65_536 * (1 + 7 * (4096 in sizes.counts and name.startswith("vo-points")))
+        assert sizes.references_of(name).bit_count() == 1
+    assert set(grid.TWICE) <= set(ESTIMATORS)
+    assert sizes.repeats >= 20
 
 
 # Sample sets
@@ -273,7 +276,7 @@ def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
     assert grid.own_counts_of(estimator, grid.QUICK) == [default]
 
 
-def test_a_plan_needs_each_radius_once():
+def test_each_radius_is_measured_once():
     assert replace(grid.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).shares == (0.005, 0.02, 0.1)
 
 
@@ -298,8 +301,8 @@ def test_in_turns_each_follows_each_other_one_equally_often(n):
 
 def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
     """Each pass is made to take a time of its own by the clock."""
-    plan = replace(grid.FULL, width=16, height=12, repeats=3)
-    scene = BenchScene(builtin_scene("statue"), plan, 1)
+    sizes = replace(grid.FULL, width=16, height=12, repeats=3)
+    scene = BenchScene(builtin_scene("statue"), sizes, 1)
     ms = {"ao": 100.0, "merge": 10.0, "blur": 1.0}
 
     def clocked(passes, repeats):
@@ -307,7 +310,7 @@ def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
                 for key in passes}  # fmt: skip
 
     monkeypatch.setattr("lfssao.bench.setting_times.turns", clocked)
-    made = setting_times(scene, ESTIMATORS["lf"], plan, {"a": ((None, None), {})})
+    made = setting_times(scene, ESTIMATORS["lf"], sizes, {"a": ((None, None), {})})
     assert len(made) == 2 * 2 * 2
     assert made["float32", "a", (0.02,), 1.0].median == pytest.approx(2 + 1 + 11)
     assert made["float64", "a", (0.01, 0.02, 0.035), 0.0].median == pytest.approx(6.5 + 3 + 11)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.bench.sampling_error import rmse
-from lfssao.bench.settings_grid import Plan
+from lfssao.bench.settings_grid import Grid
 from lfssao.display_file import find_display
 from lfssao.estimators.buffers import Buffers, Texture
 from lfssao.estimators.estimator import Estimator, FloatArray, Value
@@ -34,16 +34,16 @@ class BenchScene:
     ----------
     mesh : Mesh
         What is seen.
-    plan : Plan
+    grid : Grid
         Sizes.
     threads : int
         Threads of the ray caster.
     """
 
-    def __init__(self, mesh: Mesh, plan: Plan, threads: int) -> None:
+    def __init__(self, mesh: Mesh, grid: Grid, threads: int) -> None:
         self.mesh = mesh
         self.unit = diagonal(mesh)
-        view = module_views(mesh, find_display("virtual").with_resolution(plan.width, plan.height))[0]
+        view = module_views(mesh, find_display("virtual").with_resolution(grid.width, grid.height))[0]
         gbuffer = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric")
         single = Buffers.of(gbuffer, view)
         assert single.normals is not None

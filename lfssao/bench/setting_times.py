@@ -11,7 +11,7 @@ import numpy as np
 
 from lfssao import passes
 from lfssao.bench.bench_scene import BenchScene, Samples
-from lfssao.bench.settings_grid import Plan
+from lfssao.bench.settings_grid import Grid
 from lfssao.bench.times import Times, turns
 from lfssao.estimators.estimator import Estimator, Value
 
@@ -20,9 +20,9 @@ Setting = tuple[str, str, tuple[float, ...], float]
 
 
 def setting_times(
-    scene: BenchScene, estimator: Estimator, plan: Plan, sets: Mapping[str, tuple[Samples, dict[str, Value]]]
+    scene: BenchScene, estimator: Estimator, grid: Grid, sets: Mapping[str, tuple[Samples, dict[str, Value]]]
 ) -> dict[Setting, Times]:
-    """Times of all arithmetics, radii and blurs of a plan, by sample sets and parameters of any names.
+    """Times of all arithmetics, radii and blurs of a grid, by sample sets and parameters of any names.
 
     Parameters
     ----------
@@ -30,17 +30,17 @@ def setting_times(
         What is looked at.
     estimator : Estimator
         Of the registry.
-    plan : Plan
+    grid : Grid
         Sizes.
     sets : mapping
         Samples and parameters by name.
     """
-    measured = turns(_passes(scene, estimator, plan, sets), plan.repeats)
+    measured = turns(_passes(scene, estimator, grid, sets), grid.repeats)
     out = {}
-    for dtype in plan.dtypes:
+    for dtype in grid.dtypes:
         for name in sets:
-            for radii in plan.radii:
-                for blur in plan.blurs:
+            for radii in grid.radii:
+                for blur in grid.blurs:
                     keys = [("ao", dtype, name, share) for share in radii]
                     taken = [measured[key] for key in (*keys, ("merge", dtype, radii), ("blur", dtype, blur))]
                     first = sum(first for first, _ in taken)
@@ -49,17 +49,17 @@ def setting_times(
 
 
 def _passes(
-    scene: BenchScene, estimator: Estimator, plan: Plan, sets: Mapping[str, tuple[Samples, dict[str, Value]]]
+    scene: BenchScene, estimator: Estimator, grid: Grid, sets: Mapping[str, tuple[Samples, dict[str, Value]]]
 ) -> dict[Hashable, Callable[[], object]]:
     """Every pass that a setting needs, once."""
     out: dict[Hashable, Callable[[], object]] = {}
-    for dtype in plan.dtypes:
+    for dtype in grid.dtypes:
         for name, (samples, parameters) in sets.items():
-            for share in plan.shares:
+            for share in grid.shares:
                 out["ao", dtype, name, share] = partial(scene.occlusion, estimator, dtype, share, samples, parameters)
         texture = scene.buffers[dtype].depth.clip(0, 1)  # any: its numbers do not change the time
-        for radii in plan.radii:
+        for radii in grid.radii:
             out["merge", dtype, radii] = partial(passes.merge, [texture] * len(radii))
-        for blur in plan.blurs:
+        for blur in grid.blurs:
             out["blur", dtype, blur] = partial(passes.blur, texture, blur)
     return out

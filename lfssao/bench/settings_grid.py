@@ -1,4 +1,4 @@
-"""What a run of the work-precision bench measures: sizes, samplers and sample sets."""
+"""Settings that a run of the work-precision bench measures: sizes, samplers and sample sets."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,9 +19,23 @@ _OWN_COUNTS: dict[str, tuple[dict[str, Value], ...]] = {
     "hbao": tuple({"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)),
 }
 
+# Arithmetic of the references: float32 moves them by less than 1e-5.
+REFERENCE_DTYPE = "float32"
+
+# Estimators whose references have twice as many samples: they err least with the most samples, and an error counts as
+# known where it is ten times its reference's.
+TWICE = ("vo-points", "vo-points-normal")
+
+# A sampling error is over several sets up to this number of samples, and over one beyond it.
+FEW = 256
+
+# Up to TIMED samples each sampler has a time of its own, which the points' order can change; beyond it one sampler is
+# timed for all.
+TIMED, TIMED_FOR_ALL = 256, "random"
+
 
 @dataclass(frozen=True)
-class Plan:
+class Grid:
     """Sizes of a run.
 
     Attributes
@@ -37,42 +51,31 @@ class Plan:
     blurs : tuple of float
         Sigmas, texels.
     samplers : tuple of str or None
-        Which; None: all of the domain.
+        Samplers; None: all of the domain.
     reference_samplers : tuple of str
-        What references are made by; a sampler is never compared with a reference of its own, and two others are left.
-    reference_dtype : str
-        Arithmetic of the references; float32 moves them by less than 1e-5.
+        Samplers of the references; a sampler is never compared with a reference of its own, and two others are left.
     reference_count : int
         Samples of each reference, a power of two: float32 then adds equal weights without rounding.
-    twice : tuple of str
-        Estimators whose references have twice as many, as they err least with the most samples: an error is told from
-        a reference's where it is ten times that.
     seeds : int
-        Sets that a sampling error is over, of up to ``FEW`` samples; one of more.
+        Sets that a sampling error is over.
     repeats : int
         Warm runs of each time.
-    timed : int
-        Up to so many samples each sampler has a time of its own, which the points' order can change; beyond it
-        ``TIMED_FOR_ALL`` is timed for all.
     own_counts : bool
         Whether estimators that make their own taps are measured with other numbers of them than their default.
     """
 
-    width: int
-    height: int
-    counts: tuple[int, ...]
-    radii: tuple[tuple[float, ...], ...]
-    dtypes: tuple[str, ...]
-    blurs: tuple[float, ...]
-    samplers: tuple[str, ...] | None
-    reference_samplers: tuple[str, ...]
-    reference_dtype: str
-    reference_count: int
-    twice: tuple[str, ...]
-    seeds: int
-    repeats: int
-    timed: int
-    own_counts: bool
+    width: int = 256
+    height: int = 192
+    counts: tuple[int, ...] = (1, 4, 16, 64, 256, 1024, 4096)
+    radii: tuple[tuple[float, ...], ...] = ((0.02,), (0.01, 0.02, 0.035))
+    dtypes: tuple[str, ...] = ("float32", "float64")
+    blurs: tuple[float, ...] = (0.0, 1.0)
+    samplers: tuple[str, ...] | None = None
+    reference_samplers: tuple[str, ...] = ("sobol", "halton", "fibonacci")
+    reference_count: int = 262_144
+    seeds: int = 4
+    repeats: int = 20
+    own_counts: bool = True
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -80,22 +83,14 @@ class Plan:
         return tuple(sorted({share for radii in self.radii for share in radii}))
 
     def references_of(self, estimator: str) -> int:
-        """How many samples each of an estimator's references has."""
-        return self.reference_count * (2 if estimator in self.twice else 1)
+        """Number of samples of each of an estimator's references."""
+        return self.reference_count * (2 if estimator in TWICE else 1)
 
 
-FEW = 256
-
-TIMED_FOR_ALL = "random"
-
-FULL = Plan(
-    256, 192, (1, 4, 16, 64, 256, 1024, 4096), ((0.02,), (0.01, 0.02, 0.035)), ("float32", "float64"), (0.0, 1.0),
-    None, ("sobol", "halton", "fibonacci"), "float32", 262_144,
-    ("vo-points", "vo-points-normal"), 4, 20, 256, True,
-)  # fmt: skip
-QUICK = Plan(
-    256, 192, (4, 16, 64), ((0.02,),), ("float32",), (0.0, 1.0), ("random", "latin", "poisson"), ("sobol", "halton"),
-    "float32", 65_536, (), 4, 20, 64, False,
+FULL = Grid()
+QUICK = Grid(
+    counts=(4, 16, 64), radii=((0.02,),), dtypes=("float32",), samplers=("random", "latin", "poisson"),
+    reference_samplers=("sobol", "halton"), reference_count=65_536, own_counts=False,
 )  # fmt: skip
 
 
@@ -104,7 +99,7 @@ def takes_samples(estimator: Estimator) -> bool:
     return estimator.dimensions > 0 and estimator.name not in _BOXES
 
 
-def samplers_of(estimator: Estimator, plan: Plan) -> tuple[str, ...]:
+def samplers_of(estimator: Estimator, grid: Grid) -> tuple[str, ...]:
     """Samplers that an estimator is measured with: those whose sets tend to the same integral.
 
     Repulsion's points are not even without their weights, which few estimators read; the spiral's are taps.
@@ -113,18 +108,18 @@ def samplers_of(estimator: Estimator, plan: Plan) -> tuple[str, ...]:
     if estimator.default_samples()[1] is None:
         left_out.add("repulsion")
     names = [name for name in METHODS[_domain(estimator)] if name not in left_out]
-    return tuple(name for name in names if plan.samplers is None or name in plan.samplers)
+    return tuple(name for name in names if grid.samplers is None or name in grid.samplers)
 
 
-def counts_of(estimator: Estimator, sampler: str, plan: Plan) -> Iterator[int]:
+def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> Iterator[int]:
     """The counts that a sampler has sets of."""
     most = METHODS[_domain(estimator)][sampler].most
-    return (n for n in plan.counts if most is None or n <= most)
+    return (n for n in grid.counts if most is None or n <= most)
 
 
-def own_counts_of(estimator: Estimator, plan: Plan) -> list[tuple[int | None, dict[str, Value]]]:
+def own_counts_of(estimator: Estimator, grid: Grid) -> list[tuple[int | None, dict[str, Value]]]:
     """Numbers of taps of an estimator that makes its own, and the parameters that set them; None and none: default."""
-    others = _OWN_COUNTS.get(estimator.name, ()) if plan.own_counts else ()
+    others = _OWN_COUNTS.get(estimator.name, ()) if grid.own_counts else ()
     return [(None, {}), *((_taps(parameters), parameters) for parameters in others)]
 
 
@@ -132,9 +127,7 @@ def _taps(parameters: dict[str, Value]) -> int:
     return int(parameters["taps"]) if "taps" in parameters else int(parameters["directions"]) * int(parameters["steps"])
 
 
-def samples_for(
-    estimator: Estimator, sampler: str, n: int, seed: int
-) -> tuple[FloatArray, FloatArray | None]:  # fmt: skip
+def samples_for(estimator: Estimator, sampler: str, n: int, seed: int) -> tuple[FloatArray, FloatArray | None]:
     """Points and weights of one set, for LF's estimators in LF's shell, as ``make_samples`` fills it."""
     domain = _domain(estimator)
     shell = {"r_min": 0.8, "r_max": 1.0} if estimator.sampling is not None else {}

@@ -58,23 +58,23 @@ def _measure(options: argparse.Namespace) -> None:
     if options.threads > numba.config.NUMBA_NUM_THREADS:
         raise InputError(f"--threads: {options.threads} are more than the {numba.config.NUMBA_NUM_THREADS} there are")
     check_folder(options.output)
-    mesh, plan = load(options.scene), QUICK if options.quick else FULL
+    mesh, grid = load(options.scene), QUICK if options.quick else FULL
     file = options.output / _JSON
-    result = _started(file, work_precision.start(mesh, plan, options.threads))
+    result = _started(file, work_precision.start(mesh, grid, options.threads))
     numba.set_num_threads(options.threads)
 
     def save() -> None:
         write_text(file, json.dumps(result, indent=1, allow_nan=False) + "\n")
 
     with output_folder(options.output):
-        steps = work_precision.steps(plan, result)
+        steps = work_precision.steps(grid, result)
         with tqdm(total=steps, unit="step", disable=None, leave=False, **bar_size()) as bar:
 
             def tick(what: str) -> None:
                 bar.set_postfix_str(what)
                 bar.update()
 
-            work_precision.run(mesh, plan, options.threads, result, save, tick)
+            work_precision.run(mesh, grid, options.threads, result, save, tick)
         measured = read_result(file)
         plots.save_plots(measured, options.output)
         write_text(file.with_suffix(".md"), page.as_text(measured) + "\n")

@@ -65,7 +65,7 @@ def candidate_pairs(view: View, tree: TriangleTree, window: Window) -> Candidate
 
 
 def first_hits(
-    candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.int32], weighted: bool
+    candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The first triangle of every texel's ray among its candidates.
 
@@ -77,19 +77,17 @@ def first_hits(
         The same.
     triangle : (n,) int32
         Out: number of the triangle, -1 where there is none.
-    weighted : bool
-        Whether weights are asked for.
 
     Returns
     -------
     z, weights : (n,) float64, (n, 2) float64
-        As ``lfssao.kernels.visibility.first_hits`` has them; weights (0, 2) where none are asked for.
+        As ``lfssao.kernels.visibility.first_hits`` has them.
     """
     columns, rows, near, far, bounds, in_band, _ = candidates
     ends = np.cumsum(in_band)
     members = np.empty(ends[-1], np.int32)
     rasterize.sort_into_bands(bounds, ends - in_band, members)
-    z, weights = np.empty(len(triangle)), np.empty((len(triangle) if weighted else 0, 2))
+    z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
     rasterize.first_hits(
         columns, rows, near, far, tree.corners, tree.order, bounds, members, ends, triangle, z, weights
     )

@@ -150,7 +150,7 @@ class RayCaster:
             if caster == "embree":
                 z, weights = self._embrees_hits(view, window, seen)
             else:
-                z, weights = self._first_hits(view, window, seen, weighted=colored or directions is not None)
+                z, weights = self._first_hits(view, window, seen)
             hits.write_surface(
                 view.ray_kind, view.lens, world_from_cast, window.width, seen, z, depth[rows].reshape(-1),
                 positions[rows].reshape(-1, 3), window.left, window.top,
@@ -162,13 +162,13 @@ class RayCaster:
         return GBuffer(depth=depth, positions=positions, color=rgb, triangle=triangle, normals=directions)
 
     def _first_hits(
-        self, view: View, window: Window, triangle: NDArray[np.int32], weighted: bool
+        self, view: View, window: Window, triangle: NDArray[np.int32]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Triangle, written, z and weights of each texel of a window, by the faster way; both give the same bits."""
         tree = self._tree
         candidates = rasterize.candidate_pairs(view, tree, window)
         if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * window.texels:
-            return rasterize.first_hits(candidates, tree, triangle, weighted)
+            return rasterize.first_hits(candidates, tree, triangle)
         z, weights = np.empty(window.texels), np.empty((window.texels, 2))
         visibility.first_hits(
             view.ray_kind, view.lens, window.width, window.height, tree.corners, tree.order, tree.boxes, tree.place_of,

@@ -291,11 +291,11 @@ def textures():
         yield scene.__name__, Mesh(*scene(view, np.random.default_rng(8))), view
 
 
-def rasterized(view, tree, weighted=True):
+def rasterized(view, tree):
     """Triangle, z and weights of each texel by rasterisation, however many candidates there are."""
     candidates = rasterize.candidate_pairs(view, tree, Window.whole(view))
     triangle = np.full(view.width * view.height, -9, np.int32)
-    return triangle, *rasterize.first_hits(candidates, tree, triangle, weighted)
+    return triangle, *rasterize.first_hits(candidates, tree, triangle)
 
 
 # Most candidate pairs a texel for rasterisation: none, so that the tree is taken, or any number.

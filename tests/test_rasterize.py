@@ -20,10 +20,6 @@ from lfssao.window import Window
 VIEWS = sorted(scenes.VIEWS)
 
 
-def bits(values):
-    return np.atleast_1d(np.asarray(values, np.float64)).view(np.int64)
-
-
 def texel_rays(view):
     return raycast_twin.texel_rays(view.ray_kind, view.lens, view.width, view.height)
 
@@ -164,20 +160,6 @@ def test_every_texel_that_a_triangle_is_hit_in_is_a_candidate(name, first):
             assert i0 <= columns.min() <= columns.max() <= i1
             assert j0 <= rows.min() <= rows.max() <= j1
     assert found > 1500
-
-
-def test_weights_are_left_out_where_none_are_asked_for():
-    rng = np.random.default_rng(4)
-    view = scenes.VIEWS["perspective"](33, 21)
-    tree = TriangleTree(*scenes.soup(view, rng))
-    triangle, z, weights = scenes.rasterized(view, tree)
-    alone, alone_z, none = scenes.rasterized(view, tree, weighted=False)
-    seen = triangle >= 0
-    assert seen.any()
-    np.testing.assert_array_equal(alone, triangle)
-    np.testing.assert_array_equal(bits(alone_z[seen]), bits(z[seen]))
-    assert weights.shape == (len(z), 2)
-    assert none.shape == (0, 2)
 
 
 def test_rays_that_are_not_separable_have_no_candidates():

@@ -140,11 +140,10 @@ def first_hits(columns, rows, near, far, corners, order, bounds, members, ends, 
         Out: number of the triangle, -1 where there is none.
     depth : (H * W,) float64
         Out: z of the hit in cast space, far where there is none.
-    weights : (H * W, 2) or (0, 2) float64
-        Out: barycentric weights of the triangle's second and third corner; untouched where there is none. Empty: none
-        are asked for.
+    weights : (H * W, 2) float64
+        Out: barycentric weights of the triangle's second and third corner; untouched where there is none.
     """
-    width, height, weighted = columns.shape[1], rows.shape[1], weights.shape[0] > 0
+    width, height = columns.shape[1], rows.shape[1]
     for band in prange(ends.shape[0]):
         top, bottom = band * BAND, min((band + 1) * BAND, height)
         for texel in range(top * width, bottom * width):
@@ -165,5 +164,4 @@ def first_hits(columns, rows, near, far, corners, order, bounds, members, ends, 
                     first = z < depth[texel] or (z == depth[texel] and face < triangle[texel])
                     if hit and first and near < z:
                         triangle[texel], depth[texel] = np.int32(face), z
-                        if weighted:
-                            weights[texel, 0], weights[texel, 1] = weight_b, weight_c
+                        weights[texel, 0], weights[texel, 1] = weight_b, weight_c

@@ -277,10 +277,6 @@ class _PaintTables:
     ) -> None:
         """Write the diffuse colour of each texel, (n, 3) float32 linear RGB."""
         factors, material, colors = self._source.factors, self._source.face_material, self._vertex_colors
-        if not len(self._texels):
-            flat = (array.reshape(-1) for array in (weights, faces, factors, material, colors, rgb))
-            paint.paint_hits(triangle, *flat)
-        else:
-            paint.paint_textured_hits(
-                triangle, weights, faces, factors, material, colors, self._uv, self._table, self._texels, rgb, nearest
-            )
+        paint.paint_hits(
+            triangle, weights, faces, factors, material, colors, self._uv, self._table, self._texels, rgb, nearest
+        )

@@ -216,11 +216,8 @@ def casts():
         depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
         hits.write_surface(view.ray_kind, view.lens, np.ravel(view.world_from_cast), WIDTH, number, z, depth, positions)
         rgb = np.empty((size, 3), np.float32)
-        paint.paint_textured_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
+        paint.paint_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
         yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])
-        flat = (array.reshape(-1) for array in (weights, faces, factors, material, colors, rgb))
-        paint.paint_hits(number, *flat)
-        yield f"hits without textures {view.ray_kind}", rgb
 
 
 def estimates():

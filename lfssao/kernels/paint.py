@@ -5,9 +5,7 @@ from math import floor
 import numpy as np
 from numba import prange
 
-from lfssao.kernels.intrinsics import scratch
 from lfssao.kernels.jit import kernel
-from lfssao.kernels.runs import PIECE, sees_triangle
 
 
 @kernel
@@ -54,57 +52,10 @@ def interpolate(values, faces, face, weight_b, weight_c, k):
 
 
 @kernel(parallel=True)
-def paint_hits(triangle, weights, faces, factors, face_material, vertex_colors, rgb):
-    """Diffuse colour of every texel that sees a surface, 0 elsewhere, of meshes without textures.
-
-    Parameters
-    ----------
-    triangle, weights : (n,) int32, (2 n,) float64
-        What first_hits found; triangle -1 where there is no surface.
-    faces : (3 F,) int32
-        The mesh's faces.
-    factors : (3 M,) float32
-        Factor of each material.
-    face_material : (F,) int32
-        The material of each face.
-    vertex_colors : (3 V,) or (0,) float32
-        Linear RGB at the vertices; empty where there is none.
-    rgb : (3 n,) float32
-        Out: linear RGB.
-    """
-    n, smooth = triangle.shape[0], vertex_colors.shape[0] > 0
-    for piece in prange((n + PIECE - 1) // PIECE):
-        material, a, b, c = scratch(np.int32), scratch(np.int32), scratch(np.int32), scratch(np.int32)
-        start, m = np.uint64(piece * PIECE), min(PIECE, n - piece * PIECE)
-        if not sees_triangle(triangle, start, start + np.uint64(m)):
-            for k in range(3 * m):
-                rgb[np.uint64(3) * start + np.uint64(k)] = 0
-            continue
-        # Numbers first, then a channel at a time: the shorter the loop, the more look-ups are under way at once.
-        for k in range(m):
-            face = np.uint64(max(triangle[start + np.uint64(k)], 0))
-            f = np.uint64(3) * face
-            material[k] = face_material[face]
-            a[k], b[k], c[k] = faces[f], faces[f + np.uint64(1)], faces[f + np.uint64(2)]
-        for channel in range(3):
-            for k in range(m):
-                texel = start + np.uint64(k)
-                value = np.float64(factors[np.uint64(3) * np.uint64(material[k]) + np.uint64(channel)])
-                if smooth:
-                    weight_b, weight_c = weights[np.uint64(2) * texel], weights[np.uint64(2) * texel + np.uint64(1)]
-                    p = np.float64(vertex_colors[np.uint64(3) * np.uint64(a[k]) + np.uint64(channel)])
-                    q = np.float64(vertex_colors[np.uint64(3) * np.uint64(b[k]) + np.uint64(channel)])
-                    r = np.float64(vertex_colors[np.uint64(3) * np.uint64(c[k]) + np.uint64(channel)])
-                    value *= (p * ((1.0 - weight_b) - weight_c) + q * weight_b) + r * weight_c
-                seen = triangle[texel] >= 0
-                rgb[np.uint64(3) * texel + np.uint64(channel)] = np.float32(value) if seen else np.float32(0)
-
-
-@kernel(parallel=True)
-def paint_textured_hits(
+def paint_hits(
     triangle, weights, faces, factors, face_material, vertex_colors, uv, texture_table, texels, rgb, nearest=False
 ):
-    """The same of meshes with textures.
+    """Diffuse colour of every texel that sees a surface, 0 elsewhere.
 
     Parameters
     ----------

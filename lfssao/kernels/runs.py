@@ -14,10 +14,6 @@ _GROUP = 32
 # Texels that are skipped together.
 _MANY = 256
 
-# Texels that are computed or left out together where triangles say which see a surface: as few as hide what starting a
-# loop takes.
-PIECE = 64
-
 
 @kernel(inline=True)
 def sees_surface(depth, first, end):
@@ -28,15 +24,6 @@ def sees_surface(depth, first, end):
     for texel in range(first, end):
         some |= np.int32(depth[texel] < np.inf)
     return some != 0
-
-
-@kernel(inline=True)
-def sees_triangle(triangle, first, end):
-    """Whether one of the texels from number ``first`` to before ``end`` names a triangle, which -1 does not."""
-    common = np.int32(-1)
-    for texel in range(first, end):
-        common &= triangle[texel]
-    return common != -1
 
 
 @kernel

@@ -14,7 +14,7 @@ from lfssao.bench.advise import FORMAT, advice, load_warning, pareto_front, poin
 from lfssao.bench.bench_scene import BenchScene
 from lfssao.bench.sampling_error import Reference, combine, rmse
 from lfssao.bench.setting_times import setting_times
-from lfssao.bench.slopes import THEORY, fitted_slope, law_slope
+from lfssao.bench.slopes import THEORY, fitted_slope
 from lfssao.bench.times import Times, balanced_orders, in_turn
 from lfssao.cli import main
 from lfssao.errors import InputError
@@ -126,6 +126,12 @@ def test_rejection_has_the_slope_of_independent_points():
         below = (points * normals[:, None]).sum(axis=2) < c[:, None]
         errors.append(float(np.sqrt(np.mean((below.mean(axis=1) - (2 + 3 * c - c**3) / 4) ** 2))))
     assert fitted_slope(SIZES, errors)[0] == pytest.approx(THEORY["rejection"][0], abs=0.05)
+
+
+def law_slope(counts, zero_power, first_power):
+    """Slope that S(0) + b / sqrt(n) has over these counts, b such that S is ``first_power`` at the first of them."""
+    b = (first_power - zero_power) * np.sqrt(counts[0])
+    return fitted_slope(counts, [np.sqrt((zero_power + b / np.sqrt(n)) / n) for n in counts])[0]
 
 
 def test_poisson_disks_have_the_slopes_that_their_power_at_low_frequencies_gives():

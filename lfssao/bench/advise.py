@@ -1,4 +1,4 @@
-"""Which setting to take for a given error or a given time, from the figures of a run."""
+"""Advice from the figures of a run: the setting to take for a given error or a given time."""
 
 import json
 from collections.abc import Sequence
@@ -83,7 +83,7 @@ def advice(result: dict[str, Any], error: str, max_error: float | None = None, m
     Parameters
     ----------
     result : dict
-        Of ``read_result``.
+        As ``read_result`` gives it.
     error : str
         'model', against ray-cast occlusion, or 'sampling', against the same estimator with very many samples.
     max_error : float, optional

@@ -1,4 +1,4 @@
-"""What a work-precision run looks at: one view of a mesh, its textures and its ray-cast occlusion."""
+"""The scene of a work-precision run: one view of a mesh, its textures and its ray-cast occlusion."""
 
 from functools import cached_property
 
@@ -33,7 +33,7 @@ class BenchScene:
     Parameters
     ----------
     mesh : Mesh
-        What is seen.
+        The scene.
     grid : Grid
         Sizes.
     threads : int
@@ -68,7 +68,7 @@ class BenchScene:
         return self._truth[share, falloff]
 
     def truth_error(self) -> float:
-        """The largest RMS standard error of the ray-cast occlusion made so far."""
+        """The largest RMS standard error of all ray-cast occlusion up to now."""
         errors = [rmse(self.of_surface(truth.error), np.zeros(1)) for truth in self._truth.values()]
         return max(errors, default=0.0)
 
@@ -79,7 +79,7 @@ class BenchScene:
     def occlusion(
         self, estimator: Estimator, dtype: str, share: float, samples: Samples, parameters: dict[str, Value]
     ) -> Texture:
-        """What an estimator makes of one radius."""
+        """Occlusion by an estimator, one radius."""
         points, weights = samples
         return estimate(estimator.name, self.buffers[dtype], share * self.unit, points, weights, **parameters).texture
 

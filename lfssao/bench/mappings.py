@@ -1,14 +1,15 @@
 """The three kinds of mapping step by step, as display, camera and kernels compute them, on numbers with error bounds.
 
-In ``EXACT`` arithmetic the same steps give the exact image. Each class has the kernels' own image beside it, so that a
-stiff case can hold one against the other.
+In ``EXACT`` arithmetic the same steps give the exact image. Each class has beside its steps the kernels' own image
+and the mapping as the kernels take it: ``to_image``, and a camera's inverse ``back``. With that, AO is Algorithm 1 and
+points are u, v and depth.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,28 +26,6 @@ Point = tuple[Fraction, Fraction, Fraction]
 
 # u, v and z of a point + offset, and whether it lies in the mapping's domain; None where rounding may decide.
 Steps = Callable[[Point, Point], tuple[Tracked, Tracked, Tracked, bool | None]]
-
-
-class Mapping(Protocol):
-    """World -> image of one module or camera."""
-
-    @property
-    def to_image(self) -> WorldToImage:
-        """World to image, as the kernels take it."""
-        ...
-
-    @property
-    def back(self) -> Matrix | None:
-        """A camera's inverse: points are then u, v and depth of the screen, and AO is Algorithm 1."""
-        ...
-
-    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
-        """The steps in an arithmetic, the mapping made in float64; ``probe``: relative error of every input."""
-        ...
-
-    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
-        """U and v, (..., 2), of positions + offset by the kernels, in their dtype."""
-        ...
 
 
 def rational(numbers: Any) -> Point:
@@ -97,7 +76,15 @@ class CrossedSlits:
         return self.display.view(0, self.physical_from_world).world_to_image
 
     def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
-        """The steps of ``Display.view`` and of CROSSED_SLITS."""
+        """The steps of ``Display.view`` and of CROSSED_SLITS; the mapping is made in float64.
+
+        Parameters
+        ----------
+        work : Arithmetic
+            The kernels' arithmetic.
+        probe : float
+            Relative error of every input, for condition numbers.
+        """
         make = DOUBLE if work.unit else EXACT
         shown, module = self.display, self.display.modules[0]
         m_x, m_z, y_o, z_o, screen_width, screen_height, width, height = (
@@ -305,3 +292,6 @@ def _circle(curvature: Tracked, x: Tracked, z: Tracked, dx: Tracked, dz: Tracked
     discriminant = b * b - a * c
     missed = discriminant.is_less(0)
     return -c / (b + discriminant.root()), None if missed is None else not missed
+
+
+Mapping = CrossedSlits | CameraAtOrigin | GeneralDisplay

@@ -52,7 +52,7 @@ class Stiff:
 
 @dataclass(frozen=True)
 class Measured:
-    """What one path does to a case.
+    """Errors of one path on a case.
 
     Attributes
     ----------

@@ -9,13 +9,13 @@ from lfssao.bench.slopes import BEFORE_THE_LIMIT, THEORY, fitted_slope
 
 TITLES = {"model": "model error: against ray-cast occlusion", "sampling": "sampling error: against many samples"}
 
-# What the page says a sentence for: RMSE, and milliseconds.
+# Limits that the page has a sentence for: RMSE, and milliseconds.
 _ERRORS = {"model": (0.15, 0.12, 0.1), "sampling": (0.05, 0.02, 0.01)}
 _TIMES = (0.5, 1.0, 3.0, 10.0)
 
 
 def as_text(result: dict[str, Any]) -> str:
-    """Which setting to take, both fronts, what references are worth, slopes beside theory."""
+    """Settings to take, both fronts, the references' own errors, slopes beside theory, times by sampler."""
     points = points_of(result)
     out = ["# Error against run time", "", _about(result), "", "![both errors over the time](work-precision.png)"]
     out += ["", "## Which setting to take", *_sentences(result, points)]
@@ -65,16 +65,16 @@ def _front(points: Sequence[Point], error: str) -> list[str]:
 
 
 def _references(points: Sequence[Point]) -> list[str]:
-    """What is wrong with references, by estimator, and which points they do not serve."""
+    """Errors of the references by estimator, and the points that they do not serve."""
     rows, failing = [], []
     for name, group in groupby(sorted(points, key=lambda p: p["estimator"]), key=lambda p: p["estimator"]):
         own = list(group)
-        told = [p["sampling"] for p in own if p["reference_serves"]]
+        served = [p["sampling"] for p in own if p["reference_serves"]]
         worst = max(p["reference_error"] for p in own)
-        served = f"{min(told):.2g}" if told else "-"
-        rows.append((name, f"{worst:.2g}", served, f"{len(told)} of {len(own)}"))
+        smallest = f"{min(served):.2g}" if served else "-"
+        rows.append((name, f"{worst:.2g}", smallest, f"{len(served)} of {len(own)}"))
         failing += [p for p in own if not p["reference_serves"]]
-    out = _table(("estimator", "largest own error", "smallest error told", "points told"), rows)
+    out = _table(("estimator", "largest own error", "smallest error known", "points served"), rows)
     if failing:
         out += ["", "Errors below ten times their reference's own, hollow in the plot, in no front and no slope:", ""]
         out += [f"- {describe(p)}: {p['sampling']:.2g}, reference {p['reference_error']:.2g}" for p in failing]
@@ -90,8 +90,8 @@ def _slopes(points: Sequence[Point]) -> list[str]:
 
     plain = [p for p in points if p["radii"] == 1 and not p["blur"] and p["dtype"] == "float32"]
     for (estimator, sampler), group in groupby(sorted(plain, key=key), key=key):
-        told = [p for p in group if p["reference_serves"]]
-        fitted = fitted_slope([p["samples"] for p in told], [p["sampling"] for p in told])
+        served = [p for p in group if p["reference_serves"]]
+        fitted = fitted_slope([p["samples"] for p in served], [p["sampling"] for p in served])
         measured = "-" if fitted is None else f"{fitted[0]:.2f} +- {fitted[1]:.2f}"
         edge, smooth = (f"{s:g}" for s in THEORY[sampler]) if sampler in THEORY else ("-", "-")
         rows.append((estimator, sampler, measured, edge, smooth, BEFORE_THE_LIMIT.get(sampler, "")))
@@ -115,6 +115,6 @@ def _samplers(points: Sequence[Point]) -> list[str]:
     shared = sorted({p["samples"] for p in plain} - {p["samples"] for p in own})
     out += _table(("estimator", *samplers), rows)
     if shared:
-        told, of = ", ".join(map(str, shared)), next(p["time_of"] for p in plain if p["samples"] == shared[0])
-        out += ["", f"Of {told} samples the time is that of sampler '{of}' for all."]
+        timed = next(p["time_of"] for p in plain if p["samples"] == shared[0])
+        out += ["", f"With {', '.join(map(str, shared))} samples, sampler '{timed}' is timed for all."]
     return out

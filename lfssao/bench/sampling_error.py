@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 Texture = NDArray[np.float64]
 
-# A reference serves an error that is at least so many times its own.
+# A reference serves an error that is at least this many times its own.
 MARGIN = 10.0
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What an estimator tends to.
+    """The texture that an estimator tends to.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Reference:
     error: float
 
     def serves(self, error: float) -> bool:
-        """Whether an error is far enough above the reference's own to be told from it."""
+        """Whether an error is so far above the reference's own that it is known."""
         return error >= MARGIN * self.error
 
 

@@ -79,7 +79,7 @@ def counted(samples: int, path: str) -> Measured:
 
 
 def slivers(path: str) -> Measured:
-    """Which side of an edge the ray is on, of triangles a few ulp wide: the sign of a b - c d, exact on every path.
+    """Sides of edges of triangles a few ulp wide that rays pass on: the sign of a b - c d, exact on every path.
 
     Rays are cast in float64 whatever the textures are of. 'flipped' are wrong signs; the condition number is that of
     the difference, which the rounded products cannot tell from 0.

@@ -27,9 +27,9 @@ def setting_times(
     Parameters
     ----------
     scene : BenchScene
-        What is looked at.
+        The view.
     estimator : Estimator
-        Of the registry.
+        One of the registry.
     grid : Grid
         Sizes.
     sets : mapping

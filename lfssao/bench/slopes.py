@@ -6,7 +6,7 @@ Carlo Integration*, equation 9). Sets whose S vanishes at frequency 0, like jitt
 
 Poisson disk sets have S(0) > 0, so that -1/2 is their limit too. But S(0) is small, 0.08 here, and the rims of the
 square and of the integrand add a term of the order 1 / sqrt(n): RMSE = sqrt(V (S(0) + b / sqrt(n)) / n). With b near
-0.8, up to some thousand points the slope is steeper than the limit (``law_slope``), near -0.6.
+0.8, up to some thousand points the slope is steeper than the limit, near -0.6.
 
 The variance of an Owen-scrambled net on a smooth integrand is of the order log(n) / n^3 (Owen 1997, *Scrambled Net
 Variance for Integrals of Smooth Functions*), whose root has the slope -1.5 + 1 / (2 log n): -1.4 at a few hundred.
@@ -27,7 +27,7 @@ THEORY: dict[str, tuple[float, float]] = {
     "sobol": (-0.75, -1.5),
 }
 
-# Where the slope is another one at the numbers of samples in use, for the reasons above.
+# Slopes that differ at the numbers of samples in use, for the reasons above.
 BEFORE_THE_LIMIT = {"poisson": "near -0.6 before", "sobol": "smooth near -1.4 before"}
 
 
@@ -42,11 +42,3 @@ def fitted_slope(counts: Sequence[int], errors: Sequence[float]) -> tuple[float,
     slope = float((n * e).sum()) / spread
     residual = e - slope * n
     return slope, sqrt(float((residual * residual).sum()) / (len(pairs) - 2) / spread)
-
-
-def law_slope(counts: Sequence[int], zero_power: float, first_power: float) -> float:
-    """Slope that S(0) + b / sqrt(n) has over these counts, b such that S is ``first_power`` at the first of them."""
-    b = (first_power - zero_power) * sqrt(counts[0])
-    fitted = fitted_slope(counts, [sqrt((zero_power + b / sqrt(n)) / n) for n in counts])
-    assert fitted is not None
-    return fitted[0]

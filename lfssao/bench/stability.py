@@ -26,7 +26,7 @@ class Row:
     verdict : str
         WITHIN, DEGRADED, REFUSED, or BROKEN where it is not what the case states.
     reason : str
-        What degrades, or the sentence of the refusal.
+        The degradation, or the sentence of the refusal.
     """
 
     case: str

@@ -11,7 +11,7 @@ from lfssao.bench.sequences import curves
 from lfssao.bench.stability import Row
 from lfssao.files import write_text, write_whole
 
-# Of more inputs than this the text has, for each path and verdict, the worst.
+# The text has all inputs of a case up to this number; beyond it the worst of each path and verdict.
 _MANY = 8
 
 

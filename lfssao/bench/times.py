@@ -31,7 +31,7 @@ class Times:
 
     @classmethod
     def of(cls, warm: Milliseconds, first: float) -> "Times":
-        """Of all warm runs, (repeats,), and the first."""
+        """From all warm runs, (repeats,), and the first."""
         low, median, high = np.percentile(warm, [25, 50, 75]).tolist()
         return cls(median, low, high, first)
 
@@ -42,7 +42,7 @@ def in_turn(variants: Mapping[str, Callable[[], object]], repeats: int) -> dict[
     Parameters
     ----------
     variants : mapping of callables
-        What is run, by name.
+        The functions by name.
     repeats : int
         Number of turns after the first call of each.
 
@@ -67,9 +67,8 @@ def turns(variants: Mapping[Key, Callable[[], object]], repeats: int) -> dict[Ke
 def balanced_orders(n: int) -> list[list[int]]:
     """Orders of 0 .. n - 1 in which, all taken together, each follows each other one equally often (Williams 1949).
 
-    What runs after another finds what that has left: textures in the caches, or a processor that has just done without
-    its widest vectors and takes a moment to power them up. In one order for all turns that would meet the same variant
-    every time.
+    A run meets the state that the one before has left: textures in the caches, or a processor that has not used its
+    widest vectors and takes a moment to power them up. One order for all turns would hit the same variant every time.
     """
     zigzag = [k // 2 + 1 if k % 2 else -(k // 2) % n for k in range(n)]
     rows = [[(place + shift) % n for place in zigzag] for shift in range(n)]

@@ -113,7 +113,7 @@ def _sampling_error(textures: list[FloatArray], reference: Reference | None) -> 
 
 
 def _references(scene: BenchScene, many: dict[str, Layers], grid: Grid, sampler: str) -> References:
-    """What a sampler is compared with: the references by all other samplers."""
+    """The references of a sampler: those by all other samplers."""
     others = [layers for name, layers in many.items() if name != sampler]
     return {
         (radii, blur): combine([scene.of_surface(_finished(layers, radii, blur)) for layers in others])
@@ -173,7 +173,7 @@ def run(
     threads : int
         Threads of the ray caster; numba's are the caller's.
     result : dict
-        Of ``start``; grows.
+        As ``start`` makes it; grows.
     save : callable
         Writes it.
     tick : callable

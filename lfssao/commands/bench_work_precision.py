@@ -82,7 +82,7 @@ def _measure(options: argparse.Namespace) -> None:
 
 
 def _started(file: Path, fresh: dict[str, Any]) -> dict[str, Any]:
-    """What the file holds of the same run, to go on with; else a fresh result."""
+    """The file's result of the same run, to go on with; else a fresh result."""
     from lfssao.bench.advise import read_result  # late: --help needs none of it
 
     if not file.exists():

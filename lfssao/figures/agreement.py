@@ -67,9 +67,9 @@ def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same
     view : View
         Whose texture.
     gbuffer : GBuffer
-        What it sees.
+        Its depth and positions.
     texture : (H, W)
-        What to read.
+        The texture.
     same : float
         The view sees a point if the surface at that texel is no farther than this from it, world units.
     """

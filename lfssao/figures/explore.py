@@ -21,7 +21,7 @@ def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8
     mesh : Mesh
         The scene.
     display : Display
-        Where it is shown; textures of some 100,000 texels keep up with a slider.
+        The display; textures of some 100,000 texels keep up with a slider.
     radius : float
         R at first, share of the diagonal of the mesh's box, 0.005 to 0.2.
     samples : int

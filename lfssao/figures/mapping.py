@@ -28,9 +28,9 @@ class MatrixFit:
     matrix : (3, 4) float64
         (u w, v w, w) = matrix (x, y, z, 1), of Frobenius norm 1.
     points : (n, 3) float64
-        The points of which it was made.
+        The points that it was fitted to.
     image, fitted : (n, 2) float64
-        Where the mapping and where the matrix put them, texels.
+        Their images by the mapping and by the matrix, texels.
     """
 
     matrix: NDArray[np.float64]

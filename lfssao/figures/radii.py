@@ -1,4 +1,4 @@
-"""What each radius sees, and which of them the merge shows."""
+"""Occlusion by each radius, and the radius that the merge shows."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.int64]:
-    """Which layer gives each texel its maximum, (H, W) int64: the first that does, -1 where all are 0."""
+    """The first layer that gives each texel its maximum, (H, W) int64; -1 where all are 0."""
     stack = np.stack(layers)
     return np.where(stack.max(axis=0) > 0, stack.argmax(axis=0), -1)
 
@@ -24,7 +24,7 @@ def draw_radii(textures: Textures, radii: Sequence[float]) -> "Figure":
     Parameters
     ----------
     textures : Textures
-        What ``render_view`` made.
+        Made by ``render_view``.
     radii : sequence of float
         With these radii, world units.
     """

@@ -26,7 +26,7 @@ class SamplingError:
     rmse : dict of (c,) float64
         By sampler: root mean square, over surface texels and seeds, of occlusion less the reference.
     reference : str
-        What the reference was made of.
+        Samples and sampler of the reference.
     """
 
     counts: NDArray[np.int64]

@@ -46,7 +46,7 @@ def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) ->
     occlusion, truth : (H, W)
         0 open to 1 covered, of the half space.
     surface : (H, W) bool
-        Which texels count.
+        Texels that count.
     """
     mine, exact = occlusion[surface].astype(np.float64), truth[surface].astype(np.float64)
     error = mine - exact
@@ -68,7 +68,7 @@ def draw_against_truth(
     truth : (H, W)
         Ray-cast occlusion.
     surface : (H, W) bool
-        Where there is a surface.
+        Texels with a surface.
     limit : float
         Error at which the colours end.
     """

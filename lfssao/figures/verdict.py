@@ -1,4 +1,4 @@
-"""Which numbers of other renderers are inside the bounds of a case."""
+"""Numbers of other renderers inside and outside the bounds of a case."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Alchemy AO: bit for bit against its twin, against its limits by quadrature, and the logarithm it needs."""
+"""Alchemy AO: bit for bit against the reference, against its limits by quadrature, and the logarithm it needs."""
 
 import analytic_scenes as scenes
 import mpmath
@@ -18,7 +18,7 @@ both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
 @both
 @given(data=st.data())
-def test_alchemy_equals_its_twin(dtype, data):
+def test_alchemy_equals_the_reference(dtype, data):
     seen, radius, taps = data.draw(buffers(dtype, 7)), data.draw(radii), data.draw(offsets(2))
     p = {
         "sigma": data.draw(st.sampled_from([1.0, 0.3, 20.0])),
@@ -83,7 +83,7 @@ NUMBERS = np.concatenate(
 )
 
 
-def test_log_is_within_2_ulp_and_equals_its_twin():
+def test_log_is_within_2_ulp_and_equals_the_reference():
     worst = 0
     with mpmath.workprec(200):
         for x in NUMBERS:

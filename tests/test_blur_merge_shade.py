@@ -1,4 +1,4 @@
-"""Merge, Gaussian blur and shading: against their twins bit for bit, and what follows from their definition."""
+"""Merge, Gaussian blur and shading: against the reference bit for bit, and what follows from their definition."""
 
 import math
 
@@ -48,7 +48,7 @@ def textures(draw, dtype, shape=None):
 
 @both
 @given(data=st.data())
-def test_merge_equals_its_twin(dtype, data):
+def test_merge_equals_the_reference(dtype, data):
     shape = data.draw(shapes)
     layers = np.stack([data.draw(textures(dtype, shape)) for _ in range(data.draw(st.integers(1, 11)))])
     kept = layers.copy()
@@ -60,7 +60,7 @@ def test_merge_equals_its_twin(dtype, data):
 
 
 @given(st.floats(5e-324, 1e308), st.integers(0, 20))
-def test_gaussian_weights_equal_their_twin(sigma, radius):
+def test_gaussian_weights_equal_the_reference(sigma, radius):
     weights = np.full(2 * radius + 1, 9.0)
     blur_kernels.gaussian_weights(sigma, radius, weights)
     assert_same_bits(weights, np.array(reference.blur_weights(sigma, radius)))
@@ -85,7 +85,7 @@ def test_gaussian_weights_are_a_gaussian_that_sums_to_one(sigma):
 
 @both
 @given(data=st.data())
-def test_blur_equals_its_twin(dtype, data):
+def test_blur_equals_the_reference(dtype, data):
     source, sigma = data.draw(textures(dtype)), data.draw(sigmas)
     weights = passes.gaussian_kernel(sigma).astype(dtype)
     assert_same_bits(weights, np.array(reference.blur_weights(sigma), dtype))
@@ -145,7 +145,7 @@ def test_blur_reads_the_border_texel_beyond_the_border(dtype):
 
 @both
 @given(data=st.data())
-def test_shade_equals_its_twin(dtype, data):
+def test_shade_equals_the_reference(dtype, data):
     shape = data.draw(shapes)
     rgb, occlusion = data.draw(textures(dtype, (*shape, 3))), data.draw(textures(dtype, shape))
     shaded = np.full_like(rgb, 9)

@@ -1,4 +1,4 @@
-"""Angles from texel to texel: the tiles' twins, their ranks, the spectrum of the blue noise, what is refused."""
+"""Angles from texel to texel: the tiles' ranks, the spectrum of the blue noise, what is refused."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_interleaved_tiles_hold_sixteen_angles_in_bayers_order():
 
 
 @pytest.mark.parametrize("side", [1, 2, 8])
-def test_ordered_ranks_equal_their_twin(side):
+def test_ordered_ranks_equal_the_reference(side):
     ranks = np.empty((side, side), np.int64)
     tiles.ordered(ranks)
     np.testing.assert_array_equal(ranks, dither.bayer(side))
@@ -49,8 +49,8 @@ def test_ordered_ranks_equal_their_twin(side):
 
 @settings(max_examples=8)
 @given(height=st.integers(1, 7), width=st.integers(1, 7), seed=st.integers(0, 2**64 - 1))
-def test_void_and_cluster_equals_its_twin(height, width, seed):
-    """The twin runs Ulichney's third phase as he wrote it: on what is empty."""
+def test_void_and_cluster_equals_the_reference(height, width, seed):
+    """The reference runs Ulichney's third phase as he wrote it: on what is empty."""
     ranks = np.empty((height, width), np.int64)
     tiles.void_and_cluster(np.uint64(seed), ranks)
     np.testing.assert_array_equal(ranks, dither.void_and_cluster(seed, height, width))

@@ -1,4 +1,4 @@
-"""Displays of all kinds: twins, round trips, limits, mirrors, singular surfaces, refusals, the presets' geometry."""
+"""Displays of all kinds: the reference, round trips, limits, mirrors, singular surfaces, refusals, presets."""
 
 import math
 from dataclasses import replace
@@ -94,13 +94,13 @@ def coordinates(dtype):
     return st.tuples(*[st.one_of(st.floats(-2, 2, width=width), special, st.floats(width=width))] * 3)
 
 
-# Twins
+# The reference
 
 
 @both
 @settings(max_examples=500)
 @given(data=st.data())
-def test_physical_to_image_equals_its_twin(dtype, data):
+def test_physical_to_image_equals_the_reference(dtype, data):
     d = numbers_of_any_kind(data.draw, dtype)
     for point in data.draw(st.lists(coordinates(dtype), min_size=1, max_size=6)):
         x, y, z = np.array(point, dtype)
@@ -157,7 +157,7 @@ def test_the_textbook_module_on_the_observer_line_is_a_pinhole():
 @both
 @settings(max_examples=60)
 @given(data=st.data())
-def test_algorithm2_of_any_display_equals_its_twin(dtype, data):
+def test_algorithm2_of_any_display_equals_the_reference(dtype, data):
     display = data.draw(displays())
     height, width = data.draw(st.sampled_from([(1, 1), (9, 13), (17, 3), (2, 40)]))
     try:

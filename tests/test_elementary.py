@@ -1,4 +1,4 @@
-"""Sine, cosine, cube root, exponential: their twins, their stated errors against mpmath at 200 bits, exact values."""
+"""Sine, cosine, cube root, exponential: the reference, their stated errors against mpmath at 200 bits, exact values."""
 
 import math
 
@@ -51,22 +51,22 @@ def same_bits(a, b):
 
 
 @given(st.one_of(st.floats(-(2.0**50), 2.0**50), st.floats(-2, 2)))
-def test_sincospi_equals_its_twin(x):
+def test_sincospi_equals_the_reference(x):
     assert same_bits(elementary.sincospi(x), reference.sincospi(x))
 
 
 @given(st.one_of(st.floats(0, LARGEST), st.floats(0, 1)))
-def test_cbrt_equals_its_twin(t):
+def test_cbrt_equals_the_reference(t):
     assert same_bits(elementary.cbrt(t), reference.cbrt(t))
 
 
 @given(st.one_of(st.floats(), st.floats(-760, 720), st.floats(-1, 1)).filter(lambda x: not math.isnan(x)))
-def test_exp_equals_its_twin(x):
+def test_exp_equals_the_reference(x):
     assert same_bits(elementary.exp(x), reference.exp(x))
 
 
 @pytest.mark.parametrize(("name", "points"), [("sincospi", ANGLES), ("cbrt", CUBES), ("exp", POWERS)])
-def test_all_points_equal_the_twins(name, points):
+def test_all_points_equal_the_reference(name, points):
     kernel, other = getattr(elementary, name), getattr(reference, name)
     assert same_bits([kernel(x) for x in points.tolist()], [other(x) for x in points.tolist()])
 

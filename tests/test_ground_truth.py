@@ -9,7 +9,7 @@ import pytest
 from estimator_cases import assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import truth as truth_twin
+from reference import truth
 
 from lfssao import Buffers, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
 from lfssao.ground_truth import FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
@@ -49,7 +49,7 @@ def test_ray_cast_occlusion_equals_brute_force(data):
     made = ray_cast_occlusion(Occluders(mesh), seen, radius, weighting, falloff, **options)
     occlusion, error, rays = np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3), np.int64)
     for j, i in np.argwhere(seen.depth < np.inf):
-        occlusion[j, i], error[j, i], rays[j, i] = truth_twin.texel(
+        occlusion[j, i], error[j, i], rays[j, i] = truth.texel(
             3 * int(j) + int(i), seen.positions[j, i], seen.normals[j, i], mesh.vertices[mesh.faces], radius,
             1e-3 * radius, weighting, falloff, strata, (2, 5), 0.05, seed,
         )  # fmt: skip

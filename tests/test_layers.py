@@ -36,7 +36,7 @@ def view_of(mesh, guard=0, module=3):
 
 
 def unit(x, y, z):
-    """The twin of the kernel's normalisation: by the largest component, then by the length."""
+    """The kernel's normalisation again: by the largest component, then by the length."""
     size = max(abs(x), abs(y), abs(z))
     x, y, z = x / size, y / size, z / size
     length = math.sqrt((x * x + y * y) + z * z)

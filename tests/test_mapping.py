@@ -1,4 +1,4 @@
-"""World -> image and the rays of texels: twins, DESIGN section 2's geometry, every module of every preset."""
+"""World -> image and the rays of texels: the reference, DESIGN section 2's geometry, every module of every preset."""
 
 import math
 from dataclasses import replace
@@ -44,12 +44,12 @@ def textbook(display, m, x, y, z):
     return m.width * (0.5 + s_x / display.screen_width), m.height * (0.5 - s_y / display.screen_height)
 
 
-# Twins
+# The reference
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @given(data=st.data())
-def test_world_to_image_equals_its_twin(dtype, data):
+def test_world_to_image_equals_the_reference(dtype, data):
     width = 32 if dtype == np.float32 else 64
     number = st.one_of(
         st.floats(-8, 8, width=width), st.sampled_from([0.0, -0.0, 1.0, -2.0, 3.0]), st.floats(width=width)
@@ -68,7 +68,7 @@ def test_world_to_image_equals_its_twin(dtype, data):
 
 @pytest.mark.parametrize("kind", RAY_KINDS)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=8, max_size=8), st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))
-def test_texel_ray_equals_its_twin(kind, numbers, u, v):
+def test_texel_ray_equals_the_reference(kind, numbers, u, v):
     lens = np.array([n if n != 0 else 1.0 for n in numbers])
     ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(kind, lens, u, v)
     assert (oz, dz) == (0, 1)
@@ -77,7 +77,7 @@ def test_texel_ray_equals_its_twin(kind, numbers, u, v):
 
 
 @given(st.integers(0, 99), st.integers(1, 4), st.integers(1, 4), st.integers(0, 5), st.floats(-5, 5), st.floats(-5, 5))
-def test_sample_texture_equals_its_twin(seed, wide, high, first, u, v):
+def test_sample_texture_equals_the_reference(seed, wide, high, first, u, v):
     texels = np.random.default_rng(seed).random((first + wide * high + 1, 3), np.float32)
     texture = texels[first : first + wide * high].reshape(high, wide, 3)
     for channel in range(3):

@@ -1,4 +1,4 @@
-"""Every sampling method: its twin, its promises on many sets, the shells, prefixes; and what is refused."""
+"""Every sampling method: the reference, its promises on many sets, the shells, prefixes; and what is refused."""
 
 import itertools
 import math
@@ -31,17 +31,17 @@ def number(data, domain, name, counts=counts):
     return n if most is None else (n - 1) % most + 1
 
 
-# Twins
+# The reference
 
 
-def test_every_method_has_a_twin_or_a_table_or_is_a_spiral():
+def test_every_method_has_a_reference_or_a_table_or_is_a_spiral():
     assert {name for _, name in EVERY} == {*reference.FILLS, "rejection", "repulsion", "spiral"}
 
 
 @pytest.mark.parametrize(("domain", "name"), [pair for pair in EVERY if pair[1] not in ("repulsion", "spiral")])
 @settings(max_examples=12)
 @given(n=st.one_of(st.integers(1, 12), st.integers(13, 40)), seed=seeds)
-def test_methods_equal_their_twins(domain, name, n, seed):
+def test_methods_equal_the_reference(domain, name, n, seed):
     points = sample_set(domain, name, n, seed).points
     np.testing.assert_array_equal(bits(points), bits(reference.point_set(domain, name, n, seed)))
 
@@ -49,7 +49,7 @@ def test_methods_equal_their_twins(domain, name, n, seed):
 @pytest.mark.parametrize("name", ["sobol", "rejection", "latin"])
 @settings(max_examples=20)
 @given(n=st.integers(1, 12), seed=seeds, shell=st.tuples(st.floats(0, 1), drawn_radii()))
-def test_shells_equal_their_twins(name, n, seed, shell):
+def test_shells_equal_the_reference(name, n, seed, shell):
     r_min, r_max = shell[0] * shell[1], shell[1]
     points = make_samples(name, n, seed, r_min, r_max)
     np.testing.assert_array_equal(bits(points), bits(reference.point_set("ball", name, n, seed, r_min, r_max)))
@@ -85,7 +85,7 @@ def test_sequences_are_those_of_scipy_before_they_are_scrambled():
 
 
 @given(index=st.integers(0, 2**32 - 1), dimension=st.integers(0, 2))
-def test_sobol_words_equal_their_twin(index, dimension):
+def test_sobol_words_equal_the_reference(index, dimension):
     assert sequences.sobol_word(index, dimension) == reference.sobol_word(index, dimension)
 
 

@@ -1,4 +1,4 @@
-"""Multi-resolution occlusion: bit for bit against its twin, its parts by hand, its limit by quadrature."""
+"""Multi-resolution occlusion: bit for bit against the reference, its parts by hand, its limit by quadrature."""
 
 import analytic_scenes as scenes
 import numpy as np
@@ -17,7 +17,7 @@ both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @both
 @settings(max_examples=40)
 @given(data=st.data())
-def test_multiresolution_equals_its_twin(dtype, data):
+def test_multiresolution_equals_the_reference(dtype, data):
     seen, radius = data.draw(buffers(dtype)), data.draw(radii)
     levels, reach, how = data.draw(st.tuples(st.integers(1, 5), st.integers(1, 2), st.sampled_from(COMBINATIONS)))
     options = {"levels": levels, "kernel": reach, "combine": how}

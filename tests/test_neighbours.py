@@ -1,4 +1,4 @@
-"""Algorithm 2 with neighbours: its twin, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
+"""Algorithm 2 with neighbours: the reference, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
 
 import json
 from importlib.util import find_spec
@@ -49,7 +49,7 @@ def neighbourhoods(draw, dtype):
 
 @both
 @given(data=st.data())
-def test_neighbours_equal_their_twin(dtype, data):
+def test_neighbours_equal_the_reference(dtype, data):
     depth, positions, mapping, others, samples, radius = data.draw(neighbourhoods(dtype))
     actual = passes.algorithm2_with_neighbours(depth, positions, mapping, others, samples, radius)
     views = [(texture, KINDS[m.kind], m.numbers.astype(dtype)) for m, texture in [(mapping, depth), *others]]
@@ -60,7 +60,7 @@ def test_neighbours_equal_their_twin(dtype, data):
 
 @both
 @pytest.mark.parametrize(("name", "radius"), [("convex", 2.0), ("picoarray", 0.4)])
-def test_neighbours_of_any_display_equal_their_twin(dtype, name, radius):
+def test_neighbours_of_any_display_equal_the_reference(dtype, name, radius):
     display = find_display(name).with_resolution(40, 24)
     chosen = range(len(display.modules) // 2, len(display.modules) // 2 + 3)
     views = module_views(ball(), display, chosen)

@@ -1,4 +1,4 @@
-"""The oracle's bounds: the kernels against their twin, the later stages by hand, how sharp they are, and reasons."""
+"""The oracle's bounds: the kernels against the reference, the later stages by hand, how sharp they are, and reasons."""
 
 from fractions import Fraction
 
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle_scenes import critical_scene, drawn_view
-from reference import bounds as twin
+from reference import bounds as reference
 
 from lfssao import (
     Camera,
@@ -35,7 +35,7 @@ ULP = Fraction(1, 2**23)
 
 
 @st.composite
-def twin_cases(draw):
+def small_cases(draw):
     """Scenes next to decisions, and the same with numbers that no scene has."""
     height, width = draw(st.sampled_from([(3, 4), (1, 9), (1, 1), (5, 2)]))
     view = drawn_view(draw, height, width)
@@ -53,13 +53,13 @@ def twin_cases(draw):
 
 
 @settings(max_examples=60)
-@given(twin_cases())
-def test_outcomes_equal_their_twin(case):
+@given(small_cases())
+def test_outcomes_equal_the_reference(case):
     view, depth, positions, samples, radius, model = case
     back = view.screen_to_world if positions is None else None
     scene = oracle.SampleScene.of(depth, positions, view.world_to_image, samples, radius, find_model(model), back)
     surface, places, inverse, offsets, exact, kind, m, errors = scene.arguments
-    by = twin.Errors(*errors)
+    by = reference.Errors(*errors)
     fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
     outcomes.count_outcomes(*scene.arguments, fewest, most)
     found = np.empty((len(samples), 9))
@@ -69,12 +69,12 @@ def test_outcomes_equal_their_twin(case):
             continue
         point = np.zeros(3, np.float32) if back is not None else places[j, i]
         outcomes.trace_samples(surface, point, inverse, offsets, exact, kind, m, errors, i, j, found)
-        pairs = [twin.number(c, by) for c in point]
+        pairs = [reference.number(c, by) for c in point]
         if back is not None:
-            pairs = twin.texel_point(inverse, i, j, depth[j, i], by)
+            pairs = reference.texel_point(inverse, i, j, depth[j, i], by)
         sets = []
         for o, certain, row in zip(offsets, exact, found, strict=True):
-            u, v, z, truths, answers = twin.sample(depth, pairs, o, certain, kind, m, by, back is None)
+            u, v, z, truths, answers = reference.sample(depth, pairs, o, certain, kind, m, by, back is None)
             sets.append(answers)
             assert (bool(row[6]), bool(row[7])) == (True in truths, truths == {True})
             assert row[8] == (2 if len(answers) == 2 else float(True in answers))

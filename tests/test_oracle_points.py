@@ -12,7 +12,7 @@ import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle_scenes import critical_scene, drawn_view
-from reference import bounds as twin
+from reference import bounds as reference
 from test_oracle_sound import arithmetic, assert_inside
 
 from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, find_display, module_views
@@ -194,7 +194,7 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
 
 @settings(max_examples=20)
 @given(st.data())
-def test_where_points_land_equals_its_twin(data):
+def test_where_points_land_equals_the_reference(data):
     view = drawn_view(data.draw, 2, 3)
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     places = rng.uniform(-3, 3, (2, 3, 3))
@@ -204,12 +204,12 @@ def test_where_points_land_equals_its_twin(data):
     errors = np.array([model.operation, model.quotient, model.root])
     image, doubt, sure = np.empty((2, 3, 3)), np.empty((2, 3, 3)), np.empty((2, 3), np.bool_)
     outcomes.map_positions(places, off, kind, m, errors, image, doubt, sure)
-    by = twin.Errors(*errors, 0.0, 0.0)
+    by = reference.Errors(*errors, 0.0, 0.0)
     for place in np.ndindex(2, 3):
-        pairs = [twin.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
+        pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
         with np.errstate(all="ignore"):
-            rows = [twin.point_row(m, k, pairs, by) for k in range(4 if kind == twin.MATRIX else 3)]
-            u, v, z, truths = twin.image(kind, m, *rows, *[None] * (4 - len(rows)), by)
+            rows = [reference.point_row(m, k, pairs, by) for k in range(4 if kind == reference.MATRIX else 3)]
+            u, v, z, truths = reference.image(kind, m, *rows, *[None] * (4 - len(rows)), by)
         assert sure[place] == (truths == {True})
         assert (doubt[place][0] == -np.inf) == (True not in truths)
         if True in truths:

@@ -1,4 +1,4 @@
-"""Philox4x32-10: the known answers of Random123, its twin, streams, and the numbers made from its words."""
+"""Philox4x32-10: the known answers of Random123, the reference, streams, and the numbers made from its words."""
 
 from fractions import Fraction
 
@@ -36,12 +36,12 @@ def test_known_answers(counter, key, result):
 
 
 @given(st.tuples(words, words, words, words), st.tuples(words, words))
-def test_philox_equals_its_twin(counter, key):
+def test_philox_equals_the_reference(counter, key):
     assert tuple(int(word) for word in philox.philox4x32(*counter, *key)) == reference.philox4x32(counter, key)
 
 
 @given(seeds, words, words, st.integers(1, 2**32))
-def test_numbers_equal_their_twins(seed, stream, index, n):
+def test_numbers_equal_the_reference(seed, stream, index, n):
     assert int(philox.random_word(unsigned(seed), stream, index)) == reference.word(seed, stream, index)
     assert philox.random_signed(unsigned(seed), stream, index) == reference.signed(seed, stream, index)
     assert philox.random_unit(unsigned(seed), stream, index) == reference.unit(seed, stream, index)

@@ -9,7 +9,7 @@ import pytest
 import raycast_scenes as scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import raycast as raycast_twin
+from reference import raycast
 
 from lfssao import (
     Buffers,
@@ -177,9 +177,7 @@ def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, cap
 
 
 def cast(view, vertices, faces):
-    hits = raycast_twin.first_hits(
-        raycast_twin.texel_rays(view.ray_kind, view.lens, view.width, view.height), vertices[faces]
-    )
+    hits = raycast.first_hits(raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height), vertices[faces])
     return hits.triangle.reshape(view.height, view.width) >= 0
 
 
@@ -201,7 +199,7 @@ def test_no_ray_outside_the_rows_hits_what_is_in_the_box(name, size, seed):
     bounds = scenes.to_world(view, points)
     bounds = np.stack([bounds.min(axis=0), bounds.max(axis=0)])
     corners = np.array(list(itertools.product(*bounds.T)))
-    hit = cast(view, np.stack(raycast_twin.affine(view.cast_from_world, *corners.T), axis=1), BOX_FACES)
+    hit = cast(view, np.stack(raycast.affine(view.cast_from_world, *corners.T), axis=1), BOX_FACES)
     rows, seen = seen_rows(view, bounds), np.flatnonzero(hit.any(axis=1))
     assert rows in (Window(0, rows.top, view.width, rows.bottom), Window(0, 0, 0, 0))
     if len(seen):

@@ -1,4 +1,4 @@
-"""Point sampling with options: bit for bit against its twin, and against exact volumes of balls."""
+"""Point sampling with options: bit for bit against the reference, and against exact volumes of balls."""
 
 import analytic_scenes as scenes
 import numpy as np
@@ -15,7 +15,7 @@ both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
 @both
 @given(data=st.data())
-def test_all_options_equal_the_twin(dtype, data):
+def test_all_options_equal_the_reference(dtype, data):
     seen, radius, points = data.draw(buffers(dtype)), data.draw(radii), data.draw(offsets(3))
     half, remap, check = data.draw(st.tuples(*[st.booleans()] * 3))
     options = {"range_check": check, "surface": data.draw(st.sampled_from(SURFACES))}

@@ -9,7 +9,7 @@ import pytest
 import raycast_scenes as scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import raycast as raycast_twin
+from reference import raycast
 
 from lfssao import find_display
 from lfssao.kernels import rasterize as kernels
@@ -21,7 +21,7 @@ VIEWS = sorted(scenes.VIEWS)
 
 
 def texel_rays(view):
-    return raycast_twin.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+    return raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
 
 
 def bound(view, vertices, faces, window=None, scale=9.1):
@@ -37,11 +37,11 @@ def image_of(view, point):
     """Where a corner appears, u and v, in fractions."""
     x, y, z = map(Fraction, point)
     lens = [Fraction(number) for number in view.lens.tolist()]
-    if view.ray_kind == raycast_twin.FLAT_LINEAR:
+    if view.ray_kind == raycast.FLAT_LINEAR:
         m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
         u = u_scale * (m_x + (x - m_x) / (1 - z / m_z)) + u_0
         return u, v_scale * (y_o + (y - y_o) / (1 - z / z_o)) + v_0
-    depth = z if view.ray_kind == raycast_twin.PERSPECTIVE else 1
+    depth = z if view.ray_kind == raycast.PERSPECTIVE else 1
     return lens[0] * x / depth + lens[2], lens[3] - lens[1] * y / depth
 
 
@@ -64,9 +64,9 @@ def test_texels_of_corners_hold_their_images(name, first, seed, deep):
     points[:30] += points[:30] * rng.integers(-4, 5, (30, 3)) * 2.0**-52
     texels, _ = bound(view, points, np.zeros((0, 3), np.int32), window)
     columns, rows = np.arange(window.width), np.arange(window.height)
-    ox, _, dx, _, _, _ = raycast_twin.rays_at(view.ray_kind, view.lens, columns + first[0] + 0.5, np.full(1, 0.5))
-    _, oy, _, dy, _, _ = raycast_twin.rays_at(view.ray_kind, view.lens, np.full(1, 0.5), rows + first[1] + 0.5)
-    rising = np.sign(view.lens[[4, 6]]) if view.ray_kind == raycast_twin.FLAT_LINEAR else np.array([1.0, -1.0])
+    ox, _, dx, _, _, _ = raycast.rays_at(view.ray_kind, view.lens, columns + first[0] + 0.5, np.full(1, 0.5))
+    _, oy, _, dy, _, _ = raycast.rays_at(view.ray_kind, view.lens, np.full(1, 0.5), rows + first[1] + 0.5)
+    rising = np.sign(view.lens[[4, 6]]) if view.ray_kind == raycast.FLAT_LINEAR else np.array([1.0, -1.0])
     bounded = (texels[:, 1] - texels[:, 0] < 2) & (texels[:, 3] - texels[:, 2] < 2)
     assert bounded.sum() >= 20
     for point, held in zip(points[bounded], texels[bounded].reshape(-1, 2, 2).tolist(), strict=True):
@@ -153,7 +153,7 @@ def test_every_texel_that_a_triangle_is_hit_in_is_a_candidate(name, first):
     rays = texel_rays(view)
     found = 0
     for face, (i0, i1, j0, j1) in zip(faces, bounds.tolist(), strict=True):
-        hit = raycast_twin.first_hits(rays, vertices[face][None]).triangle.reshape(19, 23) == 0
+        hit = raycast.first_hits(rays, vertices[face][None]).triangle.reshape(19, 23) == 0
         rows, columns = np.nonzero(hit[first[1] :, first[0] :])
         found += len(rows)
         if len(rows):

@@ -15,7 +15,7 @@ import pytest
 import raycast_scenes as scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import raycast as raycast_twin
+from reference import raycast
 
 import lfssao
 from lfssao import (
@@ -45,10 +45,10 @@ def bits(a):
 
 def brute_force(mesh, view, rays=None):
     if rays is None:
-        rays = raycast_twin.texel_rays(view.ray_kind, view.lens, view.width, view.height)
-    cast = np.stack(raycast_twin.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
-    hits = raycast_twin.first_hits(rays, cast[mesh.faces])
-    return hits, *raycast_twin.surface(view.ray_kind, rays, view.world_from_cast, hits)
+        rays = raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+    cast = np.stack(raycast.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
+    hits = raycast.first_hits(rays, cast[mesh.faces])
+    return hits, *raycast.surface(view.ray_kind, rays, view.world_from_cast, hits)
 
 
 def check(mesh, view, rays=None):
@@ -116,7 +116,7 @@ def test_displays_of_every_kind(name):
     for index in {0, len(display.modules) // 2, len(display.modules) - 1}:
         origin, direction, span = display.texel_ray(index, u, v)
         view = display.view(index, scenes.IDENTITY)
-        if view.ray_kind == raycast_twin.FLAT_LINEAR:
+        if view.ray_kind == raycast.FLAT_LINEAR:
             continue  # above
         rays = *origin[:, :2].T, *direction[:, :2].T, *span.T
         hits, _ = check(mesh, view, rays)
@@ -266,7 +266,7 @@ def test_embree_proposes_what_is_seen():
 
 @pytest.mark.parametrize("scene", [scenes.soup, scenes.edge_on])
 @pytest.mark.parametrize("name", ["left", "perspective", "orthographic"])
-def test_depths_on_given_triangles_equal_their_twin(monkeypatch, scene, name):
+def test_depths_on_given_triangles_equal_the_reference(monkeypatch, scene, name):
     """Triangles that rays hit, pass by, and see from behind or edge on."""
     view, rng = scenes.VIEWS[name](31, 22), np.random.default_rng(3)
     mesh = in_world(scene, view, rng)
@@ -276,10 +276,10 @@ def test_depths_on_given_triangles_equal_their_twin(monkeypatch, scene, name):
     monkeypatch.setattr(caster, "_seen_by_embree", lambda view, window, step: given.copy())
     monkeypatch.setattr("lfssao.raycast.require_embree", lambda: None)
     seen = caster.gbuffer(view, caster="embree")
-    rays = raycast_twin.texel_rays(view.ray_kind, view.lens, 31, 22)
-    cast = np.stack(raycast_twin.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
-    hits = raycast_twin.on_triangles(rays, cast[mesh.faces], given.ravel())
-    depth, positions = raycast_twin.surface(view.ray_kind, rays, view.world_from_cast, hits)
+    rays = raycast.texel_rays(view.ray_kind, view.lens, 31, 22)
+    cast = np.stack(raycast.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
+    hits = raycast.on_triangles(rays, cast[mesh.faces], given.ravel())
+    depth, positions = raycast.surface(view.ray_kind, rays, view.world_from_cast, hits)
     np.testing.assert_array_equal(seen.triangle.ravel(), hits.triangle)
     np.testing.assert_array_equal(bits(seen.depth).ravel(), bits(depth))
     np.testing.assert_array_equal(bits(seen.positions).reshape(-1, 3), bits(positions))
@@ -409,7 +409,7 @@ def painted(rng, mesh, textured, colored):
 
 @pytest.mark.parametrize("name", ["right", "perspective", "orthographic"])
 @pytest.mark.parametrize(("textured", "colored"), [(True, True), (True, False), (False, True), (False, False)])
-def test_colour_equals_its_twin(name, textured, colored):
+def test_colour_equals_the_reference(name, textured, colored):
     rng = np.random.default_rng(7)
     view = scenes.VIEWS[name](31, 22)
     bare = in_world(scenes.sheet if textured else scenes.soup, view, rng)
@@ -418,7 +418,7 @@ def test_colour_equals_its_twin(name, textured, colored):
     assert mesh.degenerate == 0
     hits, *_ = brute_force(mesh, view)
     caster = RayCaster(mesh, view.cast_from_world)
-    want = raycast_twin.colors(
+    want = raycast.colors(
         hits, mesh.faces, paint.factors, paint.face_material, paint.vertex_colors, paint.uv, paint.textures
     )
     np.testing.assert_array_equal(bits(caster.gbuffer(view).color), bits(want).reshape(22, 31, 3))

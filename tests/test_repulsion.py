@@ -1,4 +1,4 @@
-"""VO's tables: the kernels' twins, forces, tables made again, weights, and which numbers of points are good."""
+"""VO's tables: the reference, forces, tables made again, weights, and which numbers of points are good."""
 
 import math
 
@@ -26,7 +26,7 @@ def bits(a):
 
 @settings(max_examples=20)
 @given(n=st.integers(1, 12), d=st.sampled_from([2, 3]), seed=st.integers(0, 2**64 - 1))
-def test_darts_and_cells_equal_their_twins(n, d, seed):
+def test_darts_and_cells_equal_the_reference(n, d, seed):
     points = np.empty((n, d))
     repulsion.throw_darts(np.uint64(seed), points)
     np.testing.assert_array_equal(bits(points), bits(reference.darts(seed, n, d)))
@@ -43,7 +43,7 @@ def test_darts_and_cells_equal_their_twins(n, d, seed):
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("n", [1, 2, 7])
 def test_forces_are_the_slope_of_the_energy(n, d):
-    """The twin's energy is summed over 2048 charges of the circle, or integrated over the sphere by Gauss's rule."""
+    """The reference sums the energy over 2048 charges of the circle, or integrates it over the sphere."""
     points = np.array(reference.darts(5, n, d)) * 0.9
     forces = np.empty((n, d))
     energy = repulsion.repel(points, 1.7, forces)

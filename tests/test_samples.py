@@ -1,4 +1,4 @@
-"""Sample sets: twins, cells, rows and columns, the shell, what is refused, and how the points are distributed."""
+"""Sample sets: the reference, cells, rows and columns, the shell, refusals, and how the points are distributed."""
 
 import math
 
@@ -28,7 +28,7 @@ def bits(a):
 
 @every_method
 @given(n=counts, seed=small_seeds)
-def test_square_points_equal_their_twin(method, n, seed):
+def test_square_points_equal_the_reference(method, n, seed):
     points = square_points(method, n, seed)
     assert points.shape == (n, 2)
     assert points.dtype == np.float64
@@ -38,7 +38,7 @@ def test_square_points_equal_their_twin(method, n, seed):
 
 @every_method
 @given(n=counts, seed=small_seeds, shell=radii)
-def test_samples_equal_their_twin_and_lie_in_the_shell(method, n, seed, shell):
+def test_samples_equal_the_reference_and_lie_in_the_shell(method, n, seed, shell):
     r_min, r_max = shell
     samples = make_samples(method, n, seed, r_min, r_max)
     assert samples.shape == (n, 3)
@@ -109,7 +109,7 @@ def test_the_cylinder_map_by_hand():
 
 
 @given(xi1=st.floats(-1, 1), xi2=st.floats(-1, 1), t=st.floats(0, 1), shell=radii)
-def test_algorithms_3_and_4_equal_their_twins(xi1, xi2, t, shell):
+def test_algorithms_3_and_4_equal_the_reference(xi1, xi2, t, shell):
     point = ball.algorithm3(xi1, xi2)
     np.testing.assert_array_equal(bits(point), bits(reference.algorithm3(xi1, xi2)))
     want = reference.algorithm4(*point, t, *shell)

@@ -1,4 +1,4 @@
-"""Scalable Ambient Obscurance: each pass against its twin bit for bit, formulas by hand, limits, the paper's claims."""
+"""Scalable Ambient Obscurance: each pass against the reference, formulas by hand, limits, the paper's claims."""
 
 import analytic_scenes as scenes
 import numpy as np
@@ -64,7 +64,7 @@ def seen(name, sight, dtype=np.float64, size=(13, 9), holes=0.1):
 @both
 @settings(max_examples=15)
 @given(data=st.data())
-def test_linear_depth_equals_its_twin(dtype, data):
+def test_linear_depth_equals_the_reference(dtype, data):
     depth = data.draw(textures(dtype, 0.0, 1.1))
     near = data.draw(st.sampled_from([0.01, 1.0, 7.0]))
     far = data.draw(st.sampled_from([8.0, 1e6, np.inf]))
@@ -158,7 +158,7 @@ def normals_of(buffers):
 @every_sight
 @both
 @pytest.mark.parametrize("size", [(13, 9), (1, 1), (1, 6), (8, 1)])
-def test_face_normals_equal_their_twin(sight, dtype, size):
+def test_face_normals_equal_the_reference(sight, dtype, size):
     for name in ("sphere on a plane", "step"):
         buffers = seen(name, sight, dtype, size, 0.3)
         (z, positions, *_), normals = normals_of(buffers)
@@ -168,7 +168,7 @@ def test_face_normals_equal_their_twin(sight, dtype, size):
 @every_sight
 @both
 @pytest.mark.parametrize("size", [(260, 3), (3, 67)])
-def test_face_normals_between_holes_equal_their_twin(sight, dtype, size):
+def test_face_normals_between_holes_equal_the_reference(sight, dtype, size):
     """Across the borders of what the kernel takes at a time, with texels that have one neighbour or none."""
     buffers = seen("tilted plane", sight, dtype, size, 0.3)
     (z, positions, *lines), _ = normals_of(buffers)
@@ -210,7 +210,7 @@ def test_a_normal_without_neighbours_looks_at_the_viewer():
 @pytest.mark.parametrize("how", FILTERS)
 @given(data=st.data())
 @settings(max_examples=15)
-def test_every_filter_equals_its_twin(how, dtype, data):
+def test_every_filter_equals_the_reference(how, dtype, data):
     z = data.draw(textures(dtype))
     origin = dtype(data.draw(st.sampled_from([0.0, -2.0, 1.0])))
     with np.errstate(all="ignore"):
@@ -290,7 +290,7 @@ def test_taps_reach_as_far_as_the_balls_image():
         assert made == pytest.approx(radii, rel=1e-3 if sight == "display" else 1e-9), sight
 
 
-# All of it against its twin
+# All of it against the reference
 
 
 @both
@@ -298,7 +298,7 @@ def test_taps_reach_as_far_as_the_balls_image():
 @pytest.mark.parametrize("name", ["sao", "sao-equation-1"])
 @given(data=st.data())
 @settings(max_examples=4)
-def test_the_whole_equals_its_twin(sight, name, dtype, data):
+def test_the_whole_equals_the_reference(sight, name, dtype, data):
     size = data.draw(st.sampled_from([(13, 9), (16, 8), (1, 1), (1, 7), (9, 1), (30, 3)]))
     surface = data.draw(st.sampled_from(["sphere on a plane", "concave crease", "step"]))
     buffers = seen(surface, sight, dtype, size, data.draw(st.sampled_from([0.0, 0.1, 1.0])))
@@ -320,7 +320,7 @@ def test_the_whole_equals_its_twin(sight, name, dtype, data):
 @pytest.mark.parametrize("name", ["average_quads", "pack", "bilateral"])
 @given(data=st.data())
 @settings(max_examples=20)
-def test_passes_after_sampling_equal_their_twins_for_any_depths(name, dtype, data):
+def test_passes_after_sampling_equal_the_reference_for_any_depths(name, dtype, data):
     z = data.draw(textures(dtype))
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     visibility = rng.choice(np.append(rng.random(5), [0.0, 1.0]).astype(dtype), z.shape)

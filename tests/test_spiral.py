@@ -1,4 +1,4 @@
-"""SAO's spiral: its twin, the hash by hand, exact reduction of the angle, and the table of the best turns."""
+"""SAO's spiral: the reference, the hash by hand, exact reduction of the angle, and the table of the best turns."""
 
 import math
 
@@ -26,7 +26,7 @@ def bits(a):
 
 @every_variant
 @given(x=texels, y=texels)
-def test_the_hash_equals_its_twin(variant, x, y):
+def test_the_hash_equals_the_reference(variant, x, y):
     assert spiral.hash_word(x, y, VARIANTS[variant]) == reference.hash_word(x, y, variant)
     angle = spiral.hash_angle(x, y, VARIANTS[variant])
     assert bits(angle) == bits(reference.half_turns(reference.hash_word(x, y, variant)))
@@ -52,7 +52,7 @@ def test_whole_radians_are_reduced_exactly(radians):
 
 
 @given(s=st.integers(1, 99), data=st.data(), angle=st.floats(0, 2))
-def test_taps_equal_their_twin_and_stand_on_the_spiral(s, data, angle):
+def test_taps_equal_the_reference_and_stand_on_the_spiral(s, data, angle):
     i, tau = data.draw(st.integers(0, s - 1)), data.draw(st.integers(1, 2 * s))
     tap = spiral.spiral_tap(i, s, tau, angle)
     np.testing.assert_array_equal(bits(tap), bits(reference.tap_of(i, s, tau, angle)))
@@ -81,7 +81,7 @@ def test_a_table_turned_by_an_angle_is_the_spiral_at_that_angle(dtype, s, x, y):
 
 
 @pytest.mark.parametrize("s", [1, 2, 3, 4, 7, 9, 12])
-def test_the_discrepancy_is_its_twin(s):
+def test_the_discrepancy_is_the_references(s):
     for tau in range(1, s + 1):
         assert spiral_discrepancy(s, tau) == pytest.approx(math.sqrt(reference.discrepancy_squared(s, tau)), rel=1e-9)
 

@@ -1,4 +1,4 @@
-"""LF Algorithms 1 and 2: against their twins bit for bit, and against values found by hand and by geometry."""
+"""LF Algorithms 1 and 2: against the reference bit for bit, and against values found by hand and by geometry."""
 
 import numpy as np
 import pytest
@@ -137,7 +137,7 @@ def camera_cases(draw, dtype):
 @both
 @settings(max_examples=300)
 @given(data=st.data())
-def test_both_algorithms_equal_their_twins_for_any_numbers(dtype, data):
+def test_both_algorithms_equal_the_reference_for_any_numbers(dtype, data):
     depth, positions, offsets, kind, m, back = data.draw(raw_cases(dtype))
     second = reference.algorithm2(depth, positions, offsets, KINDS[kind], m)
     assert_same(run2(depth, positions, offsets, kind, m), outside_of(second))
@@ -184,7 +184,7 @@ def test_a_run_is_found_wherever_its_only_texel_is():
 
 @both
 @given(data=st.data())
-def test_pass_algorithm2_equals_its_twin_on_modules(dtype, data):
+def test_pass_algorithm2_equals_the_reference_on_modules(dtype, data):
     depth, positions, mapping, samples, radius = data.draw(module_cases(dtype))
     actual = passes.algorithm2(depth, positions, mapping, samples, radius)
     numbers, offsets = mapping.numbers.astype(dtype), (radius * samples).astype(dtype)
@@ -195,7 +195,7 @@ def test_pass_algorithm2_equals_its_twin_on_modules(dtype, data):
 
 @both
 @given(data=st.data())
-def test_pass_algorithm1_equals_its_twin_on_cameras(dtype, data):
+def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
     depth, view, samples, radius = data.draw(camera_cases(dtype))
     forth = view.world_to_image.numbers.reshape(4, 4)
     actual = passes.algorithm1(depth, view.screen_to_world, forth, samples, radius)

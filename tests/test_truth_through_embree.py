@@ -15,7 +15,7 @@ import pytest
 from estimator_cases import assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import truth as truth_twin
+from reference import truth
 
 from lfssao import Buffers, Camera, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
 from lfssao.embree import CentredScene, in_chunks
@@ -42,7 +42,7 @@ def moved_by(seen, positions):
 @settings(max_examples=25)
 @given(data=st.data())
 def test_rays_are_the_trees_rounded_once(data):
-    """Each of the tree's rays, which the twin makes: its origin about the middle, in units of the scene."""
+    """Each of the tree's rays, which the reference makes: its origin about the middle, in units of the scene."""
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     positions, normals = rng.uniform(-3, 3, (2, 5, 3))
     normals[rng.random(5) < 0.3] = 0
@@ -51,7 +51,7 @@ def test_rays_are_the_trees_rounded_once(data):
     middle = rng.uniform(-1, 1, 3)
     texels, points, axes = np.empty(5, np.int64), np.empty((5, 3)), np.empty((5, 3, 3))
     n = truth_batches.begin_texels(seen, positions, normals, step, texels, points, axes)
-    begun = {int(k): truth_twin.begin(positions[k], normals[k], step) for k in seen}
+    begun = {int(k): truth.begin(positions[k], normals[k], step) for k in seen}
     begun = {k: found for k, found in begun.items() if found is not None}
     assert texels[:n].tolist() == list(begun)
     for k, (origin, around) in enumerate(begun.values()):
@@ -68,7 +68,7 @@ def test_rays_are_the_trees_rounded_once(data):
     for row, k in enumerate(texels[chosen].tolist()):
         part, (origin, around) = slice(row * strata**2, (row + 1) * strata**2), begun[k]
         assert_same_bits(origins[part], np.tile(((origin - middle) / unit).astype(np.float32), (strata**2, 1)))
-        ways = truth_twin.directions_of(k, number, strata, seed, weighting, around)
+        ways = truth.directions_of(k, number, strata, seed, weighting, around)
         assert_same_bits(directions[part], ways.astype(np.float32))
 
 
@@ -84,10 +84,10 @@ def test_what_rays_met_is_added_as_the_tree_adds_it(data):
     truth_batches.add_round(chosen, number, strata, distances.ravel(), far, FALLOFFS.index(falloff), *after)
     expected = [a.copy() for a in before]
     for k, ts in zip(chosen, distances.astype(np.float64), strict=True):
-        mean = truth_twin.mean_of([t if t <= far else np.inf for t in ts.tolist()], far, falloff)
+        mean = truth.mean_of([t if t <= far else np.inf for t in ts.tolist()], far, falloff)
         expected[0][k] += mean
         expected[1][k] += mean * mean
-        expected[2][k] = truth_twin.error_of(expected[0][k], expected[1][k], number + 1) if number else np.inf
+        expected[2][k] = truth.error_of(expected[0][k], expected[1][k], number + 1) if number else np.inf
     for made, value in zip(after, expected, strict=True):
         assert_same_bits(made, value)
 

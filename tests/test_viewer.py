@@ -1,4 +1,4 @@
-"""The virtual viewer: against its twin, against direct ray casts, and ``lfssao view``."""
+"""The virtual viewer: against the reference, against direct ray casts, and ``lfssao view``."""
 
 import importlib.util
 import json
@@ -63,7 +63,7 @@ def random_field(display, rng, missing=(), channels=3):
 
 
 @pytest.mark.parametrize("name", DISPLAYS)
-def test_the_twin_composes_the_same_bits(name):
+def test_the_reference_composes_the_same_bits(name):
     display, rng = DISPLAYS[name], np.random.default_rng(5)
     missing = (7, 8, len(display.modules) - 1)
     field, textures = random_field(display, rng, missing, channels=2)

@@ -8,7 +8,7 @@ import pytest
 import raycast_scenes as scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import raycast as raycast_twin
+from reference import raycast
 
 from lfssao.kernels import bvh, visibility
 from lfssao.kernels.triangle import edge_function, exact_difference, hit_triangle, two_product, two_sum
@@ -76,7 +76,7 @@ def test_differences_of_products_have_the_sign_of_fractions(four):
     a, b, c, d = four
     exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
     for value in (exact_difference(*four), edge_function(*four)):
-        assert (value > 0) - (value < 0) == raycast_twin.exact_sign(*four)
+        assert (value > 0) - (value < 0) == raycast.exact_sign(*four)
     # All four parts are in the sum: it is the exact difference, rounded.
     assert abs(Fraction(exact_difference(*four)) - exact) <= abs(exact) / 2**52
     p, q = a * b, c * d
@@ -85,7 +85,7 @@ def test_differences_of_products_have_the_sign_of_fractions(four):
     else:
         assert bits(edge_function(*four)) == bits(p - q)
     np.testing.assert_array_equal(
-        bits(exact_difference(*four)), bits(raycast_twin.exact_difference(*np.array(four)[:, None]))
+        bits(exact_difference(*four)), bits(raycast.exact_difference(*np.array(four)[:, None]))
     )
 
 
@@ -197,7 +197,7 @@ def test_morton_order():
 
 
 def texel_rays(view):
-    return raycast_twin.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+    return raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
 
 
 def tiles(view):
@@ -220,7 +220,7 @@ def check(view, vertices, faces, rng, each=False):
 
     And by rasterisation.
     """
-    want = raycast_twin.first_hits(texel_rays(view), vertices[faces])
+    want = raycast.first_hits(texel_rays(view), vertices[faces])
     tree = TriangleTree(vertices, faces)
     step, shape = visibility.TILE, tiles(view)
     textures = want.triangle.reshape(view.height, view.width)

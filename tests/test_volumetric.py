@@ -1,4 +1,4 @@
-"""Volumetric Obscurance and horizon-based AO: against their twins bit for bit, and against exact values."""
+"""Volumetric Obscurance and horizon-based AO: against the reference bit for bit, and against exact values."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -57,7 +57,7 @@ OPTIONS = {
 @pytest.mark.parametrize("name", [name for name in ESTIMATORS if name.startswith("vo-") or name == "hbao"])
 @settings(max_examples=13)
 @given(data=st.data())
-def test_estimators_equal_their_twin(name, dtype, data):
+def test_estimators_equal_the_reference(name, dtype, data):
     buffers, radius, rng = data.draw(seen_cases(dtype))
     estimator, points, weights = ESTIMATORS[name], None, None
     options = {option: data.draw(OPTIONS[option]) for option in estimator.parameters}
@@ -72,7 +72,7 @@ def test_estimators_equal_their_twin(name, dtype, data):
 # The parts that no texture shows
 
 
-def test_log2_is_within_4_ulp_and_equals_its_twin():
+def test_log2_is_within_4_ulp_and_equals_the_reference():
     rng = np.random.default_rng(1)
     places = np.concatenate([2.0 ** rng.uniform(-1022, 1023, 400), 1 + rng.uniform(-0.3, 0.4, 400)])
     for x in [*places.tolist(), 1.0, 8.0, 2.0**-1022, float(np.nextafter(1, 2)), sqrt(2), sqrt(0.5)]:
@@ -102,7 +102,7 @@ def test_linear_depth_is_the_z_of_cast_space(dtype):
 
 @both
 @pytest.mark.parametrize("sight", scenes.SIGHTS)
-def test_viewing_directions_equal_their_twin(sight, dtype):
+def test_viewing_directions_equal_the_reference(sight, dtype):
     view = scenes.SIGHTS[sight](7, 40).view
     if sight == "display":
         v, u = (n.ravel() + 0.5 for n in np.mgrid[:40, :7])
@@ -127,7 +127,7 @@ def test_a_texel_that_looks_nowhere_has_no_direction():
 @both
 @pytest.mark.parametrize("blur", [False, True])
 @pytest.mark.parametrize("shape", [(1, 1), (5, 7), (8, 4), (1, 9)])
-def test_the_pyramid_equals_its_twin_and_keeps_means(dtype, shape, blur):
+def test_the_pyramid_equals_the_reference_and_keeps_means(dtype, shape, blur):
     rng = np.random.default_rng(2)
     depth = rng.uniform(-1, 1, shape).astype(dtype)
     depth[rng.random(shape) < 0.2] = np.inf

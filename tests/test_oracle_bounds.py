@@ -57,20 +57,23 @@ def small_cases(draw):
 def test_outcomes_equal_the_reference(case):
     view, depth, positions, samples, radius, model = case
     back = view.screen_to_world if positions is None else None
-    scene = oracle.SampleScene.of(depth, positions, view.world_to_image, samples, radius, find_model(model), back)
-    surface, places, inverse, offsets, exact, kind, m, errors = scene.arguments
+    inputs, errors = (
+        oracle.sample_inputs(depth, positions, view.world_to_image, samples, radius, back),
+        find_model(model).errors,
+    )
+    _, places, inverse, offsets, exact, kind, m = inputs
     by = reference.Errors(*errors)
     fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
-    outcomes.count_outcomes(*scene.arguments, fewest, most)
+    outcomes.count_outcomes(inputs, errors, fewest, most)
     found = np.empty((len(samples), 9))
     for j, i in np.ndindex(depth.shape):
         if not depth[j, i] < np.inf:
             assert fewest[j, i] == most[j, i] == 0
             continue
-        point = np.zeros(3, np.float32) if back is not None else places[j, i]
-        outcomes.trace_samples(surface, point, inverse, offsets, exact, kind, m, errors, i, j, found)
-        pairs = [reference.number(c, by) for c in point]
-        if back is not None:
+        outcomes.trace_samples(inputs, errors, i, j, found)
+        if back is None:
+            pairs = [reference.number(c, by) for c in places[j, i]]
+        else:
             pairs = reference.texel_point(inverse, i, j, depth[j, i], by)
         sets = []
         for o, certain, row in zip(offsets, exact, found, strict=True):
@@ -122,9 +125,9 @@ def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undec
         assert found.lower.tolist() == [[0.0]]
 
 
-def test_shares_hold_every_quotient_and_are_apart():
+def test_fractions_hold_every_quotient_and_are_apart():
     for n in (1, 3, 8, 64):
-        low, high = oracle.share_bounds(n, MODELS["shader"])
+        low, high = oracle.fraction_bounds(n, MODELS["shader"])
         for k in range(n + 1):
             exact = Fraction(k, n)
             assert Fraction(float(low[k])) <= exact * (1 - Fraction(5, 2) * ULP) + ULP * exact

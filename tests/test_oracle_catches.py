@@ -460,7 +460,7 @@ def blurred_with(
     source = np.pad(scene.right.merged, radius + 1, mode=mode)
     for run in passes_of:
         target = np.empty_like(source)
-        run(source, weights.astype(np.float32), np.array((0, 0, *source.shape[::-1])), target)
+        run(source, weights.astype(np.float32), target)
         source = target
     return after_blur(scene, source[radius + 1 : -radius - 1, radius + 1 : -radius - 1])
 

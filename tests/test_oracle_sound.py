@@ -48,14 +48,12 @@ def assert_inside(values, bound, name):
     assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"
 
 
-def assert_points_inside(points, depth, scene):
+def assert_points_inside(points, depth, inputs, errors):
     """Image points of renderers, u, v, z, valid, lie in the boxes of the kernel, and so do their validities."""
-    surface, places, back, *rest = scene.arguments
     u, v, z, valid = points
     found = np.empty((u.shape[-1], 9))
     for j, i in np.argwhere(np.isfinite(depth)):
-        point = places[j, i] if len(back) == 0 else np.zeros(3, np.float32)
-        outcomes.trace_samples(surface, point, back, *rest, i, j, found)
+        outcomes.trace_samples(inputs, errors, i, j, found)
         may, must = found[:, 6] > 0, found[:, 7] > 0
         assert not (valid[:, j, i] & ~may).any(), "valid where nothing may be"
         assert not (~valid[:, j, i] & must).any(), "not valid where all must be"
@@ -77,10 +75,10 @@ def check(drawn, renderers, alter=lambda model: model):
     ar = arithmetic(name, rng, renderers)
     made, allowed = [], []
     for r in (radius, 0.7 * radius):
-        scene = oracle.SampleScene.of(depth, positions, mapping, samples, r, model, back)
+        inputs = oracle.sample_inputs(depth, positions, mapping, samples, r, back)
         numbers = None if back is None else back.ravel()
         points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers)
-        assert_points_inside(points, depth, scene)
+        assert_points_inside(points, depth, inputs, model.errors)
         made.append(rr.occlusion(ar, depth, *points))
         allowed.append(oracle.ao_bounds(depth, positions, mapping, samples, r, model, back))
         assert_inside(made[-1], allowed[-1], "ao")

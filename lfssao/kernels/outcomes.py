@@ -1,18 +1,19 @@
-"""LF Algorithms 1 and 2 with errors: which samples any float32 renderer of a model must count, and which it may.
+"""LF Algorithms 1 and 2 on intervals: which samples any float32 renderer must count as occluded, and which it may.
 
-Of each sample the image point is a box [u - e_u, u + e_u] x [v - e_v, v + e_v] and its depth a range (pairs of
+The image point of a sample is a box [u - e_u, u + e_u] x [v - e_v, v + e_v] and its depth a range (pairs of
 ``lfssao.kernels.rounding``). The renderer reads one of the texels that the box touches, or none, and finds its depth in
-front of some depth of the range, or not. Where all of these agree the sample is occluded or clear; else it is open.
+front of some depth of the range, or not. If all of these agree, the sample is occluded or clear; else it is undecided.
 
 Rows of matrices. A row of T terms t_1 + ... + t_T (the products with the point, with the offset, and the constant;
 terms of a zero coefficient are exact zeros) rounds each term at most once as a product and at most T - 1 times on its
 way through the sums, whatever their order; M (p + o), with n coefficients and c constants (0 or 1), rounds it
 1 + 1 + (n - 1) + c <= 2 n + c = T times. So the row is off by at most ((1 + r)^T - 1) sum abs(t_i): with T r < 2^-10,
-T r (1 + T r) sum abs(t_i). The sum of sizes is one of the point plus one of the offset, so is this error: both are
-computed once a point and once a sample. What the point and the offset are off by themselves adds abs(m_i) times that.
+T r (1 + T r) sum abs(t_i). The sum of sizes is one of the point plus one of the offset, and so is this error: both are
+computed once a point and once a sample. Errors of the point and the offset themselves add abs(m_i) times their size.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
@@ -20,12 +21,52 @@ from numba import prange
 from lfssao.kernels.display_bounds import display_pairs
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row
-from lfssao.kernels.rounding import FLUSHED, SAFETY, add, divide
+from lfssao.kernels.rounding import FLUSHED, SAFETY, Pair, add, divide, exact, is_positive, subtract
 
-CLEAR, OCCLUDED, OPEN = 0, 1, 2
+CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
 
-# A box of more texels than this is called open without looking at them: it takes a mapping next to its singularity.
+# A box of more texels than this is undecided without looking at them: it takes a mapping next to its singularity.
 _MOST_TEXELS = 4096
+
+
+class Inputs(NamedTuple):
+    """What Algorithm 1 or 2 is run on.
+
+    Attributes
+    ----------
+    depth : (H, W) float32
+        The depth texture.
+    positions : (H, W, 3) float32
+        World coordinates; (0, 0, 3) where Algorithm 1 makes them from depth.
+    back : (16,) float64
+        ``screen_to_world``, or empty.
+    offsets : (n, 3) float64
+        Exact offsets of the samples, world units.
+    is_exact : (n,) bool
+        Whether every renderer has this very offset.
+    kind : int
+        Kind of the mapping.
+    m : (16,) or (44,) float64
+        Its numbers, each a float32.
+    """
+
+    depth: Any
+    positions: Any
+    back: Any
+    offsets: Any
+    is_exact: Any
+    kind: int
+    m: Any
+
+
+class Projected(NamedTuple):
+    """An image point with errors, and whether it may lie, and lies for sure, in the mapping's domain."""
+
+    u: Pair
+    v: Pair
+    z: Pair
+    may: bool
+    must: bool
 
 
 @kernel(inline=True)
@@ -46,127 +87,96 @@ def row_sizes(m, row, x, y, z):
 
 
 @kernel(inline=True)
-def row_flushed(m, row):
-    """What flushing makes of a row: two operands and a product a coefficient, and the sums."""
-    return FLUSHED * (4.0 + 4.0 * row_sizes(m, row, 1.0, 1.0, 1.0))
-
-
-@kernel
-def offset_pairs(offsets, offset_error, rows, m, r, pairs):
-    """The samples' half of a mapping's rows.
-
-    Parameters
-    ----------
-    offsets : (n, 3) float64
-        Exact offsets, world units.
-    offset_error : float
-        Relative error of the offsets that a renderer uses.
-    rows : int
-        How many rows.
-    m : float64 array
-        The mapping's numbers.
-    r : float
-        Relative error of an operation.
-    pairs : (n, 4, 2) float64
-        Out: value and error of each row.
-    """
-    for s in range(offsets.shape[0]):
-        x, y, z = offsets[s, 0], offsets[s, 1], offsets[s, 2]
-        for row in range(rows):
-            size = row_sizes(m, row, abs(x), abs(y), abs(z)) * (1.0 + offset_error)
-            pairs[s, row, 0] = linear_row(m, row, x, y, z)
-            pairs[s, row, 1] = row_roundings(m, row, r) * r * size + offset_error * size
+def point_row(m, row, x, y, z, r):
+    """A row of M (p, 1), p the point's coordinates as pairs."""
+    size = row_sizes(m, row, abs(x.value) + x.error, abs(y.value) + y.error, abs(z.value) + z.error)
+    size += abs(m[4 * row + 3])
+    own = row_sizes(m, row, x.error, y.error, z.error)
+    # Flushed may be two operands and a product a coefficient, and the sums.
+    flushed = FLUSHED * (4.0 + 4.0 * row_sizes(m, row, 1.0, 1.0, 1.0))
+    return Pair(affine_row(m, row, x.value, y.value, z.value), row_roundings(m, row, r) * r * size + own + flushed)
 
 
 @kernel(inline=True)
-def point_pair(m, row, r, x, e_x, y, e_y, z, e_z):
-    """The point's half of a row: value and error; e_x, e_y, e_z: errors of the point's coordinates."""
-    size = row_sizes(m, row, abs(x) + e_x, abs(y) + e_y, abs(z) + e_z) + abs(m[4 * row + 3])
-    own = row_sizes(m, row, e_x, e_y, e_z)
-    return affine_row(m, row, x, y, z), row_roundings(m, row, r) * r * size + own + row_flushed(m, row)
+def offset_row(m, row, offset, by):
+    """A row of M (o, 0), o an exact offset."""
+    x, y, z = offset[0], offset[1], offset[2]
+    size = row_sizes(m, row, abs(x), abs(y), abs(z)) * (1.0 + by.offset)
+    r = by.operation
+    return Pair(linear_row(m, row, x, y, z), row_roundings(m, row, r) * r * size + by.offset * size)
 
 
 @kernel(inline=True)
-def texel_point(back, u, v, d, r, quotient):
-    """Algorithm 1, line 3, of pairs: the world point of screen point (u, v, d), exact numbers, by rows of four."""
-    w, e_w = point_pair(back, 3, r, u, 0.0, v, 0.0, d, 0.0)
-    a, e_a = point_pair(back, 0, r, u, 0.0, v, 0.0, d, 0.0)
-    b, e_b = point_pair(back, 1, r, u, 0.0, v, 0.0, d, 0.0)
-    c, e_c = point_pair(back, 2, r, u, 0.0, v, 0.0, d, 0.0)
-    x, e_x = divide(a, e_a, w, e_w, quotient)
-    y, e_y = divide(b, e_b, w, e_w, quotient)
-    z, e_z = divide(c, e_c, w, e_w, quotient)
-    return x, e_x, y, e_y, z, e_z
+def rows_of_point(kind, m, x, y, z, r):
+    """All rows of M (p, 1); the fourth is 1 where the mapping has none."""
+    q = point_row(m, 3, x, y, z, r) if kind == MATRIX else exact(1.0)
+    return point_row(m, 0, x, y, z, r), point_row(m, 1, x, y, z, r), point_row(m, 2, x, y, z, r), q
 
 
 @kernel(inline=True)
-def image_pairs(kind, m, a, e_a, b, e_b, c, e_c, q, e_q, r, quotient, root_error):
-    """The half of a mapping that is not affine, of pairs.
+def texel_point(inputs, by, column, row):
+    """World coordinates of a texel's surface as pairs: given, or made as in Algorithm 1, line 3."""
+    if inputs.back.shape[0] == 0:
+        place = inputs.positions[row, column]
+        return exact(np.float64(place[0])), exact(np.float64(place[1])), exact(np.float64(place[2]))
+    u, v, d = exact(column + 0.5), exact(row + 0.5), exact(np.float64(inputs.depth[row, column]))
+    a, b, c, w = rows_of_point(MATRIX, inputs.back, u, v, d, by.operation)
+    return divide(a, w, by), divide(b, w, by), divide(c, w, by)
 
-    Returns
-    -------
-    u, e_u, v, e_v, z, e_z : float
-        Image point and errors.
-    may, must : bool
-        Whether the point may lie in the mapping's domain, and whether it lies there for sure.
-    """
+
+@kernel(inline=True)
+def project(kind, m, a, b, c, q, by):
+    """The half of a mapping that is not affine, of its rows' pairs."""
     if kind == CROSSED_SLITS:
-        f, e_f = add(m[12], 0.0, -c, e_c, r)
-        g, e_g = add(m[13], 0.0, -c, e_c, r)
-        u, e_u = divide(a, e_a, f, e_f, quotient)
-        v, e_v = divide(b, e_b, g, e_g, quotient)
-        u, e_u = add(m[14], 0.0, u, e_u, r)
-        v, e_v = add(m[15], 0.0, v, e_v, r)
-        behind, before = e_f * SAFETY, e_g * SAFETY
-        may = (not f <= -behind) & (not g >= before)
-        return u, e_u, v, e_v, c, e_c, may, (f > behind) & (g < -before)
+        f, g = subtract(exact(m[12]), c, by), subtract(exact(m[13]), c, by)
+        u = add(exact(m[14]), divide(a, f, by), by)
+        v = add(exact(m[15]), divide(b, g, by), by)
+        may_f, must_f = is_positive(f)
+        may_g, must_g = is_positive(Pair(-g.value, g.error))
+        return Projected(u, v, c, may_f & may_g, must_f & must_g)
     if kind == DISPLAY:
-        u, e_u, v, e_v, may, must = display_pairs(m, a, e_a, b, e_b, c, e_c, r, quotient, root_error)
-        return u, e_u, v, e_v, c, e_c, may, must
-    u, e_u = divide(a, e_a, q, e_q, quotient)
-    v, e_v = divide(b, e_b, q, e_q, quotient)
-    z, e_z = divide(c, e_c, q, e_q, quotient)
-    room = e_q * SAFETY
-    return u, e_u, v, e_v, z, e_z, not q <= -room, q > room
+        u, v, may, must = display_pairs(m[12:], a, b, c, by)
+        return Projected(u, v, c, may, must)
+    may, must = is_positive(q)
+    return Projected(divide(a, q, by), divide(b, q, by), divide(c, q, by), may, must)
 
 
 @kernel(inline=True)
-def compare(depth, width, height, u, e_u, v, e_v, z, e_z, may, must):
-    """What a sample can be: CLEAR, OCCLUDED or OPEN.
+def compare(depth, image):
+    """What a sample can be: CLEAR, OCCLUDED or UNDECIDED.
 
     Parameters
     ----------
-    depth : (H * W,) float32
-        The depth texture, row by row.
-    width, height : int
-        Its size.
-    u, e_u, v, e_v, z, e_z : float
-        Image point and errors.
-    may, must : bool
-        Whether it may lie, and lies, in the mapping's domain.
+    depth : (H, W) float32
+        The depth texture.
+    image : Projected
+        The sample's image point.
     """
-    if not may:
+    height, width = depth.shape
+    if not image.may:
         return CLEAR
-    u_low, u_high, v_low, v_high = u - e_u, u + e_u, v - e_v, v + e_v
+    u_low, u_high = image.u.value - image.u.error, image.u.value + image.u.error
+    v_low, v_high = image.v.value - image.v.error, image.v.value + image.v.error
+    z_low, z_high = image.z.value - image.z.error, image.z.value + image.z.error
     if u_high < 0.0 or u_low >= width or v_high < 0.0 or v_low >= height:
         return CLEAR
-    if not (abs(u) + e_u < 1e15 and abs(v) + e_v < 1e15 and abs(z) + e_z < np.inf):  # nor where it is not a number
-        return OPEN
-    clear = not (must and u_low >= 0.0 and u_high < width and v_low >= 0.0 and v_high < height)
+    is_near = abs(image.u.value) + image.u.error < 1e15 and abs(image.v.value) + image.v.error < 1e15
+    if not (is_near and abs(image.z.value) + image.z.error < np.inf):  # nor where it is not a number
+        return UNDECIDED
+    clear = not (image.must and u_low >= 0.0 and u_high < width and v_low >= 0.0 and v_high < height)
     occluded = False
     i0, i1 = np.int64(max(u_low, 0.0)), np.int64(min(u_high, width - 1.0))
     j0, j1 = np.int64(max(v_low, 0.0)), np.int64(min(v_high, height - 1.0))
     if (i1 - i0 + 1) * (j1 - j0 + 1) > _MOST_TEXELS:
-        return OPEN
-    z_low, z_high = z - e_z, z + e_z
+        return UNDECIDED
     for j in range(j0, j1 + 1):
         for i in range(i0, i1 + 1):
-            surface = np.float64(depth[np.uint64(j * width + i)])
+            surface = np.float64(depth[j, i])
             flushed = 0.0 if abs(surface) < 2.0**-126 else surface
             occluded = occluded or min(surface, flushed) < z_high
             clear = clear or not max(surface, flushed) < z_low
     if clear and occluded:
-        return OPEN
+        return UNDECIDED
     return OCCLUDED if occluded else CLEAR
 
 
@@ -180,8 +190,8 @@ def lowest_bit(x):
     return math.ldexp(np.float64(whole & -whole), exponent - 53)
 
 
-@kernel(inline=True)
-def row_is_exact(m, row, x, y, z, ox, oy, oz):
+@kernel
+def row_is_exact(m, row, point, offset):
     """Whether a row of M (p + o, 1) comes out exactly in every order: all its terms are multiples of one power of two.
 
     Products of two float32 are exact in float64. If all terms are multiples of g, and their sizes sum to at most
@@ -191,8 +201,7 @@ def row_is_exact(m, row, x, y, z, ox, oy, oz):
     g, size = lowest_bit(m[4 * row + 3]), abs(m[4 * row + 3])
     fits = True
     for k in range(3):
-        a = m[4 * row + k]
-        p, o = (x, ox) if k == 0 else (y, oy) if k == 1 else (z, oz)
+        a, p, o = m[4 * row + k], np.float64(point[k]), offset[k]
         if a != 0.0:
             bit = min(lowest_bit(p), lowest_bit(o))
             fits = fits and abs(p) + abs(o) <= 2.0**24 * bit and bit >= 2.0**-126
@@ -201,161 +210,143 @@ def row_is_exact(m, row, x, y, z, ox, oy, oz):
     return fits and size <= 2.0**24 * g and g >= 2.0**-126
 
 
+@kernel(inline=True)
+def depth_is_exact(inputs, column, row, s):
+    """Whether a sample's image z is exact: a row of a display's mapping that rounds nothing, of a given point."""
+    if inputs.kind == MATRIX or inputs.back.shape[0] != 0:
+        return False
+    return row_is_exact(inputs.m, 2, inputs.positions[row, column], inputs.offsets[s])
+
+
 @kernel
-def depth_is_exact(kind, m, x, y, z, offsets, s):
-    """Whether a sample's image z is exact: a row of a display's mapping that rounds nothing, of an exact offset."""
-    return kind != MATRIX and row_is_exact(m, 2, x, y, z, offsets[s, 0], offsets[s, 1], offsets[s, 2])
+def offset_rows(inputs, by):
+    """The rows of M (o, 0) of every sample, (n, 4, 2): values and errors."""
+    rows = np.zeros((inputs.offsets.shape[0], 4, 2))
+    for s in range(inputs.offsets.shape[0]):
+        for row in range(4 if inputs.kind == MATRIX else 3):
+            rows[s, row, 0], rows[s, row, 1] = offset_row(inputs.m, row, inputs.offsets[s], by)
+    return rows
 
 
 @kernel(inline=True)
-def sample_pairs(kind, m, rows, p, e_p, pairs, s, r, quotient, root_error, slack):
-    """Image point of a sample: the point's rows, p and e_p, plus the offset's, through the mapping."""
-    a, e_a = p[0] + pairs[s, 0, 0], e_p[0] + pairs[s, 0, 1]
-    b, e_b = p[1] + pairs[s, 1, 0], e_p[1] + pairs[s, 1, 1]
-    c, e_c = p[2] + pairs[s, 2, 0], e_p[2] + pairs[s, 2, 1]
-    q, e_q = 1.0, 0.0
-    if rows == 4:
-        q, e_q = p[3] + pairs[s, 3, 0], e_p[3] + pairs[s, 3, 1]
-    u, e_u, v, e_v, z, e_z, may, must = image_pairs(kind, m, a, e_a, b, e_b, c, e_c, q, e_q, r, quotient, root_error)
-    return u, e_u * SAFETY + slack, v, e_v * SAFETY + slack, z, e_z * SAFETY, may, must
+def _plus(x, row):
+    """A row of the point and one of the offset: their sum's rounding is in both."""
+    return Pair(x.value + row[0], x.error + row[1])
 
 
 @kernel(inline=True)
-def point_rows(rows, m, r, x, e_x, y, e_y, z, e_z, p, e_p):
-    """The point's half of all rows into p and e_p."""
-    for row in range(rows):
-        p[row], e_p[row] = point_pair(m, row, r, x, e_x, y, e_y, z, e_z)
+def trace_sample(inputs, by, column, row, rows, offsets, s):
+    """Image point of a texel's sample, its errors as they count, and the outcome.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        The textures and samples.
+    by : Errors
+        What a renderer's arithmetic may be off by.
+    column, row : int
+        The texel.
+    rows : 4 Pairs
+        ``rows_of_point`` of its surface.
+    offsets : (n, 4, 2) float64
+        ``offset_rows``.
+    s : int
+        Number of the sample.
+    """
+    a, b, c = _plus(rows[0], offsets[s, 0]), _plus(rows[1], offsets[s, 1]), _plus(rows[2], offsets[s, 2])
+    image = project(inputs.kind, inputs.m, a, b, c, _plus(rows[3], offsets[s, 3]), by)
+    u = Pair(image.u.value, image.u.error * SAFETY + by.coordinate)
+    v = Pair(image.v.value, image.v.error * SAFETY + by.coordinate)
+    z = Pair(image.z.value, image.z.error * SAFETY)
+    image = Projected(u, v, z, image.may, image.must)
+    outcome = compare(inputs.depth, image)
+    if outcome == UNDECIDED and inputs.is_exact[s] and depth_is_exact(inputs, column, row, s):
+        image = Projected(u, v, exact(z.value), image.may, image.must)
+        outcome = compare(inputs.depth, image)
+    return image, outcome
 
 
 @kernel(parallel=True)
-def count_outcomes(depth, positions, back, offsets, exact, kind, m, errors, fewest, most):
+def count_outcomes(inputs, by, fewest, most):
     """The fewest and the most samples that a renderer may count as occluded, of every texel.
 
     Parameters
     ----------
-    depth : (H, W) float32
-        The depth texture.
-    positions : (H, W, 3) float32
-        World coordinates; (0, 0, 3) where Algorithm 1 makes them from depth.
-    back : (16,) float64
-        ``screen_to_world``, or empty.
-    offsets : (n, 3) float64
-        Exact offsets of the samples, world units.
-    exact : (n,) bool
-        Whether a renderer's offset is this one for sure.
-    kind, m : int, (16,) or (44,) float64
-        The mapping, each number a float32.
-    errors : (5,) float64
-        Relative errors of + - *, of a quotient, of a root, of the offsets; how far in texels a look-up may miss.
+    inputs : Inputs
+        The textures and samples.
+    by : Errors
+        What a renderer's arithmetic may be off by.
     fewest, most : (H, W) int32
         Out.
     """
-    height, width = depth.shape
-    surface, places = depth.reshape(height * width), positions.reshape(positions.shape[0] * positions.shape[1], 3)
-    r, quotient, root_error, slack = errors[0], errors[1], errors[2], errors[4]
-    rows = 4 if kind == MATRIX else 3
-    given = back.shape[0] == 0
-    pairs = np.zeros((offsets.shape[0], 4, 2))
-    offset_pairs(offsets, errors[3], rows, m, r, pairs)
-    for j in prange(height):
-        p, e_p = np.zeros(4), np.zeros(4)
-        for i in range(width):
-            texel = np.uint64(j * width + i)
+    offsets = offset_rows(inputs, by)
+    for j in prange(inputs.depth.shape[0]):
+        for i in range(inputs.depth.shape[1]):
             fewest[j, i], most[j, i] = 0, 0
-            d = np.float64(surface[texel])
-            if not d < np.inf:
+            if not inputs.depth[j, i] < np.inf:
                 continue
-            if not given:
-                x, e_x, y, e_y, z, e_z = texel_point(back, i + 0.5, j + 0.5, d, r, quotient)
-            else:
-                x, e_x = np.float64(places[texel, 0]), 0.0
-                y, e_y = np.float64(places[texel, 1]), 0.0
-                z, e_z = np.float64(places[texel, 2]), 0.0
-            point_rows(rows, m, r, x, e_x, y, e_y, z, e_z, p, e_p)
+            x, y, z = texel_point(inputs, by, i, j)
+            rows = rows_of_point(inputs.kind, inputs.m, x, y, z, by.operation)
             for s in range(offsets.shape[0]):
-                u, e_u, v, e_v, depth_of, e_d, may, must = sample_pairs(
-                    kind, m, rows, p, e_p, pairs, s, r, quotient, root_error, slack
-                )
-                outcome = compare(surface, width, height, u, e_u, v, e_v, depth_of, e_d, may, must)
-                if outcome == OPEN and exact[s] and given and depth_is_exact(kind, m, x, y, z, offsets, s):
-                    outcome = compare(surface, width, height, u, e_u, v, e_v, depth_of, 0.0, may, must)
+                _, outcome = trace_sample(inputs, by, i, j, rows, offsets, s)
                 fewest[j, i] += np.int32(outcome == OCCLUDED)
                 most[j, i] += np.int32(outcome != CLEAR)
 
 
 @kernel
-def trace_samples(depth, point, back, offsets, exact, kind, m, errors, i, j, found):
+def trace_samples(inputs, by, column, row, found):
     """What count_outcomes finds for each sample of one texel.
 
     Parameters
     ----------
-    depth : (H, W) float32
-        The depth texture.
-    point : (3,) float32
-        World coordinates of the texel's surface; not read with ``back``.
-    back : (16,) float64
-        ``screen_to_world``, or empty.
-    offsets, exact, kind, m, errors
-        As for count_outcomes.
-    i, j : int
-        Column and row of the texel.
+    inputs : Inputs
+        The textures and samples.
+    by : Errors
+        What a renderer's arithmetic may be off by.
+    column, row : int
+        The texel.
     found : (n, 9) float64
         Out: u, its error, v, its error, z, its error, whether it may and must lie in the domain, the outcome.
     """
-    height, width = depth.shape
-    r, quotient, root_error, slack = errors[0], errors[1], errors[2], errors[4]
-    rows = 4 if kind == MATRIX else 3
-    given = back.shape[0] == 0
-    pairs = np.zeros((offsets.shape[0], 4, 2))
-    offset_pairs(offsets, errors[3], rows, m, r, pairs)
-    p, e_p = np.zeros(4), np.zeros(4)
-    x, e_x = np.float64(point[0]), 0.0
-    y, e_y = np.float64(point[1]), 0.0
-    z, e_z = np.float64(point[2]), 0.0
-    if not given:
-        x, e_x, y, e_y, z, e_z = texel_point(back, i + 0.5, j + 0.5, np.float64(depth[j, i]), r, quotient)
-    point_rows(rows, m, r, x, e_x, y, e_y, z, e_z, p, e_p)
-    surface = depth.reshape(height * width)
+    offsets = offset_rows(inputs, by)
+    x, y, z = texel_point(inputs, by, column, row)
+    rows = rows_of_point(inputs.kind, inputs.m, x, y, z, by.operation)
     for s in range(offsets.shape[0]):
-        u, e_u, v, e_v, depth_of, e_d, may, must = sample_pairs(
-            kind, m, rows, p, e_p, pairs, s, r, quotient, root_error, slack
-        )
-        outcome = compare(surface, width, height, u, e_u, v, e_v, depth_of, e_d, may, must)
-        if outcome == OPEN and exact[s] and given and depth_is_exact(kind, m, x, y, z, offsets, s):
-            e_d = 0.0
-            outcome = compare(surface, width, height, u, e_u, v, e_v, depth_of, e_d, may, must)
-        found[s, 0], found[s, 1], found[s, 2], found[s, 3], found[s, 4], found[s, 5] = u, e_u, v, e_v, depth_of, e_d
-        found[s, 6], found[s, 7], found[s, 8] = np.float64(may), np.float64(must), np.float64(outcome)
+        image, outcome = trace_sample(inputs, by, column, row, rows, offsets, s)
+        found[s, 0], found[s, 1] = image.u
+        found[s, 2], found[s, 3] = image.v
+        found[s, 4], found[s, 5] = image.z
+        found[s, 6], found[s, 7], found[s, 8] = image.may, image.must, outcome
 
 
 @kernel(parallel=True)
-def map_positions(positions, allowance, kind, m, errors, image, doubt, sure):
-    """Where points land in the image, and by how much that may be off.
+def map_positions(positions, allowance, kind, m, by, image, doubt, sure):
+    """Image points of positions, and by how much they may be off.
 
     Parameters
     ----------
-    positions : (H, W, 3) float64
+    positions : (n, 3) float64
         World coordinates.
-    allowance : (H, W, 3) float64
+    allowance : (n, 3) float64
         How far each coordinate may be off by itself.
-    kind, m, errors
-        As for count_outcomes; of the errors the first three are read.
-    image, doubt : (H, W, 3) float64
+    kind, m
+        As of ``Inputs``.
+    by : Errors
+        What a renderer's arithmetic may be off by.
+    image, doubt : (n, 3) float64
         Out: u, v, z and their errors; minus infinity where a position lies outside the mapping's domain for sure.
-    sure : (H, W) bool
+    sure : (n,) bool
         Out: whether it lies in the domain for sure.
     """
-    rows = 4 if kind == MATRIX else 3
-    for j in prange(positions.shape[0]):
-        p, e_p = np.zeros(4), np.zeros(4)
-        for i in range(positions.shape[1]):
-            x, y, z = positions[j, i, 0], positions[j, i, 1], positions[j, i, 2]
-            point_rows(rows, m, errors[0], x, allowance[j, i, 0], y, allowance[j, i, 1], z, allowance[j, i, 2], p, e_p)
-            u, e_u, v, e_v, d, e_d, may, must = image_pairs(
-                kind, m, p[0], e_p[0], p[1], e_p[1], p[2], e_p[2], p[3], e_p[3], errors[0], errors[1], errors[2]
-            )
-            image[j, i, 0], image[j, i, 1], image[j, i, 2] = u, v, d
-            doubt[j, i, 0], doubt[j, i, 1], doubt[j, i, 2] = e_u, e_v, e_d
-            sure[j, i] = must
-            if not may:
-                doubt[j, i, 0] = -np.inf
+    for k in prange(positions.shape[0]):
+        x = Pair(positions[k, 0], allowance[k, 0])
+        y = Pair(positions[k, 1], allowance[k, 1])
+        z = Pair(positions[k, 2], allowance[k, 2])
+        a, b, c, q = rows_of_point(kind, m, x, y, z, by.operation)
+        found = project(kind, m, a, b, c, q, by)
+        image[k, 0], doubt[k, 0] = found.u
+        image[k, 1], doubt[k, 1] = found.v
+        image[k, 2], doubt[k, 2] = found.z
+        sure[k] = found.must
+        if not found.may:
+            doubt[k, 0] = -np.inf

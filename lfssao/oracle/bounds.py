@@ -107,7 +107,7 @@ def ao_bounds(
     Returns
     -------
     Bounds
-        lower = k_lo / n and upper = k_hi / n as they may round, and the number of open samples, k_hi - k_lo.
+        lower = k_lo / n and upper = k_hi / n as they may round, and the number of undecided samples, k_hi - k_lo.
 
     Raises
     ------
@@ -118,10 +118,10 @@ def ao_bounds(
     if chosen.exact:
         texture = _reference(depth, positions, world_to_image, samples, radius, screen_to_world)
         return Bounds(texture, texture, np.zeros(depth.shape, np.int32))
-    scene = SampleScene.of(depth, positions, world_to_image, samples, radius, chosen, screen_to_world)
+    inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
     fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
-    outcomes.count_outcomes(*scene.arguments, fewest, most)
-    low, high = share_bounds(len(samples), chosen)
+    outcomes.count_outcomes(inputs, chosen.errors, fewest, most)
+    low, high = fraction_bounds(len(samples), chosen)
     return Bounds(low[fewest], high[most], most - fewest)
 
 
@@ -141,55 +141,41 @@ def _reference(
     return passes.algorithm2(depth, _required(positions), world_to_image, samples, radius).texture
 
 
-@dataclass(frozen=True, eq=False)
-class SampleScene:
-    """The inputs of the AO stage as the kernels of ``outcomes`` take them.
+def sample_inputs(
+    depth: Texture,
+    positions: Texture | None,
+    world_to_image: WorldToImage,
+    samples: NDArray[np.floating[Any]],
+    radius: float,
+    screen_to_world: Matrix | None = None,
+) -> outcomes.Inputs:
+    """The arguments of ``ao_bounds``, checked and rounded as a renderer's are.
 
-    Attributes
+    Parameters
     ----------
-    arguments : tuple
-        depth, positions, back, offsets, whether each offset is exact, kind, m, errors.
+    depth, positions, world_to_image, samples, radius, screen_to_world
+        As of ``ao_bounds``.
+
+    Raises
+    ------
+    InputError
+        As ``ao_bounds``.
     """
-
-    arguments: tuple[Any, ...]
-
-    @classmethod
-    def of(
-        cls,
-        depth: Texture,
-        positions: Texture | None,
-        world_to_image: WorldToImage,
-        samples: NDArray[np.floating[Any]],
-        radius: float,
-        model: ErrorModel,
-        screen_to_world: Matrix | None,
-    ) -> "SampleScene":
-        """Check the inputs of ``ao_bounds`` and round them as a renderer's are.
-
-        Raises
-        ------
-        InputError
-            As ``ao_bounds``.
-        """
-        _check_single("depth", depth, 2)
-        back = np.empty(0)
-        places = np.empty((0, 0, 3), np.float32)
-        if screen_to_world is None:
-            places = np.ascontiguousarray(_required(positions))
-            _check_single("positions", places, 3)
-            if places.shape != (*depth.shape, 3):
-                raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
-        else:
-            if np.shape(screen_to_world) != (4, 4):
-                raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
-            _matrix_numbers(world_to_image)
-            back = np.ravel(screen_to_world).astype(np.float32).astype(np.float64)
-        offsets, exact = _offsets(samples, radius)
-        numbers = world_to_image.as_type(np.float32).astype(np.float64)
-        # R and s rounded to nearest, and their product.
-        offset_error = ((1 + 2.0**-24) ** 2 * (1 + model.operation) - 1) * (1 + 2.0**-30)
-        errors = np.array([model.operation, model.quotient, model.root, offset_error, model.coordinate])
-        return cls((np.ascontiguousarray(depth), places, back, offsets, exact, world_to_image.kind, numbers, errors))
+    _check_single("depth", depth, 2)
+    back, places = np.empty(0), np.empty((0, 0, 3), np.float32)
+    if screen_to_world is None:
+        places = np.ascontiguousarray(_required(positions))
+        _check_single("positions", places, 3)
+        if places.shape != (*depth.shape, 3):
+            raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
+    else:
+        if np.shape(screen_to_world) != (4, 4):
+            raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
+        _matrix_numbers(world_to_image)
+        back = np.ravel(screen_to_world).astype(np.float32).astype(np.float64)
+    offsets, is_exact = _offsets(samples, radius)
+    kind, numbers = world_to_image.kind, _rounded(world_to_image)
+    return outcomes.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, kind, numbers)
 
 
 def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -232,18 +218,16 @@ def project_positions(
     sure : (...) bool
         Whether it lies in the domain for sure.
     """
-    shape = positions.shape[:-1]
-    rows = (1, -1, 3) if len(shape) == 1 else (*shape, 3)
-    image, doubt, sure = np.empty(positions.shape), np.empty(positions.shape), np.empty(shape, np.bool_)
-    numbers, errors = (
-        world_to_image.as_type(np.float32).astype(np.float64),
-        (model.operation, model.quotient, model.root),
-    )
-    outcomes.map_positions(
-        positions.reshape(rows), allowance.reshape(rows), world_to_image.kind, numbers, np.array(errors),
-        image.reshape(rows), doubt.reshape(rows), sure.reshape(rows[:-1]),
-    )  # fmt: skip
-    return image, doubt, sure
+    shape = positions.shape
+    points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
+    image, doubt, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
+    outcomes.map_positions(points, off, world_to_image.kind, _rounded(world_to_image), model.errors, image, doubt, sure)
+    return image.reshape(shape), doubt.reshape(shape), sure.reshape(shape[:-1])
+
+
+def _rounded(world_to_image: WorldToImage) -> FloatArray:
+    """A mapping's numbers as a renderer has them."""
+    return world_to_image.as_type(np.float32).astype(np.float64)
 
 
 def _matrix_numbers(world_to_image: WorldToImage) -> FloatArray:
@@ -264,7 +248,7 @@ def _check_single(name: str, texture: Texture, dimensions: int) -> None:
         raise InputError(f"{name} is of {texture.dtype}, the oracle judges float32")
 
 
-def share_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
+def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
     """Smallest and largest float32 that k of n samples may make, (n + 1,) each, for k = 0 to n.
 
     k / n is a quotient, k (1 / n), or 1 / n added k times: two roundings of 1 / n at most (``quotient`` has both), and
@@ -279,8 +263,9 @@ def share_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
     """
     k = np.arange(n + 1)
     relative = model.quotient + k * model.operation * (1 + k * model.operation)
-    share = k / n
-    return up_to_single(share * (1 - relative * _SAFETY)), down_to_single(share * (1 + relative * _SAFETY))
+    fraction = k / n
+    low, high = fraction * (1 - relative * _SAFETY), fraction * (1 + relative * _SAFETY)
+    return up_to_single(low), down_to_single(high)
 
 
 _SAFETY = 1 + 2.0**-20

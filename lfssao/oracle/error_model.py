@@ -31,6 +31,7 @@ float32, N, and texture look-ups at the floor of a coordinate.
 from dataclasses import dataclass
 
 from lfssao.errors import InputError
+from lfssao.kernels.rounding import Errors
 
 ULP = 2.0**-23
 
@@ -74,6 +75,16 @@ class ErrorModel:
     coordinate: float = 0.0
     centre: float = 2.0**-8
     smallest: float = 2.0**-126
+
+    @property
+    def offset(self) -> float:
+        """Relative error of an offset R s: of R and s rounded to nearest, and of their product."""
+        return ((1 + 2.0**-24) ** 2 * (1 + self.operation) - 1) * (1 + 2.0**-30)
+
+    @property
+    def errors(self) -> Errors:
+        """What kernels are given."""
+        return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate)
 
 
 MODELS: dict[str, ErrorModel] = {

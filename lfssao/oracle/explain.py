@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from lfssao.kernels import outcomes
 from lfssao.matrix import Matrix
-from lfssao.oracle.bounds import SampleScene, Texture
+from lfssao.oracle.bounds import Texture, sample_inputs
 from lfssao.oracle.error_model import MODELS, ErrorModel, find_model
 from lfssao.view import WorldToImage
 
@@ -91,15 +91,13 @@ def explain(
     """
     chosen = find_model(model)
     chosen = MODELS["nearest"] if chosen.exact else chosen
-    scene = SampleScene.of(depth, positions, world_to_image, samples, radius, chosen, screen_to_world)
-    surface, places, back, *rest = scene.arguments
+    inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
     i, j = texel
-    if not surface[j, i] < np.inf:
+    if not depth[j, i] < np.inf:
         return []
-    point = np.zeros(3, np.float32) if screen_to_world is not None else places[j, i]
     found = np.empty((len(samples), 9))
-    outcomes.trace_samples(surface, point, back, *rest, i, j, found)
-    made = [_sample(number, row, surface) for number, row in enumerate(found.tolist())]
+    outcomes.trace_samples(inputs, chosen.errors, i, j, found)
+    made = [_sample(number, row, depth) for number, row in enumerate(found.tolist())]
     return sorted(made, key=_closeness)
 
 

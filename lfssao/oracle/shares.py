@@ -6,7 +6,7 @@ The half ball's turn, the range check and the other form of line 7 are as in ``l
 import numpy as np
 
 from lfssao.kernels.rounding import FLUSHED, SAFETY
-from lfssao.oracle.bounds import Bounds, FloatArray, Texture, down_to_single, share_bounds, up_to_single
+from lfssao.oracle.bounds import Bounds, FloatArray, Texture, down_to_single, fraction_bounds, up_to_single
 from lfssao.oracle.error_model import ErrorModel
 from lfssao.oracle.texels import Bools, Hides, Numbers, Sampling, Texels, flat
 
@@ -16,8 +16,6 @@ def fraction_behind(half: bool, asked: Sampling) -> Bounds:
     model, options = asked.model, asked.options
     texels = Texels(asked.surfaces, model)
     offsets = asked.radius * asked.points
-    # R and s rounded to nearest, and their product.
-    relative = ((1 + 2.0**-24) ** 2 * (1 + model.operation) - 1) * (1 + 2.0**-30)
     low, high = _surface_depths(texels, options["surface"] == "positions")
     in_range = _range_check(texels, asked.radius) if options["range_check"] else None
     fewest, most = np.zeros(len(texels.at), np.int32), np.zeros(len(texels.at), np.int32)
@@ -26,7 +24,7 @@ def fraction_behind(half: bool, asked: Sampling) -> Bounds:
         def outcome(which: Numbers, side: float | FloatArray, o: FloatArray = offset) -> tuple[Bools, Bools]:
             """Of the points numbered, the offset on one side or on the other."""
             turned = np.reshape(side, (-1, 1)) * o
-            off = texels.rows_of(np.abs(texels.places[which]) + np.abs(o)) + relative * np.abs(o)
+            off = texels.rows_of(np.abs(texels.places[which]) + np.abs(o)) + model.offset * np.abs(o)
             image = texels.project(texels.places[which] + turned, off)
 
             def hides(number: Numbers, texel: Numbers) -> tuple[Bools, Bools]:
@@ -43,7 +41,7 @@ def fraction_behind(half: bool, asked: Sampling) -> Bounds:
         if not half:
             may, must = outcome(everywhere, 1.0)
         else:
-            below, surely = _below(texels, offset, relative)
+            below, surely = _below(texels, offset, model.offset)
             may, must = outcome(everywhere, np.where(surely, -1.0, 1.0))
             either = np.flatnonzero(below & ~surely)
             other = outcome(either, -1.0)
@@ -51,7 +49,7 @@ def fraction_behind(half: bool, asked: Sampling) -> Bounds:
             must[either] &= other[1]
         fewest += must
         most += may
-    ends = share_bounds(len(offsets), model)
+    ends = fraction_bounds(len(offsets), model)
     if options.get("remap"):
         ends = _remapped(ends[0], model, -1), _remapped(ends[1], model, 1)
     return texels.bounds(ends[0][fewest], ends[1][most], most - fewest)

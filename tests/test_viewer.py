@@ -1,11 +1,11 @@
 """The virtual viewer: against the reference, against direct ray casts, and ``lfssao view``."""
 
-import importlib.util
 import json
 import math
 from dataclasses import replace
 from pathlib import Path
 
+import bench_edges
 import numba
 import numpy as np
 import pytest
@@ -296,17 +296,8 @@ def test_what_a_light_field_refuses():
 # Straight edges (benchmarks/bench_edges.py)
 
 
-@pytest.fixture(scope="module")
-def bench_edges():
-    path = Path(__file__).resolve().parents[1] / "benchmarks" / "bench_edges.py"
-    spec = importlib.util.spec_from_file_location("bench_edges", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.parametrize("index", [10, 20])
-def test_straight_edges_bend_with_the_square_of_their_length(bench_edges, index):
+def test_straight_edges_bend_with_the_square_of_their_length(index):
     display, lengths = find_display("sample-a"), (0.001, 0.004, 0.016)
     errors = [
         bench_edges.chord_errors(display, index, *bench_edges.edges(display, length, 60), points=65).max()
@@ -317,7 +308,7 @@ def test_straight_edges_bend_with_the_square_of_their_length(bench_edges, index)
     assert flat.max() < 1e-9
 
 
-def test_an_edges_error_is_that_of_its_curve(bench_edges):
+def test_an_edges_error_is_that_of_its_curve():
     """In the plane y = y_o no edge bends; across it, a short one is farthest off near its middle."""
     display = find_display("sample-a")
     starts, ends = np.array([[0.1, 0.0, -0.1], [0.1, 0.1, -0.1]]), np.array([[0.2, 0.0, 0.1], [0.2, 0.2, 0.1]])

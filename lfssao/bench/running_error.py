@@ -43,7 +43,6 @@ class Arithmetic:
         value = Fraction(value)
         if error == 0 and self._holds(value):
             return Tracked(value, 0.0, self)
-        value, error = _shortened(value, error)
         if error == inf or not _size(value) + error < self.largest:
             return Tracked(value, inf, self)
         bound = error + self.unit * (_size(value) + error) + self.tiny
@@ -108,10 +107,10 @@ class Tracked:
         return Tracked(-self.value, self.error, self.arithmetic)
 
     def root(self) -> "Tracked":
-        """The square root, its value to 2^-300; its error is unbounded where the operand may be 0."""
+        """The square root, its value to 2^-200; its error is unbounded where the operand may be 0."""
         if not float(self.value) > self.error:
             return Tracked(Fraction(0), inf, self.arithmetic)
-        value = Fraction(isqrt((self.value.numerator << 600) // self.value.denominator), 1 << 300)
+        value = Fraction(isqrt((self.value.numerator << 400) // self.value.denominator), 1 << 200)
         return self.arithmetic.number(value, self.error / float(value))
 
     def is_less(self, other: "Tracked | int") -> bool | None:
@@ -136,17 +135,6 @@ def all_of(*facts: bool | None) -> bool | None:
     if False in facts:
         return False
     return None if None in facts else True
-
-
-def _shortened(value: Fraction, error: float) -> tuple[Fraction, float]:
-    """A value of many digits cut to 2^-400 of it, and its error: fractions grow with each step."""
-    top, bottom = value.numerator.bit_length(), value.denominator.bit_length()
-    if top + bottom < 1200 or error == inf:
-        return value, error
-    shift = 400 - top + bottom
-    digits = round(value * 2**shift) if shift >= 0 else round(value / 2**-shift)
-    value = Fraction(digits, 2**shift) if shift >= 0 else Fraction(digits * 2**-shift)
-    return value, error + _size(value) * 2.0**-398
 
 
 def _size(value: Fraction) -> float:

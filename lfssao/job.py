@@ -101,14 +101,14 @@ class Job:
     def open(self, items: Iterable[Item]) -> None:
         """Make folders ready for the items that are still to be done.
 
-        The manifest of an earlier job goes before its files are replaced: it would speak of files that are gone.
+        The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone.
         """
         for frame in range(self._work.frame_count):
             remove_leftovers(self._work.frame_folder(frame))
         for frame in {item.frame for item in items}:
-            manifest = self._work.frame_folder(frame) / "manifest.json"
-            if manifest.is_file():
-                manifest.unlink()
+            for name in ("manifest.json", "contact.png"):
+                if (path := self._work.frame_folder(frame) / name).is_file():
+                    path.unlink()
 
     def add(self, item: Item, result: Result) -> None:
         """Take one result, in any order; the last one of a frame finishes the frame."""
@@ -119,11 +119,12 @@ class Job:
             self._results[item.frame] = {}
 
     def finish(self, frame: int, results: Sequence[Result]) -> None:
-        """Write a frame's contact sheet and manifest."""
+        """Write a frame's contact sheet, if it has one, and manifest."""
         folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
         remove_leftovers(folder)  # of workers that were killed on the way
-        sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        write_whole(folder / "contact.png", sheet.save)
+        if self._work.has_sheet:
+            sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
+            write_whole(folder / "contact.png", sheet.save)
         seconds = {
             **self._seconds,
             "render": time.perf_counter() - self._start,

@@ -66,6 +66,7 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "merge": "maximum",
         "color_filter": settings.color_filter,
         "normals": settings.normals,
+        "layers": list(settings.kept),
         "caster": settings.caster,
     }
 

@@ -111,6 +111,7 @@ def other_radii(radii: Iterable[float]) -> tuple[float, ...]:
 
 def without_background(gbuffer: GBuffer) -> GBuffer:
     """A G-buffer in which the texels that see nothing see the farthest surface of all."""
+    assert gbuffer.positions is not None  # AO reads them
     seen = gbuffer.triangle >= 0
     at = np.argmax(np.where(seen, gbuffer.depth, -inf))
     depth, positions = gbuffer.depth.flat[at], gbuffer.positions.reshape(-1, 3)[at]

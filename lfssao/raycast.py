@@ -34,8 +34,8 @@ class GBuffer:
     ----------
     depth : (H, W) float32
         Image z (``View.depth_kind``), +infinity where there is no surface.
-    positions : (H, W, 3) float32
-        World coordinates, +infinity where there is no surface.
+    positions : (H, W, 3) float32 or None
+        World coordinates, +infinity where there is no surface; None where not asked for.
     color : (H, W, 3) float32 or None
         Diffuse colour, linear RGB, 0 where there is no surface; None where the mesh has none.
     triangle : (H, W) int32
@@ -45,7 +45,7 @@ class GBuffer:
     """
 
     depth: NDArray[np.float32]
-    positions: NDArray[np.float32]
+    positions: NDArray[np.float32] | None
     color: NDArray[np.float32] | None
     triangle: NDArray[np.int32]
     normals: NDArray[np.float32] | None = None
@@ -104,6 +104,7 @@ class RayCaster:
         normals: str | None = None,
         window: Window | None = None,
         caster: str = "exact",
+        positions: bool = True,
     ) -> GBuffer:
         """Cast one ray through the centre of each texel of a view.
 
@@ -121,6 +122,8 @@ class RayCaster:
         caster : str
             'exact'; or 'embree' for Embree's own answers, with depths in float64 on its triangles. Their bits depend on
             the processor.
+        positions : bool
+            Whether the positions texture is made.
 
         Returns
         -------
@@ -141,25 +144,26 @@ class RayCaster:
         window = Window.whole(view) if window is None else window
         shape, rows = (view.height, view.width), slice(window.top, window.bottom)
         colored = color is not None and self._paint is not None
-        depth, positions = window.texture(np.inf, shape), window.texture(np.inf, (*shape, 3))
+        depth, places = window.texture(np.inf, shape), window.texture(np.inf, (*shape, 3)) if positions else None
         triangle = window.texture(-1, shape, np.int32)
         rgb = window.texture(0, (*shape, 3)) if colored else None
         directions = None if normals is None else window.texture(0, (*shape, 3))
         if window.texels:
             seen, world_from_cast = triangle[rows].reshape(-1), np.ravel(view.world_from_cast)
+            at = np.empty((0, 3), np.float32) if places is None else places[rows].reshape(-1, 3)
             if caster == "embree":
                 z, weights = self._embrees_hits(view, window, seen)
             else:
                 z, weights = self._first_hits(view, window, seen)
             hits.write_surface(
                 view.ray_kind, view.lens, world_from_cast, window.width, seen, z, depth[rows].reshape(-1),
-                positions[rows].reshape(-1, 3), window.left, window.top,
+                at, window.left, window.top,
             )  # fmt: skip
             if rgb is not None and self._paint is not None:
                 self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[rows].reshape(-1, 3))
             if directions is not None:
                 self._normals(view, window, seen, weights, normals == "smooth", directions[rows].reshape(-1, 3))
-        return GBuffer(depth=depth, positions=positions, color=rgb, triangle=triangle, normals=directions)
+        return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
     def _first_hits(
         self, view: View, window: Window, triangle: NDArray[np.int32]

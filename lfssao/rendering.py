@@ -27,6 +27,10 @@ from lfssao.window import seen_rows
 # LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
 
+# All textures of a view, in the order in which they are made.
+LAYERS = ("depth", "positions", "color", "normals", "ao", "merged", "blurred", "shaded")
+_READS = {"ao": ("positions",), "merged": ("ao",), "blurred": ("merged",), "shaded": ("color", "blurred")}
+
 FloatTexture = NDArray[np.float32]
 Result = TypeVar("Result")
 Kind = TypeVar("Kind", np.float32, np.int32)
@@ -60,12 +64,15 @@ class Settings:
         How many of a module's nearest modules are asked whether a sample lies in the open; of estimator 'lf' only.
     caster : str
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
+    layers : tuple of str, or None
+        Which of ``LAYERS`` are kept, 'ao' for those of all radii; what none of them reads is not computed. None: all,
+        normals if ``normals`` names a kind.
 
     Raises
     ------
     InputError
         If there is no radius, or one is negative or not finite, or the blur is; if there is no such estimator, or
-        it does not take these samples or parameters.
+        it does not take these samples or parameters; if there is no such layer, or none at all.
     MissingPackageError
         If Embree is asked for and embreex is not installed.
     """
@@ -80,6 +87,7 @@ class Settings:
     weights: NDArray[np.float64] | None = None
     neighbours: int = 0
     caster: str = "exact"
+    layers: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         if not self.radii:
@@ -107,8 +115,35 @@ class Settings:
             raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
         if self.neighbours and self.estimator != "lf":
             raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
-        if estimator.normals and self.normals is None:
+        if self.layers is not None:
+            _check_layers(self.layers)
+        if self.normals is None and (estimator.normals or "normals" in (self.layers or ())):
             object.__setattr__(self, "normals", "geometric")
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """The layers that are kept, in the order of ``LAYERS``."""
+        wanted = LAYERS if self.layers is None else self.layers
+        return tuple(name for name in LAYERS if name in wanted and (name != "normals" or self.normals is not None))
+
+    @property
+    def computed(self) -> tuple[str, ...]:
+        """The layers that are kept, or read by one that is."""
+        needed = {"depth", *self.kept}
+        for name in reversed(LAYERS):
+            if name in needed:
+                needed.update(_READS.get(name, ()))
+        if "ao" in needed and find_estimator(self.estimator).normals:
+            needed.add("normals")
+        return tuple(name for name in LAYERS if name in needed)
+
+
+def _check_layers(layers: tuple[str, ...]) -> None:
+    for name in layers:
+        if name not in LAYERS:
+            raise InputError(f"layers: there is no '{name}': choose some of {', '.join(LAYERS)}")
+    if not layers:
+        raise InputError("layers: at least one is needed")
 
 
 def diagonal(mesh: Mesh) -> float:
@@ -131,17 +166,20 @@ class Textures:
     view : View
         What they show.
     gbuffer : GBuffer
-        Depth, positions and colour, the view's guard band included; what follows has it cropped.
+        Depth, positions and colour, the view's guard band included; what follows has it cropped. Positions, colour and
+        normals are None where they are not kept; depth is always there.
     ao : tuple of (H, W) float32
-        Occlusion, one texture a radius.
-    merged, blurred : (H, W) float32
+        Occlusion, one texture a radius; empty where it is not kept, as all below are None.
+    merged, blurred : (H, W) float32 or None
         Maximum over the radii; the same after the blur.
-    shaded : (H, W, 3) float32
+    shaded : (H, W, 3) float32 or None
         The colour texture (white on the surface where the mesh has no colour) with AO.
     outside : tuple of int
-        Samples of each radius that fell outside the texture or the mapping's domain.
+        Samples of each radius that fell outside the texture or the mapping's domain; empty where AO was not computed.
     surface_texels : int
         Texels of the depth texture that see a surface.
+    layers : tuple of str
+        Which layers are kept (``Settings.kept``).
     seconds : dict
         Wall time of each pass; the first call of a kernel after an install includes compiling it.
     """
@@ -149,16 +187,25 @@ class Textures:
     view: View
     gbuffer: GBuffer
     ao: tuple[FloatTexture, ...]
-    merged: FloatTexture
-    blurred: FloatTexture
-    shaded: FloatTexture
+    merged: FloatTexture | None
+    blurred: FloatTexture | None
+    shaded: FloatTexture | None
     outside: tuple[int, ...]
     surface_texels: int
+    layers: tuple[str, ...]
     seconds: dict[str, float]
 
     @cached_property
     def image(self) -> FloatTexture:
-        """What AO is multiplied into, (H, W, 3): the colour texture, or white on the surface; made when asked for."""
+        """What AO is multiplied into, (H, W, 3): the colour texture, or white on the surface; made when asked for.
+
+        Raises
+        ------
+        InputError
+            If the layer color was not kept.
+        """
+        if "color" not in self.layers:
+            raise InputError(f"there is no image: color is not among the layers {', '.join(self.layers)}")
         if self.gbuffer.color is not None:
             return _cropped(self.view, self.gbuffer.color)
         return np.repeat(self._surface[..., None].astype(np.float32), 3, axis=2)
@@ -168,7 +215,9 @@ class Textures:
         """Which texels see a surface, (H, W)."""
         return _cropped(self.view, self.gbuffer.triangle) >= 0
 
-    def _repr_png_(self) -> bytes:
+    def _repr_png_(self) -> bytes | None:
+        if self.blurred is None or self.shaded is None or "color" not in self.layers:
+            return None
         color = None if self.gbuffer.color is None else self.image
         return image_png(contact.strip(color, self._surface, self.blurred, self.shaded, 320))
 
@@ -199,26 +248,42 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
         seconds[name] = time.perf_counter() - start
         return result
 
-    look = settings.color_filter, settings.normals, seen_rows(view, caster.bounds), settings.caster
+    computed, kept = settings.computed, settings.kept
+    color = settings.color_filter if "color" in computed else None
+    normals = settings.normals if "normals" in computed else None
+    look = color, normals, seen_rows(view, caster.bounds), settings.caster, "positions" in computed
     gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, *look))
     texels = int(np.count_nonzero(gbuffer.triangle >= 0))
+    ao: list[passes.Occlusion] = []
+    made: dict[str, FloatTexture] = {}
     if texels:
-        ao = timed("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours))
-        merged = timed("merge", lambda: passes.merge([a.texture for a in ao]))
-        blurred = timed("blur", lambda: passes.blur(merged, settings.blur))
-        shaded = timed("shade", lambda: _shade(gbuffer, blurred))
-    else:
-        merged = blurred = np.zeros_like(gbuffer.depth)
-        ao, shaded = [passes.Occlusion(merged, 0)] * len(settings.radii), np.zeros_like(gbuffer.positions)
+        if "ao" in computed:
+            ao = timed("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours))
+        if "merged" in computed:
+            made["merged"] = timed("merge", lambda: passes.merge([each.texture for each in ao]))
+        if "blurred" in computed:
+            made["blurred"] = timed("blur", lambda: passes.blur(made["merged"], settings.blur))
+        if "shaded" in computed:
+            made["shaded"] = timed("shade", lambda: _shade(gbuffer, made["blurred"]))
+    elif "ao" in computed:
+        nothing = np.zeros_like(gbuffer.depth)
+        ao = [passes.Occlusion(nothing, 0)] * len(settings.radii)
+        made = {"merged": nothing, "blurred": nothing, "shaded": np.zeros((*nothing.shape, 3), np.float32)}
     return Textures(
         view=view,
-        gbuffer=gbuffer,
-        ao=tuple(_cropped(view, a.texture) for a in ao),
-        merged=_cropped(view, merged),
-        blurred=_cropped(view, blurred),
-        shaded=_cropped(view, shaded),
-        outside=tuple(a.outside for a in ao),
+        gbuffer=replace(
+            gbuffer,
+            positions=gbuffer.positions if "positions" in kept else None,
+            color=gbuffer.color if "color" in kept else None,
+            normals=gbuffer.normals if "normals" in kept else None,
+        ),
+        ao=tuple(_cropped(view, each.texture) for each in ao if "ao" in kept),
+        merged=_cropped(view, made["merged"]) if "merged" in kept else None,
+        blurred=_cropped(view, made["blurred"]) if "blurred" in kept else None,
+        shaded=_cropped(view, made["shaded"]) if "shaded" in kept else None,
+        outside=tuple(each.outside for each in ao),
         surface_texels=texels,
+        layers=kept,
         seconds=seconds,
     )
 

@@ -44,7 +44,7 @@ class Result:
 
 
 def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
-    """The textures of one view as the parts of an EXR file, the shaded image first, as viewers show part 0.
+    """The layers of one view that are kept as the parts of an EXR file, the shaded image first: viewers show part 0.
 
     Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
     merged.AO, blurred.AO; N.X N.Y N.Z (world normals) if asked for. AO is occlusion everywhere, and the metadata says
@@ -52,22 +52,25 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     """
     gbuffer, guard = textures.gbuffer, textures.view.guard
     depth_kind = textures.view.depth_kind
-    told = {"depth": depth_kind, "surface_texels": textures.surface_texels}
-    parts = [
-        Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": depth_kind}),
-        Part("depth", ("Z",), gbuffer.depth[..., None], told, guard),
-        Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}, guard),
-    ]
+    parts = []
+    if textures.shaded is not None:
+        parts.append(Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": depth_kind}))
+    if "depth" in textures.layers:
+        parts.append(Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": depth_kind}, guard))
+    if gbuffer.positions is not None:
+        parts.append(Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}, guard))
     if gbuffer.color is not None:
         parts.append(Part("color", ("color.R", "color.G", "color.B"), gbuffer.color, {"space": "linear RGB"}, guard))
     if gbuffer.normals is not None:
         parts.append(Part("normals", ("N.X", "N.Y", "N.Z"), gbuffer.normals, {"space": "world"}, guard))
-    layers = zip(settings.radii, textures.ao, textures.outside, strict=True)
-    for number, (radius, texture, outside) in enumerate(layers, start=1):
+    for k, texture in enumerate(textures.ao):
         # As text: EXR's numbers are 32 bits wide.
-        parts.append(_occlusion_part(f"ao_{number}", texture, {"radius": float(radius), "outside": str(outside)}))
-    parts.append(_occlusion_part("merged", textures.merged, {}))
-    parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
+        radius, outside = float(settings.radii[k]), str(textures.outside[k])
+        parts.append(_occlusion_part(f"ao_{k + 1}", texture, {"radius": radius, "outside": outside}))
+    if textures.merged is not None:
+        parts.append(_occlusion_part("merged", textures.merged, {}))
+    if textures.blurred is not None:
+        parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
     return parts
 
 
@@ -95,7 +98,7 @@ def write_view(work: Work, item: Item, textures: Textures) -> Result:
     begin = time.perf_counter()
     parts = exr_parts(textures, work.settings)
     parts = [_with(part, sha256=digest(part.pixels), channels=" ".join(part.channels)) for part in parts]
-    parts[0] = _with(parts[0], made_from=json.dumps(work.identity(item)))
+    parts[0] = _with(parts[0], made_from=json.dumps(work.identity(item)), surface_texels=textures.surface_texels)
     hashed = time.perf_counter()
     write_exr(work.path(item), parts)
     written = time.perf_counter()
@@ -118,7 +121,7 @@ def recover_view(work: Work, item: Item) -> Result | None:
         made_from = json.loads(parts[0].attributes["made_from"])
         parts = [_in_order(part) for part in parts]
         attributes = [part.attributes["sha256"] for part in parts]
-        _told(work, parts)
+        _told(parts)
     except (InputError, KeyError, ValueError, IndexError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = work.identity(item)
@@ -134,7 +137,7 @@ def recover_view(work: Work, item: Item) -> Result | None:
     return Result(_entry(work, item, parts, {"verify": time.perf_counter() - start}), picture)
 
 
-def _with(part: Part, **attributes: str) -> Part:
+def _with(part: Part, **attributes: str | int) -> Part:
     return replace(part, attributes={**part.attributes, **attributes})
 
 
@@ -146,7 +149,7 @@ def _in_order(part: Part) -> Part:
 
 
 def _strip(work: Work, item: Item, parts: Iterable[Part]) -> "Image | None":
-    if item.view not in sheet_rows(len(work.views)):
+    if not work.has_sheet or item.view not in sheet_rows(len(work.views)):
         return None
     by_name = {part.name: part for part in parts}
     color = _inside(by_name["color"]) if "color" in by_name else None
@@ -168,19 +171,16 @@ def _entry(work: Work, item: Item, parts: Sequence[Part], seconds: dict[str, flo
         "file": path.name,
         "bytes": path.stat().st_size,
         "view": describe_view(view),
-        **_told(work, parts),
+        **_told(parts),
         "seconds": seconds,
         "textures": {part.name: _describe_part(part) for part in parts},
     }
 
 
-def _told(work: Work, parts: Sequence[Part]) -> dict[str, Any]:
+def _told(parts: Sequence[Part]) -> dict[str, Any]:
     """What the parts' metadata say of the passes."""
-    of = {part.name: part.attributes for part in parts}
-    return {
-        "surface_texels": of["depth"]["surface_texels"],
-        "samples_outside": [int(of[f"ao_{k + 1}"]["outside"]) for k in range(len(work.settings.radii))],
-    }
+    outside = [int(part.attributes["outside"]) for part in parts if part.name.startswith("ao_")]
+    return {"surface_texels": parts[0].attributes["surface_texels"], "samples_outside": outside}
 
 
 def _describe_part(part: Part) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.errors import InputError
 from lfssao.frames import frame_bounds, moved
 from lfssao.manifest import describe_settings, describe_view, short_digest
 from lfssao.matrix import Matrix
@@ -66,6 +67,14 @@ class Work:
         if not self.boxes:
             boxes = [self.mesh.bounds] if self.transforms is None else frame_bounds(self.mesh, self.transforms)
             object.__setattr__(self, "boxes", tuple(boxes))
+        if self.settings.kept == ("color",) and self.mesh.paint is None:
+            raise InputError(f"{self.mesh.name} has no colour, and no other layer was asked for")
+
+    @property
+    def has_sheet(self) -> bool:
+        """Whether a contact sheet is made: only where all that it shows is kept."""
+        shown = {"depth", "blurred", "shaded"} | ({"color"} if self.mesh.paint is not None else set())
+        return shown <= set(self.settings.kept)
 
     @property
     def frame_count(self) -> int:

@@ -1,12 +1,15 @@
 """Layers beside depth and positions: normals, colour filters, and the guard band around every texture."""
 
+import json
 import math
+import shutil
 
 import numpy as np
 import pytest
-from exr_parts import read_parts
+from exr_parts import read_parts, write_parts
 
 from lfssao import (
+    Buffers,
     Camera,
     InputError,
     Mesh,
@@ -14,12 +17,14 @@ from lfssao import (
     RayCaster,
     Settings,
     builtin_scene,
+    estimate,
     find_display,
     make_samples,
     module_views,
     render_view,
 )
 from lfssao.cli import main
+from lfssao.rendering import LAYERS
 
 RESOLUTION = (64, 48)
 
@@ -176,3 +181,175 @@ def test_command_line_layers(tmp_path, capsys):
         assert main([*common, "-o", str(tmp_path / "b"), *wrong]) == 2
         assert word in capsys.readouterr().err
     assert not (tmp_path / "b").exists()
+
+
+# Layers that are asked for
+
+PASS_OF = {"ao": "ao", "merged": "merge", "blurred": "blur", "shaded": "shade"}
+NEEDED = {  # by hand: what each layer is made of
+    "depth": set(), "positions": set(), "color": set(), "normals": set(), "ao": set(), "merged": {"ao"},
+    "blurred": {"ao", "merged"}, "shaded": {"ao", "merged", "blurred"},
+}  # fmt: skip
+
+
+def layers_of(textures):
+    """Every layer's texture by its name, None where it is not kept."""
+    made = {name: getattr(textures, name) for name in ("merged", "blurred", "shaded")}
+    made |= {name: getattr(textures.gbuffer, name) for name in ("positions", "color", "normals")}
+    made["ao"] = np.stack(textures.ao) if textures.ao else None
+    return {**made, "depth": textures.gbuffer.depth}
+
+
+@pytest.mark.parametrize("estimator", ["lf", "hbao"])  # hbao reads normals
+@pytest.mark.parametrize("place", ["seen", "unseen"])
+def test_only_layers_that_are_asked_for_are_kept_and_only_what_they_read_is_computed(statue, estimator, place):
+    box = statue.bounds + (place == "unseen") * np.array([90.0, 0, 0])
+    (view,) = module_views(statue, find_display("virtual").with_resolution(*RESOLUTION), None, 4, box)
+    caster, cast = RayCaster(statue, view.cast_from_world), []
+
+    class Caster:
+        bounds = statue.bounds
+
+        def gbuffer(self, *look):
+            cast.append(look)
+            return caster.gbuffer(*look)
+
+    radii = (0.1, 0.3)
+    whole = layers_of(render_view(caster, view, Settings(radii, normals="geometric", estimator=estimator)))
+    some = [(name,) for name in LAYERS] + [("merged", "depth"), ("shaded", "ao"), ("positions", "normals", "blurred")]
+    for asked in some:
+        made = render_view(Caster(), view, Settings(radii, estimator=estimator, layers=asked))
+        needed = set().union(*(NEEDED[name] | {name} for name in asked))
+        expected = {PASS_OF[name] for name in needed & set(PASS_OF)} if place == "seen" else set()
+        assert set(made.seconds) == {"ray_cast", *expected}
+        color, normals, _, _, positions = cast[-1][1:]
+        assert (color is not None) == bool({"color", "shaded"} & set(asked))
+        assert (normals is not None) == ("normals" in asked or (estimator == "hbao" and "ao" in needed))
+        assert positions == bool({"positions", "ao"} & needed)
+        assert made.layers == tuple(name for name in LAYERS if name in asked)
+        assert len(made.outside) == (2 if "ao" in needed else 0)
+        for name, texture in layers_of(made).items():
+            if name in asked or name == "depth":
+                assert np.array_equal(texture.view(np.int32), whole[name].view(np.int32)), (asked, name)
+            else:
+                assert texture is None, (asked, name)
+
+
+def test_layers_by_default_and_those_that_there_are_not(statue):
+    assert Settings((0.1,)).kept == tuple(name for name in LAYERS if name != "normals")
+    assert Settings((0.1,), normals="smooth").kept == LAYERS
+    assert Settings((0.1,), estimator="hbao").kept == LAYERS
+    asked = Settings((0.1,), layers=("shaded", "normals", "shaded"))
+    assert asked.kept == ("normals", "shaded")
+    assert asked.normals == "geometric"
+    for wrong in (("ao_1",), ("depth", "best"), ()):
+        with pytest.raises(InputError, match="layers: "):
+            Settings((0.1,), layers=wrong)
+    view = view_of(statue)
+    made = render_view(RayCaster(statue, view.cast_from_world), view, Settings((0.1,), layers=("shaded",)))
+    assert made._repr_png_() is None
+    with pytest.raises(InputError, match="color is not among the layers shaded"):
+        _ = made.image
+    with pytest.raises(InputError, match="no positions"):
+        estimate("lf", Buffers.of(made.gbuffer, view), 0.1)
+
+
+RENDER = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii", "3%,6%"]
+
+
+@pytest.fixture(scope="module")
+def whole_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("layers") / "whole"
+    assert main([*RENDER, "-o", str(folder)]) == 0
+    return folder
+
+
+def manifest_of(folder):
+    return json.loads((folder / "manifest.json").read_text())
+
+
+@pytest.mark.parametrize("asked", ["depth", "merged", "ao,positions", "shaded", "blurred,depth,color,shaded"])
+def test_folders_of_some_layers(whole_folder, tmp_path, capsys, asked):
+    """Their parts are the whole folder's; they can be taken up, compared, and viewed if they have a picture."""
+    folder, wanted = tmp_path / "some", asked.split(",")
+    assert main([*RENDER, "--layers", asked, "-o", str(folder)]) == 0
+    sheet = {"blurred", "depth", "color", "shaded"} <= set(wanted)
+    assert ("contact.png" in capsys.readouterr().out) == (folder / "contact.png").is_file() == sheet
+    names = {part for name in wanted for part in (("ao_1", "ao_2") if name == "ao" else (name,))}
+    manifest, whole = manifest_of(folder), manifest_of(whole_folder)
+    assert set(manifest["settings"]["layers"]) == set(wanted)
+    for one, all_ in zip(manifest["views"], whole["views"], strict=True):
+        assert one["textures"] == {name: all_["textures"][name] for name in one["textures"]}
+        assert set(one["textures"]) == names
+        assert one["surface_texels"] == all_["surface_texels"]
+        assert one["samples_outside"] == (all_["samples_outside"] if "ao" in wanted else [])
+        parts = {spec.get_string_attribute("name") for spec, _ in read_parts(folder / one["file"])}
+        assert parts == names
+    (folder / "module_003.exr").unlink()
+    assert main([*RENDER, "--layers", asked, "-o", str(folder), "--resume"]) == 0
+    again = manifest_of(folder)
+    assert [v["textures"] for v in again["views"]] == [v["textures"] for v in manifest["views"]]
+    assert "verify" in again["views"][0]["seconds"]
+    assert main(["compare", str(folder), str(folder)]) == 0
+    assert main(["compare", str(whole_folder), str(folder)]) == 1
+    assert "conforms, with warnings" in capsys.readouterr().out  # of layers that the reference does not have
+    capsys.readouterr()
+    for layer in ("shaded", "merged", "ao_2"):
+        there = layer in names
+        assert main(["view", str(folder), "--layer", layer, "--width", "32"]) == (0 if there else 2)
+        said = capsys.readouterr().err.splitlines()
+        assert any(f"has no '{layer}' to show" in line for line in said) != there
+
+
+@pytest.mark.parametrize(
+    ("asked", "without"),
+    [
+        ("blurred", "blurred"),
+        ("ao,depth", "ao_1, ao_2"),
+        ("positions", "positions"),
+        ("merged,blurred,shaded", "merged, shaded"),
+        ("depth,positions,ao,merged,blurred,shaded", "shaded"),
+        ("depth,positions,merged,color", None),
+    ],
+)
+def test_a_comparison_says_which_intervals_need_other_layers(whole_folder, tmp_path, capsys, asked, without):
+    """A renderer whose numbers are off by an ulp: intervals tell that this is right."""
+    assert main([*RENDER, "--layers", asked, "-o", str(tmp_path / "some")]) == 0
+    (tmp_path / "mine").mkdir()
+    for name in ("module_002.exr", "module_003.exr"):
+        parts = read_parts(whole_folder / name)
+        for _, pixels in parts:
+            seen = np.isfinite(pixels) & (pixels != 0)
+            pixels[seen] = np.nextafter(pixels[seen], np.float32(2))
+        write_parts(tmp_path / "mine" / name, parts)
+    capsys.readouterr()
+    assert main(["compare", str(tmp_path / "mine"), str(tmp_path / "some")]) == (1 if without is None else 2)
+    said = capsys.readouterr().out
+    note = f"no interval is known of {without}: the reference was rendered without layers they are made of"
+    assert said.count("no interval is known of") == (without is not None)
+    assert (note in said) == (without is not None)
+
+
+def test_a_job_of_other_layers_is_not_taken_up_and_leaves_no_sheet(whole_folder, tmp_path, capsys):
+    folder = tmp_path / "copy"
+    shutil.copytree(whole_folder, folder)
+    job = [*RENDER, "--layers", "depth,merged", "-o", str(folder)]
+    assert main([*job, "--resume"]) == 2
+    assert "it was rendered with other parameters (layers)" in capsys.readouterr().err
+    assert (folder / "contact.png").is_file()
+    assert main(job) == 0
+    assert not (folder / "contact.png").exists()
+
+
+def test_colour_alone_of_a_mesh_without_any_is_refused(tmp_path, capsys):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    job = ["render", str(tmp_path / "a.obj"), "-o", str(tmp_path / "out"), "--resolution", "16x12", "--layers"]
+    assert main([*job, "color"]) == 2
+    assert capsys.readouterr().err == f"lfssao: {tmp_path}/a.obj has no colour, and no other layer was asked for\n"
+    assert main([*job, "color,depth"]) == 0
+    assert set(manifest_of(tmp_path / "out")["views"][0]["textures"]) == {"depth"}
+
+
+def test_no_radius_is_warned_of_where_no_ao_is_asked_for(tmp_path, capsys):
+    assert main([*RENDER[:-1], "0.00001", "--layers", "depth", "-o", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == ""

@@ -259,10 +259,10 @@ def test_depths_are_cast_once_as_long_as_they_are_kept():
     class Counting:
         bounds = texels.bounds
 
-        def gbuffer(self, view, color, window, caster):
+        def gbuffer(self, view, color, normals, window, caster, positions):
             cast.append(view.name)
-            assert caster == "exact"
-            return texels.gbuffer(view, color, window=window)
+            assert (color, normals, caster, positions) == (None, None, "exact", False)
+            return texels.gbuffer(view, window=window)
 
     cache = DepthCache(Counting(), 3)
     for asked in ((0, 1), (1, 2), (0, 2), (5,), (1,)):

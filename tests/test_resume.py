@@ -303,7 +303,7 @@ def other_pixels(path):
 def without_an_attribute(path):
     """A whole file with right digests whose metadata do not say all that the manifest does."""
     parts = read_parts(path)
-    parts[1][0].erase_attribute("lfssao:surface_texels")
+    parts[0][0].erase_attribute("lfssao:surface_texels")
     write_parts(path, parts)
 
 

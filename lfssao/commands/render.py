@@ -137,6 +137,13 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
         help="write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
     )
     add(
+        "--layers",
+        type=values.layers,
+        metavar="NAME,...",
+        help="keep and write only these of depth, positions, color, normals, ao, merged, blurred, shaded, and compute "
+        "only what they need (default: all, normals with --normals)",
+    )
+    add(
         "--guard",
         type=values.guard,
         default=0,
@@ -222,7 +229,8 @@ def _render(options: argparse.Namespace) -> None:
 
     head = {"machine": manifest.describe_machine(threads, options.command), **described}
     run_items(work, head, seconds, threads, options.resume, options.scheduler)
-    written = f"{len(work.views)} EXR file{'s' * (len(work.views) > 1)}, manifest.json, contact.png"
+    written = f"{len(work.views)} EXR file{'s' * (len(work.views) > 1)}, manifest.json"
+    written += ", contact.png" * work.has_sheet
     if work.transforms is not None:
         written = f"{len(work.transforms)} frame{'s' * (len(work.transforms) > 1)}, each {written}"
     print(printable(f"{work.folder}: {written}"), flush=True)
@@ -231,7 +239,8 @@ def _render(options: argparse.Namespace) -> None:
 def _warn_of_small_radii(work: "Work") -> None:
     from lfssao.plan import subpixel_radii
 
-    radii = [f"{radius:g}" for radius in subpixel_radii(work.views, work.boxes, work.settings.radii)]
+    asked = work.settings.radii if "ao" in work.settings.computed else ()
+    radii = [f"{radius:g}" for radius in subpixel_radii(work.views, work.boxes, asked)]
     if len(radii) == 1:
         say(f"radius {radii[0]} is less than half a texel everywhere: its AO says nothing")
     elif radii:
@@ -305,7 +314,7 @@ def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Calla
 
     def of(radii: tuple[float, ...]) -> Settings:
         look = options.blur, options.filter, options.normals
-        asked = options.neighbours, options.caster
+        asked = options.neighbours, options.caster, options.layers
         return Settings(radii, samples, *look, estimator.name, parameters, weights, *asked)
 
     of((0.0,))  # refused before the scene is loaded

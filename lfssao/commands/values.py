@@ -70,6 +70,11 @@ def blur(text: str) -> float:
     return sigma
 
 
+def layers(text: str) -> tuple[str, ...]:
+    """Names of layers, which ``Settings`` checks."""
+    return tuple(text.split(","))
+
+
 def positive(text: str) -> float:
     """A number above 0."""
     number = _number(text)

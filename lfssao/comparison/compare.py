@@ -1,6 +1,6 @@
 """A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from functools import partial
 from pathlib import Path
 
@@ -107,6 +107,7 @@ class Comparison:
         self._panels: Panels | None = None
         self._named: set[str] = set()
         self._unbounded: str | None = None
+        self._without: set[str] = set()  # layers that differ, and of which a layer left out would tell the intervals
 
     @property
     def modules(self) -> list[str]:
@@ -143,6 +144,7 @@ class Comparison:
             rules, reason = oracle.allowed, oracle.reason
             if not knows_occlusion(view.parameters):
                 self._unbounded = view.parameters["estimator"]
+        lacking = set() if view is None else _without_intervals([layer.name for layer in reference])
         panels = Panels(module)
         for right in reference:
             if self._wanted is not None and right.name not in self._wanted:
@@ -150,13 +152,15 @@ class Comparison:
             if right.name in refused:
                 self._results.append(refused[right.name])
             elif right.name in found:
-                self._judge(found[right.name], right, rules, reason, panels)
+                self._judge(found[right.name], right, rules, reason, panels, lacking)
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
         if self._wanted is None:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
-    def _judge(self, mine: Layer, right: Layer, rules: Rules, reason: Reason, panels: Panels) -> None:
+    def _judge(
+        self, mine: Layer, right: Layer, rules: Rules, reason: Reason, panels: Panels, lacking: Set[str]
+    ) -> None:
         """Compare one layer of the module of ``panels`` with the reference's."""
         name = right.name
         try:
@@ -165,6 +169,8 @@ class Comparison:
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
         self._results.append(result)
+        if judged.verdict is Verdict.DIFFERENT and name in lacking:
+            self._without.add(name)
         panels.offer(mine, right, judged)
         if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
             some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
@@ -189,6 +195,11 @@ class Comparison:
             for name in (*(self._wanted or ()), *self._rules):
                 if name not in self._named:
                     raise InputError(f"the reference has no layer or channel '{name}'")
+        notes = self._notes
+        if self._without:
+            names = ", ".join(sorted(self._without))
+            note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
+            notes = [note, *notes]
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),
@@ -197,7 +208,7 @@ class Comparison:
             estimator=self._unbounded,
             modules=len(self._reference.files),
             results=tuple(self._results),
-            notes=tuple(self._notes),
+            notes=tuple(notes),
             panels=self._panels,
         )
 
@@ -225,6 +236,13 @@ def _found_layers(
     for right in missing:  # behind all that were found: what is left over may be it
         refused[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
     return found, refused
+
+
+def _without_intervals(names: Sequence[str]) -> set[str]:
+    """The layers of a rendered module whose intervals are not known, as 'lfssao render' left out what tells them."""
+    layers = [name for name in names if name.startswith("ao_")]
+    ao = [] if {"depth", "positions"} <= set(names) else [*layers, "merged", "blurred", "shaded"]
+    return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
 
 
 def _no_rules(_: str) -> None:

@@ -49,7 +49,9 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
         If it does not hold what bounds are made of.
     """
     try:
-        return _read(manifest["settings"], entry["view"])
+        case = _read(manifest["settings"], entry["view"])
+        colored = bool(manifest.get("scene", {}).get("colored", False))
+        return replace(case, parameters={**case.parameters, "colored": colored})
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise not_written(path, error) from error
 
@@ -188,7 +190,7 @@ class ViewOracle:
         """The sample of a texel that comes nearest to another answer."""
         parameters, guard = self._case.parameters, self._case.parameters["guard"]
         depth, positions = (self._first_whole(name) for name in ("depth", "positions"))
-        if depth is None:
+        if depth is None or (positions is None and parameters["screen_to_world"] is None):
             return ""
         place, mapping, samples = (texel[0] + guard, texel[1] + guard), described_mapping(parameters), self._case.inputs
         back = parameters["screen_to_world"]

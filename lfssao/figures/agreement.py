@@ -52,6 +52,7 @@ class Spread:
 
 def surface_points(gbuffer: GBuffer, most: int = 20_000) -> Points:
     """World coordinates of at most ``most`` visible surface points of a texture, evenly spread over its texels."""
+    assert gbuffer.positions is not None  # where points are compared they are kept
     found = gbuffer.positions[gbuffer.triangle >= 0].astype(np.float64)
     step = max(1, -(-len(found) // most))
     return np.ascontiguousarray(found[::step])
@@ -76,6 +77,7 @@ def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same
     image = view.world_to_image(points)
     inside = (image[:, 0] >= 0) & (image[:, 0] < view.width) & (image[:, 1] >= 0) & (image[:, 1] < view.height)
     u, v = (np.where(inside, image[:, axis], 0).astype(np.int64) for axis in (0, 1))
+    assert gbuffer.positions is not None
     away = gbuffer.positions[v, u].astype(np.float64) - points
     near = np.where(np.isfinite(away).all(axis=1), (away * away).sum(axis=1), np.inf) <= same * same
     return np.where(inside & near, texture[v, u].astype(np.float64), np.nan)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.errors import InputError
 from lfssao.rendering import Textures
 
 if TYPE_CHECKING:
@@ -27,11 +28,18 @@ def draw_radii(textures: Textures, radii: Sequence[float]) -> "Figure":
         Made by ``render_view``.
     radii : sequence of float
         With these radii, world units.
+
+    Raises
+    ------
+    InputError
+        If a layer that is shown was not kept.
     """
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm
     from matplotlib.figure import Figure  # late: takes a second to import
 
+    if textures.merged is None or textures.blurred is None or not textures.ao:
+        raise InputError("the figure shows the layers ao, merged and blurred: not all are kept")
     seen = np.isfinite(textures.gbuffer.depth)
     pictures = [*textures.ao, textures.merged, textures.blurred]
     titles = [*(f"R = {radius:.3g}" for radius in radii), "merged: maximum", "blurred"]

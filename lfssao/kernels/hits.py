@@ -23,22 +23,23 @@ def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positi
         What first_hits found: the triangle or -1, and z of the hit in cast space.
     depth : (n,) float32
         Out: image z; +infinity where there is no surface.
-    positions : (n, 3) float32
-        Out: world coordinates of the ray's point at z, M (x, y, z, 1) as ((m0 x + m1 y) + m2 z) + m3; +infinity
-        where there is no surface.
+    positions : (n, 3) or (0, 3) float32
+        Out, if it has room: world coordinates of the ray's point at z, M (x, y, z, 1) as ((m0 x + m1 y) + m2 z) + m3;
+        +infinity where there is no surface.
     left, top : int
         The column and the row of the view that column and row 0 here are: a window of a larger texture.
     """
-    m = world_from_cast
+    m, placed = world_from_cast, positions.shape[0] > 0
     for texel in prange(triangle.shape[0]):
         if triangle[texel] < 0:
             depth[texel] = np.inf
-            positions[texel, 0], positions[texel, 1], positions[texel, 2] = np.inf, np.inf, np.inf
+            if placed:
+                positions[texel, 0], positions[texel, 1], positions[texel, 2] = np.inf, np.inf, np.inf
             continue
         j = texel // width
         ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, (left + (texel - j * width)) + 0.5, (top + j) + 0.5)
         x, y = ox + z[texel] * dx, oy + z[texel] * dy
         depth[texel] = np.float32(image_depth(kind, lens, z[texel]))
-        for row in range(3):
+        for row in range(3 if placed else 0):
             k = 4 * row
             positions[texel, row] = np.float32(((m[k] * x + m[k + 1] * y) + m[k + 2] * z[texel]) + m[k + 3])

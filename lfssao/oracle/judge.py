@@ -160,7 +160,8 @@ def view_rules(
     own = {name: array for name, array in mine.items() if _is_whole(array, right.get(name))}
     given = {**case.inputs, **right, **own}
     image = given.get("color")
-    if image is None and "depth" in given:  # LF's picture of a mesh without colour is white
+    # The picture of a mesh without colour is white.
+    if image is None and "depth" in given and not case.parameters.get("colored", False):
         image = np.repeat(np.isfinite(given["depth"]).astype(np.float32)[..., None], 3, axis=2)
     frame = Frame(case.parameters, given, None if image is None else without_guard(image, guard), model, own, right)
 

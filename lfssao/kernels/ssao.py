@@ -1,25 +1,9 @@
 """LF Algorithms 1 and 2: the share of samples around each visible point that lie behind the visible surface.
 
-How the kernels get their speed, with the bits of the plain double loop over texels and samples:
-
-- Rows of texels are the inner loop and samples the outer one, so that LLVM makes vectors of neighbouring texels.
-- The mapping's affine half is applied once a point and once a sample instead of once a pair of them.
-- The depth look-up is in the same loop: its latency hides behind the divisions, which are the bottleneck. LLVM makes
-  gathers of it only where it knows that no other array overlaps ``depth``; numba tells it so for the arrays of a
-  ``prange`` body as long as the body makes no views, and what is written is on the stack (``scratch``). Hence texel
-  numbers where slices would read better; unsigned ones, so that numba need not ask whether they count from the end.
-- Algorithm 2 takes four samples at a time, so that points and counts are loaded and stored once for the four. It counts
-  the four in the arithmetic's floats, as LLVM adds those in one masked instruction, and integers in two.
-- Where a sample lies outside nothing is read: vectors read under a mask.
-- Positions are read as one flat array, 3 t + k: so LLVM takes three vectors apart with shuffles; of a second index it
-  makes gathers, which take as long as two samples.
-- Algorithm 2 takes all radii of a run before the next run: their points are the same, and depth and positions, of which
-  caches hold a few rows, are read once.
-- Only runs of texels that see a surface are computed (``lfssao.kernels.runs``), a chunk at a time: the numbers of a
-  chunk stay in the nearest cache, and while one is computed the processor fetches the next one's positions.
-- How many samples lie in the texture is counted a run, not a texel: nobody asks for more.
-- Helpers that take arrays are called once a run, not once a point: numba counts references at each call.
-- ``finish_run`` is not inlined: with it in the same function LLVM gives the loop of look-ups up.
+A row's texels are the inner loop and samples the outer one, so that LLVM computes neighbouring texels as one vector.
+The mapping is affine but for its last step: the affine half is applied once a point and once a sample, and the two are
+added. All radii of a span are computed before the next span, as their points are the same. ``benchmarks/README.md``
+says what the form of these loops gains.
 """
 
 import numpy as np
@@ -40,10 +24,6 @@ from lfssao.kernels.mapping import (
 )
 from lfssao.kernels.runs import ROWS_A_BLOCK, next_run
 
-# Samples that Algorithm 2 looks up at once.
-_TOGETHER = 4
-
-
 @kernel
 def transform_offsets(offsets, kind, m):
     """The linear part of the mapping applied to the sample offsets, (n, 4): line 5 and the affine half of line 6."""
@@ -53,29 +33,6 @@ def transform_offsets(offsets, kind, m):
         for row in range(4 if kind == MATRIX else 3):
             out[s, row] = linear_row(m, row, offsets[s, 0], offsets[s, 1], offsets[s, 2])
     return out
-
-
-@kernel(inline=True)
-def look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, first, together, count):
-    """Lines 4 to 9 of ``together`` samples from number ``first`` on; the rest as in count_crossed_slits."""
-    zero, one = m.dtype.type(0), m.dtype.type(1)
-    wide, high = m.dtype.type(width), m.dtype.type(height)
-    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
-    found = np.int32(0)
-    for i in range(n):
-        behind = inside = zero
-        for s in range(first, first + together):
-            x, y, z = a[i] + offsets[s, 0], b[i] + offsets[s, 1], c[i] + offsets[s, 2]
-            u, v, z, _ = project_crossed_slits(x, y, z, z_module, z_observer, u_0, v_0)
-            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
-            hit = False
-            if there:
-                hit = element(depth, signed_texel_number(u, v, wide)) < z  # lines 7 and 8
-            behind = behind + one if hit else behind
-            inside = inside + one if there else inside
-        count[i] += np.int32(behind)  # line 9
-        found = np.int32(found + np.int32(inside))
-    return found
 
 
 @kernel(inline=True)
@@ -107,13 +64,21 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, first, samples, off
     int
         How many samples of all the points are in the texture and the mapping's domain.
     """
+    zero, wide, high = m.dtype.type(0), m.dtype.type(width), m.dtype.type(height)
+    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
     found = 0
-    end = first + samples
-    whole = end - samples % _TOGETHER
-    for s in range(first, whole, _TOGETHER):
-        found += look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, s, _TOGETHER, count)
-    for s in range(whole, end):
-        found += look_crossed_slits(m, depth, width, height, n, a, b, c, offsets, s, 1, count)
+    for s in range(first, first + samples):
+        oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+        inside = np.int32(0)
+        for i in range(n):
+            u, v, z, _ = project_crossed_slits(a[i] + oa, b[i] + ob, c[i] + oc, z_module, z_observer, u_0, v_0)
+            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            hit = False
+            if there:
+                hit = element(depth, signed_texel_number(u, v, wide)) < z  # lines 7 and 8
+            count[i] += np.int32(hit)  # line 9
+            inside = np.int32(inside + np.int32(there))
+        found += inside
     return found
 
 

@@ -24,7 +24,7 @@ from lfssao.kernels.mapping import (
 )
 from lfssao.kernels.neighbourhood import CHUNK, load, slot
 from lfssao.kernels.power import power
-from lfssao.kernels.runs import ROWS_A_BLOCK, next_groups
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_span
 from lfssao.kernels.spiral import hash_angle, rotated
 
 # Slots; of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
@@ -233,7 +233,7 @@ def alchemy(
                 at = j * width + column
                 end = min(at + CHUNK, (j + 1) * width)
                 while at < end:
-                    start, n = next_groups(surface, at, end)
+                    start, n = next_span(surface, at, end, CHUNK)
                     load(places, start, n, scratch, _POINT)
                     load(facing, start, n, scratch, _NORMAL)
                     load(looking, start, n, scratch, _LOOK)

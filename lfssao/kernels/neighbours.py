@@ -20,7 +20,7 @@ from lfssao.kernels.mapping import (
     project_matrix,
     signed_texel_number,
 )
-from lfssao.kernels.runs import ROWS_A_BLOCK, next_run
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_span
 from lfssao.kernels.ssao import finish_run, transform_offsets
 
 # What is known of a sample: it falls into a texture; it lies in the open there.
@@ -140,7 +140,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_run(visible, at, end, CHUNK)
+                start, n = next_span(visible, at, end, CHUNK)
                 for v in range(views):
                     load_points(kinds[v], numbers[v], visible, places, start, n, v * _ROWS * CHUNK, rows)
                 for i in range(n):

@@ -14,7 +14,7 @@ from lfssao.kernels.intrinsics import CHUNK, scratch
 from lfssao.kernels.jit import kernel
 from lfssao.kernels.mapping import CROSSED_SLITS, MATRIX, affine_row
 from lfssao.kernels.rows import affine_rows, load_row, project_rows
-from lfssao.kernels.runs import ROWS_A_BLOCK, next_run
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_span
 from lfssao.kernels.ssao import count_crossed_slits, count_matrix, finish_run, transform_offsets
 
 
@@ -115,7 +115,7 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_run(surface, at, end, CHUNK)
+                start, n = next_span(surface, at, end, CHUNK)
                 load_row(places, start, n, points)
                 if hemisphere:
                     load_row(facing, start, n, up)

@@ -22,7 +22,8 @@ from lfssao.kernels.mapping import (
     project_matrix,
     signed_texel_number,
 )
-from lfssao.kernels.runs import ROWS_A_BLOCK, next_run
+from lfssao.kernels.runs import ROWS_A_BLOCK, next_span
+
 
 @kernel
 def transform_offsets(offsets, kind, m):
@@ -177,7 +178,7 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
             for r in range(radii):
                 outside[r, j] = 0
             while at < end:
-                start, n = next_run(surface, at, end, CHUNK)
+                start, n = next_span(surface, at, end, CHUNK)
                 # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
                 for i in range(n):
                     t = 3 * (start + i)  # line 1
@@ -220,7 +221,7 @@ def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_run(surface, at, end, CHUNK)
+                start, n = next_span(surface, at, end, CHUNK)
                 first = m.dtype.type(start - j * width) + half
                 for i in range(n):
                     u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1

@@ -57,8 +57,9 @@ class DepthCache:
 
     def _depth(self, view: View, caster: str) -> NDArray[np.float32]:
         if view.name not in self._kept:
-            window = seen_rows(view, self._caster.bounds)
-            self._kept[view.name] = self._caster.gbuffer(view, None, None, window, caster, positions=False).depth
+            rows = seen_rows(view, self._caster.bounds)
+            seen = self._caster.gbuffer(view, None, rows=rows, caster=caster, positions=False)
+            self._kept[view.name] = seen.depth
         self._kept.move_to_end(view.name)
         while len(self._kept) > self._size:
             self._kept.popitem(last=False)

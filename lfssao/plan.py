@@ -54,7 +54,7 @@ def planned(
         Whether the mesh has colour.
     """
     seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
-    heights = [(view.height, rows.height) for view, rows in seen if rows.texels]
+    heights = [(view.height, len(rows)) for view, rows in seen if rows]
     samples, radii = 1 if settings.samples is None else len(settings.samples), len(settings.radii)
     one = settings.estimator == "lf" and 0.0 in settings.radii
     made = [

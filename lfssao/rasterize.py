@@ -9,7 +9,6 @@ from lfssao.kernels import rasterize
 from lfssao.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.tree import TriangleTree
 from lfssao.view import View
-from lfssao.window import Window
 
 # With more candidate pairs a texel the tree is as fast or faster, by measurement.
 MOST_PAIRS = 64.0
@@ -21,10 +20,10 @@ _LARGEST_OFFSET = 2.0**30
 
 
 class Candidates(NamedTuple):
-    """The rays of a window, and the triangles by the texels in which they can be hit."""
+    """The rays of some rows, and the triangles by the texels in which they can be hit."""
 
-    columns: NDArray[np.float64]  # (2, W): o and d of x = o + d z
-    rows: NDArray[np.float64]  # (2, H): of y
+    columns: NDArray[np.float64]  # (2, W): o and d of x = o + d z, of each column
+    lines: NDArray[np.float64]  # (2, H): o and d of y, of each row
     near: float
     far: float
     bounds: NDArray[np.int32]  # (F, 4): first and last column, first and last row
@@ -32,8 +31,8 @@ class Candidates(NamedTuple):
     pairs: int  # of a triangle and a texel
 
 
-def candidate_pairs(view: View, tree: TriangleTree, window: Window) -> Candidates | None:
-    """Triangles and the texels of a window in which they can be hit.
+def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates | None:
+    """Triangles and the texels of some rows in which they can be hit.
 
     Parameters
     ----------
@@ -41,8 +40,8 @@ def candidate_pairs(view: View, tree: TriangleTree, window: Window) -> Candidate
         Where from.
     tree : TriangleTree
         The triangles, cast space.
-    window : Window
-        Which texels.
+    rows : range
+        Which rows.
 
     Returns
     -------
@@ -51,17 +50,16 @@ def candidate_pairs(view: View, tree: TriangleTree, window: Window) -> Candidate
     """
     if view.ray_kind == DISPLAY:
         return None
-    columns, rows = np.empty((2, window.width)), np.empty((2, window.height))
-    near, far = rasterize.separable_rays(view.ray_kind, view.lens, columns, rows, window.left, window.top)
-    scales = _scales(tree.bounds, columns, rows, far)
+    columns, lines = np.empty((2, view.width)), np.empty((2, len(rows)))
+    near, far = rasterize.separable_rays(view.ray_kind, view.lens, columns, lines, rows.start)
+    scales = _scales(tree.bounds, columns, lines, far)
     corner_texels, bounds = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
     rasterize.bound_triangles(
-        window.width, window.height, *image_axes(view, window, *scales), tree.vertices, tree.faces, corner_texels,
-        bounds,
+        view.width, len(rows), *image_axes(view, rows, *scales), tree.vertices, tree.faces, corner_texels, bounds
     )  # fmt: skip
-    in_band = np.zeros(-(-window.height // rasterize.BAND), np.int64)
+    in_band = np.zeros(-(-len(rows) // rasterize.BAND), np.int64)
     pairs = rasterize.count_candidates(bounds, in_band)
-    return Candidates(columns, rows, near, far, bounds, in_band, pairs)
+    return Candidates(columns, lines, near, far, bounds, in_band, pairs)
 
 
 def first_hits(
@@ -83,38 +81,38 @@ def first_hits(
     z, weights : (n,) float64, (n, 2) float64
         As ``lfssao.kernels.visibility.first_hits`` has them.
     """
-    columns, rows, near, far, bounds, in_band, _ = candidates
+    columns, lines, near, far, bounds, in_band, _ = candidates
     ends = np.cumsum(in_band)
     members = np.empty(ends[-1], np.int32)
     rasterize.sort_into_bands(bounds, ends - in_band, members)
     z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
     rasterize.first_hits(
-        columns, rows, near, far, tree.corners, tree.order, bounds, members, ends, triangle, z, weights
+        columns, lines, near, far, tree.corners, tree.order, bounds, members, ends, triangle, z, weights
     )
     return z, weights
 
 
 def _scales(
-    bounds: NDArray[np.float64], columns: NDArray[np.float64], rows: NDArray[np.float64], far: float
+    bounds: NDArray[np.float64], columns: NDArray[np.float64], lines: NDArray[np.float64], far: float
 ) -> tuple[float, float]:
     """Bounds of the numbers that x and y are made of: the corners', the rays', and the lens' and observers' places.
 
     These places are within |o| + |d| far of the rays', and rounding of o counts |z| / far times in d z.
     """
     x, y, z = np.abs(bounds).max(axis=0).tolist()
-    (o_x, d_x), (o_y, d_y) = (np.abs(table).max(axis=1).tolist() for table in (columns, rows))
+    (o_x, d_x), (o_y, d_y) = (np.abs(table).max(axis=1).tolist() for table in (columns, lines))
     return x + 2 * (o_x * (1 + z / far) + d_x * (z + far)), y + 2 * (o_y * (1 + z / far) + d_y * (z + far))
 
 
-def image_axes(view: View, window: Window, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
+def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
     """How x, and y, of a corner becomes its place in the image.
 
     Parameters
     ----------
     view : View
         With separable rays.
-    window : Window
-        Whose first column and row places are counted from.
+    rows : range
+        Rows that are cast.
     scale_x, scale_y : float
         Upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
 
@@ -132,7 +130,7 @@ def image_axes(view: View, window: Window, scale_x: float, scale_y: float) -> li
         alpha, beta = (0.0, 1.0) if view.ray_kind == PERSPECTIVE else (1.0, 0.0)
         u, v = (alpha, beta, 0.0, lens[0], lens[2]), (alpha, beta, 0.0, -lens[1], lens[3])
     axes = []
-    for (alpha, beta, c, a, b), first, scale in ((u, window.left, scale_x), (v, window.top, scale_y)):
+    for (alpha, beta, c, a, b), first, scale in ((u, 0, scale_x), (v, rows.start, scale_y)):
         limit = min(largest, 2.0**-12 / (_ROUNDING * scale * abs(a)))
         if not abs(a * c) + abs(b) + first < _LARGEST_OFFSET:
             limit = 0.0

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from lfssao import pictures, rasterize
 from lfssao.embree import build_scene, embree_installed, in_chunks, require_embree
@@ -16,7 +16,6 @@ from lfssao.matrix import Matrix
 from lfssao.scene.mesh import Mesh, Paint
 from lfssao.tree import TriangleTree
 from lfssao.view import View
-from lfssao.window import Window
 
 # Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
 _CHUNK = 65_536
@@ -102,7 +101,7 @@ class RayCaster:
         view: View,
         color: str | None = "bilinear",
         normals: str | None = None,
-        window: Window | None = None,
+        rows: range | None = None,
         caster: str = "exact",
         positions: bool = True,
     ) -> GBuffer:
@@ -117,8 +116,8 @@ class RayCaster:
         normals : str or None
             'geometric' (of the triangle), or 'smooth' (interpolated from the vertices where the mesh came with normals
             there, else geometric); None: no normals texture.
-        window : Window, optional
-            Whole rows (``lfssao.window.seen_rows``) that alone are cast: none other sees anything. All by default.
+        rows : range, optional
+            Rows that alone are cast: no other sees anything (``lfssao.window.seen_rows``). All by default.
         caster : str
             'exact'; or 'embree' for Embree's own answers, with depths in float64 on its triangles. Their bits depend on
             the processor.
@@ -140,92 +139,90 @@ class RayCaster:
         for name, value, choices in options:
             if value is not None and value not in choices:
                 raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
-        # Whole rows, which are cast into their place: columns would have to be copied there, for more than they save.
-        window = Window.whole(view) if window is None else window
-        shape, rows = (view.height, view.width), slice(window.top, window.bottom)
-        colored = color is not None and self._paint is not None
-        depth, places = window.texture(np.inf, shape), window.texture(np.inf, (*shape, 3)) if positions else None
-        triangle = window.texture(-1, shape, np.int32)
-        rgb = window.texture(0, (*shape, 3)) if colored else None
-        directions = None if normals is None else window.texture(0, (*shape, 3))
-        if window.texels:
-            seen, world_from_cast = triangle[rows].reshape(-1), np.ravel(view.world_from_cast)
-            at = np.empty((0, 3), np.float32) if places is None else places[rows].reshape(-1, 3)
+        rows = range(view.height) if rows is None else rows
+        part, colored = slice(rows.start, rows.stop), color is not None and self._paint is not None
+        depth, triangle = _texture(view, rows, np.inf), _texture(view, rows, -1, dtype=np.int32)
+        places = _texture(view, rows, np.inf, 3) if positions else None
+        rgb = _texture(view, rows, 0, 3) if colored else None
+        directions = None if normals is None else _texture(view, rows, 0, 3)
+        if rows:
+            seen = triangle[part].reshape(-1)
+            at = np.empty((0, 3), np.float32) if places is None else places[part].reshape(-1, 3)
             if caster == "embree":
-                z, weights = self._embrees_hits(view, window, seen)
+                z, weights = self._embrees_hits(view, rows, seen)
             else:
-                z, weights = self._first_hits(view, window, seen)
+                z, weights = self._first_hits(view, rows, seen)
             hits.write_surface(
-                view.ray_kind, view.lens, world_from_cast, window.width, seen, z, depth[rows].reshape(-1),
-                at, window.left, window.top,
+                view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, seen, z,
+                depth[part].reshape(-1), at, rows.start,
             )  # fmt: skip
             if rgb is not None and self._paint is not None:
-                self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[rows].reshape(-1, 3))
+                self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[part].reshape(-1, 3))
             if directions is not None:
-                self._normals(view, window, seen, weights, normals == "smooth", directions[rows].reshape(-1, 3))
+                self._normals(view, rows, seen, weights, normals == "smooth", directions[part].reshape(-1, 3))
         return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
     def _first_hits(
-        self, view: View, window: Window, triangle: NDArray[np.int32]
+        self, view: View, rows: range, triangle: NDArray[np.int32]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Triangle, written, z and weights of each texel of a window, by the faster way; both give the same bits."""
+        """Triangle, written, z and weights of each texel, by the faster way; both give the same bits."""
         tree = self._tree
-        candidates = rasterize.candidate_pairs(view, tree, window)
-        if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * window.texels:
+        candidates = rasterize.candidate_pairs(view, tree, rows)
+        if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * len(triangle):
             return rasterize.first_hits(candidates, tree, triangle)
-        z, weights = np.empty(window.texels), np.empty((window.texels, 2))
+        z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
         visibility.first_hits(
-            view.ray_kind, view.lens, window.width, window.height, tree.corners, tree.order, tree.boxes, tree.place_of,
-            self._proposals(view, window), triangle, z, weights, window.left, window.top,
+            view.ray_kind, view.lens, view.width, len(rows), tree.corners, tree.order, tree.boxes, tree.place_of,
+            self._proposals(view, rows), triangle, z, weights, rows.start,
         )  # fmt: skip
         return z, weights
 
     def _normals(
         self,
         view: View,
-        window: Window,
+        rows: range,
         triangle: NDArray[np.int32],
         weights: NDArray[np.float64],
         smooth: bool,
         out: NDArray[np.float32],
     ) -> None:
-        """Write the unit normals of each texel of a window, (n, 3) float32."""
+        """Write the unit normals of each texel, (n, 3) float32."""
         mesh = self.mesh
         at_vertices = mesh.normals if smooth and mesh.normals is not None else np.zeros((0, 3))
         normal_kernels.write_normals(
-            view.ray_kind, view.lens, np.ravel(view.world_from_cast), window.width, triangle, weights, mesh.vertices,
-            mesh.faces, at_vertices, out, window.left, window.top,
+            view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, triangle, weights, mesh.vertices,
+            mesh.faces, at_vertices, out, rows.start,
         )  # fmt: skip
 
     def _embrees_hits(
-        self, view: View, window: Window, triangle: NDArray[np.int32]
+        self, view: View, rows: range, triangle: NDArray[np.int32]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Embree's triangle, written, and z and weights on it of each texel of a window."""
+        """Embree's triangle, written, and z and weights on it of each texel."""
         require_embree()
-        triangle[:] = self._seen_by_embree(view, window, 1).reshape(-1)
-        z, weights = np.empty(window.texels), np.empty((window.texels, 2))
+        triangle[:] = self._seen_by_embree(view, rows, 1).reshape(-1)
+        z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
         embree_hits.hits_on_triangles(
-            view.ray_kind, view.lens, window.width, self._tree.corners, self._tree.place_of, triangle, z, weights,
-            window.left, window.top,
+            view.ray_kind, view.lens, view.width, self._tree.corners, self._tree.place_of, triangle, z, weights,
+            rows.start,
         )  # fmt: skip
         return z, weights
 
-    def _proposals(self, view: View, window: Window) -> NDArray[np.int32]:
+    def _proposals(self, view: View, rows: range) -> NDArray[np.int32]:
         """A triangle likely to be the first in each tile: Embree's answer in its middle, -1 without embreex."""
         if embree_installed():
-            return self._seen_by_embree(view, window, visibility.TILE)
-        return np.full((-(-window.height // visibility.TILE), -(-window.width // visibility.TILE)), -1, np.int32)
+            return self._seen_by_embree(view, rows, visibility.TILE)
+        return np.full((-(-len(rows) // visibility.TILE), -(-view.width // visibility.TILE)), -1, np.int32)
 
-    def _seen_by_embree(self, view: View, window: Window, step: int) -> NDArray[np.int32]:
+    def _seen_by_embree(self, view: View, rows: range, step: int) -> NDArray[np.int32]:
         """The triangle that Embree sees in the middle of each cell of step x step texels, -1 where it sees none."""
-        shape = -(-window.height // step), -(-window.width // step)
+        shape = -(-len(rows) // step), -(-view.width // step)
         counts = np.empty(shape[0], np.int64)
-        grid = view.ray_kind, view.lens, self._tree.bounds, window.width, window.height, step, shape[1]
-        rays.count_rays(*grid, counts, window.left, window.top)
+        grid = view.ray_kind, view.lens, self._tree.bounds, view.width, len(rows), step, shape[1]
+        rays.count_rays(*grid, counts, rows.start)
         starts, n = np.cumsum(counts) - counts, int(counts.sum())
         cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
         origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
-        rays.make_rays(*grid, starts, cells, origins, directions, lengths, window.left, window.top)
+        rays.make_rays(*grid, starts, cells, origins, directions, lengths, rows.start)
         seen = np.full(shape, -1, np.int32)
         seen.reshape(-1)[cells] = self._trace(origins, directions, lengths)
         return seen
@@ -248,6 +245,13 @@ class RayCaster:
 
         in_chunks(trace, len(origins), _CHUNK, self.threads)
         return hit
+
+
+def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+    """A texture of a view with ``nothing`` above and below some rows, anything in them."""
+    texture = np.empty((view.height, view.width, *channels), dtype)
+    texture[: rows.start], texture[rows.stop :] = nothing, nothing
+    return texture
 
 
 def _check_range(name: str, vertices: NDArray[np.float64]) -> None:

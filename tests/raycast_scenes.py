@@ -14,7 +14,6 @@ import numpy as np
 from reference import raycast
 
 from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi, rasterize
-from lfssao.window import Window
 
 IDENTITY = np.eye(3, 4)
 
@@ -293,7 +292,7 @@ def textures():
 
 def rasterized(view, tree):
     """Triangle, z and weights of each texel by rasterisation, however many candidates there are."""
-    candidates = rasterize.candidate_pairs(view, tree, Window.whole(view))
+    candidates = rasterize.candidate_pairs(view, tree, range(view.height))
     triangle = np.full(view.width * view.height, -9, np.int32)
     return triangle, *rasterize.first_hits(candidates, tree, triangle)
 

@@ -259,10 +259,10 @@ def test_depths_are_cast_once_as_long_as_they_are_kept():
     class Counting:
         bounds = texels.bounds
 
-        def gbuffer(self, view, color, normals, window, caster, positions):
+        def gbuffer(self, view, color, rows, caster, positions):
             cast.append(view.name)
-            assert (color, normals, caster, positions) == (None, None, "exact", False)
-            return texels.gbuffer(view, window=window)
+            assert (color, caster, positions) == (None, "exact", False)
+            return texels.gbuffer(view, color, rows=rows)
 
     cache = DepthCache(Counting(), 3)
     for asked in ((0, 1), (1, 2), (0, 2), (5,), (1,)):

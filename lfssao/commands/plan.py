@@ -65,5 +65,5 @@ def _middle(work: "Work") -> "Item":
     from lfssao.work import Item
 
     views = range(len(work.views))
-    seen = [k for k in views if seen_rows(work.views[k], work.boxes[0]).texels] or list(views)
+    seen = [k for k in views if seen_rows(work.views[k], work.boxes[0])] or list(views)
     return Item(0, seen[len(seen) // 2])

@@ -8,7 +8,7 @@ from lfssao.kernels.triangle import edge_function
 
 
 @kernel(parallel=True)
-def hits_on_triangles(kind, lens, width, corners, place_of, triangle, z, weights, left=0, top=0):
+def hits_on_triangles(kind, lens, width, corners, place_of, triangle, z, weights, top=0):
     """Depth and barycentric weights of each texel's ray on a given triangle, as ``hit_triangle`` computes them.
 
     Embree's float32 may name a triangle that the ray passes by: negative weights are then set to 0, which gives a
@@ -28,14 +28,14 @@ def hits_on_triangles(kind, lens, width, corners, place_of, triangle, z, weights
         Out: z of the hit in cast space; untouched where there is none.
     weights : (n, 2) float64
         Out: weights of the triangle's second and third corner; untouched where there is none.
-    left, top : int
-        The column and the row of the view that column and row 0 here are: a window of a larger texture.
+    top : int
+        The row of the view that row 0 here is.
     """
     for texel in prange(triangle.shape[0]):
         if triangle[texel] < 0:
             continue
         j = texel // width
-        ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, (left + (texel - j * width)) + 0.5, (top + j) + 0.5)
+        ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, (texel - j * width) + 0.5, (top + j) + 0.5)
         p = place_of[triangle[texel]]
         az, bz, cz = corners[p, 2], corners[p, 5], corners[p, 8]
         ap, aq = corners[p, 0] - (ox + dx * az), corners[p, 1] - (oy + dy * az)

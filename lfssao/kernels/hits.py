@@ -8,7 +8,7 @@ from lfssao.kernels.rays import image_depth, texel_ray
 
 
 @kernel(parallel=True)
-def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positions, left=0, top=0):
+def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positions, top=0):
     """Depth and world position of every texel.
 
     Parameters
@@ -26,8 +26,8 @@ def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positi
     positions : (n, 3) or (0, 3) float32
         Out, if it has room: world coordinates of the ray's point at z, M (x, y, z, 1) as ((m0 x + m1 y) + m2 z) + m3;
         +infinity where there is no surface.
-    left, top : int
-        The column and the row of the view that column and row 0 here are: a window of a larger texture.
+    top : int
+        The row of the view that row 0 here is.
     """
     m, placed = world_from_cast, positions.shape[0] > 0
     for texel in prange(triangle.shape[0]):
@@ -37,7 +37,7 @@ def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positi
                 positions[texel, 0], positions[texel, 1], positions[texel, 2] = np.inf, np.inf, np.inf
             continue
         j = texel // width
-        ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, (left + (texel - j * width)) + 0.5, (top + j) + 0.5)
+        ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, (texel - j * width) + 0.5, (top + j) + 0.5)
         x, y = ox + z[texel] * dx, oy + z[texel] * dy
         depth[texel] = np.float32(image_depth(kind, lens, z[texel]))
         for row in range(3 if placed else 0):

@@ -22,7 +22,7 @@ def _unit(x, y, z):
 
 @kernel(parallel=True)
 def write_normals(
-    kind, lens, world_from_cast, width, triangle, weights, vertices, faces, vertex_normals, normals, left=0, top=0
+    kind, lens, world_from_cast, width, triangle, weights, vertices, faces, vertex_normals, normals, top=0
 ):
     """Unit normals of every texel that sees a surface, turned towards the viewer; 0 elsewhere.
 
@@ -45,8 +45,8 @@ def write_normals(
         for geometric ones: (b - a) x (c - a).
     normals : (n, 3) float32
         Out.
-    left, top : int
-        The column and the row of the view that column and row 0 here are: a window of a larger texture.
+    top : int
+        The row of the view that row 0 here is.
     """
     m = world_from_cast
     for texel in prange(triangle.shape[0]):
@@ -68,7 +68,7 @@ def write_normals(
             x, y, z = e1 * f2 - e2 * f1, e2 * f0 - e0 * f2, e0 * f1 - e1 * f0
         x, y, z = _unit(x, y, z)
         row = texel // width
-        _, _, _, dx, dy, _, _, _ = texel_ray(kind, lens, (left + (texel - row * width)) + 0.5, (top + row) + 0.5)
+        _, _, _, dx, dy, _, _, _ = texel_ray(kind, lens, (texel - row * width) + 0.5, (top + row) + 0.5)
         # The ray's direction in world space; a normal along it shows the surface's back.
         away = (
             x * ((m[0] * dx + m[1] * dy) + m[2])

@@ -35,13 +35,13 @@ MARGIN = 2.0**-10  # texels
 
 
 @kernel
-def separable_rays(kind, lens, columns, rows, left=0, top=0):
+def separable_rays(kind, lens, columns, rows, top=0):
     """Write o and d of x of each column's rays, (2, W), and of y of each row's, (2, H); returns near and far.
 
-    Columns are counted from ``left`` on, rows from ``top`` on.
+    Rows are counted from ``top`` on.
     """
     for i in range(columns.shape[1]):
-        columns[0, i], _, _, columns[1, i], _, _, _, _ = texel_ray(kind, lens, (left + i) + 0.5, 0.5)
+        columns[0, i], _, _, columns[1, i], _, _, _, _ = texel_ray(kind, lens, i + 0.5, 0.5)
     for j in range(rows.shape[1]):
         _, rows[0, j], _, _, rows[1, j], _, _, _ = texel_ray(kind, lens, 0.5, (top + j) + 0.5)
     _, _, _, _, _, _, near, far = texel_ray(kind, lens, 0.5, 0.5)

@@ -85,9 +85,9 @@ def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
 
 
 @kernel(inline=True)
-def _grid_ray(kind, lens, box, width, height, step, i, j, left, top):
+def _grid_ray(kind, lens, box, width, height, step, i, j, top):
     """The ray of the texel in the middle of cell (i, j) of step x step texels, clipped to a box: empty for t0 > t1."""
-    u = (left + min(i * step + step // 2, width - 1)) + 0.5
+    u = min(i * step + step // 2, width - 1) + 0.5
     v = (top + min(j * step + step // 2, height - 1)) + 0.5
     ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, u, v)
     t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
@@ -96,7 +96,7 @@ def _grid_ray(kind, lens, box, width, height, step, i, j, left, top):
 
 # Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
 @kernel
-def count_rays(kind, lens, box, width, height, step, columns, counts, left=0, top=0):
+def count_rays(kind, lens, box, width, height, step, columns, counts, top=0):
     """How many cells of each row of cells have a ray that meets the box; counts: (rows of cells,) int64.
 
     Arguments as of make_rays.
@@ -104,15 +104,13 @@ def count_rays(kind, lens, box, width, height, step, columns, counts, left=0, to
     for j in range(counts.shape[0]):
         n = 0
         for i in range(columns):
-            _, _, _, _, _, _, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, left, top)
+            _, _, _, _, _, _, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, top)
             n += np.int64(t0 <= t1)
         counts[j] = n
 
 
 @kernel
-def make_rays(
-    kind, lens, box, width, height, step, columns, starts, cells, origins, directions, lengths, left=0, top=0
-):
+def make_rays(kind, lens, box, width, height, step, columns, starts, cells, origins, directions, lengths, top=0):
     """The rays that count_rays counted, from where they enter the box.
 
     Parameters
@@ -134,13 +132,13 @@ def make_rays(
         surfaces are.
     lengths : (n,) float32
         Out: the t, from the origin, at which the ray has left the box.
-    left, top : int
-        The column and the row of the view that column and row 0 here are: a window of a larger texture.
+    top : int
+        The row of the view that row 0 here is.
     """
     for j in range(starts.shape[0]):
         n = starts[j]
         for i in range(columns):
-            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, left, top)
+            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, top)
             if t0 <= t1:
                 cells[n] = j * columns + i
                 origins[n, 0] = ox + t0 * dx

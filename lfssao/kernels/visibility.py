@@ -76,8 +76,8 @@ def _propose(kind, lens, u, v, corners, place_of, proposal):
 
 
 @kernel(inline=True)
-def _start_tile(kind, lens, width, height, i0, j0, left, top, corners, place_of, proposal, ray, best, bundle):
-    """Rays, proposals' hits and bundles of the tile at texel (i0, j0) of the window at (left, top).
+def _start_tile(kind, lens, width, height, i0, j0, top, corners, place_of, proposal, ray, best, bundle):
+    """Rays, proposals' hits and bundles of the tile at texel (i0, j0) of the rows from ``top`` on.
 
     ray[place]: o_x, o_y, d_x, d_y, near. best[place]: z, triangle, weights; z is -infinity where there is no texel.
     """
@@ -91,7 +91,7 @@ def _start_tile(kind, lens, width, height, i0, j0, left, top, corners, place_of,
             ox, oy, dx, dy, near, face, z, weight_b, weight_c = _propose(
                 kind,
                 lens,
-                (left + i0 + i) + 0.5,
+                (i0 + i) + 0.5,
                 (top + j0 + j) + 0.5,
                 corners,
                 place_of,
@@ -190,9 +190,7 @@ def _write_tile(width, height, i0, j0, best, triangle, depth, weights):
 
 
 @kernel(parallel=True)
-def first_hits(
-    kind, lens, width, height, corners, order, boxes, place_of, proposal, triangle, depth, weights, left=0, top=0
-):
+def first_hits(kind, lens, width, height, corners, order, boxes, place_of, proposal, triangle, depth, weights, top=0):
     """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
     Parameters
@@ -214,8 +212,8 @@ def first_hits(
         Out: z of the hit in cast space; untouched where there is none.
     weights : (H * W, 2) float64
         Out: barycentric weights of the triangle's second and third corner; untouched where there is none.
-    left, top : int
-        The column and the row of the view that column and row 0 here are: a window of a larger texture.
+    top : int
+        The row of the view that row 0 here is.
     """
     columns = (width + TILE - 1) // TILE
     rows = (height + TILE - 1) // TILE
@@ -225,6 +223,6 @@ def first_hits(
         stack, meets = np.empty(_STACK, np.int64), np.empty(_SUBS * _SUBS, np.int64)
         for tile_column in range(columns):
             i0, j0 = tile_column * TILE, tile_row * TILE
-            _start_tile(kind, lens, width, height, i0, j0, left, top, corners, place_of, proposal, ray, best, bundle)
+            _start_tile(kind, lens, width, height, i0, j0, top, corners, place_of, proposal, ray, best, bundle)
             _search_tile(corners, order, boxes, stack, ray, best, bundle, meets)
             _write_tile(width, height, i0, j0, best, triangle, depth, weights)

@@ -391,26 +391,3 @@ def shade(ar, rgb, occlusion):
     first = ar.multiply(rgb, ar.subtract(1.0, ao))
     second = ar.fused(-rgb, ao, rgb)
     return ar.choose(ar.lot(0.5), first, second)
-
-
-@np.errstate(invalid="ignore")
-def bilateral(ar, values, keys, table, stride, sharpness, axis):
-    """A bilateral pass of every renderer, (R, H, W), of one texture."""
-    keys = keys.astype(np.float64)
-    reach = len(table) // 2 * stride
-    pad = [(reach, reach) if k == axis else (0, 0) for k in range(2)]
-    wide, deep = np.pad(values.astype(np.float64), pad), np.pad(keys, pad, constant_values=np.inf)
-    weights, taps = [], []
-    for k, gauss in enumerate(single(table)):
-        places = range(k * stride, k * stride + keys.shape[axis])
-        z = np.take(deep, places, axis)
-        both = np.isfinite(z) & np.isfinite(keys)
-        z, centre = np.where(both, z, 0), np.where(both, keys, 0)
-        t = np.abs(ar.subtract(z, centre))
-        near = ar.choose(ar.lot(0.5), ar.subtract(1.0, ar.multiply(single(sharpness), t)),
-                         ar.fused(-single(sharpness), t, 1.0))  # fmt: skip
-        weights.append(np.where(both, ar.multiply(gauss, np.maximum(near, 0)), 0))
-        taps.append(np.take(wide, places, axis))
-    total = ar.total(weights, taps)
-    divisor = ar.total([1.0] * len(weights), weights)
-    return np.where(np.isfinite(keys), ar.divide(total, np.where(divisor > 0, divisor, 1)), 1.0)

@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 from oracle_scenes import ROI, WORLD_BOX, critical_scene, drawn_view, world_points
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views, passes
-from lfssao.kernels import bilateral, outcomes
+from lfssao.kernels import outcomes
 from lfssao.oracle import bounds as oracle
-from lfssao.oracle.bilateral import bilateral_bounds
 from lfssao.oracle.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.oracle.error_model import MODELS
 
@@ -187,25 +186,3 @@ def test_edges_are_met_beside_centres_on_average_no_more_often_than_the_limit_sa
         met, limits = met + np.count_nonzero(crossed), limits + stray_limit(depth, model)
     assert met <= limits < 16 * met
     assert stray_limit(np.ones((9, 9), np.float32)) == stray_limit(depth, "strict") == 0
-
-
-@settings(max_examples=20)
-@given(st.integers(0, 2**32), st.sampled_from(["shader", "nearest"]), st.sampled_from([0, 1]))
-def test_no_bilateral_pass_leaves_its_bounds(seed, model, axis):
-    rng = np.random.default_rng(seed)
-    keys = rng.choice(rng.random(4), (6, 9)).astype(np.float32)
-    keys[rng.random(keys.shape) < 0.2] = np.inf
-    values = rng.random(keys.shape).astype(np.float32)
-    sharpness, table = float(rng.choice([0.0, 1.5, 40.0, 1 / 0.3])), passes.gaussian_kernel(1.0)
-    found = bilateral_bounds(oracle.exactly(values), keys, table, 1, sharpness, axis, model)
-    made = rr.bilateral(arithmetic(model, rng, 40), values, keys, table, 1, sharpness, axis)
-    assert_inside(made, found, "bilateral")
-    reference = np.empty_like(values)
-    run = bilateral.bilateral_horizontal if axis == 1 else bilateral.bilateral_vertical
-    run(values, keys, table.astype(np.float32), 1, np.float32(sharpness), reference)
-    assert not found.outside(reference).any()
-    assert (found.upper - found.lower).max() < 1e-4
-    wrong = np.empty_like(values)
-    skewed = table * np.linspace(1, 1.5, len(table))
-    run(values, keys, skewed.astype(np.float32), 1, np.float32(sharpness), wrong)
-    assert found.outside(wrong).any()

@@ -268,8 +268,8 @@ def conformance():
     """The conformance kit's main passes: textures, every kind of display, every singularity."""
     for recipe in RECIPES.values():
         if recipe.stage in ("algorithm1", "algorithm2", "frame") and not recipe.name.startswith("table_"):
-            parameters, inputs = recipe.build()
-            outputs = STAGES[recipe.stage].run(parameters, inputs)
+            parameters, inputs = recipe.build(*recipe.arguments)
+            outputs = STAGES[recipe.stage](parameters, inputs)
             yield f"kit, {recipe.name}", np.concatenate([np.ravel(a) for a in (*inputs.values(), *outputs.values())])
 
 

@@ -1,8 +1,7 @@
 """Cases of estimators: each as it is, each option changed, and places that options do not come to."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import partial
 from math import inf, isfinite, sqrt
 from typing import Any
 
@@ -16,7 +15,6 @@ from lfssao.estimators.registry import ESTIMATORS
 from lfssao.estimators.texel_lines import texel_lines
 from lfssao.kernels.mapping import MATRIX
 from lfssao.kit.scenes import SCENE, Scene, textures
-from lfssao.kit.specification import is_specified
 from lfssao.kit.views import (
     CAMERA_SCENE,
     DISPLAYS,
@@ -111,17 +109,21 @@ def _view_numbers(view: View) -> dict[str, Any]:
 
 def _remap_problem() -> Problem:
     """Depths so far before their positions that in some texels most samples are occluded, in others few."""
-    estimator = ESTIMATORS["point"]
     tables = {"points": make_samples("latin", 8, 1)}
-    view = module_view(small_display())
-    parameters, inputs = _on_view(estimator, view, SCENE, RADIUS, {"remap": True}, tables)
+    parameters, inputs = _on_view(
+        ESTIMATORS["point"], module_view(small_display()), SCENE, RADIUS, {"remap": True}, tables
+    )
     return parameters, {**inputs, "depth": inputs["depth"] - noise(12, *inputs["depth"].shape) * np.float32(0.1)}
 
 
-def remapped_recipes() -> Iterator[Recipe]:
-    """The remap that is not 0."""
-    yield Recipe("remapped", "estimator", "remap where more than half of the samples are behind the surface, and fewer",
-                 _remap_problem, is_specified("point"))  # fmt: skip
+def estimator_recipes() -> Iterator[Recipe]:
+    """Cases of every estimator of the registry but LF's, which is Algorithms 1 and 2."""
+    yield from _option_recipes()
+    title = "remap where more than half of the samples are behind the surface, and fewer"
+    yield Recipe("remapped", "estimator", title, _remap_problem)
+    yield from _curved_recipes()
+    yield from _disk_recipes()
+    yield from _pass_recipes()
 
 
 def _more(estimator: Estimator, option: str, value: float) -> float:
@@ -136,8 +138,8 @@ _OTHER: dict[str, Value] = {"thickness": 0.3, "second": 0.5, "seed": 7, "bias": 
 _WITH = {"combine": "second"}
 
 
-def option_recipes() -> Iterator[Recipe]:
-    """Every estimator of the registry but LF's, which is Algorithms 1 and 2: as it is, and each option changed."""
+def _option_recipes() -> Iterator[Recipe]:
+    """Each estimator as it is, and each option changed."""
     for name, estimator in ESTIMATORS.items():
         if name == "lf":
             continue
@@ -156,36 +158,34 @@ def option_recipes() -> Iterator[Recipe]:
         if numbers:
             variants.append(("_numbers", False, numbers))
         for suffix, camera, changes in variants:
-            yield Recipe(f"estimator_{name}{suffix}", "estimator", estimator.title,
-                         partial(_estimator_problem, estimator, camera, changes), is_specified(name))  # fmt: skip
+            build = _estimator_problem, estimator, camera, changes
+            yield Recipe(f"estimator_{name}{suffix}", "estimator", estimator.title, *build)
 
 
-def curved_recipes() -> Iterator[Recipe]:
+def _curved_recipes() -> Iterator[Recipe]:
     """Estimators over balls and disks where the mapping is any display's, and has no image of some of their places."""
     changes: dict[str, Value] = {"surface": "positions", "range_check": True, "rotation": "common"}
     for name in ("alchemy", "point", "hemisphere", "vo-points", "vo-points-normal"):
         estimator, view = ESTIMATORS[name], module_view(MISSED.with_resolution(16, 12))
         own = {option: value for option, value in changes.items() if option in estimator.parameters}
-        yield Recipe(f"curved_{name}", "estimator", f"{estimator.title}: convex screen",
-                     partial(_on_view, estimator, view, SCENE, 1.2, own, _own_tables(estimator)),
-                     is_specified(name))  # fmt: skip
+        build = _on_view, estimator, view, SCENE, 1.2, own, _own_tables(estimator)
+        yield Recipe(f"curved_{name}", "estimator", f"{estimator.title}: convex screen", *build)
 
 
-def disk_recipes() -> Iterator[Recipe]:
+def _disk_recipes() -> Iterator[Recipe]:
     """Estimators over disks: several samples of which one has no weight, no weights at all, places without image."""
     ways: list[tuple[str, dict[str, Value], Arrays]] = [
         ("weighted", {"thickness": 0.4}, {"points": np.array(_DISK), "weights": np.array([2.0, 1.0, 1.5, 0.5, 3.0])}),
         ("unweighted", {"randomize": False}, {"points": np.array(_DISK)}),
         ("rim", {}, {"points": np.array(_DISK[-1:])}),
     ]
+    alone: list[tuple[str, dict[str, Value], Arrays]] = [("", {"bias": 60.0}, {}), ("turned", {"randomize": False}, {})]
     for name in ("vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal", "hbao"):
         estimator = ESTIMATORS[name]
-        for suffix, changes, tables in (
-            ways if estimator.dimensions else [("", {"bias": 60.0}, {}), ("turned", {"randomize": False}, {})]
-        ):
+        for suffix, changes, tables in ways if estimator.dimensions else alone:
             options = {o: v for o, v in changes.items() if o in estimator.parameters}
-            yield Recipe(f"disk_{name}_{suffix}".rstrip("_"), "estimator", f"{estimator.title}: convex screen",
-                         partial(_disk_problem, estimator, options, tables), is_specified(name))  # fmt: skip
+            title, case = f"{estimator.title}: convex screen", f"disk_{name}_{suffix}".rstrip("_")
+            yield Recipe(case, "estimator", title, _disk_problem, estimator, options, tables)
 
 
 # Passes over texels: views, whole numbers and places that the cases of single options do not come to.
@@ -269,26 +269,26 @@ def _no_line_problem(estimator: Estimator) -> Problem:
     return parameters, {**inputs, "depth": depth, "positions": positions}
 
 
-def pass_recipes() -> Iterator[Recipe]:
+def _pass_recipes() -> Iterator[Recipe]:
     """Estimators that pass over texels and their levels."""
+    large, odd, one = (DISPLAYS["crossed_slits"].with_resolution(*size) for size in ((48, 36), (33, 21), (1, 1)))
     for name in ("sao", "sao-equation-1", "multiresolution"):
-        estimator, specified = ESTIMATORS[name], is_specified(name)
-        large, odd, one = (DISPLAYS["crossed_slits"].with_resolution(*size) for size in ((48, 36), (33, 21), (1, 1)))
-        builds: dict[str, Callable[[], Problem]] = {
-            f"holes_{suffix}".rstrip("_"): partial(_rough, module_view(odd), 0.4, estimator, changes)
+        estimator = ESTIMATORS[name]
+        builds: dict[str, tuple[Any, ...]] = {
+            f"holes_{suffix}".rstrip("_"): (_rough, module_view(odd), 0.4, estimator, changes)
             for suffix, changes in (_LEVELS if estimator.normals else _PASSES).items()
         }
-        builds["one_texel"] = partial(_on_view, estimator, module_view(one), SCENE, 0.3, {}, {})
-        builds["zero_radius"] = partial(_on_view, estimator, module_view(small_display()), SCENE, 0.0, {}, {})
-        builds["wide"] = partial(_on_view, estimator, module_view(large), SCENE, 1e7, {}, {})
+        builds["one_texel"] = _on_view, estimator, module_view(one), SCENE, 0.3, {}, {}
+        builds["zero_radius"] = _on_view, estimator, module_view(small_display()), SCENE, 0.0, {}, {}
+        builds["wide"] = _on_view, estimator, module_view(large), SCENE, 1e7, {}, {}
         if not estimator.normals:
-            builds |= {projection: partial(_beyond_planes, estimator, projection) for projection in _BEYOND}
-            builds["infinite_far_plane"] = partial(_endless, estimator)
-            builds["near"] = partial(_rough, module_view(odd), 0.05, estimator, {})
+            builds |= {projection: (_beyond_planes, estimator, projection) for projection in _BEYOND}
+            builds["infinite_far_plane"] = _endless, estimator
+            builds["near"] = _rough, module_view(odd), 0.05, estimator, {}
             for kind in ("convex", "conical"):
                 display = DISPLAYS[kind].with_resolution(20, 15)
-                builds[kind] = partial(_lines_problem, estimator, display, {"mip": "harmonic", "log_q": 0})
-            builds["no_line"] = partial(_no_line_problem, estimator)
+                builds[kind] = _lines_problem, estimator, display, {"mip": "harmonic", "log_q": 0}
+            builds["no_line"] = _no_line_problem, estimator
         for suffix, build in builds.items():
-            yield Recipe(f"passes_{name}_{suffix}", "estimator", f"{estimator.title}: {suffix.replace('_', ' ')}",
-                         build, specified)  # fmt: skip
+            title = f"{estimator.title}: {suffix.replace('_', ' ')}"
+            yield Recipe(f"passes_{name}_{suffix}", "estimator", title, *build)

@@ -6,7 +6,7 @@ import json
 import os
 import re
 import shutil
-import tempfile
+import uuid
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import prod
@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao import __version__
+from lfssao.digests import digest
 from lfssao.errors import InputError
 from lfssao.exr import Part, write_exr
 from lfssao.files import check_folder
 from lfssao.oracle.bounds import Bounds
-from lfssao.oracle.case import Arrays, Case
+from lfssao.oracle.case import Array, Arrays, Case
 
 FORMAT = 1
 _INDEX = "kit.json"
@@ -44,7 +44,7 @@ def write_kit(folder: Path, cases: Iterable[Case], specification: str) -> None:
     Parameters
     ----------
     folder : Path
-        The folder to be; it may be there if it is empty or holds a kit, which is replaced.
+        The folder to write; it may exist if it is empty or holds a kit, which is replaced.
     cases : iterable of Case
         Its cases, taken one after the other.
     specification : str
@@ -84,10 +84,10 @@ def check_target(folder: Path) -> None:
 def _replacing(target: Path) -> Iterator[Path]:
     """A temporary folder that takes the target's place if the block succeeds, and goes if it does not."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    part = Path(tempfile.mkdtemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent))
+    part = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
     old = part.with_suffix(".old")
+    part.mkdir()
     try:
-        part.chmod(0o777 & ~_umask())
         yield part
         if target.exists():
             target.rename(old)
@@ -97,57 +97,31 @@ def _replacing(target: Path) -> Iterator[Path]:
         shutil.rmtree(old, ignore_errors=True)
 
 
-def _umask() -> int:
-    """The process's mask of permissions, which can be read by setting it only."""
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
-
-
 def write_case(folder: Path, case: Case) -> dict[str, Any]:
-    """Write one case into a new folder; return its entry of the index.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder to be.
-    case : Case
-        The case.
-    """
+    """Write one case into a new folder; return its entry of the index."""
     folder.mkdir(parents=True)
     text = to_json(describe_case(case))
     (folder / "case.json").write_bytes(text)
     for name, array in arrays_of(case).items():
-        (folder / f"{name}.npy").write_bytes(_header(array.dtype, array.shape) + _little(array).tobytes())
+        little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+        (folder / f"{name}.npy").write_bytes(_header(array.dtype, array.shape) + little.tobytes())
     for file, arrays in (("inputs.exr", case.inputs), ("outputs.exr", case.outputs)):
         parts = _parts(arrays)
         if parts:
             write_exr(folder / file, parts)
-    return {
-        "name": case.name,
-        "stage": case.stage,
-        "title": case.title,
-        "specified": case.specified,
-        "folder": f"cases/{case.name}",
-        "sha256": hashlib.sha256(text).hexdigest(),
-    }
+    return {**_head(case), "folder": f"cases/{case.name}", "sha256": hashlib.sha256(text).hexdigest()}
+
+
+def _head(case: Case) -> dict[str, Any]:
+    return {"name": case.name, "stage": case.stage, "title": case.title, "specified": case.specified}
 
 
 def describe_case(case: Case) -> dict[str, Any]:
-    """What case.json holds; with the digests of all arrays it fixes every bit of the case.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-    """
+    """What case.json holds; with the digests of all arrays it fixes every bit of the case."""
     described = {name: _describe(name, array) for name, array in arrays_of(case).items()}
     return {
         "format": FORMAT,
-        "name": case.name,
-        "stage": case.stage,
-        "title": case.title,
-        "specified": case.specified,
+        **_head(case),
         "parameters": dict(case.parameters),
         "inputs": {name: described[name] for name in case.inputs},
         "outputs": {name: described[name] for name in case.outputs},
@@ -157,7 +131,7 @@ def describe_case(case: Case) -> dict[str, Any]:
     }
 
 
-def arrays_of(case: Case) -> dict[str, NDArray[Any]]:
+def arrays_of(case: Case) -> dict[str, Array]:
     """All arrays of a case by the names of their files."""
     arrays = {**case.inputs, **case.outputs}
     for name, bounds in case.bounds.items():
@@ -172,14 +146,8 @@ def to_json(value: Any) -> bytes:
     return (text.replace("[ ", "[").replace(" ]", "]") + "\n").encode("ascii")
 
 
-def _describe(name: str, array: NDArray[Any]) -> dict[str, Any]:
-    data = _little(array).tobytes()
-    digest = hashlib.sha256(data).hexdigest()
-    return {"file": f"{name}.npy", "dtype": array.dtype.name, "shape": list(array.shape), "sha256": digest}
-
-
-def _little(array: NDArray[Any]) -> NDArray[Any]:
-    return np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+def _describe(name: str, array: Array) -> dict[str, Any]:
+    return {"file": f"{name}.npy", "dtype": array.dtype.name, "shape": list(array.shape), "sha256": digest(array)}
 
 
 def _header(dtype: np.dtype[Any], shape: Sequence[int]) -> bytes:
@@ -210,11 +178,6 @@ def _parts(arrays: Arrays) -> list[Part]:
 def read_index(folder: Path) -> list[dict[str, Any]]:
     """The entries of a kit's cases: name, stage, title, folder and whether it is specified.
 
-    Parameters
-    ----------
-    folder : Path
-        The kit.
-
     Raises
     ------
     InputError
@@ -225,7 +188,7 @@ def read_index(folder: Path) -> list[dict[str, Any]]:
     keys = {"name": str, "stage": str, "title": str, "folder": str, "specified": bool, "sha256": str}
     cases = kit.get("cases")
     if not isinstance(cases, list) or not all(_has(case, keys) for case in cases):
-        raise InputError(f"{path}: its list of cases is not one")
+        raise InputError(f"{path}: its list of cases is malformed")
     return cases
 
 
@@ -236,12 +199,7 @@ def read_kit(folder: Path) -> Iterator[Case]:
 
 
 def read_case(folder: Path) -> Case:
-    """One case, every array checked against its digest.
-
-    Parameters
-    ----------
-    folder : Path
-        The case's folder.
+    """One case from its folder, every array checked against its digest.
 
     Raises
     ------
@@ -274,7 +232,7 @@ def read_case(folder: Path) -> Case:
 
 def _side(path: Path, pair: Any, side: str) -> Any:
     if not _has(pair, {side: dict}):
-        raise InputError(f"{path}: bounds need a lower and an upper one")
+        raise InputError(f"{path}: bounds need a lower and an upper array")
     return pair[side]
 
 
@@ -292,7 +250,7 @@ def _read_json(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: it is not a JSON file ({error})") from error
     found = value.get("format") if isinstance(value, dict) else None
     if not isinstance(found, int) or isinstance(found, bool) or found < 1:
-        raise InputError(f"{path}: it is not of a kit: its format is {found!r}")
+        raise InputError(f"{path}: it is no file of a kit: its format is {found!r}")
     if found > FORMAT:
         raise InputError(f"{path}: the kit is of format {found}, and this version of lfssao reads up to {FORMAT}")
     assert isinstance(value, dict)
@@ -302,13 +260,13 @@ def _read_json(path: Path) -> dict[str, Any]:
 _DTYPES = ("float32", "float64", "int32", "int64", "uint32")
 
 
-def _read_array(folder: Path, name: str, entry: Any) -> NDArray[Any]:
+def _read_array(folder: Path, name: str, entry: Any) -> Array:
     """An array of a case, checked before memory is taken for it."""
     if not _has(entry, {"file": str, "dtype": str, "shape": list, "sha256": str}):
-        raise InputError(f"{folder / 'case.json'}: the description of {name} is not one")
+        raise InputError(f"{folder / 'case.json'}: the description of {name} is malformed")
     path, shape = folder / entry["file"], entry["shape"]
     if path.parent != folder or entry["dtype"] not in _DTYPES or not _is_shape(shape):
-        raise InputError(f"{folder / 'case.json'}: the file, dtype or shape of {name} is not one")
+        raise InputError(f"{folder / 'case.json'}: the file, dtype or shape of {name} is malformed")
     dtype = np.dtype(entry["dtype"]).newbyteorder("<")
     size = prod(shape) * dtype.itemsize
     try:

@@ -1,7 +1,6 @@
 """The stages that cases are for: what each makes of its inputs, by the program's own functions, and its bounds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,33 +22,6 @@ MODEL = "shader"  # of the bounds
 
 Outputs = dict[str, Array]
 Run = Callable[[Parameters, Arrays], Outputs]
-MakeBounds = Callable[[Parameters, Arrays], dict[str, Bounds | None]]
-
-
-def _no_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
-    """No output has bounds: equal bits are asked."""
-    return {}
-
-
-@dataclass(frozen=True)
-class Stage:
-    """One stage.
-
-    Attributes
-    ----------
-    name : str
-        What cases and SPECIFICATION.md call it.
-    run : callable
-        ``run(parameters, inputs) -> outputs``, the first one first.
-    bounds : callable
-        ``bounds(parameters, inputs)``: those of outputs by name, for a renderer within the error model of shading
-        languages. By default there are none: the stage rounds nothing, or is float64 or integers, which every language
-        has, and equal bits are asked.
-    """
-
-    name: str
-    run: Run
-    bounds: MakeBounds = _no_bounds
 
 
 _FUNCTIONS = {"sincospi": elementary.sincospi, "cbrt": elementary.cbrt, "exp": elementary.exp}
@@ -118,10 +90,6 @@ def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {**_occlusion(made), **_offsets(parameters, inputs)}
 
 
-def _occlusion_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
-    return {"occlusion": occlusion_bounds(parameters, inputs, parameters["radius"], MODELS[MODEL])}
-
-
 def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"merged": passes.merge(inputs["layers"])}
 
@@ -134,16 +102,8 @@ def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
 
 
-def _blur_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
-    return {"blurred": blur_bounds(exactly(inputs["source"]), parameters["sigma"], MODEL)}
-
-
 def _shade(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"shaded": passes.shade(inputs["image"], inputs["occlusion"])}
-
-
-def _shade_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
-    return {"shaded": shade_bounds(inputs["image"], exactly(inputs["occlusion"]), MODEL)}
 
 
 def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
@@ -155,12 +115,6 @@ def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
     made = {f"ao_{k + 1}": without_guard(layer, guard) for k, layer in enumerate(layers)}
     made |= {"merged": without_guard(merged, guard), "blurred": without_guard(blurred, guard)}
     return {"shaded": passes.shade(without_guard(inputs["image"], guard), made["blurred"]), **made}
-
-
-def _frame_bounds(parameters: Parameters, inputs: Arrays) -> dict[str, Bounds | None]:
-    frame = Frame(parameters, inputs, without_guard(inputs["image"], parameters["guard"]), MODELS[MODEL])
-    made = {"shaded": frame.shaded(), "merged": frame.merged(), "blurred": frame.blurred()}
-    return made | {f"ao_{k + 1}": frame.ao(k) for k in range(len(parameters["radii"]))}
 
 
 def _view(parameters: Parameters) -> View:
@@ -178,20 +132,42 @@ def _estimator(parameters: Parameters, inputs: Arrays) -> Outputs:
     return _occlusion(estimate(*chosen, **parameters["options"]))
 
 
-STAGES = {
-    stage.name: stage
-    for stage in (
-        Stage("elementary", _elementary),
-        Stage("philox", _philox),
-        Stage("samples", _samples),
-        Stage("numbers", _numbers),
-        Stage("mapping", _map_points),
-        Stage("algorithm1", _algorithm1, _occlusion_bounds),
-        Stage("algorithm2", _algorithm2, _occlusion_bounds),
-        Stage("merge", _merge),
-        Stage("blur", _blur, _blur_bounds),
-        Stage("shade", _shade, _shade_bounds),
-        Stage("frame", _frame, _frame_bounds),
-        Stage("estimator", _estimator, _occlusion_bounds),
-    )
+# What a stage makes of parameters and inputs: its outputs by name, the one that counts first.
+STAGES: dict[str, Run] = {
+    "elementary": _elementary,
+    "philox": _philox,
+    "samples": _samples,
+    "numbers": _numbers,
+    "mapping": _map_points,
+    "algorithm1": _algorithm1,
+    "algorithm2": _algorithm2,
+    "merge": _merge,
+    "blur": _blur,
+    "shade": _shade,
+    "frame": _frame,
+    "estimator": _estimator,
 }
+
+
+def stage_bounds(stage: str, parameters: Parameters, inputs: Arrays) -> dict[str, Bounds]:
+    """Bounds of a stage's outputs by name, for a renderer within the error model of shading languages.
+
+    Stages without bounds round nothing, or are float64 or integers, which every language has: equal bits are asked.
+
+    Parameters
+    ----------
+    stage, parameters, inputs
+        As of ``Case``.
+    """
+    model, made = MODELS[MODEL], dict[str, Bounds | None]()
+    if stage in ("algorithm1", "algorithm2", "estimator"):
+        made["occlusion"] = occlusion_bounds(parameters, inputs, parameters["radius"], model)
+    elif stage == "blur":
+        made["blurred"] = blur_bounds(exactly(inputs["source"]), parameters["sigma"], model)
+    elif stage == "shade":
+        made["shaded"] = shade_bounds(inputs["image"], exactly(inputs["occlusion"]), model)
+    elif stage == "frame":
+        frame = Frame(parameters, inputs, without_guard(inputs["image"], parameters["guard"]), model)
+        made = {"shaded": frame.shaded(), "merged": frame.merged(), "blurred": frame.blurred()}
+        made |= {f"ao_{k + 1}": frame.ao(k) for k in range(len(parameters["radii"]))}
+    return {name: bounds for name, bounds in made.items() if bounds is not None}

@@ -1,7 +1,7 @@
 """What the cases look at: displays, cameras, and numbers that look like noise; and what a case is made by."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,25 +23,21 @@ WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.45, 0.05, 0.0], [0.0, 0.1, -0.
 RADIUS = 0.2
 
 
-@dataclass(frozen=True)
 class Recipe:
     """How a case is made.
 
-    Attributes
+    Parameters
     ----------
     name, stage, title : str
         As of ``Case``.
     build : callable
-        ``build() -> (parameters, inputs)``.
-    specified : bool
-        As of ``Case``.
+        ``build(*arguments) -> (parameters, inputs)``.
+    arguments
+        What it is called with.
     """
 
-    name: str
-    stage: str
-    title: str
-    build: Callable[[], Problem]
-    specified: bool = True
+    def __init__(self, name: str, stage: str, title: str, build: Callable[..., Problem], *arguments: Any) -> None:
+        self.name, self.stage, self.title, self.build, self.arguments = name, stage, title, build, arguments
 
 
 def make_display(module: Module = MODULE, **options: Any) -> Display:

@@ -217,7 +217,7 @@ def test_few_samples_are_undecided_in_the_embedded_scenes(name):
 # Reasons
 
 
-def test_explain_names_the_texel_the_edge_and_the_doubt():
+def test_explain_names_the_texel_the_edge_and_the_error():
     depth = np.float32([[0, 5, np.inf]])
     positions = np.zeros((1, 3, 3), np.float32)
     positions[0, 0] = 0.5, 0.5, 0.0
@@ -234,7 +234,7 @@ def test_explain_names_the_texel_the_edge_and_the_doubt():
     assert by_number[0].from_edge == 0.25
     assert by_number[2].behind == -np.inf
     assert by_number[3].texel is None
-    assert 0 < by_number[1].doubt_uv < 1e-5
+    assert 0 < by_number[1].error_uv < 1e-5
     texts = {s.number: str(s) for s in found}
     assert texts[0].startswith("sample 0 is clear: it reads texel (0, 0), 2.5e-01 from its edge")
     assert "3.0e+00 before its surface" in texts[0]

@@ -20,7 +20,7 @@ from lfssao.estimators.buffers import Buffers
 from lfssao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.estimators.surroundings import ball_mirrors
 from lfssao.kernels import outcomes
-from lfssao.oracle import shares
+from lfssao.oracle import points as point_oracle
 from lfssao.oracle.error_model import MODELS
 from lfssao.oracle.judge import occlusion_bounds
 from lfssao.oracle.points import BOUNDED, NORMALS, is_bounded, point_bounds
@@ -168,7 +168,7 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     display = find_display("virtual").with_resolution(2 * n, 1)
     view = module_views(builtin_scene("statue"), display)[0]
     texels = Texels(Surfaces(depth, positions, view.world_to_image, view.cast_from_world), MODELS[model])
-    may, must = shares._range_check(texels, radius)(np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2))
+    may, must = point_oracle.range_check(texels, radius)(np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2))
     ar = arithmetic(model, rng, RENDERERS)
     away = [ar.subtract(far[None, :, k].astype(float), places[None, :, k].astype(float)) for k in range(3)]
     square = rr.dot(ar, away, away)
@@ -183,7 +183,7 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     texels = Texels(
         Surfaces(depth[:, :n], positions[:, :n], view.world_to_image, view.cast_from_world, normals), MODELS[model]
     )
-    below, surely = shares._below(texels, offset, 0.0)
+    below, surely = point_oracle.below_surface(texels, offset, 0.0)
     parts = list(offset)
     turned = rr.dot(ar, parts, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
     assert not (turned & ~below).any()
@@ -201,8 +201,8 @@ def test_image_points_equal_the_reference(data):
     off = rng.choice([0.0, 1e-6, 0.1], (6, 3))
     kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).astype(np.float64)
     model = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))]
-    image, doubt, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
-    outcomes.map_positions(places, off, kind, m, model.errors, image, doubt, sure)
+    image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
+    outcomes.map_positions(places, off, kind, m, model.errors, image, error, sure)
     by = reference.Errors(*model.errors)
     for place in range(6):
         pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
@@ -210,10 +210,10 @@ def test_image_points_equal_the_reference(data):
             rows = [reference.point_row(m, k, pairs, by) for k in range(4 if kind == reference.MATRIX else 3)]
             u, v, z, truths = reference.image(kind, m, *rows, *[None] * (4 - len(rows)), by)
         assert sure[place] == (truths == {True})
-        assert (doubt[place][0] == -np.inf) == (True not in truths)
+        assert (error[place][0] == -np.inf) == (True not in truths)
         if True in truths:
             np.testing.assert_array_equal(image[place], [u.x, v.x, z.x])
-            np.testing.assert_array_equal(doubt[place], [u.e, v.e, z.e])
+            np.testing.assert_array_equal(error[place], [u.e, v.e, z.e])
 
 
 # How sharp, and what has none

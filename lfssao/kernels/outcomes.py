@@ -320,7 +320,7 @@ def trace_samples(inputs, by, column, row, found):
 
 
 @kernel(parallel=True)
-def map_positions(positions, allowance, kind, m, by, image, doubt, sure):
+def map_positions(positions, allowance, kind, m, by, image, error, sure):
     """Image points of positions, and by how much they may be off.
 
     Parameters
@@ -333,7 +333,7 @@ def map_positions(positions, allowance, kind, m, by, image, doubt, sure):
         As of ``Inputs``.
     by : Errors
         What a renderer's arithmetic may be off by.
-    image, doubt : (n, 3) float64
+    image, error : (n, 3) float64
         Out: u, v, z and their errors; minus infinity where a position lies outside the mapping's domain for sure.
     sure : (n,) bool
         Out: whether it lies in the domain for sure.
@@ -344,9 +344,9 @@ def map_positions(positions, allowance, kind, m, by, image, doubt, sure):
         z = Pair(positions[k, 2], allowance[k, 2])
         a, b, c, q = rows_of_point(kind, m, x, y, z, by.operation)
         found = project(kind, m, a, b, c, q, by)
-        image[k, 0], doubt[k, 0] = found.u
-        image[k, 1], doubt[k, 1] = found.v
-        image[k, 2], doubt[k, 2] = found.z
+        image[k, 0], error[k, 0] = found.u
+        image[k, 1], error[k, 1] = found.v
+        image[k, 2], error[k, 2] = found.z
         sure[k] = found.must
         if not found.may:
-            doubt[k, 0] = -np.inf
+            error[k, 0] = -np.inf

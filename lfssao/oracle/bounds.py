@@ -17,6 +17,7 @@ from lfssao.errors import InputError
 from lfssao.kernels import blur as blur_kernels
 from lfssao.kernels import elementary, outcomes
 from lfssao.kernels.mapping import MATRIX
+from lfssao.kernels.rounding import SAFETY
 from lfssao.matrix import Matrix
 from lfssao.oracle.error_model import ErrorModel, find_model
 from lfssao.view import WorldToImage
@@ -115,30 +116,18 @@ def ao_bounds(
         If a shape, a dtype, the radius or the model is wrong.
     """
     chosen = find_model(model)
-    if chosen.exact:
-        texture = _reference(depth, positions, world_to_image, samples, radius, screen_to_world)
-        return Bounds(texture, texture, np.zeros(depth.shape, np.int32))
     inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
+    if chosen.exact:
+        if screen_to_world is None:
+            made = passes.algorithm2(depth, inputs.positions, world_to_image, samples, radius)
+        else:
+            forth = world_to_image.numbers.reshape(4, 4)
+            made = passes.algorithm1(depth, screen_to_world, forth, samples, radius)
+        return Bounds(made.texture, made.texture, np.zeros(depth.shape, np.int32))
     fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
     outcomes.count_outcomes(inputs, chosen.errors, fewest, most)
     low, high = fraction_bounds(len(samples), chosen)
     return Bounds(low[fewest], high[most], most - fewest)
-
-
-def _reference(
-    depth: Texture,
-    positions: Texture | None,
-    world_to_image: WorldToImage,
-    samples: NDArray[np.floating[Any]],
-    radius: float,
-    screen_to_world: Matrix | None,
-) -> Texture:
-    """The one right texture of Algorithm 1 or 2 under ``strict``."""
-    _check_single("depth", depth, 2)
-    if screen_to_world is not None:
-        matrix = _matrix_numbers(world_to_image).reshape(4, 4)
-        return passes.algorithm1(depth, screen_to_world, matrix, samples, radius).texture
-    return passes.algorithm2(depth, _required(positions), world_to_image, samples, radius).texture
 
 
 def sample_inputs(
@@ -163,16 +152,19 @@ def sample_inputs(
     """
     _check_single("depth", depth, 2)
     back, places = np.empty(0), np.empty((0, 0, 3), np.float32)
-    if screen_to_world is None:
-        places = np.ascontiguousarray(_required(positions))
+    if screen_to_world is not None:
+        if np.shape(screen_to_world) != (4, 4):
+            raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
+        if world_to_image.kind != MATRIX:
+            raise InputError("Algorithm 1 needs a mapping that is a matrix")
+        back = np.ravel(screen_to_world).astype(np.float32).astype(np.float64)
+    elif positions is None:
+        raise InputError("Algorithm 2 reads positions, and there are none")
+    else:
+        places = np.ascontiguousarray(positions)
         _check_single("positions", places, 3)
         if places.shape != (*depth.shape, 3):
             raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
-    else:
-        if np.shape(screen_to_world) != (4, 4):
-            raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
-        _matrix_numbers(world_to_image)
-        back = np.ravel(screen_to_world).astype(np.float32).astype(np.float64)
     offsets, is_exact = _offsets(samples, radius)
     kind, numbers = world_to_image.kind, _rounded(world_to_image)
     return outcomes.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, kind, numbers)
@@ -213,33 +205,21 @@ def project_positions(
 
     Returns
     -------
-    image, doubt : (..., 3)
+    image, error : (..., 3)
         u, v, z and their errors; that of u is minus infinity where a position is outside the domain for sure.
     sure : (...) bool
         Whether it lies in the domain for sure.
     """
     shape = positions.shape
     points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
-    image, doubt, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
-    outcomes.map_positions(points, off, world_to_image.kind, _rounded(world_to_image), model.errors, image, doubt, sure)
-    return image.reshape(shape), doubt.reshape(shape), sure.reshape(shape[:-1])
+    image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
+    outcomes.map_positions(points, off, world_to_image.kind, _rounded(world_to_image), model.errors, image, error, sure)
+    return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
 
 
 def _rounded(world_to_image: WorldToImage) -> FloatArray:
     """A mapping's numbers as a renderer has them."""
     return world_to_image.as_type(np.float32).astype(np.float64)
-
-
-def _matrix_numbers(world_to_image: WorldToImage) -> FloatArray:
-    if world_to_image.kind != MATRIX:
-        raise InputError("Algorithm 1 needs a mapping that is a matrix")
-    return world_to_image.numbers
-
-
-def _required(positions: Texture | None) -> Texture:
-    if positions is None:
-        raise InputError("Algorithm 2 reads positions, and there are none")
-    return positions
 
 
 def _check_single(name: str, texture: Texture, dimensions: int) -> None:
@@ -264,11 +244,8 @@ def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
     k = np.arange(n + 1)
     relative = model.quotient + k * model.operation * (1 + k * model.operation)
     fraction = k / n
-    low, high = fraction * (1 - relative * _SAFETY), fraction * (1 + relative * _SAFETY)
+    low, high = fraction * (1 - relative * SAFETY), fraction * (1 + relative * SAFETY)
     return up_to_single(low), down_to_single(high)
-
-
-_SAFETY = 1 + 2.0**-20
 
 
 def up_to_single(values: FloatArray) -> Texture:
@@ -331,14 +308,14 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     n = len(weights)
     growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
     terms = (1 + weight_errors(sigma, chosen)) * growth - 1
-    doubt = weights * terms * _SAFETY + chosen.smallest * (weights > 0)  # small weights may be flushed
+    room = weights * terms * SAFETY + chosen.smallest * (weights > 0)  # small weights may be flushed
     lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
     for run in (blur_kernels.blur_horizontal, blur_kernels.blur_vertical):
         size = np.maximum(np.abs(lower), np.abs(upper))
         below, above, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
         run(lower, weights, below)
         run(upper, weights, above)
-        run(size, doubt, error)
+        run(size, room, error)
         error += (2 * n + 2) * chosen.smallest * (error > 0)  # sums of zeros are zero
         lower = up_to_single(below - error).astype(np.float64)
         upper = down_to_single(above + error).astype(np.float64)
@@ -360,10 +337,9 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     model : ErrorModel
         Not an exact one.
     """
-    radius = len(passes.gaussian_kernel(sigma)) // 2
+    weights, r = passes.gaussian_kernel(sigma), model.operation
+    radius = len(weights) // 2
     x = 0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2
-    r = model.operation
-    weights = passes.gaussian_kernel(sigma)
     x = np.where(weights > 0, x, 0.0)  # where exp is 0 in float64 no error makes more of it
     argument = x * (2 * model.quotient + 6 * r)
     constant, slope = model.exponential

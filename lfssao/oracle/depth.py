@@ -298,13 +298,13 @@ class PositionBounds:
         allowance = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
         with np.errstate(invalid="ignore"):  # of a NaN that signals
             exact = np.ascontiguousarray(positions, np.float64)
-        image, doubt, _ = project_positions(exact, allowance, self.world_to_image, self.model)
+        image, error, _ = project_positions(exact, allowance, self.world_to_image, self.model)
         height, width = depth.shape
         centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
         room = ROUNDINGS * operation * _largest(depth)
         with np.errstate(invalid="ignore"):  # where there is no surface
-            far = [~(np.abs(image[..., 2] - depth) <= doubt[..., 2] + room)]
-            far += [~(np.abs(image[..., k] - centre[k]) <= doubt[..., k] + self.model.centre) for k in range(2)]
+            far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
+            far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
         surface, beside = depth < np.inf, np.any(positions != np.inf, axis=-1)
         wrong: NDArray[np.bool_] = (surface & np.logical_or.reduce(far)) | (~surface & beside)
         return wrong

@@ -33,8 +33,8 @@ class Sample:
         How far, in texels, the image point is from the nearest edge of that texel.
     behind : float
         z less the depth of the surface there: positive, occluded; minus infinity before no surface.
-    doubt_uv, doubt_z : float
-        By how much u or v, and z, may be off.
+    error_uv, error_z : float
+        How far u or v, and z, may be off.
     """
 
     number: int
@@ -45,17 +45,17 @@ class Sample:
     texel: tuple[int, int] | None
     from_edge: float
     behind: float
-    doubt_uv: float
-    doubt_z: float
+    error_uv: float
+    error_z: float
 
     def __str__(self) -> str:
         if self.texel is None:
             return f"sample {self.number} is {self.outcome}: it lies outside the texture or the mapping's domain"
-        where = f"reads texel {self.texel}, {self.from_edge:.1e} from its edge (doubt {self.doubt_uv:.1e})"
+        where = f"reads texel {self.texel}, {self.from_edge:.1e} from its edge (error up to {self.error_uv:.1e})"
         if self.behind == -np.inf:
             return f"sample {self.number} is {self.outcome}: it {where}, which sees no surface"
         side = "behind" if self.behind > 0 else "before"
-        depth = f"{abs(self.behind):.1e} {side} its surface (doubt {self.doubt_z:.1e})"
+        depth = f"{abs(self.behind):.1e} {side} its surface (error up to {self.error_z:.1e})"
         return f"sample {self.number} is {self.outcome}: it {where}, and lies {depth}"
 
 
@@ -76,12 +76,12 @@ def explain(
     texel : (int, int)
         Column and row.
     depth, positions, world_to_image, samples, radius, model, screen_to_world
-        As for ``bounds.ao_bounds``. An exact model has no doubt; ``nearest`` is taken for it.
+        As for ``bounds.ao_bounds``. An exact model has no errors; ``nearest`` is taken for it.
 
     Returns
     -------
     list of Sample
-        Undecided ones first, then by the smaller of distance to the edge and to the surface, in units of the doubt.
+        Undecided ones first, then by the smaller of distance to the edge and to the surface, in units of the error.
         Empty where the texel has no surface.
 
     Raises
@@ -113,7 +113,7 @@ def _sample(number: int, row: list[float], depth: Texture) -> Sample:
 
 
 def _closeness(sample: Sample) -> tuple[bool, float]:
-    """Undecided samples first, then by how many doubts away another answer is."""
-    edge = sample.from_edge / sample.doubt_uv if sample.doubt_uv > 0 else np.inf
-    depth = abs(sample.behind) / sample.doubt_z if sample.doubt_z > 0 else np.inf
+    """Undecided samples first, then by how many errors away another answer is."""
+    edge = sample.from_edge / sample.error_uv if sample.error_uv > 0 else np.inf
+    depth = abs(sample.behind) / sample.error_z if sample.error_z > 0 else np.inf
     return sample.outcome != "undecided", min(edge, depth)

@@ -18,13 +18,13 @@ import numba
 import numpy as np
 
 from lfssao import Occluders, RayCaster, Settings, builtin_scene, find_display, load_scene, module_views, samples
-from lfssao.estimators.buffers import Buffers
-from lfssao.figures import agreement
-from lfssao.ground_truth import ray_cast_occlusion
-from lfssao.manifest import describe_machine
-from lfssao.neighbours import DepthCache
-from lfssao.rendering import diagonal, neighbour_views, render_view
-from lfssao.viewer import LightField, eye_view
+from lfssao.ao.estimators.neighbours import DepthCache
+from lfssao.ao.ground_truth import ray_cast_occlusion
+from lfssao.ao.textures import Buffers
+from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.passes import diagonal, neighbour_views, render_view
+from lfssao.rendering.viewer import LightField, eye_view
+from lfssao.viz import agreement
 
 RADII = (0.01, 0.035, 0.1)  # shares of the diagonal
 SAMPLERS = ("random", "jittered", "latin", "poisson")

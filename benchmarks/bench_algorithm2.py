@@ -18,11 +18,11 @@ import numpy as np
 from c_baselines import compile_baselines
 
 from lfssao import builtin_scene, find_display, make_samples, module_views
+from lfssao.ao.kernels import ssao
 from lfssao.bench.times import in_turn
-from lfssao.kernels import ssao
-from lfssao.manifest import describe_machine
-from lfssao.raycast import RayCaster
-from lfssao.rendering import diagonal
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.passes import diagonal
 
 RADIUS = 0.02  # share of the scene's diagonal
 

@@ -45,8 +45,8 @@ from lfssao import (
     module_views,
     render_view,
 )
-from lfssao.exr import read_exr
-from lfssao.manifest import describe_machine
+from lfssao.rendering.exr import read_exr
+from lfssao.rendering.manifest import describe_machine
 
 DISPLAY, MODULES = "c80", 80
 COMPARED = range(0, MODULES, 11)  # modules that the plain program renders

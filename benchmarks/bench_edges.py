@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from lfssao import find_display
-from lfssao.manifest import describe_machine
+from lfssao.rendering.manifest import describe_machine
 
 LENGTHS = tuple(float(f"{length:.4g}") for length in np.geomspace(1e-3, 1.0, 13))
 SLANTS = (0, 10, 30, 60, 90)  # degrees

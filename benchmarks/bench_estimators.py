@@ -33,9 +33,9 @@ from settings import RADII, RADIUS, SETTINGS, SMALL, Setting, Views, gallery, re
 from stages import Arrays, Call, bytes_moved, copying, differing, in_c, interleaved, ours, recorded
 
 from lfssao import Occluders, builtin_scene, ray_cast_occlusion
-from lfssao.ground_truth import INTERSECTORS
-from lfssao.manifest import describe_machine
-from lfssao.rendering import diagonal
+from lfssao.ao.ground_truth import INTERSECTORS
+from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.passes import diagonal
 
 FOLDER = Path(__file__).parent
 ORDER = ("vo-lines, 5", "vo-lines, 9", "vo-points, 12", "vo-points, 33", "hbao, 8 x 8")

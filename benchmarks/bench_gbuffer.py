@@ -15,9 +15,9 @@ import numba
 import numpy as np
 
 from lfssao import builtin_scene, find_display, load_scene, module_views
-from lfssao.kernels import rays
-from lfssao.manifest import describe_machine
-from lfssao.raycast import RayCaster
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.kernels import rays
+from lfssao.rendering.manifest import describe_machine
 
 ARMADILLO = Path(__file__).resolve().parents[2] / "shared" / "meshes" / "armadillo.ply"
 

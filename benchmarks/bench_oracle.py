@@ -15,11 +15,11 @@ import numba
 import numpy as np
 
 from lfssao import Camera, RayCaster, View, builtin_scene, default_radii, find_display, make_samples, module_views
-from lfssao.manifest import describe_machine
-from lfssao.oracle.bounds import ao_bounds
-from lfssao.raycast import GBuffer
+from lfssao.gbuffer.caster import GBuffer
+from lfssao.rendering.manifest import describe_machine
 from lfssao.scene.builtin import BUILTIN
 from lfssao.scene.mesh import Mesh
+from lfssao.verify.bounds.bounds import ao_bounds
 
 MODELS = ("shader", "sampler", "nearest")
 DISPLAYS = ("virtual", "sample-a", "c80", "picoarray", "convex")

@@ -35,13 +35,13 @@ from lfssao import (
     estimate,
     find_display,
 )
+from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao.kernels import bilateral
+from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_lines
+from lfssao.ao.kernels.blur import gaussian_weights
 from lfssao.bench.times import Milliseconds, turns
-from lfssao.estimators import scalable
-from lfssao.estimators.texel_lines import linear_z, texel_lines
-from lfssao.kernels import bilateral
-from lfssao.kernels.blur import gaussian_weights
-from lfssao.manifest import describe_machine
-from lfssao.rendering import diagonal, module_views, render_view
+from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.passes import diagonal, module_views, render_view
 from lfssao.samples import sample_set
 
 MODELS = ("statue", "ammonite", "armadillo")

@@ -11,7 +11,7 @@ import statistics
 import time
 from pathlib import Path
 
-from lfssao.manifest import describe_machine
+from lfssao.rendering.manifest import describe_machine
 from lfssao.samples import METHODS, sample_set
 
 LIMIT = 50.0

@@ -15,12 +15,12 @@ import numpy as np
 from PIL import Image
 
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate
-from lfssao.estimators import scalable
-from lfssao.estimators.texel_lines import linear_z, plane_constants, positions_of, texel_lines
-from lfssao.kernels.face_normals import face_normals
-from lfssao.kernels.linear_depth import linear_depth
-from lfssao.manifest import describe_machine
-from lfssao.rendering import diagonal
+from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
+from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
+from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_lines
+from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.passes import diagonal
 
 FOLDER = Path(__file__).parent
 

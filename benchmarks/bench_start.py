@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from lfssao.manifest import describe_machine
+from lfssao.rendering.manifest import describe_machine
 
 RENDER = """
 import sys, time
@@ -30,7 +30,7 @@ class Watch(event.Listener):
         depth[0] -= 1
         if depth[0] == 0: spent[0] += time.perf_counter() - start[0]
 event.register("numba:compile", Watch())
-from lfssao.cli import main
+from lfssao.cli.main import main
 code = main(["render", "-o", sys.argv[1]])
 print("COMPILE", spent[0])
 sys.exit(code)

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from lfssao import LightField, Mesh, Paint, RayCaster, builtin_scene, eye_view, find_display, fit_roi
-from lfssao.manifest import describe_machine
-from lfssao.viewer import BLENDS
+from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.viewer import BLENDS
 
 COUNTS = (5, 9, 17, 33, 65, 129, 257)
 EYES = (-0.41, -0.1, 0.123, 0.3)

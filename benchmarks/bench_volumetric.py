@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from lfssao import Buffers, Camera, builtin_scene, estimate
-from lfssao.manifest import describe_machine
-from lfssao.raycast import RayCaster
-from lfssao.rendering import diagonal
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.passes import diagonal
 from lfssao.samples import repulsion_table
 
 RESULTS = Path(__file__).parent / "results"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from stages import Baseline
 
-from lfssao.kernels.ssao import transform_offsets
+from lfssao.ao.kernels.ssao import transform_offsets
 
 KERNELS = "lfssao.kernels."
 ESTIMATORS = "lfssao.estimators."
@@ -58,15 +58,15 @@ def _area(a: Sequence[Any]) -> list[Any]:
 
 
 BASELINES = (
-    Baseline("lfssao.passes.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
+    Baseline("lfssao.ao.passes.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
              lambda a: [*_size(a[0]), len(a[1]), a[0], _ends(a[1], 1, a[3]), a[2], a[3], a[4]], (4,)),
-    Baseline("lfssao.passes.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
+    Baseline("lfssao.ao.passes.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
              lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], _ends(a[2][0], a[3], a[4]), a[4], a[5]], (5,)),
-    Baseline("lfssao.passes.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
+    Baseline("lfssao.ao.passes.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
              lambda a: [*_size(a[1]), a[0], a[1]], (1,)),
-    Baseline("lfssao.passes.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
+    Baseline("lfssao.ao.passes.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
-    Baseline("lfssao.passes.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
+    Baseline("lfssao.ao.passes.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Baseline(KERNELS + "alchemy.alchemy", "Alchemy, taps", "alchemy",
              lambda a: [*_size(a[0]), len(a[4]), *a[:5], a[6], a[7], *a[8:12], a[14]], (14,)),

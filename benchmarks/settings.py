@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate, find_display, module_views
-from lfssao.estimators import scalable
-from lfssao.estimators.surroundings import Surroundings
-from lfssao.estimators.texel_lines import linear_z, texel_lines
-from lfssao.passes import blur, merge
-from lfssao.rendering import diagonal
+from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_lines
+from lfssao.ao.estimators.vo.local_frame import Surroundings
+from lfssao.ao.passes import blur, merge
+from lfssao.optics.view import View
+from lfssao.rendering.passes import diagonal
 from lfssao.samples import repulsion_table
-from lfssao.view import View
 
 WIDTH, HEIGHT = 1024, 768
 SMALL = 256, 192  # what a pass reads and writes fits a core's own cache of 2 MB

@@ -8,48 +8,48 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lfssao.camera import Camera
-    from lfssao.comparison.compare import compare
-    from lfssao.comparison.report import Report
-    from lfssao.display import Display, Module, fit_roi
-    from lfssao.display_file import display_names, display_text, find_display, parse_display
+    from lfssao.ao.estimators.registry import estimate
+    from lfssao.ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
+    from lfssao.ao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
+    from lfssao.ao.textures import Buffers
     from lfssao.errors import InputError, LfssaoError, MissingPackageError
-    from lfssao.estimators.buffers import Buffers
-    from lfssao.estimators.registry import estimate
-    from lfssao.exr import Part, read_exr, write_exr
-    from lfssao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
-    from lfssao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
-    from lfssao.raycast import GBuffer, RayCaster
-    from lfssao.rendering import Settings, Textures, default_radii, module_views, render, render_view
+    from lfssao.gbuffer.caster import GBuffer, RayCaster
+    from lfssao.optics.camera import Camera
+    from lfssao.optics.display import Display, Module, fit_roi
+    from lfssao.optics.display_file import display_names, display_text, find_display, parse_display
+    from lfssao.optics.view import View, WorldToImage
+    from lfssao.rendering.exr import Part, read_exr, write_exr
+    from lfssao.rendering.passes import Settings, Textures, default_radii, module_views, render, render_view
+    from lfssao.rendering.viewer import LightField, Photograph, eye_point, eye_range, eye_view
     from lfssao.samples import make_samples, square_points
     from lfssao.scene.builtin import builtin_scene
     from lfssao.scene.load import load_scene
     from lfssao.scene.mesh import Mesh, Paint
-    from lfssao.view import View, WorldToImage
-    from lfssao.viewer import LightField, Photograph, eye_point, eye_range, eye_view
+    from lfssao.verify.compare.compare import compare
+    from lfssao.verify.compare.report import Report
 
 __version__ = "0.1.0"
 
 _HOME = {
-    "camera": ("Camera",),
-    "comparison.compare": ("compare",),
-    "comparison.report": ("Report",),
-    "display": ("Display", "Module", "fit_roi"),
-    "display_file": ("display_names", "display_text", "find_display", "parse_display"),
+    "optics.camera": ("Camera",),
+    "verify.compare.compare": ("compare",),
+    "verify.compare.report": ("Report",),
+    "optics.display": ("Display", "Module", "fit_roi"),
+    "optics.display_file": ("display_names", "display_text", "find_display", "parse_display"),
     "errors": ("InputError", "LfssaoError", "MissingPackageError"),
-    "estimators.buffers": ("Buffers",),
-    "estimators.registry": ("estimate",),
-    "exr": ("Part", "read_exr", "write_exr"),
-    "ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
-    "passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
-    "raycast": ("GBuffer", "RayCaster"),
-    "rendering": ("Settings", "Textures", "default_radii", "module_views", "render", "render_view"),
+    "ao.textures": ("Buffers",),
+    "ao.estimators.registry": ("estimate",),
+    "rendering.exr": ("Part", "read_exr", "write_exr"),
+    "ao.ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
+    "ao.passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
+    "gbuffer.caster": ("GBuffer", "RayCaster"),
+    "rendering.passes": ("Settings", "Textures", "default_radii", "module_views", "render", "render_view"),
     "samples": ("make_samples", "square_points"),
     "scene.builtin": ("builtin_scene",),
     "scene.load": ("load_scene",),
     "scene.mesh": ("Mesh", "Paint"),
-    "view": ("View", "WorldToImage"),
-    "viewer": ("LightField", "Photograph", "eye_point", "eye_range", "eye_view"),
+    "optics.view": ("View", "WorldToImage"),
+    "rendering.viewer": ("LightField", "Photograph", "eye_point", "eye_range", "eye_view"),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 

@@ -2,6 +2,6 @@
 
 import sys
 
-from lfssao.cli import main
+from lfssao.cli.main import main
 
 sys.exit(main())

@@ -7,7 +7,7 @@ from assembly import sky_lit, vertex_normals
 from implicit import wave
 from numpy.typing import NDArray
 
-from lfssao.kernels.elementary import cbrt, sincospi
+from lfssao.core.elementary import cbrt, sincospi
 from lfssao.scene.mesh import Mesh, Paint
 
 FloatArray = NDArray[np.float64]

@@ -20,7 +20,7 @@ from implicit import (
 )
 from numpy.typing import NDArray
 
-from lfssao.kernels.elementary import sincospi
+from lfssao.core.elementary import sincospi
 from lfssao.scene.mesh import Mesh
 
 FloatArray = NDArray[np.float64]

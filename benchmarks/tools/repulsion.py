@@ -9,8 +9,8 @@ from math import sqrt
 import numba
 import numpy as np
 
-from lfssao.kernels.elementary import sincospi
-from lfssao.kernels.philox import random_signed
+from lfssao.core.elementary import sincospi
+from lfssao.core.philox import random_signed
 
 _RING = 128  # charges on the disk's boundary; their field is off by a share of about rho^128
 _OUTERMOST = 0.995  # the circle's field is off beyond

@@ -5,17 +5,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.estimators.registry import estimate
+from lfssao.ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
+from lfssao.ao.textures import Buffers, Texture
 from lfssao.bench.sampling_error import rmse
 from lfssao.bench.settings_grid import Grid
-from lfssao.display_file import find_display
-from lfssao.estimators.buffers import Buffers, Texture
-from lfssao.estimators.estimator import Estimator, FloatArray, Value
-from lfssao.estimators.registry import estimate
-from lfssao.figures.truth import half_space
-from lfssao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
-from lfssao.raycast import RayCaster
-from lfssao.rendering import diagonal, module_views
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.display_file import find_display
+from lfssao.rendering.passes import diagonal, module_views
 from lfssao.scene.mesh import Mesh
+from lfssao.viz.truth import half_space
 
 # Shares of the whole ball: a plane hides half of it. The model error is that of the half space's share.
 WHOLE_BALL = ("lf", "point", "vo-points", "vo-lines", "vo-area")

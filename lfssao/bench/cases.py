@@ -28,8 +28,8 @@ from lfssao.bench.inputs import (
 from lfssao.bench.mappings import CameraAtOrigin
 from lfssao.bench.refusals import REFUSALS
 from lfssao.bench.stability import Case, Refusal
-from lfssao.display import fit_roi
-from lfssao.display_file import find_display
+from lfssao.optics.display import fit_roi
+from lfssao.optics.display_file import find_display
 
 AT_THE_SLIT = "the point's own rounding over its distance from the slit, which it cannot say any finer"
 BESIDE_THE_SURFACE = "far away a sample is nearer to the surface than the rounding of its depth"

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from lfssao.bench.mappings import CameraAtOrigin, CrossedSlits, GeneralDisplay
 from lfssao.bench.measure import Measured, Stiff, measure
-from lfssao.display import Display, Module
-from lfssao.matrix import Matrix
+from lfssao.core.affine import Matrix
+from lfssao.optics.display import Display, Module
 
 SIZE = 8
 STEPS = 60

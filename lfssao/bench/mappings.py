@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.bench.running_error import DOUBLE, EXACT, Arithmetic, Tracked, all_of
-from lfssao.camera import Camera
-from lfssao.display import Display
-from lfssao.kernels import landing, mapping
-from lfssao.matrix import Matrix
-from lfssao.view import View, WorldToImage
+from lfssao.core.affine import Matrix
+from lfssao.optics.camera import Camera
+from lfssao.optics.display import Display
+from lfssao.optics.kernels import landing
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.view import View, WorldToImage
 
 Texture = NDArray[np.floating[Any]]
 Point = tuple[Fraction, Fraction, Fraction]
@@ -215,7 +216,7 @@ class CameraAtOrigin:
 class GeneralDisplay:
     """One module of any display, world coordinates being physical.
 
-    Exact is the mapping that the module's float64 numbers stand for (``lfssao.kernels.display``).
+    Exact is the mapping that the module's float64 numbers stand for (``lfssao.optics.kernels.display``).
 
     Attributes
     ----------

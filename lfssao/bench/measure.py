@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao import passes
+from lfssao.ao import passes
 from lfssao.bench.mappings import Mapping, Point, exact_image, rational
 from lfssao.bench.running_error import EXACT, PROBE, Arithmetic, Tracked
 

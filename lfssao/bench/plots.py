@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from lfssao.bench.advise import ERRORS, pareto_front, points_of
 from lfssao.bench.page import TITLES
-from lfssao.files import write_whole
+from lfssao.core.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from lfssao import passes
+from lfssao.ao import passes
 from lfssao.bench.stability import Refusal
-from lfssao.display import Display, Module
-from lfssao.display_file import find_display
-from lfssao.kernels.mapping import CROSSED_SLITS
-from lfssao.rendering import module_views
+from lfssao.optics.display import Display, Module
+from lfssao.optics.display_file import find_display
+from lfssao.optics.kernels.projection import CROSSED_SLITS
+from lfssao.optics.view import WorldToImage
+from lfssao.rendering.passes import module_views
 from lfssao.scene.mesh import Mesh
-from lfssao.view import WorldToImage
 
 _TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 

@@ -20,15 +20,15 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.textures import Buffers
 from lfssao.bench.times import balanced_orders
-from lfssao.display import Display
-from lfssao.estimators.buffers import Buffers
-from lfssao.plan import other_radii, without_background
-from lfssao.raycast import RayCaster
-from lfssao.rendering import Settings, Textures, default_radii, module_views, occlusions, render_view
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.display import Display
+from lfssao.optics.view import View
+from lfssao.rendering.passes import Settings, Textures, default_radii, module_views, occlusions, render_view
+from lfssao.rendering.plan import other_radii, without_background
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
-from lfssao.view import View
 
 RULES = ("rows", "background", "radii")
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao import passes
+from lfssao.ao import passes
+from lfssao.ao.kernels import ssao
 from lfssao.bench.measure import Measured, error_of
-from lfssao.kernels import ssao, triangle
+from lfssao.gbuffer.kernels import triangle
 
 _TEXELS = 8
 

@@ -9,11 +9,11 @@ from functools import partial
 
 import numpy as np
 
-from lfssao import passes
+from lfssao.ao import passes
+from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.bench.bench_scene import BenchScene, Samples
 from lfssao.bench.settings_grid import Grid
 from lfssao.bench.times import Times, turns
-from lfssao.estimators.estimator import Estimator, Value
 
 # Arithmetic, sample set, radii, blur.
 Setting = tuple[str, str, tuple[float, ...], float]

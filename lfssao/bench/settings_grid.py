@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from lfssao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.samples.registry import METHODS, sample_set
 
 # One estimator takes a disk's points as taps whose radii are in equal steps, not as points that fill it evenly.

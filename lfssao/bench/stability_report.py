@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lfssao.bench.sequences import curves
 from lfssao.bench.stability import Row
-from lfssao.files import write_text, write_whole
+from lfssao.core.files import write_text, write_whole
 
 # The text has all inputs of a case up to this number; beyond it the worst of each path and verdict.
 _MANY = 8

@@ -16,7 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from lfssao import passes
+from lfssao.ao import passes
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.textures import Texture
 from lfssao.bench.advise import FORMAT
 from lfssao.bench.bench_scene import BenchScene, Samples
 from lfssao.bench.sampling_error import Reference, combine, rmse
@@ -34,10 +37,7 @@ from lfssao.bench.settings_grid import (
     takes_samples,
 )
 from lfssao.bench.times import Times
-from lfssao.estimators.buffers import Texture
-from lfssao.estimators.estimator import Estimator, FloatArray, Value
-from lfssao.estimators.registry import ESTIMATORS
-from lfssao.manifest import describe_machine, describe_scene
+from lfssao.rendering.manifest import describe_machine, describe_scene
 from lfssao.scene.mesh import Mesh
 
 Tick = Callable[[str], None]

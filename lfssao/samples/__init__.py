@@ -7,14 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lfssao.samples.decorrelation import DECORRELATIONS, texel_angles
     from lfssao.samples.registry import METHODS, find_method, make_samples, sample_set, square_points
     from lfssao.samples.repulsion import repulsion_table
+    from lfssao.samples.rotation import DECORRELATIONS, texel_angles
     from lfssao.samples.sets import SampleSet
     from lfssao.samples.spiral import best_turns, spiral_discrepancy
 
 _HOME = {
-    "decorrelation": ("DECORRELATIONS", "texel_angles"),
+    "rotation": ("DECORRELATIONS", "texel_angles"),
     "registry": ("METHODS", "find_method", "make_samples", "sample_set", "square_points"),
     "repulsion": ("repulsion_table",),
     "sets": ("SampleSet",),

@@ -7,17 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from lfssao.samples.cylinder import SHELL
 from lfssao.samples.method import Method
 from lfssao.samples.repulsion import MOST, PROMISES, repulsion_table
 from lfssao.samples.sets import FloatArray, SampleSet
 from lfssao.samples.spiral import best_turns
+from lfssao.samples.square import SHELL
 
 _UNBIASED = ("inside", "distinct", "unbiased")
 
 
 def _rejected(n: int, seed: int, columns: int) -> FloatArray:
-    from lfssao.kernels import lift
+    from lfssao.samples.kernels import warp as lift
 
     out = np.empty((n, columns))
     lift.rejection(np.uint64(seed), out)
@@ -25,7 +25,7 @@ def _rejected(n: int, seed: int, columns: int) -> FloatArray:
 
 
 def _in_shell(points: FloatArray, r_min: float, r_max: float) -> FloatArray:
-    from lfssao.kernels import lift
+    from lfssao.samples.kernels import warp as lift
 
     out = np.empty_like(points)
     lift.shell_points(points, r_min, r_max, out)
@@ -37,7 +37,7 @@ def _rejection_ball(n: int, seed: int, r_min: float, r_max: float) -> FloatArray
 
 
 def _rejection_sphere(n: int, seed: int) -> FloatArray:
-    from lfssao.kernels import lift
+    from lfssao.samples.kernels import warp as lift
 
     out = np.empty((n, 3))
     lift.normalise(_rejected(n, seed, 3), out)
@@ -59,7 +59,7 @@ def _repulsion_disk(n: int, seed: int, centre: bool) -> SampleSet:
 
 
 def _spiral(n: int, seed: int, turns: int | None) -> FloatArray:
-    from lfssao.kernels import lift
+    from lfssao.samples.kernels import warp as lift
 
     out = np.empty((n, 2))
     lift.spiral_points(best_turns(n) if turns is None else turns, out)

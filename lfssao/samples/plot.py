@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lfssao.core.files import write_whole
 from lfssao.errors import InputError
-from lfssao.files import write_whole
-from lfssao.testing import statistics
+from lfssao.samples import statistics
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from lfssao.errors import InputError, no_such
-from lfssao.samples import cylinder, direct
+from lfssao.samples import direct
+from lfssao.samples import square as cylinder
 from lfssao.samples.method import Method, Value
 from lfssao.samples.sets import DIMENSIONS, FloatArray, SampleSet
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.pictures import figure_png
+from lfssao.core.pictures import figure_png
 
 FloatArray = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.affine import cofactors
+from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
-from lfssao.kernels.rays import transform_points
-from lfssao.matrix import cofactors
+from lfssao.optics.kernels.rays import transform_points
 from lfssao.scene.mesh import Mesh, Paint
-from lfssao.srgb import to_linear
 
 _GLTF = (".glb", ".gltf")
 _NOT_IMAGES = (".mtl", ".bin")

@@ -1,0 +1,1 @@
+"""Estimators of ambient occlusion by name."""

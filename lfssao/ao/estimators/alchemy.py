@@ -1,0 +1,124 @@
+"""Alchemy AO (McGuire et al. 2011, as SAO equation 1 gives it).
+
+    A(C) = max(0, 1 - 2 sigma / s  sum_i max(0, v_i . n + z_C beta) / (v_i . v_i + epsilon))^k,  v_i = Q_i - C
+
+and occlusion is 1 - A. SAO has 's points distributed on a ball about C' and no more; the readings taken here:
+
+- The taps are points of a disk of radius R around C that faces the viewer, at right angles to the texel's ray. Each is
+  mapped into the image, and Q_i is the positions texture's point at the texel it lands in. On a camera that is the disk
+  of SAO equation 5, r' = R S' / -z_C texels, up to perspective's slant; on a module, where horizontally and vertically
+  another denominator holds, it is an ellipse.
+- The disk's points are SAO's spiral (equations 6 and 7), turned at each texel by equation 8, which SAO says is
+  Alchemy's hash. Its radii are uniform, not its area.
+- -z_C is the distance from the viewers along the axis of depth (``View.viewer_distance``). A normal of 0 occludes
+  nothing.
+- sigma and epsilon are given in units of R and R^2: v . n / (v . v) is one over a length, and what looks right in a
+  scene in metres should in one in millimetres.
+- Taps outside the texture and on background add 0, as does a tap that lands on C itself (0 / 0 for epsilon = 0).
+
+The limit for many taps, texels that shrink and beta = 0, of a surface z = h(x, y) seen from straight above, is the mean
+over taps of uniform radius alpha R and uniform angle theta, each at v = (alpha R cos(theta), alpha R sin(theta), rise
+of h):
+
+    1 - A = 2 sigma / (2 pi) integral_0^1 integral_0^2pi max(0, v . n) / (v . v + epsilon) dtheta dalpha
+
+as long as it is at most 1 (sigma in units of R, k = 1). It is 0 on a plane, on a convex crease and on top of a sphere,
+where nothing rises above the tangent plane. In units of R:
+
+- On the floor at distance a before a step up of height H, the taps beyond the wall are those with alpha cos(theta) > a,
+  v . n = H, v . v = alpha^2 + H^2: 2 sigma H / pi integral_a^1 arccos(a / alpha) / (alpha^2 + H^2 + epsilon) dalpha.
+- On the face of a concave right-angle crease at distance a from it, measured across the view along its bisector, the
+  other face is seen where alpha cos(theta) > a and lies v . n = sqrt(2) (alpha cos(theta) - a) above the first, at
+  v . v = alpha^2 + (2 a - alpha cos(theta))^2.
+- On the floor beside a sphere of radius s, taps less than s from below its middle rise to the sphere's upper half:
+  v . n = s + sqrt(s^2 - q^2), q their distance from there. The integral has no shorter form.
+"""
+
+import numpy as np
+
+from lfssao.ao.estimators.estimator import Estimator, FloatArray
+from lfssao.ao.passes import Occlusion
+from lfssao.ao.textures import Buffers
+
+ROTATIONS = ("paper", "common", "none")
+
+
+def alchemy(
+    buffers: Buffers,
+    radius: float,
+    points: FloatArray,
+    weights: FloatArray | None,
+    sigma: float,
+    beta: float,
+    epsilon: float,
+    k: float,
+    rotation: str,
+) -> Occlusion:
+    """1 - A by SAO equation 1, on points of the positions texture around each texel (this file's first lines).
+
+    Parameters
+    ----------
+    buffers : Buffers
+        The view's textures; normals are read.
+    radius : float
+        R, world units.
+    points : (s, 2)
+        Taps in the unit disk.
+    weights : None
+        Taps weigh the same; weights are not read.
+    sigma : float
+        Strength, in units of R.
+    beta : float
+        How steeply a surface must rise to occlude, as a share of the distance from the viewers.
+    epsilon : float
+        Guards the division, in units of R^2.
+    k : float
+        Contrast: the exponent of A.
+    rotation : str
+        'paper' or 'common' form of equation 8 (``lfssao.samples.kernels.spiral``), or 'none': the same taps everywhere.
+    """
+    from lfssao.ao.estimators.kernels import alchemy as kernels  # late: compiled for this estimator only
+    from lfssao.samples.kernels import spiral
+
+    depth, dtype, view = buffers.depth, buffers.depth.dtype.type, buffers.view
+    assert buffers.normals is not None  # the registry has seen to it
+    turns = {"paper": spiral.PAPER, "common": spiral.COMMON, "none": -1}
+    taps = np.ascontiguousarray(points, depth.dtype)
+    occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
+    with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
+        squared, scale = dtype(epsilon * float(radius) * float(radius)), dtype(2 * sigma * float(radius) / len(taps))
+    kernels.alchemy(
+        np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions), np.ascontiguousarray(buffers.normals),
+        buffers.directions, taps, view.world_to_image.kind, view.world_to_image.as_type(depth.dtype),
+        np.ascontiguousarray(view.viewer_distance(), depth.dtype), dtype(radius), dtype(beta), squared, scale, float(k),
+        turns[rotation], occlusion, outside,
+    )  # fmt: skip
+    return Occlusion(occlusion, int(outside.sum()))
+
+
+def spiral_points(n: int) -> tuple[FloatArray, None]:
+    """SAO's spiral of n taps by the most even number of turns, as points of the unit disk."""
+    from lfssao.samples import best_turns
+    from lfssao.samples.kernels.spiral import unit_taps  # late: compiled for this estimator only
+
+    taps = np.empty((n, 3))
+    unit_taps(best_turns(n), taps)
+    return taps[:, :2] * taps[:, 2:], None
+
+
+ENTRIES = (
+    Estimator(
+        name="alchemy",
+        title="obscurance by points of the surface above the tangent plane",
+        source="SAO equation 1, after McGuire et al. 2011",
+        run=alchemy,
+        samples=spiral_points,
+        dimensions=2,
+        count=12,
+        normals=True,
+        texel_bytes=16,
+        parameters={"sigma": 1.0, "beta": 1e-4, "epsilon": 0.01, "k": 1.0, "rotation": "paper"},
+        limits={"sigma": (0, 1e6), "beta": (0, 1), "epsilon": (0, 1e6), "k": (0, 100)},
+        choices={"rotation": ROTATIONS},
+    ),
+)

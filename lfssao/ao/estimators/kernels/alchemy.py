@@ -1,0 +1,249 @@
+"""Alchemy AO: SAO equation 1 on points of the positions texture around each texel.
+
+Texels are computed by tiles, so that the surface around them, where the turned taps of neighbours land far apart, stays
+in the nearest caches. What belongs to a texel is in slots of one array (``vo.kernels.local_frame``): of arrays of
+their own LLVM would have to compare more addresses before a loop than it is willing to, and make no vectors.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.ao.estimators.vo.kernels.local_frame import CHUNK, load, slot
+from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
+from lfssao.core.elementary import sincospi
+from lfssao.core.jit import kernel
+from lfssao.core.orthonormal import disk_axes
+from lfssao.core.power import power
+from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.projection import (
+    CROSSED_SLITS,
+    MATRIX,
+    affine_row,
+    linear_row,
+    nearest_texel,
+    project_crossed_slits,
+    project_matrix,
+    texel_number,
+)
+from lfssao.samples.kernels.spiral import hash_angle, rotated
+
+# Slots; of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
+_POINT = 0
+_NORMAL = 3
+_LOOK = 6  # the direction in which the texel looks
+_ROWS = 9  # of the point
+_ALONG = 13  # the linear rows of the disk's first axis, times R
+_ACROSS = 17
+_PLACE = 21  # the rows of the tap
+_SINE = 25
+_COSINE = 26
+_BIAS = 27
+_TOTAL = 28
+_SLOTS = 29
+
+
+@kernel(inline=True)
+def start_texels(m, last, away, radius, beta, n, scratch, found):
+    """Begin n texels, whose points and directions are in their slots; last: row 3 of M is that of a camera, else 2."""
+    zero = radius - radius
+    for i in range(n):
+        x, y, z = scratch[slot(_POINT, i)], scratch[slot(_POINT + 1, i)], scratch[slot(_POINT + 2, i)]
+        ax, ay, az, bx, by, bz = disk_axes(
+            scratch[slot(_LOOK, i)], scratch[slot(_LOOK + 1, i)], scratch[slot(_LOOK + 2, i)]
+        )
+        ax, ay, az = radius * ax, radius * ay, radius * az
+        bx, by, bz = radius * bx, radius * by, radius * bz
+        for k, row in ((0, 0), (1, 1), (2, 2), (3, last)):
+            scratch[slot(_ROWS + k, i)] = affine_row(m, row, x, y, z)
+            scratch[slot(_ALONG + k, i)] = linear_row(m, row, ax, ay, az)
+            scratch[slot(_ACROSS + k, i)] = linear_row(m, row, bx, by, bz)
+        far = ((away[0] * x + away[1] * y) + away[2] * z) + away[3]
+        scratch[slot(_BIAS, i)] = beta * max(far, zero)
+        scratch[slot(_TOTAL, i)] = zero
+        scratch[slot(_SINE, i)], scratch[slot(_COSINE, i)] = zero, type(radius)(1)
+        found[i] = 0
+
+
+@kernel(inline=True)
+def move_taps(x, y, n, scratch):
+    """The mapping's affine half of the tap (x, y) of n texels, turned at each."""
+    for i in range(n):
+        u, v = rotated(x, y, scratch[slot(_COSINE, i)], scratch[slot(_SINE, i)])
+        for k in range(4):
+            moved = u * scratch[slot(_ALONG + k, i)] + v * scratch[slot(_ACROSS + k, i)]
+            scratch[slot(_PLACE + k, i)] = scratch[slot(_ROWS + k, i)] + moved
+
+
+@kernel(inline=True)
+def term(x, y, z, nx, ny, nz, bias, epsilon, surface):
+    """Equation 1's term of one tap: max(0, v . n + z_C beta) / (v . v + epsilon), v = (x, y, z).
+
+    0 where the tap is outside or sees background (surface: its depth, +infinity there), where numerator or denominator
+    is no number, and where the denominator is 0 (the tap's point is the texel's own) or overflows (it is too far away
+    to occlude).
+    """
+    zero = epsilon - epsilon
+    above = ((x * nx + y * ny) + z * nz) - bias
+    square = ((x * x + y * y) + z * z) + epsilon
+    ratio = above / square
+    return ratio if (surface < np.inf) & (above > zero) & (square > zero) & (square < np.inf) else zero
+
+
+@kernel(inline=True)
+def add_term(surface, places, texel, epsilon, i, scratch):
+    """Add the term of one tap of texel i, which lands in ``texel``, where the surface is at that depth."""
+    t = np.uint64(3) * np.uint64(texel)
+    x = places[t] - scratch[slot(_POINT, i)]
+    y = places[t + np.uint64(1)] - scratch[slot(_POINT + 1, i)]
+    z = places[t + np.uint64(2)] - scratch[slot(_POINT + 2, i)]
+    nx, ny, nz = scratch[slot(_NORMAL, i)], scratch[slot(_NORMAL + 1, i)], scratch[slot(_NORMAL + 2, i)]
+    scratch[slot(_TOTAL, i)] += term(x, y, z, nx, ny, nz, scratch[slot(_BIAS, i)], epsilon, surface)
+
+
+@kernel
+def add_display_taps(d, depth, places, wide, high, epsilon, n, scratch, found):
+    """The same as add_taps, of any display; d: the module's numbers.
+
+    Not inlined: beside another loop of look-ups that is vectors LLVM makes none of those of flat displays.
+    """
+    nothing = type(epsilon)(np.inf)
+    numbers = (
+        d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15], d[16],
+        d[17], d[18], d[19], d[20], d[21], d[22],
+    )  # fmt: skip
+    for i in range(n):
+        a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+        u, v, answer = physical_to_image(numbers, a, b, c)
+        scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)] = u if answer == VALID else type(a)(-1), v
+    for i in range(n):
+        there, texel = nearest_texel(scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], wide, high)
+        surface = depth[texel]
+        add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+        found[i] += np.int32(there)
+
+
+@kernel(inline=True)
+def add_taps(kind, m, module, depth, places, wide, high, epsilon, n, scratch, found):
+    """Add the terms of one tap of n texels, in their places; found: how many are in the texture, in and out."""
+    zero, nothing = type(epsilon)(0), type(epsilon)(np.inf)
+    if kind == CROSSED_SLITS:
+        z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+        for i in range(n):
+            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+            u, v, z, _ = project_crossed_slits(a, b, c, z_module, z_observer, u_0, v_0)
+            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            column, row = u if there else zero, v if there else zero
+            texel = texel_number(column, row, wide)
+            surface = depth[texel]
+            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+            found[i] += np.int32(there)
+    elif kind == MATRIX:
+        for i in range(n):
+            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+            u, v, _, valid = project_matrix(a, b, c, scratch[slot(_PLACE + 3, i)])
+            there, texel = nearest_texel(u, v, wide, high)
+            there = there & valid
+            surface = depth[texel]
+            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+            found[i] += np.int32(there)
+    else:
+        add_display_taps(module, depth, places, wide, high, epsilon, n, scratch, found)
+
+
+@kernel
+def finish_alchemy(depth, at, start, n, taps, scale, k, scratch, found, occlusion):
+    """Write 0 from texel number ``at`` to the run's start and 1 - max(0, 1 - scale total)^k of the n in the run.
+
+    Returns how many taps of the run's visible points were outside.
+    """
+    zero, one = scale - scale, depth.dtype.type(1)
+    for texel in range(np.uint64(at), np.uint64(start)):
+        occlusion[texel] = zero
+    outside = 0
+    for i in range(n):
+        texel = np.uint64(start + i)
+        there = depth[texel] < np.inf
+        a = one - scale * scratch[slot(_TOTAL, i)]
+        a = a if a > zero else zero
+        occlusion[texel] = one - depth.dtype.type(power(np.float64(a), k)) if there else zero
+        outside += taps - found[i] if there else 0
+    return outside
+
+
+@kernel(parallel=True)
+def alchemy(
+    depth,
+    positions,
+    normals,
+    directions,
+    taps,
+    kind,
+    m,
+    away,
+    radius,
+    beta,
+    epsilon,
+    scale,
+    k,
+    turn,
+    occlusion,
+    outside,
+):
+    """Alchemy AO of every texel.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Image z, +infinity where there is no surface.
+    positions, normals, directions : (H, W, 3), same dtype
+        World coordinates; unit normals; unit directions in which texels look.
+    taps : (s, 2), same dtype
+        Points of the unit disk.
+    kind, m : int, (16,) or (44,) same dtype
+        The mapping world -> image.
+    away : (4,) same dtype
+        -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
+    radius, beta, epsilon : scalars, same dtype
+        R, world units; equation 1's beta; epsilon, squared world units.
+    scale : scalar, same dtype
+        2 sigma / s, world units.
+    k : float64
+        Equation 1's exponent.
+    turn : int
+        Which form of equation 8 turns the taps of each texel (``lfssao.samples.kernels.spiral``), -1 for none.
+    occlusion : (H, W), same dtype
+        Out: 1 - A.
+    outside : (H,) int64
+        Out: taps of each row outside the texture or the mapping's domain; they add nothing.
+    """
+    height, width = depth.shape
+    surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
+    places, facing = positions.reshape(3 * height * width), normals.reshape(3 * height * width)
+    looking, module, last = directions.reshape(3 * height * width), m[12:].copy(), 3 if kind == MATRIX else 2
+    wide, high, samples = m.dtype.type(width), m.dtype.type(height), taps.shape[0]
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
+    for block in prange(blocks):
+        top = block * ROWS_A_BLOCK
+        bottom = min(height, top + ROWS_A_BLOCK)
+        scratch, found = np.empty(_SLOTS * CHUNK, m.dtype), np.empty(CHUNK, np.int32)
+        for j in range(top, bottom):
+            outside[j] = 0
+        for column in range(0, width, CHUNK):
+            for j in range(top, bottom):
+                at = j * width + column
+                end = min(at + CHUNK, (j + 1) * width)
+                while at < end:
+                    start, n = next_span(surface, at, end, CHUNK)
+                    load(places, start, n, scratch, _POINT)
+                    load(facing, start, n, scratch, _NORMAL)
+                    load(looking, start, n, scratch, _LOOK)
+                    start_texels(m, last, away, radius, beta, n, scratch, found)
+                    if turn >= 0:
+                        for i in range(n):
+                            sine, cosine = sincospi(hash_angle(start - j * width + i, j, turn))
+                            scratch[slot(_SINE, i)], scratch[slot(_COSINE, i)] = sine, cosine
+                    for s in range(samples):
+                        move_taps(taps[s, 0], taps[s, 1], n, scratch)
+                        add_taps(kind, m, module, surface, places, wide, high, epsilon, n, scratch, found)
+                    outside[j] += finish_alchemy(surface, at, start, n, samples, scale, k, scratch, found, shares)
+                    at = start + n

@@ -1,0 +1,283 @@
+"""Ambient occlusion at several resolutions, coarse to fine, with joint bilateral upsampling (after Hoang and Low).
+
+A level is a texture of texel numbers: which texel of the full textures each of its texels stands for, -1 for none. So
+every position and normal that is read is one that the G-buffer holds.
+
+Rows of texels are the inner loops, without branches, so that LLVM makes vectors of them. What the texels of a level
+stand for is read over and over: its positions and normals are copied, once, into arrays of their own, one a coordinate.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.core.jit import kernel
+
+BOTH, MAXIMUM, AVERAGE = 0, 1, 2
+
+
+@kernel(parallel=True)
+def first_level(depth, level):
+    """The finest level, every texel for itself; depth: (H, W), level: (H, W) int32, out."""
+    height, width = depth.shape
+    for j in prange(height):
+        for i in range(width):
+            number = np.int32(np.int64(j) * width + i)
+            level[j, i] = number if depth[j, i] < np.inf else np.int32(-1)
+
+
+@kernel(inline=True)
+def depth_at(surface, texel):
+    """Depth of a texel number, +infinity of -1."""
+    there = texel >= np.int32(0)
+    depth = surface[np.uint32(texel if there else np.int32(0)) & np.uint32(0x7FFFFFFF)]
+    return depth if there else surface.dtype.type(np.inf)
+
+
+@kernel(inline=True)
+def lower_median(surface, a, b, c, d):
+    """Of up to four texel numbers (-1: none) the lower median by depth, of equal depths the first; -1 of none.
+
+    Each one's rank is how many come before it; what is not there comes last.
+    """
+    at_a, at_b, at_c, at_d = depth_at(surface, a), depth_at(surface, b), depth_at(surface, c), depth_at(surface, d)
+    ba, ca, da = np.int32(at_b < at_a), np.int32(at_c < at_a), np.int32(at_d < at_a)
+    cb, db, dc = np.int32(at_c < at_b), np.int32(at_d < at_b), np.int32(at_d < at_c)
+    none = np.int32(0)
+    seen = np.int32(a >= none) + np.int32(b >= none) + np.int32(c >= none) + np.int32(d >= none)
+    rank = np.int32(seen > 2)
+    found = c if cb + ca + rank == 2 + dc else d
+    found = b if cb + db + 1 == ba + rank else found
+    return a if ba + ca + da == rank else found
+
+
+@kernel(parallel=True)
+def halve(depth, fine, coarse):
+    """The next coarser level: of each 2 x 2 texels that see a surface the lower median by depth.
+
+    Parameters
+    ----------
+    depth : (H, W)
+        The full depth texture.
+    fine, coarse : (h, w), (ceil(h / 2), ceil(w / 2)) int32
+        A level; out, the next.
+    """
+    height, width = fine.shape
+    surface, numbers, chosen = depth.reshape(-1), fine.reshape(-1), coarse.reshape(-1)
+    wide, none = (width + 1) // 2, np.int32(-1)
+    for row in prange((height + 1) // 2):
+        j = np.int64(row)
+        two = 2 * j + 1 < height
+        top, bottom = 2 * j * width, (2 * j + 1 if two else 2 * j) * width
+        for i in range(width // 2):
+            upper, lower = np.uint64(top + 2 * i), np.uint64(bottom + 2 * i)
+            c, d = numbers[lower], numbers[lower + np.uint64(1)]
+            chosen[np.uint64(j * wide + i)] = lower_median(
+                surface, numbers[upper], numbers[upper + np.uint64(1)], c if two else none, d if two else none
+            )
+        if width & 1:
+            c = numbers[bottom + width - 1] if two else none
+            chosen[j * wide + wide - 1] = lower_median(surface, numbers[top + width - 1], none, c, none)
+
+
+@kernel(inline=True)
+def obscured(vx, vy, vz, nx, ny, nz, squared):
+    """What a point at v from a point of normal n takes: (1 - v.v / R^2) max(0, v.n) / sqrt(v.v) inside R, else 0."""
+    zero, one = type(vx)(0), type(vx)(1)
+    d = (vx * vx + vy * vy) + vz * vz
+    above = (vx * nx + vy * ny) + vz * nz
+    term = (one - d / squared) * (above / type(vx)(np.sqrt(d)))
+    return term if (d > zero) & (d < squared) & (above > zero) else zero
+
+
+@kernel(inline=True)
+def gather(numbers, texture, start, n, step, x, y, z, first):
+    """Vectors of n texels, the numbers from place ``start`` on, every ``step``-th; NaN where there is none.
+
+    numbers: (h * w,) int32; texture: (H * W, 3); x, y, z: from place ``first`` on, out.
+    """
+    nothing = texture.dtype.type(np.nan)
+    for i in range(n):
+        texel = numbers[np.uint64(start + step * i)]
+        there = texel >= np.int32(0)
+        at = np.uint32(texel if there else np.int32(0)) & np.uint32(0x7FFFFFFF)
+        a, b, c = texture[at, 0], texture[at, 1], texture[at, 2]
+        place = np.uint64(first + i)
+        x[place], y[place], z[place] = a if there else nothing, b if there else nothing, c if there else nothing
+
+
+@kernel(inline=True)
+def level_span(numbers, start, width):
+    """Columns from the first texel of a row that sees a surface to the last, (first, one past the last)."""
+    first, last = 0, width
+    while first < width and numbers[np.uint64(start + first)] < np.int32(0):
+        first += 1
+    while last > first and numbers[np.uint64(start + last - 1)] < np.int32(0):
+        last -= 1
+    return first, last
+
+
+@kernel(inline=True)
+def taps_beyond(numbers, j, width, height, reach):
+    """How many taps of the texels of row j that see a surface lie outside the texture."""
+    edge = 2 * reach + 1
+    rows = min(j + reach, height - 1) - max(j - reach, 0) + 1
+    beyond = 0
+    for i in range(width):
+        columns = min(i + reach, width - 1) - max(i - reach, 0) + 1
+        beyond += edge * edge - rows * columns if numbers[np.uint64(j * width + i)] >= np.int32(0) else 0
+    return beyond
+
+
+@kernel(parallel=True)
+def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
+    """Occlusion of one level from the square of texels around each.
+
+    Parameters
+    ----------
+    level : (h, w) int32
+        The level.
+    places, facing : (H * W, 3) float32 or float64
+        Positions and unit normals of the full textures.
+    reach : int
+        The square has 2 reach + 1 texels along an edge; its (2 reach + 1)^2 - 1 taps are taken row by row.
+    squared : scalar, same dtype
+        R squared, world units.
+    occlusion : (h, w), same dtype
+        Out: sum of what the taps take over their number; 0 where there is no surface.
+    outside : (h,) int64
+        Out: taps of each row that lie outside the texture; they take nothing.
+    """
+    height, width = level.shape
+    numbers, out, dtype = level.reshape(-1), occlusion.reshape(-1), occlusion.dtype.type
+    x, y, z = np.empty(level.size, places.dtype), np.empty(level.size, places.dtype), np.empty(level.size, places.dtype)
+    for j in prange(height):
+        gather(numbers, places, j * width, width, 1, x, y, z, j * width)
+    zero, number = dtype(0), dtype((2 * reach + 1) * (2 * reach + 1) - 1)
+    for row in prange(height):
+        j = np.int64(row)
+        nx, ny, nz = np.empty(width, places.dtype), np.empty(width, places.dtype), np.empty(width, places.dtype)
+        total = np.zeros(width, places.dtype)
+        gather(numbers, facing, j * width, width, 1, nx, ny, nz, 0)
+        left, right = level_span(numbers, j * width, width)
+        for line in range(max(j - reach, 0), min(j + reach, height - 1) + 1):
+            for shift in range(-reach, reach + 1):
+                first, last = max(left, -shift), min(right, width - shift)
+                here, tap = j * width + first, line * width + first + shift
+                for i in range(last - first):
+                    p, q, place = np.uint64(here + i), np.uint64(tap + i), np.uint64(first + i)
+                    total[place] += obscured(
+                        x[q] - x[p], y[q] - y[p], z[q] - z[p], nx[place], ny[place], nz[place], squared
+                    )  # fmt: skip
+        for i in range(width):
+            there = numbers[np.uint64(j * width + i)] >= np.int32(0)
+            out[np.uint64(j * width + i)] = total[i] / number if there else zero
+        outside[j] = taps_beyond(numbers, j, width, height, reach)
+
+
+@kernel(inline=True)
+def upsampling_weight(vx, vy, vz, nx, ny, nz, mx, my, mz, radius):
+    """How much a coarse texel counts for a fine one: by normals ((1 + n.m) / 2)^8, by depth (R / (R + s))^16.
+
+    v: the coarse texel's point less the fine one's; n and m: normals of the fine one and of the coarse one; s: the
+    distance of the coarse one from the fine one's tangent plane. The powers are squarings. 0 where there is no texel.
+    """
+    zero, one, half, infinity = type(vx)(0), type(vx)(1), type(vx)(0.5), type(vx)(np.inf)
+    s = abs((vx * nx + vy * ny) + vz * nz)
+    a = half * (one + ((nx * mx + ny * my) + nz * mz))
+    a = a * a
+    a = a * a
+    a = a * a
+    sum_ = radius + s
+    b = radius / sum_
+    b = b if (sum_ > zero) & (sum_ < infinity) else zero
+    b = b * b
+    b = b * b
+    b = b * b
+    b = b * b
+    w = a * b
+    return w if w < infinity else zero  # NaN is not
+
+
+@kernel(parallel=True)
+def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, total):
+    """Carry the maximum and the sum over levels from a coarse level to the next finer one, where it has been estimated.
+
+    Parameters
+    ----------
+    fine, coarse : (h, w), (ceil(h / 2), ceil(w / 2)) int32
+        The levels.
+    places, facing : (H * W, 3)
+        Positions and unit normals of the full textures.
+    radius : scalar
+        R, world units.
+    coarse_most, coarse_sum : (ceil(h / 2), ceil(w / 2))
+        Maximum and sum over the coarser levels.
+    most, total : (h, w)
+        In: the fine level's own occlusion, in both. Out: the maximum with, and the sum with, what comes from the four
+        coarse texels around, each weighed by 9, 3, 3 or 1 and by ``upsampling_weight``, over the sum of the weights; 0
+        from there where that is 0.
+    """
+    height, width = fine.shape
+    high, wide = coarse.shape
+    dtype, kind = most.dtype.type, most.dtype
+    numbers, coarser, largest, sums = fine.reshape(-1), coarse.reshape(-1), most.reshape(-1), total.reshape(-1)
+    carried_most, carried_sum = coarse_most.reshape(-1), coarse_sum.reshape(-1)
+    qx, qy, qz = np.empty(coarse.size, kind), np.empty(coarse.size, kind), np.empty(coarse.size, kind)
+    mx, my, mz = np.empty(coarse.size, kind), np.empty(coarse.size, kind), np.empty(coarse.size, kind)
+    for j in prange(high):
+        gather(coarser, places, j * wide, wide, 1, qx, qy, qz, j * wide)
+        gather(coarser, facing, j * wide, wide, 1, mx, my, mz, j * wide)
+    zero = dtype(0)
+    for line in prange(height):
+        j = np.int64(line)
+        px, py, pz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+        nx, ny, nz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+        weights, peak, mean = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+        left, right = level_span(numbers, j * width, width)
+        for odd in range(2):  # columns: those of one parity have their coarse neighbours on the same side
+            skipped = left // 2
+            start, n = j * width + odd + 2 * skipped, max((right - odd + 1) // 2 - skipped, 0)
+            gather(numbers, places, start, n, 2, px, py, pz, 0)
+            gather(numbers, facing, start, n, 2, nx, ny, nz, 0)
+            for i in range(n):
+                weights[i], peak[i], mean[i] = zero, zero, zero
+            for k in range(4):
+                # Row k // 2 = 0 is the texel's own coarse row, 1 the next on the side that the texel lies on.
+                row = j // 2 + (k // 2) * (2 * (j % 2) - 1)
+                shift = (k % 2) * (2 * odd - 1)
+                if not 0 <= row < high:
+                    continue
+                share = dtype((3 - 2 * (k // 2)) * (3 - 2 * (k % 2)))
+                first, coarse_start = max(0, -shift - skipped), row * wide + skipped + shift
+                for i in range(min(n, wide - shift - skipped) - first):
+                    c, f = np.uint64(coarse_start + first + i), np.uint64(first + i)
+                    w = share * upsampling_weight(
+                        qx[c] - px[f], qy[c] - py[f], qz[c] - pz[f], nx[f], ny[f], nz[f], mx[c], my[c], mz[c], radius
+                    )  # fmt: skip
+                    weights[f] += w
+                    peak[f] += w * carried_most[c]
+                    mean[f] += w * carried_sum[c]
+            for i in range(n):
+                there = weights[i] > zero  # only where the fine texel sees a surface
+                peak[i], mean[i] = peak[i] / weights[i], mean[i] / weights[i]
+                peak[i], mean[i] = peak[i] if there else zero, mean[i] if there else zero
+            for i in range(n):
+                place = np.uint64(start + 2 * i)
+                largest[place] = max(largest[place], peak[i])
+                sums[place] = sums[place] + mean[i]
+
+
+@kernel(parallel=True)
+def combine(most, total, levels, how):
+    """Occlusion from maximum and sum over the levels, into ``most``: by MAXIMUM, AVERAGE, or BOTH, held to 0 to 1.
+
+    BOTH is 1 - (1 - maximum) (1 - average).
+    """
+    for j in prange(most.shape[0]):
+        zero, one, number = most.dtype.type(0), most.dtype.type(1), most.dtype.type(levels)
+        for i in range(most.shape[1]):
+            average = total[j, i] / number
+            value = average if how == AVERAGE else most[j, i]
+            if how == BOTH:
+                value = one - (one - most[j, i]) * (one - average)
+            most[j, i] = min(max(value, zero), one)

@@ -1,0 +1,166 @@
+"""Algorithm 2 with what several modules see: a sample is behind the surface where no module sees it in the open.
+
+One depth texture is a surface without a back: all that lies behind it along its own rays counts as solid. Another
+module looks past the front surface from the side. So a sample is occluded only if it lies behind the surface of every
+texture it falls into; one that falls into none is not.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
+from lfssao.ao.kernels.ssao import finish_run, transform_offsets
+from lfssao.core.intrinsics import CHUNK, element, scratch
+from lfssao.core.jit import kernel
+from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.projection import (
+    CROSSED_SLITS,
+    MATRIX,
+    affine_row,
+    nearest_texel,
+    project_crossed_slits,
+    project_matrix,
+    signed_texel_number,
+)
+
+# What is known of a sample: it falls into a texture; it lies in the open there.
+_INSIDE, _OPEN = 1, 2
+
+# Numbers that a mapping's affine half makes of a point; a camera's are four, the others' three.
+_ROWS = 4
+
+
+@kernel(inline=True)
+def load_points(kind, m, surface, positions, start, n, at, rows):
+    """The mapping's affine half of n texels from number ``start`` on: each row CHUNK numbers, from number ``at`` on.
+
+    The first is NaN where a texel sees no surface, which no compare lets through.
+    """
+    for i in range(n):
+        t, k = 3 * (start + i), at + i
+        x, y, z = positions[np.uint64(t)], positions[np.uint64(t + 1)], positions[np.uint64(t + 2)]
+        x = x if surface[np.uint64(start + i)] < np.inf else type(x)(np.nan)
+        rows[np.uint64(k)], rows[np.uint64(k + CHUNK)] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z)
+        rows[np.uint64(k + 2 * CHUNK)] = affine_row(m, 2, x, y, z)
+        if kind == MATRIX:
+            rows[np.uint64(k + 3 * CHUNK)] = affine_row(m, 3, x, y, z)
+
+
+@kernel(inline=True)
+def look(kind, m, module, depths, first, wide, high, n, at, rows, a, b, c, q, known):
+    """Look one sample of n points up in one texture.
+
+    Parameters
+    ----------
+    kind, m : int, (44,) array
+        The mapping world -> image.
+    module : (32,) array
+        m[12:], the module's numbers of kind DISPLAY.
+    depths, first : flat array, int32
+        The depth texture begins at that number.
+    wide, high : scalars of the dtype
+        Its size.
+    n, at, rows
+        The points, as of ``load_points``.
+    a, b, c, q : scalars
+        The sample behind the mapping's linear part; q is a camera's.
+    known : (CHUNK,) int32
+        In and out: _INSIDE and _OPEN.
+    """
+    nothing = np.int32(0)
+    if kind == CROSSED_SLITS:
+        zero, z_module, z_observer, u_0, v_0 = type(wide)(0), m[12], m[13], m[14], m[15]
+        for i in range(n):
+            k = at + i
+            x, y, z = rows[np.uint64(k)] + a, rows[np.uint64(k + CHUNK)] + b, rows[np.uint64(k + 2 * CHUNK)] + c
+            u, v, z, _ = project_crossed_slits(x, y, z, z_module, z_observer, u_0, v_0)
+            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            hidden = True
+            if there:
+                hidden = element(depths, np.int32(first + signed_texel_number(u, v, wide))) < z
+            known[i] |= np.int32(there) | (nothing if hidden else np.int32(_OPEN))
+    else:
+        for i in range(n):
+            k = at + i
+            x, y, z = rows[np.uint64(k)] + a, rows[np.uint64(k + CHUNK)] + b, rows[np.uint64(k + 2 * CHUNK)] + c
+            if kind == MATRIX:
+                u, v, z, valid = project_matrix(x, y, z, rows[np.uint64(k + 3 * CHUNK)] + q)
+            else:
+                u, v, answer = physical_to_image(module, x, y, z)
+                valid = answer == VALID
+            inside, texel = nearest_texel(u, v, wide, high)
+            there = inside & valid
+            hidden = depths[np.uint64(first) + np.uint64(texel)] < z
+            known[i] |= np.int32(there) | (np.int32(_OPEN) if there & (not hidden) else nothing)
+
+
+@kernel(parallel=True)
+def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, depths, occlusion, outside):
+    """Share of samples that are behind the visible surface in all the textures that they fall into.
+
+    Parameters
+    ----------
+    surface : (H, W) float32 or float64
+        Finite where the texel sees a surface.
+    positions : (H, W, 3), same dtype
+        World coordinates of the visible surface.
+    offsets : (n, 3), same dtype
+        The samples relative to the point, world units.
+    kinds : (V,) int64
+        Kinds of the mappings world -> image of V textures (``lfssao.optics.kernels.projection``).
+    numbers : (V, 44), same dtype
+        Their numbers; what a kind does not have is not read.
+    sizes : (V, 2) int64
+        Width and height of the textures.
+    starts : (V,) int64
+        Where in ``depths`` each begins.
+    depths : (sum of sizes,), same dtype
+        The depth textures, row by row, one after the other.
+    occlusion : (H, W), same dtype
+        Out: occluded samples / n; 0 where there is no surface and for n = 0.
+    outside : (H,) int64
+        Out: samples of each row that fall into none of the textures; they count as not occluded.
+    """
+    height, width = surface.shape
+    views, samples = kinds.shape[0], offsets.shape[0]
+    visible, places = surface.reshape(height * width), positions.reshape(3 * height * width)
+    shares = occlusion.reshape(height * width)
+    modules = numbers[:, 12:].copy()
+    moves = np.empty((views, samples, 4), numbers.dtype)
+    for v in range(views):
+        moved = transform_offsets(offsets, kinds[v], numbers[v])
+        for k in range(samples):  # ``moves[v] = ...`` is compiled with the text of an error: five seconds
+            for row in range(4):
+                moves[v, k, row] = moved[k, row]
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
+    for block in prange(blocks):
+        rows = np.empty(views * _ROWS * CHUNK, numbers.dtype)
+        known, count = scratch(np.int32), scratch(np.int32)
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
+            at, end = j * width, (j + 1) * width
+            outside[j] = 0
+            while at < end:
+                start, n = next_span(visible, at, end, CHUNK)
+                for v in range(views):
+                    load_points(kinds[v], numbers[v], visible, places, start, n, v * _ROWS * CHUNK, rows)
+                for i in range(n):
+                    count[i] = 0
+                found = 0
+                for s in range(samples):
+                    for i in range(n):
+                        known[i] = 0
+                    for v in range(views):
+                        first, here = np.int32(starts[v]), v * _ROWS * CHUNK
+                        wide, high = numbers.dtype.type(sizes[v, 0]), numbers.dtype.type(sizes[v, 1])
+                        a, b, c, q = moves[v, s, 0], moves[v, s, 1], moves[v, s, 2], moves[v, s, 3]
+                        look(
+                            kinds[v], numbers[v], modules[v], depths, first, wide, high, n, here, rows,
+                            a, b, c, q, known,
+                        )  # fmt: skip
+                    inside = np.int32(0)
+                    for i in range(n):
+                        count[i] += np.int32(known[i] == _INSIDE)
+                        inside = np.int32(inside + np.int32(known[i] != 0))
+                    found += inside
+                outside[j] += finish_run(visible, at, start, n, samples, count, shares) - found
+                at = start + n

@@ -1,0 +1,193 @@
+"""All estimators by name, and the one call that runs any of them on any view."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.passes import Occlusion, check_radius
+from lfssao.ao.textures import Buffers
+from lfssao.errors import InputError
+
+# A family is a file of this folder. It is imported when one of its estimators is asked for: the default needs one.
+_FAMILIES: dict[str, tuple[str, ...]] = {
+    "point": ("lf", "point", "hemisphere"),
+    "alchemy": ("alchemy",),
+    "sao.estimator": ("sao", "sao-equation-1"),
+    "multiresolution": ("multiresolution",),
+    "vo.estimator": ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal"),
+    "horizon": ("hbao",),
+}
+
+
+class _Registry(Mapping[str, Estimator]):
+    """The estimators by name; lists names without importing what they name."""
+
+    def __init__(self, families: dict[str, tuple[str, ...]]) -> None:
+        self._family_of = {name: family for family, names in families.items() for name in names}
+
+    def __getitem__(self, name: str) -> Estimator:
+        entries = import_module(f"lfssao.ao.estimators.{self._family_of[name]}").ENTRIES
+        found: Estimator = next(entry for entry in entries if entry.name == name)
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._family_of
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._family_of)
+
+    def __len__(self) -> int:
+        return len(self._family_of)
+
+
+ESTIMATORS: Mapping[str, Estimator] = _Registry(_FAMILIES)
+
+
+def find_estimator(name: str) -> Estimator:
+    """The estimator of a name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in ESTIMATORS:
+        raise InputError(f"there is no estimator '{name}': choose one of {', '.join(ESTIMATORS)}")
+    return ESTIMATORS[name]
+
+
+def estimate(
+    name: str,
+    buffers: Buffers,
+    radius: float,
+    points: FloatArray | None = None,
+    weights: FloatArray | None = None,
+    **parameters: Value,
+) -> Occlusion:
+    """Ambient occlusion of one view by the estimator of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of ``ESTIMATORS``.
+    buffers : Buffers
+        The view's textures; their dtype is the arithmetic's.
+    radius : float
+        R, world units.
+    points : (n, d) float64, optional
+        Samples in the unit ball (d = 3) or disk (d = 2); the estimator's own set of its paper's size otherwise.
+    weights : (n,) float64, optional
+        What each sample weighs, for estimators that weigh samples; they need not sum to 1.
+    parameters : numbers or str
+        The estimator's parameters by name, in place of their defaults.
+
+    Returns
+    -------
+    Occlusion
+        Texture (H, W) in depth's dtype, 0 open to 1 covered, 0 where there is no surface.
+
+    Raises
+    ------
+    InputError
+        If the name, a sample set, a parameter or the radius is wrong, or normals are needed and not there.
+    """
+    return estimate_radii(name, buffers, (radius,), points, weights, **parameters)[0]
+
+
+def estimate_radii(
+    name: str,
+    buffers: Buffers,
+    radii: Sequence[float],
+    points: FloatArray | None = None,
+    weights: FloatArray | None = None,
+    **parameters: Value,
+) -> list[Occlusion]:
+    """``estimate`` for each of several radii; together they may take less time.
+
+    Parameters
+    ----------
+    name, buffers
+        As for ``estimate``.
+    radii : sequence of float
+        R of each, world units.
+    points, weights, parameters
+        As for ``estimate``.
+
+    Raises
+    ------
+    InputError
+        As for ``estimate``.
+    """
+    estimator = find_estimator(name)
+    for radius in radii:
+        check_radius(radius)
+    values = full_parameters(estimator, parameters)
+    if estimator.normals and buffers.normals is None:
+        raise InputError(f"estimator {name} reads normals, and there is no normals texture")
+    if points is None:
+        points, weights = estimator.default_samples()
+    else:
+        check_samples(estimator, points, weights)
+    if estimator.run_radii is not None and len(radii) > 1:
+        return estimator.run_radii(buffers, radii, points, weights, **values)
+    return [estimator.run(buffers, radius, points, weights, **values) for radius in radii]
+
+
+def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:
+    """All parameters of an estimator, each with the value given or its default; whole numbers for floats are converted.
+
+    Raises
+    ------
+    InputError
+        If it has no parameter of a name, or a value has the wrong type or is out of range.
+    """
+    unknown = sorted(set(parameters) - set(estimator.parameters))
+    if unknown:
+        known = ", ".join(estimator.parameters) or "none"
+        raise InputError(f"estimator {estimator.name} has no parameter '{unknown[0]}': it has {known}")
+    given = {name: _checked(estimator, name, value) for name, value in parameters.items()}
+    return {**estimator.parameters, **given}
+
+
+def _checked(estimator: Estimator, name: str, value: Any) -> Value:
+    """A parameter's value in the type of its default."""
+    kind = type(estimator.parameters[name])
+    wrong = f"estimator {estimator.name}: {name} is {value!r}, "
+    if isinstance(value, bool | np.bool_) or kind in (bool, str):
+        if kind is int or not isinstance(value, kind):  # True is an int, and no whole number
+            raise InputError(f"{wrong}it must be of type {kind.__name__}")
+    elif not isinstance(value, int | np.integer if kind is int else int | float | np.integer | np.floating):
+        raise InputError(f"{wrong}it must be a {'whole ' if kind is int else ''}number")
+    checked: Value = kind(value)
+    if isinstance(checked, float) and not isfinite(checked):
+        raise InputError(f"{wrong}it must be finite")
+    if name in estimator.limits:
+        low, high = estimator.limits[name]
+        if not isinstance(checked, str) and not low <= checked <= high:
+            raise InputError(f"{wrong}it must be from {low:g} to {high:g}")
+    if name in estimator.choices and checked not in estimator.choices[name]:
+        raise InputError(f"{wrong}choose one of {', '.join(estimator.choices[name])}")
+    return checked
+
+
+def check_samples(estimator: Estimator, points: Any, weights: Any) -> None:
+    """Refuse samples and weights that an estimator cannot take.
+
+    Raises
+    ------
+    InputError
+        If their shapes are wrong, or a number is not finite.
+    """
+    shape, d = np.shape(points), estimator.dimensions
+    if d == 0:
+        raise InputError(f"estimator {estimator.name} takes no samples")
+    if len(shape) != 2 or shape[1] != d or shape[0] == 0:
+        raise InputError(f"estimator {estimator.name}: samples have shape {shape}, expected (n, {d}) with n at least 1")
+    if not np.isfinite(points).all():
+        raise InputError(f"estimator {estimator.name}: a sample is not finite")
+    if weights is not None and (np.shape(weights) != shape[:1] or not np.isfinite(weights).all()):
+        raise InputError(f"estimator {estimator.name}: weights must be {shape[0]} finite numbers")

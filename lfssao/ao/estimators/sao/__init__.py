@@ -1,0 +1,1 @@
+"""Scalable Ambient Obscurance (McGuire, Mara, Luebke 2012)."""

@@ -1,0 +1,1 @@
+"""Kernels: numba functions of arrays and scalars."""

@@ -1,0 +1,40 @@
+"""Depth buffer to distance along the viewing axis (SAO section 2.2, equation 2)."""
+
+import numpy as np
+from numba import prange
+
+from lfssao.core.jit import kernel
+
+
+@kernel(inline=True)
+def perspective_distance(d, c_0, c_1, c_2):
+    """Equation 2, c_0 / (d c_1 + c_2), of a depth buffer value d; +infinity where that lies at infinity or behind."""
+    below = d * c_1 + c_2
+    return c_0 / below if below > type(d)(0) else type(d)(np.inf)
+
+
+@kernel(parallel=True)
+def linear_depth(depth, perspective, c_0, c_1, c_2, z):
+    """Distances of all texels from the eye's plane.
+
+    SAO's z is negative, ours grows away from the viewer: z = -z_SAO, with near and far plane at n and f. Equation 2
+    with c = (n, -1, 1) for f = infinity and (n f, n - f, f) otherwise gives it as printed. An orthographic camera's
+    depth is linear already, c_0 + d c_1 with c = (n, f - n); the paper has none.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Depth buffer, 0 at the near plane and 1 at the far plane, +infinity where there is no surface.
+    perspective : bool
+        Whether equation 2 holds, or the orthographic line.
+    c_0, c_1, c_2 : scalars of the same dtype
+        The constants.
+    z : (H, W), same dtype
+        Out: distance, +infinity where there is no surface and where equation 2 puts it at infinity or behind the eye.
+    """
+    height, width = depth.shape
+    for j in prange(height):
+        for i in range(width):
+            d = depth[j, i]
+            there = perspective_distance(d, c_0, c_1, c_2) if perspective else c_0 + d * c_1
+            z[j, i] = there if d < np.inf else depth.dtype.type(np.inf)

@@ -1,0 +1,60 @@
+"""The pyramid of depth's moments that area sampling reads (VO section 4.2)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.vo.kernels import moments as kernels
+from lfssao.ao.textures import Texture
+
+_AVERAGE, _BLUR = (0.0, 0.5), (0.125, 0.375)
+
+
+@dataclass(frozen=True, eq=False)
+class Pyramid:
+    """Levels one after the other (``lfssao.ao.estimators.vo.kernels.moments``).
+
+    Attributes
+    ----------
+    moments : (N, 3) float64
+        Share of texels with a surface, and the means of z and z^2 over all texels, counted 0 where there is none.
+    starts, pitches : (levels,) int64
+        Where each level's array starts, border included, and how long its rows are.
+    """
+
+    moments: NDArray[np.float64]
+    starts: NDArray[np.int64]
+    pitches: NDArray[np.int64]
+
+
+def moment_pyramid(depth: Texture, prefilter: bool) -> Pyramid:
+    """The pyramid of a texture of cast z, (H, W), down to one texel.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Cast z, +infinity where there is no surface.
+    prefilter : bool
+        Whether each step blurs by [1 2 1] / 4 before it averages two texels.
+    """
+    height, width = depth.shape
+    sizes = [(height, width)]
+    while max(sizes[-1]) > 1:
+        sizes.append(((sizes[-1][0] + 1) // 2, (sizes[-1][1] + 1) // 2))
+    pitches = [w + kernels.BORDER for _, w in sizes]
+    lengths = [(h + kernels.BORDER) * pitch for (h, _), pitch in zip(sizes, pitches, strict=True)]
+    starts = [sum(lengths[:level]) for level in range(len(sizes))]
+    # Not np.zeros, whose memory comes in small pages: filling those takes twice as long as large ones.
+    moments = np.empty((sum(lengths), 3))
+    for start, length, pitch in zip(starts, lengths, pitches, strict=True):
+        _clear_border(moments[start : start + length].reshape(-1, pitch, 3))
+    kernels.write_base(depth, moments)
+    for level, (h, w) in enumerate(sizes[:-1]):
+        kernels.write_half(moments, starts[level], w, h, starts[level + 1], *(_BLUR if prefilter else _AVERAGE))
+    return Pyramid(moments, np.array(starts), np.array(pitches))
+
+
+def _clear_border(level: NDArray[np.float64]) -> None:
+    before, after = kernels.BEFORE, kernels.BORDER - kernels.BEFORE
+    level[:before], level[-after:], level[:, :before], level[:, -after:] = 0, 0, 0, 0

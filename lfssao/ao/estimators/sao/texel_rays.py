@@ -1,0 +1,110 @@
+"""A view's linear z and the lines its texels look along, for estimators that rebuild positions from depth."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import inf, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
+from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, rebuild_positions
+from lfssao.ao.textures import Buffers, Texture
+from lfssao.optics.kernels import display as display_kernels
+from lfssao.optics.kernels import rays
+from lfssao.optics.view import View
+
+
+@dataclass(frozen=True, eq=False)
+class TexelLines:
+    """The lines of a view's texels in cast space, in the form and the dtype that kernels take.
+
+    Attributes
+    ----------
+    kind : int
+        ``lfssao.ao.estimators.sao.kernels.reconstruct.SEPARABLE`` or ``TABLE``.
+    numbers : (10,)
+        The numbers of a SEPARABLE view, 0 otherwise.
+    table : (4, H * W or 0)
+        The columns of a TABLE view, one a texel.
+    world : (12,)
+        Rows of four of the affine map cast space -> world.
+    units : (3,) float64
+        World length of a unit along each axis of cast space.
+    origin : float
+        z of cast space from which distances from the viewer are counted: 0 for a camera, the observers' z (at the
+        screen's middle) for a module.
+    """
+
+    kind: int
+    numbers: Texture
+    table: Texture
+    world: Texture
+    units: NDArray[np.float64]
+    origin: float
+
+
+@lru_cache(maxsize=2)
+def texel_lines(view: View, dtype: np.dtype[Any]) -> TexelLines:
+    """The lines of a view's texels; the last two views are kept, as every radius and pass asks again."""
+    lens = view.lens.tolist()
+    numbers, table, kind, origin = np.zeros(10), np.zeros((4, 0)), SEPARABLE, 0.0
+    if view.ray_kind == rays.PERSPECTIVE:
+        f_u, f_v, c_u, c_v = lens[:4]
+        numbers[:] = c_u, 0, 0, 0, 1 / f_u, c_v, 0, 0, 0, -1 / f_v
+    elif view.ray_kind == rays.ORTHOGRAPHIC:
+        f_u, f_v, c_u, c_v = lens[:4]
+        numbers[:] = c_u, 0, 1 / f_u, 0, 0, c_v, 0, -1 / f_v, 0, 0
+    elif view.ray_kind == rays.FLAT_LINEAR:
+        m_x, m_z, y_o, origin, u_scale, u_0, v_scale, v_0 = lens
+        numbers[:5] = u_0, 0, 1 / u_scale, m_x / m_z, -1 / (u_scale * m_z)
+        numbers[5:] = v_0, 0, 1 / v_scale, y_o / origin, -1 / (v_scale * origin)
+    else:
+        kind, table, origin = TABLE, _table(view), lens[4]
+    linear = view.world_from_cast[:, :3]
+    units = [sqrt((x * x + y * y) + z * z) for x, y, z in linear.T.tolist()]
+    return TexelLines(
+        kind=kind,
+        numbers=numbers.astype(dtype),
+        table=table.astype(dtype),
+        world=np.ravel(view.world_from_cast).astype(dtype),
+        units=np.array(units),
+        origin=origin,
+    )
+
+
+def _table(view: View) -> NDArray[np.float64]:
+    """Lines of a general display's texels, NaN where a texel has none."""
+    v, u = np.mgrid[: view.height, : view.width] + 0.5
+    traced = np.empty((view.width * view.height, 6))
+    display_kernels.trace_texels(view.lens, u.ravel(), v.ravel(), traced)
+    traced[~(traced[:, 4] < traced[:, 5])] = np.nan
+    return np.ascontiguousarray(traced[:, [0, 2, 1, 3]].T)
+
+
+def plane_constants(near: float, far: float) -> tuple[float, float, float]:
+    """SAO's constants c of equation 2 for z > 0: (n, -1, 1) for a far plane at infinity, else (n f, n - f, f)."""
+    return (near, -1.0, 1.0) if far == inf else (near * far, near - far, far)
+
+
+def linear_z(buffers: Buffers) -> Texture:
+    """The view's z of cast space, (H, W): its depth texture on a module, equation 2 of SAO on a camera."""
+    view, depth = buffers.view, np.ascontiguousarray(buffers.depth)
+    if view.ray_kind not in (rays.PERSPECTIVE, rays.ORTHOGRAPHIC):
+        return depth
+    near, far = view.lens[4:6].tolist()
+    perspective = view.ray_kind == rays.PERSPECTIVE
+    c = plane_constants(near, far) if perspective else (near, far - near, 0.0)
+    z = np.empty_like(depth)
+    linear_depth(depth, perspective, *(depth.dtype.type(number) for number in c), z)
+    return z
+
+
+def positions_of(buffers: Buffers, z: Texture, lines: TexelLines) -> Texture:
+    """World positions, (H, W, 3): a module's positions texture, a camera's depth by equation 3 of SAO."""
+    if buffers.view.screen_to_world is None:
+        return np.ascontiguousarray(buffers.positions)
+    positions = np.empty((*z.shape, 3), z.dtype)
+    rebuild_positions(z, lines.kind, lines.numbers, lines.table, lines.world, positions)
+    return positions

@@ -1,0 +1,1 @@
+"""Volumetric Obscurance (Loos, Sloan 2010)."""

@@ -1,0 +1,91 @@
+"""First and second moments of depth over areas of the texture: a prefiltered pyramid (VO section 4.2).
+
+Level l holds, for each square of 2^l x 2^l texels, the share of them that sees a surface and the means over all of
+them of z and z^2, counted 0 where there is none, so that all three can be filtered. Sums over the share give M1 = E[z]
+and M2 = E[z^2] of the surface. All in float64: M2 - M1^2 cancels all but the last digits.
+
+Levels stand one after the other in one array (N, 3), each with a border of zeros, one texel left and above and two
+right and below, so that no filter and no look-up has to ask where the texture ends: beyond it there is no surface.
+Level l has ceil(W / 2^l) x ceil(H / 2^l) texels.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.core.jit import kernel
+
+BEFORE, BORDER = 1, 3
+
+_ROWS_A_BLOCK = 16
+
+
+@kernel(parallel=True)
+def write_base(depth, moments):
+    """Level 0, at the array's start: (1, z, z^2), or (0, 0, 0) where depth is infinite."""
+    height, width = depth.shape
+    surface, numbers = depth.reshape(-1), moments.reshape(-1)
+    for j in prange(height):
+        first = 3 * ((j + BEFORE) * (width + BORDER) + BEFORE)
+        for i in range(width):
+            z = np.float64(surface[np.uint64(j * width + i)])  # float() of a float32 stays one in numba
+            k = np.uint64(first + 3 * i)
+            there = z < np.inf
+            numbers[k] = 1.0 if there else 0.0
+            numbers[k + np.uint64(1)] = z if there else 0.0
+            numbers[k + np.uint64(2)] = z * z if there else 0.0
+
+
+@kernel(inline=True)
+def add_across(numbers, start, wide, outer, inner, even, odd, sums, first):
+    """Sums along a row for ``wide`` texels of the next level, three moments each, into sums from place ``first`` on.
+
+    The row's even and odd texels are copied apart first, so that what is added lies side by side.
+    """
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    for i in range(wide + 1):
+        k, t = np.uint64(3 * i), np.uint64(start + 6 * i)
+        even[k], even[k + one], even[k + two] = numbers[t], numbers[t + one], numbers[t + two]
+        t += three
+        odd[k], odd[k + one], odd[k + two] = numbers[t], numbers[t + one], numbers[t + two]
+    for i in range(3 * wide):
+        k, on = np.uint64(i), np.uint64(i) + three
+        sums[np.uint64(first + i)] = ((outer * even[k] + inner * odd[k]) + inner * even[on]) + outer * odd[on]
+
+
+@kernel(parallel=True)
+def write_half(moments, source, width, height, target, outer, inner):
+    """The next level: along both axes taps (outer, inner, inner, outer) around the middle of two texels.
+
+    Rows first: ((outer a + inner b) + inner c) + outer d, then the same of four such sums.
+
+    Parameters
+    ----------
+    moments : (N, 3) float64
+        In and out.
+    source : int
+        Where the level to halve starts.
+    width, height : int
+        Its size.
+    target : int
+        Where the next level starts.
+    outer, inner : float
+        Weights of the taps: 0 and 1/2 average, 1/8 and 3/8 blur by [1 2 1] / 4 before.
+    """
+    pitch, wide, high = width + BORDER, (width + 1) // 2, (height + 1) // 2
+    n = 3 * wide
+    numbers = moments.reshape(-1)
+    blocks = (high + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
+    for k in prange(blocks):
+        sums = np.empty(4 * n)  # of four rows: each is read by two rows of the next level
+        even, odd = np.empty(n + 3), np.empty(n + 3)
+        made = 2 * np.int64(k) * _ROWS_A_BLOCK
+        for j in range(k * _ROWS_A_BLOCK, min(high, (k + 1) * _ROWS_A_BLOCK)):
+            while made < 2 * j + 4:
+                add_across(numbers, 3 * (source + made * pitch), wide, outer, inner, even, odd, sums, (made % 4) * n)
+                made += 1
+            place, a, b = 3 * (target + (j + BEFORE) * (wide + BORDER) + BEFORE), (2 * j % 4) * n, ((2 * j + 1) % 4) * n
+            c, d = ((2 * j + 2) % 4) * n, ((2 * j + 3) % 4) * n
+            for i in range(n):
+                total = 0.0 + outer * sums[np.uint64(a + i)]
+                total = (total + inner * sums[np.uint64(b + i)]) + inner * sums[np.uint64(c + i)]
+                numbers[np.uint64(place + i)] = total + outer * sums[np.uint64(d + i)]

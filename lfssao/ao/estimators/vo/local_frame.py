@@ -1,0 +1,104 @@
+"""What the kernels over ``lfssao.ao.estimators.vo.kernels.local_frame`` read of a view, in the arithmetic's dtype."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.vo.kernels.axis_depth import write_axis_depth
+from lfssao.ao.estimators.vo.kernels.local_frame import CHUNK, TILE
+from lfssao.ao.textures import Buffers, Texture
+from lfssao.core.elementary import sincospi
+from lfssao.core.philox import random_signed
+from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.view import View
+from lfssao.samples.kernels.ball import algorithm3
+
+# Streams of the counter-based generator: numbers of one stream never meet those of another.
+_TURN, _MIRROR_1, _MIRROR_2 = 64, 65, 66
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """A view's textures and mapping as the kernels take them.
+
+    Attributes
+    ----------
+    depth : (H, W) float32 or float64
+        Cast z, +infinity where there is no surface: the depth texture of a display, made from the positions of a
+        camera's, whose depth texture is not linear in z.
+    positions, directions, normals : (H, W, 3), same dtype
+        Positions; viewing directions; normals, or the positions again where there are none, which no kernel reads.
+    kind, rows, lens : int, (16,) and (n,) same dtype
+        The mapping (``lfssao.ao.estimators.vo.kernels.local_frame``).
+    right : (3,) same dtype
+        The view's rightward direction, world space.
+    """
+
+    depth: Texture
+    positions: Texture
+    directions: Texture
+    normals: Texture
+    kind: int
+    rows: Texture
+    lens: Texture
+    right: Texture
+
+    @classmethod
+    def of(cls, buffers: Buffers) -> "Surroundings":
+        """The surroundings of a view's points."""
+        view, dtype = buffers.view, buffers.depth.dtype
+        positions = np.ascontiguousarray(buffers.positions)
+        normals = positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)
+        kind = view.world_to_image.kind
+        return cls(
+            depth=_linear_depth(buffers, positions),
+            positions=positions,
+            directions=buffers.directions,
+            normals=normals,
+            kind=kind,
+            rows=np.ascontiguousarray(_rows(view), dtype),
+            lens=np.ascontiguousarray(view.world_to_image.numbers[12:], dtype),
+            right=np.ascontiguousarray(view.world_from_cast[:, 0], dtype),
+        )
+
+
+def _linear_depth(buffers: Buffers, positions: Texture) -> Texture:
+    depth = np.ascontiguousarray(buffers.depth)
+    if buffers.view.world_to_image.kind != MATRIX:
+        return depth
+    linear = np.empty_like(depth)
+    axis = np.ascontiguousarray(buffers.view.cast_from_world[2], depth.dtype)
+    write_axis_depth(depth, positions, axis, linear)
+    return linear
+
+
+def _rows(view: View) -> NDArray[np.float64]:
+    """Affine rows of u, v, the divisor and cast z, (16,) float64; a display's mapping has no divisor's row: 0."""
+    m = view.world_to_image.numbers
+    divisor = m[12:16] if view.world_to_image.kind == MATRIX else np.zeros(4)
+    return np.concatenate([m[:8], divisor, view.cast_from_world[2]])
+
+
+def disk_turns(randomize: bool, seed: int, dtype: np.dtype[Any]) -> Texture:
+    """Reflections of the disk, (2, TILE, CHUNK): cosine and sine of random angles for a tile; 1 and 0 for none."""
+    if not randomize:
+        return _in_tiles([(1.0, 0.0)] * TILE**2, dtype)
+    pairs = [sincospi(random_signed(np.uint64(seed), _TURN, k)) for k in range(TILE**2)]
+    return _in_tiles([(cosine, sine) for sine, cosine in pairs], dtype)
+
+
+def ball_mirrors(randomize: bool, seed: int, dtype: np.dtype[Any]) -> Texture:
+    """Directions of the ball's reflections, (3, TILE, CHUNK): uniform on the sphere for a tile; 0 for none."""
+    if not randomize:
+        return _in_tiles([(0.0, 0.0, 0.0)] * TILE**2, dtype)
+    key = np.uint64(seed)
+    places = [(random_signed(key, _MIRROR_1, k), random_signed(key, _MIRROR_2, k)) for k in range(TILE**2)]
+    return _in_tiles([algorithm3(xi1, xi2) for xi1, xi2 in places], dtype)
+
+
+def _in_tiles(vectors: list[tuple[float, ...]], dtype: np.dtype[Any]) -> Texture:
+    """Vectors of a tile, row by row, repeated along rows of CHUNK texels: (d, TILE, CHUNK)."""
+    tile = np.array(vectors).T.reshape(-1, TILE, TILE)
+    return np.ascontiguousarray(np.tile(tile, (1, 1, CHUNK // TILE)), dtype)

@@ -1,0 +1,266 @@
+"""Ray-cast ambient occlusion, what the estimators from textures estimate: the mesh itself around each visible point.
+
+    AO(P) = integral over the half space above P of w(omega) (1 - rho(t(P, omega) / R)) d omega
+
+t is the distance to the first triangle, rho rises from 0 to 1 at R (VO section 3), beyond which nothing occludes; w is
+cos(theta) / pi, or 1 / (2 pi). (VO writes the open share, and rho itself; occlusion is one minus that.)
+
+Exact answers for constant falloff; c = d / R, 0 for an infinite radius; S(c) = (arccos c - c sqrt(1 - c^2)) / pi:
+
+===========================================  ========================================  ===============================
+surface, from P                              cosine                                    uniform
+===========================================  ========================================  ===============================
+plane, convex crease, top of a step          0                                         0
+face of a right-angle crease, d to the other  S(c): the other's directions, projected   (1 - c) / 2, half a zone
+                                             along n, fill a segment of the disk
+floor at a before a wall of height h, R inf  (1 - a / sqrt(a^2 + h^2)) / 2             arctan(h / a) / pi, a lune
+plane under a sphere of radius s, R inf,     (s / D)^3, as (s / D)^2 of a sphere seen  1 - sqrt(1 - (s / D)^2),
+P at distance D from its middle              whole times the cosine of its middle      its solid angle over 2 pi
+===========================================  ========================================  ===============================
+
+At direction omega_x across the crease, t / R = c / omega_x. So a falloff takes from a crease, r = sqrt(1 - c^2):
+
+=========  ====================================  =================
+falloff    cosine                                uniform
+=========  ====================================  =================
+linear     (2 c / pi) (ln((1 + r) / c) - r)      -(c ln c) / 2
+quadratic  (2 c / pi) (r - c arccos c)           (c - c^2) / 2
+=========  ====================================  =================
+
+What finds the hits is a choice. Our own tree: rays, hits and sums are IEEE float64 in a written order, so that texture
+and error have equal bits on every machine for equal textures, mesh and seed. Embree: the same rays and sums, but what
+they hit is decided in float32, about the middle of the mesh; that takes less time, and which rays hit what they graze
+differs from the tree's, and between processors.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.passes import check_radius
+from lfssao.ao.textures import Buffers
+from lfssao.errors import InputError
+from lfssao.gbuffer.bvh import TriangleTree
+from lfssao.gbuffer.embree import CentredScene, in_chunks
+from lfssao.scene.mesh import Mesh
+
+WEIGHTINGS = ("cosine", "uniform")
+FALLOFFS = ("constant", "linear", "quadratic")
+INTERSECTORS = ("tree", "embree")
+
+# Rows that the tree is asked for in one call: between calls the work can be interrupted.
+_ROWS = 16
+# Rays that one thread hands to Embree at a time: long enough to hide the call; the most a round can have.
+_BATCH = 65_536
+# How far off the surface rays must begin for Embree, in the unit of its scene, whose coordinates are below 1: the point
+# and the triangle are each rounded by up to 2^-25 in x, y and z, and its distance is worked out from numbers like that.
+_CLEAR = 2.0**-21
+
+
+@dataclass(frozen=True, eq=False)
+class GroundTruth:
+    """Ray-cast occlusion of one view.
+
+    Attributes
+    ----------
+    texture : (H, W) float64
+        Occlusion, 0 open to 1 covered; 0 where there is no surface or no normal.
+    error : (H, W) float64
+        Its standard error, from the spread of the rounds' means; 0 where all rounds agree.
+    rays : (H, W) int64
+        How many rays each texel has cast.
+    """
+
+    texture: NDArray[np.float64]
+    error: NDArray[np.float64]
+    rays: NDArray[np.int64]
+
+
+class Occluders:
+    """A mesh ready to be met by rays in world space; what finds them is built once, when it is first asked.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        What occludes.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+
+    @cached_property
+    def tree(self) -> TriangleTree:
+        """Our own, float64."""
+        return TriangleTree(self.mesh.vertices, self.mesh.faces)
+
+    @cached_property
+    def embree(self) -> CentredScene:
+        """Embree's, float32."""
+        return CentredScene(self.mesh)
+
+
+class _Cast(NamedTuple):
+    """What to cast: the numbers of ``ray_cast_occlusion`` as kernels take them; step in world units."""
+
+    radius: float
+    step: float
+    weighting: int
+    falloff: int
+    strata: int
+    least: int
+    most: int
+    tolerance: float
+    seed: np.uint64
+
+
+def ray_cast_occlusion(
+    occluders: Occluders,
+    buffers: Buffers,
+    radius: float,
+    weighting: str = "cosine",
+    falloff: str = "constant",
+    tolerance: float = 0.005,
+    rounds: tuple[int, int] = (8, 128),
+    strata: int = 8,
+    offset: float = 1e-3,
+    seed: int = 0,
+    intersector: str = "tree",
+) -> GroundTruth:
+    """Ambient occlusion of one view by rays through the mesh, with its standard error.
+
+    Each texel casts rounds of strata^2 rays, one in each cell of a grid over (u, v), which directions are made of; the
+    rounds are independent, so that their spread gives the error. Both sides of triangles occlude.
+
+    Parameters
+    ----------
+    occluders : Occluders
+        The scene.
+    buffers : Buffers
+        The view's textures; depth says where there is a surface, positions and normals where rays begin.
+    radius : float
+        R, world units; infinity with falloff 'constant'.
+    weighting : str
+        'cosine' or 'uniform': how directions are weighed.
+    falloff : str
+        1 - rho at t / R: 'constant' 1, 'linear' 1 - t / R, 'quadratic' 1 - (t / R)^2.
+    tolerance : float
+        A texel casts rounds until its standard error is no more than this. (Texels stop at an error that may be small
+        by chance, the more so the fewer the least rounds are.)
+    rounds : (int, int)
+        Rounds of each texel, at least, 2 or more, and at most.
+    strata : int
+        Cells along an edge of the grid, 1 to 256.
+    offset : float
+        Rays begin at P + offset R n (offset times the diagonal of the mesh's box for an infinite R): n is the unit
+        normal. It has to be more than positions are off the mesh: float32 positions some 1e-7 of their size.
+    seed : int
+        0 to 2**64 - 1, key of the random numbers (Philox4x32-10).
+    intersector : str
+        What finds the triangles that rays hit: 'tree', our own in float64, with equal bits on every machine; 'embree',
+        in float32: no promise of bits, and rays have to begin 5e-7 of the mesh's size off the surface or more.
+
+    Returns
+    -------
+    GroundTruth
+
+    Raises
+    ------
+    InputError
+        If normals are missing, a number or a name is wrong, or rays begin too near to the surface for Embree.
+    MissingPackageError
+        If Embree is asked for and embreex is not installed.
+    """
+    if buffers.normals is None:
+        raise InputError("ray-cast occlusion reads normals, and there is no normals texture")
+    if not (radius == np.inf and falloff == "constant"):
+        check_radius(radius)
+    for name, value, choices in (
+        ("weighting", weighting, WEIGHTINGS),
+        ("falloff", falloff, FALLOFFS),
+        ("intersector", intersector, INTERSECTORS),
+    ):
+        if value not in choices:
+            raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
+    if not 2 <= rounds[0] <= rounds[1] <= 2**16 or not 1 <= strata <= 256:
+        raise InputError(f"rounds {rounds} must be 2 <= least <= most <= 65536, and strata {strata} from 1 to 256")
+    if not tolerance >= 0 or not 0 <= offset < np.inf:
+        raise InputError(f"tolerance {tolerance} and offset {offset} must be at least 0")
+    if not 0 <= seed < 2**64:
+        raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
+    low, high = occluders.mesh.bounds
+    step = offset * (radius if radius < np.inf else float(np.sqrt(np.sum((high - low) ** 2))))
+    cast = _Cast(
+        float(radius), step, WEIGHTINGS.index(weighting), FALLOFFS.index(falloff), strata, *rounds, float(tolerance),
+        np.uint64(seed),
+    )  # fmt: skip
+    textures = [np.ascontiguousarray(a) for a in (buffers.depth, buffers.positions, buffers.normals)]
+    shape = buffers.depth.shape
+    made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
+    if intersector == "tree":
+        _through_tree(occluders.tree, textures, cast, made)
+    else:
+        _through_embree(occluders.embree, textures, cast, made)
+    return made
+
+
+def _through_tree(tree: TriangleTree, textures: list[NDArray[Any]], cast: _Cast, made: GroundTruth) -> None:
+    """Write the ground truth as our own tree gives it."""
+    from lfssao.ao.kernels import truth  # late: compiled for this alone
+
+    height = len(made.texture)
+    for first in range(0, height, _ROWS):
+        truth.ray_cast_rows(
+            first, min(first + _ROWS, height), *textures, *cast, tree.corners, tree.boxes, made.texture, made.error,
+            made.rays,
+        )  # fmt: skip
+
+
+def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: _Cast, made: GroundTruth) -> None:
+    """Write the ground truth as Embree gives it, a batch of texels at a time on each of numba's threads."""
+    from lfssao.ao.kernels import truth_batches  # late: compiled for this alone
+
+    needed = _CLEAR * scene.unit
+    if cast.radius > 0 and cast.step < needed:
+        raise InputError(
+            f"rays begin {cast.step:.3g} off the surface, and Embree's float32 needs {needed:.3g} in this scene: "
+            "choose a larger offset or the intersector 'tree'"
+        )
+    seen, positions, normals = np.flatnonzero(textures[0] < np.inf), *(a.reshape(-1, 3) for a in textures[1:])
+    out = [texture.reshape(-1) for texture in (made.texture, made.error, made.rays)]
+
+    def work(start: int, stop: int) -> None:
+        n = stop - start
+        texels, points, axes = np.empty(n, np.int64), np.empty((n, 3)), np.empty((n, 3, 3))
+        n = truth_batches.begin_texels(seen[start:stop], positions, normals, cast.step, texels, points, axes)
+        for texture, values in zip(out, _rounds(scene, cast, texels[:n], points[:n], axes[:n]), strict=True):
+            texture[texels[:n]] = values
+
+    in_chunks(work, len(seen), max(_BATCH // cast.strata**2, 1), numba.get_num_threads())
+
+
+def _rounds(
+    scene: CentredScene, cast: _Cast, texels: NDArray[np.int64], points: NDArray[np.float64], axes: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Cast rounds from points around axes until each is done: occlusion, standard error and rays, (n,) each."""
+    from lfssao.ao.kernels import truth_batches
+
+    n, cells, far = len(texels), cast.strata**2, cast.radius / scene.unit
+    totals, squares, errors, done = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int64)
+    chosen, number = np.arange(n), 0
+    while len(chosen) and number < cast.most:
+        origins, directions = np.empty((2, len(chosen) * cells, 3), np.float32)
+        truth_batches.write_round(
+            chosen, texels, points, axes, number, cast.strata, cast.seed, cast.weighting, scene.middle, scene.unit,
+            origins, directions,
+        )  # fmt: skip
+        distances = scene.distances(origins, directions, far, FALLOFFS[cast.falloff] == "constant")
+        truth_batches.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)
+        number += 1
+        done[chosen] = number
+        if number >= cast.least:
+            chosen = chosen[errors[chosen] > cast.tolerance]
+    return totals / done, errors, done * cells

@@ -1,0 +1,60 @@
+"""Separable Gaussian blur (LF section 6, passes 4 and 5 of section 7)."""
+
+import numpy as np
+from numba import prange
+
+from lfssao.core.elementary import exp
+from lfssao.core.jit import kernel
+
+
+@kernel
+def gaussian_weights(sigma, radius, weights):
+    """Weights of 2 radius + 1 taps, float64: exp(-k^2 / (2 sigma^2)) over their sum, added from the first to the last.
+
+    The quotient k / sigma is squared, not its parts, so that no sigma overflows.
+    """
+    total = 0.0
+    for tap in range(2 * radius + 1):
+        distance = (tap - radius) / sigma
+        weights[tap] = exp(-0.5 * (distance * distance))
+        total += weights[tap]
+    for tap in range(2 * radius + 1):
+        weights[tap] = weights[tap] / total
+
+
+@kernel(parallel=True)
+def blur_horizontal(source, weights, half):
+    """Pass 4: half[j, i] = sum over taps k, first to last, of weights[k] source[j, i + k - radius].
+
+    A tap beyond the border reads the texel on it. source, half: (H, W); weights: (2 radius + 1,), same dtype.
+    """
+    height, width = half.shape
+    taps = weights.shape[0]
+    radius = taps // 2
+    for j in prange(height):
+        row, line = np.empty(width + 2 * radius, source.dtype), source[j]
+        for i in range(radius):
+            row[i], row[radius + width + i] = line[0], line[width - 1]
+        for i in range(width):
+            row[radius + i] = line[i]
+        for i in range(width):
+            half[j, i] = 0
+        for k in range(taps):  # taps outside, texels inside: each texel adds in order, and texels make vectors
+            for i in range(width):
+                half[j, i] += weights[k] * row[i + k]
+
+
+@kernel(parallel=True)
+def blur_vertical(half, weights, blurred):
+    """Pass 5: the same down the columns."""
+    height, width = half.shape
+    taps = weights.shape[0]
+    radius = taps // 2
+    for j in prange(height):
+        row = blurred[j]
+        for i in range(width):
+            row[i] = 0
+        for k in range(taps):
+            line = half[min(max(j + k - radius, 0), height - 1)]
+            for i in range(width):
+                row[i] += weights[k] * line[i]

@@ -1,0 +1,237 @@
+"""LF Algorithms 1 and 2: the share of samples around each visible point that lie behind the visible surface.
+
+A row's texels are the inner loop and samples the outer one, so that LLVM computes neighbouring texels as one vector.
+The mapping is affine but for its last step: the affine half is applied once a point and once a sample, and the two are
+added. All radii of a span are computed before the next span, as their points are the same. ``benchmarks/README.md``
+says what the form of these loops gains.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
+from lfssao.core.intrinsics import CHUNK, element, scratch
+from lfssao.core.jit import kernel
+from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.projection import (
+    CROSSED_SLITS,
+    MATRIX,
+    affine_row,
+    linear_row,
+    nearest_texel,
+    project_crossed_slits,
+    project_matrix,
+    signed_texel_number,
+)
+
+
+@kernel
+def transform_offsets(offsets, kind, m):
+    """The linear part of the mapping applied to the sample offsets, (n, 4): line 5 and the affine half of line 6."""
+    out = np.empty((offsets.shape[0], 4), m.dtype)
+    for s in range(offsets.shape[0]):
+        out[s, 3] = 0
+        for row in range(4 if kind == MATRIX else 3):
+            out[s, row] = linear_row(m, row, offsets[s, 0], offsets[s, 1], offsets[s, 2])
+    return out
+
+
+@kernel(inline=True)
+def count_crossed_slits(m, depth, width, height, n, a, b, c, first, samples, offsets, count):
+    """Algorithm 2, lines 4 to 9, for the points of one run.
+
+    Parameters
+    ----------
+    m : (16,) array
+        The mapping world -> image.
+    depth : (height * width,) array
+        The depth texture, row by row.
+    width, height : int
+        Its size.
+    n : int
+        How many points.
+    a, b, c : (>= n,) arrays
+        The points after the mapping's affine half, an array a row of M; NaN where a texel sees no surface, which no
+        compare lets through.
+    first, samples : int
+        Number of the first sample, and how many.
+    offsets : (>= first + samples, 4) array
+        They likewise, linear part only.
+    count : (>= n,) int32
+        In and out: how many samples lie behind the surface.
+
+    Returns
+    -------
+    int
+        How many samples of all the points are in the texture and the mapping's domain.
+    """
+    zero, wide, high = m.dtype.type(0), m.dtype.type(width), m.dtype.type(height)
+    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+    found = 0
+    for s in range(first, first + samples):
+        oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+        inside = np.int32(0)
+        for i in range(n):
+            u, v, z, _ = project_crossed_slits(a[i] + oa, b[i] + ob, c[i] + oc, z_module, z_observer, u_0, v_0)
+            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            hit = False
+            if there:
+                hit = element(depth, signed_texel_number(u, v, wide)) < z  # lines 7 and 8
+            count[i] += np.int32(hit)  # line 9
+            inside = np.int32(inside + np.int32(there))
+        found += inside
+    return found
+
+
+@kernel(inline=True)
+def count_matrix(m, depth, width, height, n, a, b, c, q, first, samples, offsets, count):
+    """Algorithm 1, lines 5 to 10; arguments and result of count_crossed_slits, with q, row 3 of M."""
+    wide, high = m.dtype.type(width), m.dtype.type(height)
+    found = 0
+    for s in range(first, first + samples):
+        oa, ob, oc, oq = offsets[s, 0], offsets[s, 1], offsets[s, 2], offsets[s, 3]
+        inside = np.int32(0)
+        for i in range(n):
+            u, v, z, valid = project_matrix(a[i] + oa, b[i] + ob, c[i] + oc, q[i] + oq)
+            there, texel = nearest_texel(u, v, wide, high)
+            there = there & valid
+            surface = depth[texel]  # line 8
+            count[i] += np.int32((surface < z) & there)  # lines 9 and 10
+            inside = np.int32(inside + np.int32(there))
+        found += inside
+    return found
+
+
+@kernel(inline=True)
+def count_display(d, depth, width, height, n, a, b, c, first, samples, offsets, count):
+    """Algorithm 2, lines 4 to 9, for any display; as count_crossed_slits, with d, the module's numbers."""
+    zero, wide, high = d.dtype.type(0), d.dtype.type(width), d.dtype.type(height)
+    found = 0
+    for s in range(first, first + samples):
+        oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+        inside = np.int32(0)
+        for i in range(n):
+            z = c[i] + oc
+            u, v, answer = physical_to_image(d, a[i] + oa, b[i] + ob, z)
+            there = (answer == VALID) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            hit = False
+            if there:
+                hit = element(depth, signed_texel_number(u, v, wide)) < z
+            count[i] += np.int32(hit)
+            inside = np.int32(inside + np.int32(there))
+        found += inside
+    return found
+
+
+@kernel
+def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
+    """Write occlusion, 0 of the texels from number ``at`` to the run's start and count / samples of the n in the run.
+
+    before: how many numbers of ``occlusion`` come before the texture's. Returns how many samples the run's visible
+    points have.
+    """
+    zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
+    first = np.uint64(before)
+    for texel in range(np.uint64(at), np.uint64(start)):
+        occlusion[first + texel] = zero
+    visible = np.int32(0)
+    for i in range(n):
+        texel = np.uint64(start + i)
+        there = depth[texel] < np.inf
+        share = depth.dtype.type(count[i]) / total
+        occlusion[first + texel] = share if there else zero
+        visible = np.int32(visible + np.int32(there))
+    return np.int64(visible) * samples
+
+
+@kernel(parallel=True)
+def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
+    """LF Algorithm 2, occlusion of every texel of one module, of several radii.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Image z of the visible surface, +infinity where there is none.
+    positions : (H, W, 3), same dtype
+        World coordinates of the visible surface.
+    offsets : (R, n, 3), same dtype
+        The samples of each radius relative to the point, world units.
+    kind, m : int, (16,) or (44,) same dtype
+        The mapping world -> image (``lfssao.optics.kernels.projection``).
+    occlusion : (R, H, W), same dtype
+        Out: occluded samples / n; 0 where there is no surface and for n = 0.
+    outside : (R, H) int64
+        Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
+    """
+    height, width = depth.shape
+    surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
+    radii, samples, _ = offsets.shape
+    shares, texels = occlusion.reshape(radii * height * width), height * width
+    module, nothing = m[12:].copy(), m.dtype.type(np.nan)
+    moved = transform_offsets(offsets.reshape(radii * samples, 3), kind, m)
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
+    for block in prange(blocks):
+        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        q, count = scratch(m.dtype), scratch(np.int32)
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
+            at, end = j * width, (j + 1) * width
+            for r in range(radii):
+                outside[r, j] = 0
+            while at < end:
+                start, n = next_span(surface, at, end, CHUNK)
+                # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
+                for i in range(n):
+                    t = 3 * (start + i)  # line 1
+                    x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
+                    x = x if surface[np.uint64(start + i)] < np.inf else nothing
+                    a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                    if kind == MATRIX:
+                        q[i] = affine_row(m, 3, x, y, z)
+                for r in range(radii):
+                    first = r * samples
+                    for i in range(n):
+                        count[i] = 0
+                    if kind == CROSSED_SLITS:
+                        found = count_crossed_slits(m, surface, width, height, n, a, b, c, first, samples, moved, count)
+                    elif kind == MATRIX:
+                        found = count_matrix(m, surface, width, height, n, a, b, c, q, first, samples, moved, count)
+                    else:
+                        found = count_display(module, surface, width, height, n, a, b, c, first, samples, moved, count)
+                    visible = finish_run(surface, at, start, n, samples, count, shares, r * texels)
+                    outside[r, j] += visible - found
+                at = start + n
+
+
+@kernel(parallel=True)
+def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
+    """LF Algorithm 1, occlusion of every texel of an ordinary view.
+
+    Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,) the rows of a 4x4 matrix, in place of
+    the positions texture; the mapping ``m`` is of kind MATRIX.
+    """
+    height, width = depth.shape
+    surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
+    image_offsets = transform_offsets(offsets, MATRIX, m)
+    samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
+    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
+    for block in prange(blocks):
+        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+        q, count = scratch(m.dtype), scratch(np.int32)
+        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
+            at, end = j * width, (j + 1) * width
+            outside[j] = 0
+            while at < end:
+                start, n = next_span(surface, at, end, CHUNK)
+                first = m.dtype.type(start - j * width) + half
+                for i in range(n):
+                    u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
+                    d = surface[np.uint64(start + i)]  # line 2
+                    w = affine_row(screen_to_world, 3, u, v, d)  # line 3
+                    x = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
+                    y = affine_row(screen_to_world, 1, u, v, d) / w
+                    z = affine_row(screen_to_world, 2, u, v, d) / w
+                    a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                    q[i], count[i] = affine_row(m, 3, x, y, z), 0
+                found = count_matrix(m, surface, width, height, n, a, b, c, q, 0, samples, image_offsets, count)
+                outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
+                at = start + n

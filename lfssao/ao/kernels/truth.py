@@ -1,0 +1,154 @@
+"""Ray-cast ambient occlusion through our own tree: float64, equal bits anywhere.
+
+Whether a ray hits a triangle is decided by ``hit_triangle`` after its axes have been renamed so that the ray's steepest
+is z. The tree only leaves out boxes that the ray cannot touch: they are larger than their triangles by far more than
+the tests below can be off, so the result is that of trying every triangle.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.ao.kernels.truth_rays import CONSTANT, begin_texel, covered, ray_direction, standard_error
+from lfssao.core.jit import kernel
+from lfssao.gbuffer.kernels.bvh import LEAF
+from lfssao.gbuffer.kernels.triangle import hit_triangle
+
+_STACK = 128  # two nodes a level
+_SMALL = 1e-200
+
+
+@kernel(inline=True)
+def _enters(boxes, node, px, py, pz, ix, iy, iz, far):
+    """Whether a ray touches a box between 0 and far; (ix, iy, iz): one over its direction."""
+    a, b = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
+    near, end = min(a, b), max(a, b)
+    a, b = (boxes[node, 1] - py) * iy, (boxes[node, 4] - py) * iy
+    near, end = max(near, min(a, b)), min(end, max(a, b))
+    a, b = (boxes[node, 2] - pz) * iz, (boxes[node, 5] - pz) * iz
+    near, end = max(near, min(a, b)), min(end, max(a, b))
+    return (near <= end) & (end >= 0.0) & (near <= far)
+
+
+@kernel(inline=True)
+def _inverse(d):
+    """One over a component of a direction; finite, as 0 times infinity would be no number."""
+    return 1.0 / d if abs(d) > _SMALL else 1.0 / _SMALL
+
+
+@kernel
+def first_distance(px, py, pz, dx, dy, dz, far, any_hit, corners, boxes, stack):
+    """Distance along a ray to the first triangle, infinity where there is none in (0, far].
+
+    Parameters
+    ----------
+    px, py, pz, dx, dy, dz : float64
+        Origin, direction of length 1.
+    far : float64
+        How far it goes; may be infinite.
+    any_hit : bool
+        Whether any distance to a triangle within reach will do.
+    corners, boxes
+        The tree (``lfssao.gbuffer.kernels.bvh``).
+    stack : (128,) int64
+        Scratch.
+    """
+    if abs(dx) >= abs(dy) and abs(dx) >= abs(dz):
+        kx, ky, kz, o, d = 1, 2, 0, px, dx
+        ox, oy, sx, sy = py - (dy / dx) * px, pz - (dz / dx) * px, dy / dx, dz / dx
+    elif abs(dy) >= abs(dz):
+        kx, ky, kz, o, d = 2, 0, 1, py, dy
+        ox, oy, sx, sy = pz - (dz / dy) * py, px - (dx / dy) * py, dz / dy, dx / dy
+    else:
+        kx, ky, kz, o, d = 0, 1, 2, pz, dz
+        ox, oy, sx, sy = px - (dx / dz) * pz, py - (dy / dz) * pz, dx / dz, dy / dz
+    ix, iy, iz = _inverse(dx), _inverse(dy), _inverse(dz)
+    first_leaf = (boxes.shape[0] + 1) // 2 - 1
+    best = np.inf
+    stack[0] = 0
+    top = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if not _enters(boxes, node, px, py, pz, ix, iy, iz, min(far, best)):
+            continue
+        if node < first_leaf:
+            stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+            top += 2
+            continue
+        start = LEAF * (node - first_leaf)
+        for p in range(start, min(start + LEAF, corners.shape[0])):
+            hit, z, _, _ = hit_triangle(
+                ox, oy, sx, sy, corners[p, kx], corners[p, ky], corners[p, kz], corners[p, 3 + kx],
+                corners[p, 3 + ky], corners[p, 3 + kz], corners[p, 6 + kx], corners[p, 6 + ky], corners[p, 6 + kz],
+            )  # fmt: skip
+            t = (z - o) / d
+            if hit and 0.0 < t <= far and t < best:
+                best = t
+                if any_hit:
+                    return best
+    return best
+
+
+@kernel
+def round_mean(texel, number, strata, seed, weighting, falloff, point, axes, far, corners, boxes, stack):
+    """Mean of one round of a texel's rays: one ray in each of strata x strata cells of (u, v), row by row.
+
+    point: where the rays begin; axes: (3, 3) float64 rows, two axes and the normal.
+    """
+    total = 0.0
+    for cell in range(strata * strata):
+        dx, dy, dz = ray_direction(texel, number, cell, strata, seed, weighting, axes)
+        t = first_distance(
+            point[0], point[1], point[2], dx, dy, dz, far, falloff == CONSTANT, corners, boxes, stack
+        )  # fmt: skip
+        total += covered(t, far, falloff)
+    return total / np.float64(strata * strata)
+
+
+@kernel(parallel=True)
+def ray_cast_rows(
+    first, last, depth, positions, normals, far, step, weighting, falloff, strata, least, most, tolerance, seed,
+    corners, boxes, occlusion, error, rays,
+):  # fmt: skip
+    """Ray-cast AO of rows first to last - 1.
+
+    Parameters
+    ----------
+    first, last : int
+        Rows.
+    depth, positions, normals : (H, W), (H, W, 3), (H, W, 3) float32 or float64
+        The textures; texels without a surface or a normal are 0.
+    far, step : float64
+        The radius; by how much rays begin off the surface along the normal; world units.
+    weighting, falloff : int
+        COSINE or UNIFORM; CONSTANT, LINEAR or QUADRATIC.
+    strata, least, most : int
+        Rays in a round are strata squared; rounds for each texel, at least and at most; least is 2 or more.
+    tolerance : float64
+        A texel is done when its standard error is not above it.
+    seed : uint64
+        Key of the random numbers.
+    corners, boxes
+        The tree in world space.
+    occlusion, error, rays : (H, W) float64, float64, int64
+        Out: mean of the rounds' means m; their standard error; rays cast.
+    """
+    width = depth.shape[1]
+    for k in prange(last - first):
+        j = first + k
+        stack, point, axes = np.empty(_STACK, np.int64), np.empty(3), np.empty((3, 3))
+        for i in range(width):
+            occlusion[j, i], error[j, i], rays[j, i] = 0.0, 0.0, 0
+            if not depth[j, i] < np.inf or not begin_texel(positions[j, i], normals[j, i], step, point, axes):
+                continue
+            total, squares, done, spread_of = 0.0, 0.0, 0, np.inf
+            while done < least or (done < most and spread_of > tolerance):
+                mean = round_mean(
+                    j * width + i, done, strata, seed, weighting, falloff, point, axes, far, corners, boxes, stack
+                )  # fmt: skip
+                total += mean
+                squares += mean * mean
+                done += 1
+                if done > 1:
+                    spread_of = standard_error(total, squares, done)
+            occlusion[j, i], error[j, i], rays[j, i] = total / done, spread_of, done * strata * strata

@@ -1,0 +1,129 @@
+"""``lfssao compare``: another renderer's textures against a reference."""
+
+import argparse
+import traceback
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lfssao.cli.terminal import bar_size, printable
+from lfssao.errors import InputError, LfssaoError
+
+if TYPE_CHECKING:
+    from lfssao.verify.compare.report import Report
+
+# Nothing could be compared: a wrong option too, as 2 would say that textures differ, and 1 that they are right.
+NOT_COMPARED = 4
+
+_DESCRIPTION = """\
+Compare textures of another renderer with a reference: bits, and, where the reference is a folder that 'lfssao
+render' wrote, the intervals in which every conforming float32 renderer falls. Each stage is judged on MINE's
+own textures of the stages before it. Files are EXR, TIFF, PNG or NPY; in a folder module_003.exr holds a
+module and module_003_merged.tif one layer of it. Channels are found by their names (Z, P.X, merged.AO, ...),
+with or without parts. Outputs of a kit's cases are CASE_OUTPUT.npy."""
+
+_CODES = """exit codes, as of idiff:
+  0  every texture of REFERENCE is there, with equal bits or inside its interval (a renderer that conforms passes;
+     --exact asks for equal bits)
+  1  as 0, but MINE holds modules, layers or channels that REFERENCE does not have, which were not compared, or a few
+     texels of depth or colour cannot be judged without the mesh (--mesh)
+  2  a texture is outside its interval, differs where no interval is known, or is missing; so is a whole module
+  3  sizes, data windows, channels or data types differ
+  4  a file cannot be read, a manifest is of a newer version, or an option is wrong
+The highest that applies is taken."""
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the parser."""
+    compare = commands.add_parser(
+        "compare",
+        allow_abbrev=False,
+        help="another renderer's textures against a reference",
+        description=_DESCRIPTION,
+        epilog=_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    compare.set_defaults(run=_compare)
+    add = compare.add_argument
+    add("mine", metavar="MINE", help="a folder or a file of the renderer to be judged")
+    add(
+        "reference",
+        metavar="REFERENCE",
+        help="a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
+    )
+    add(
+        "--map",
+        action="append",
+        default=[],
+        metavar="MINE=REFERENCE",
+        help="a layer or channel of MINE is one of REFERENCE, as in ssao.R=merged.AO; may be given several times",
+    )
+    add("--layers", metavar="NAME,...", help="compare these layers of REFERENCE only (default: all)")
+    add("--exact", action="store_true", help="fail where bits differ")
+    add(
+        "--model",
+        default="shader",
+        metavar="NAME",
+        help="what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
+    )
+    add(
+        "--mesh",
+        metavar="FILE",
+        help="the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
+        "exceptions at silhouettes (of an embedded scene it is at hand)",
+    )
+    add("--json", metavar="FILE", help="write all figures as JSON")
+    add("--junit", metavar="FILE", help="write JUnit XML: a test suite a module, a test case a layer")
+    add("--picture", metavar="FILE", help="draw the first module that fails or differs (.png, .svg or .pdf)")
+
+
+def _compare(options: argparse.Namespace) -> int:
+    """``lfssao compare``: its exit code is the report's."""
+    try:
+        report = _report(options)
+    except (LfssaoError, MemoryError, KeyboardInterrupt):
+        raise
+    except Exception:  # a fault of this program must not end with 1, which says that textures are right
+        traceback.print_exc()
+        return NOT_COMPARED
+    with suppress(BrokenPipeError):  # whoever read the text may have gone; the code is still wanted
+        print("\n".join(printable(line) for line in str(report).split("\n")), flush=True)
+    return report.exit_code
+
+
+def _report(options: argparse.Namespace) -> "Report":
+    from tqdm import tqdm
+
+    from lfssao.verify.compare.compare import Comparison  # late: numba is imported behind this line
+
+    for name in ("json", "junit", "picture"):
+        target = getattr(options, name)
+        if target is not None and not Path(target).parent.is_dir():
+            raise InputError(f"--{name}: there is no folder {Path(target).parent}")
+    layers = None if options.layers is None else options.layers.split(",")
+    comparison = Comparison(
+        Path(options.mine), Path(options.reference), _rules(options.map), layers, options.exact, options.model,
+        options.mesh,
+    )  # fmt: skip
+    # disable=None: a bar on a terminal, nothing in a pipe.
+    with tqdm(comparison.modules, unit="module", disable=None, **bar_size()) as bar:
+        for module in bar:
+            comparison.add(module)
+    report = comparison.report()
+    for name, write in (("json", report.write_json), ("junit", report.write_junit), ("picture", report.save_picture)):
+        if getattr(options, name) is not None:
+            write(Path(getattr(options, name)))
+    return report
+
+
+def _rules(words: list[str]) -> dict[str, str]:
+    """What ``--map`` says, by the reference's names."""
+    rules: dict[str, str] = {}
+    for word in words:
+        mine, equals, reference = word.partition("=")
+        if not (mine and equals and reference):
+            raise InputError(f"--map: '{word[:40]}' is not MINE=REFERENCE, such as ssao.R=merged.AO")
+        if reference in rules:
+            raise InputError(f"--map: '{reference[:40]}' is given twice")
+        rules[reference] = mine
+    return rules

@@ -1,0 +1,48 @@
+"""``lfssao display``: a display's TOML file, checked, or a drawing of it from above."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from lfssao.errors import InputError
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the parser."""
+    display = commands.add_parser(
+        "display",
+        allow_abbrev=False,
+        help="print a display as a TOML file, or draw it from above",
+        description="Print the TOML file of a preset display, with the source of every value, or of a file after "
+        "checking it; change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: list the presets.",
+    )
+    display.set_defaults(run=_display)
+    display.add_argument("name", nargs="?", metavar="NAME", help="a preset, or a file whose name ends in .toml")
+    display.add_argument(
+        "--plot",
+        nargs="?",
+        const="",
+        metavar="FILE",
+        help="draw modules, screen, observers, region of interest and rays, seen from above, into FILE (.png, .svg or "
+        ".pdf; default: NAME.png)",
+    )
+
+
+def _display(options: argparse.Namespace) -> None:
+    from lfssao.optics.display_file import display_names, display_text, find_display  # late: reads files
+
+    if options.name is None:
+        if options.plot is not None:
+            raise InputError("--plot needs the NAME of a display")
+        print("\n".join(display_names()))
+        return
+    display = find_display(options.name)
+    if options.plot is None:
+        is_file = Path(options.name).suffix == ".toml"
+        print(Path(options.name).read_text(encoding="utf-8") if is_file else display_text(options.name), end="")
+        return
+    from lfssao.optics.top_view import save_top_view  # late: matplotlib takes a second to import
+
+    target = Path(options.plot or f"{Path(options.name).stem}.png")
+    save_top_view(display, target)
+    print(target)

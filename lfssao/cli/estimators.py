@@ -1,0 +1,104 @@
+"""``lfssao estimators``: the estimators of occlusion, and what options say of them."""
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from lfssao.cli import values
+from lfssao.errors import InputError
+
+if TYPE_CHECKING:
+    from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the parser."""
+    estimators = commands.add_parser(
+        "estimators",
+        allow_abbrev=False,
+        help="list the estimators of occlusion and their parameters",
+        description="List the estimators that 'lfssao render --estimator NAME' knows: what each computes, after which "
+        "paper, its number of samples, its parameters with their defaults.",
+    )
+    estimators.set_defaults(run=_list)
+
+
+def _list(_options: argparse.Namespace) -> None:
+    from lfssao.ao.estimators.registry import ESTIMATORS  # late: imports numba
+
+    print("\n".join(_line(estimator) for estimator in ESTIMATORS.values()))
+
+
+def _line(estimator: "Estimator") -> str:
+    """Two lines on an estimator."""
+    many = f"{estimator.count} sample{'s' * (estimator.count != 1)}"
+    facts = [many] if estimator.samples is not None else []
+    facts += ["normals"] if estimator.normals else []
+    for name, default in estimator.parameters.items():
+        note = "|".join(estimator.choices[name]) + ", " if name in estimator.choices else ""
+        facts.append(f"{name}={default} ({note}default)" if note else f"{name}={default}")
+    return f"{estimator.name}: {estimator.title} ({estimator.source})\n    {'; '.join(facts)}"
+
+
+def read_parameters(estimator: "Estimator", given: list[tuple[str, str]] | None) -> "dict[str, Value]":
+    """The values of ``--parameter NAME=VALUE`` in the types of the estimator's defaults, checked.
+
+    Raises
+    ------
+    InputError
+        If the estimator has no such parameter, a value is not of its type or range, or a name is given twice.
+    """
+    from lfssao.ao.estimators.registry import full_parameters  # late: imports numba
+
+    read: dict[str, Value] = {}
+    for name, text in given or ():
+        if name in read:
+            raise InputError(f"--parameter: {name} is given twice")
+        try:
+            read[name] = values.typed(text, type(estimator.parameters.get(name, "")))
+        except argparse.ArgumentTypeError as error:
+            raise InputError(f"--parameter {name}: {error}") from None
+    try:
+        return full_parameters(estimator, read)
+    except InputError as error:
+        raise InputError(f"--parameter: {error}") from None
+
+
+def read_samples(
+    estimator: "Estimator", method: str | None, count: int | None, seed: int | None
+) -> "tuple[dict[str, Any], FloatArray | None, FloatArray | None]":
+    """The samples that ``--sampling``, ``--samples`` and ``--seed`` ask for.
+
+    Returns
+    -------
+    what : dict
+        The method, 'own' for a set that is the estimator's, the count and the seed, for the manifest.
+    points, weights : arrays or None
+        The sample set.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown, or the estimator takes no samples, or none in the ball.
+    """
+    from lfssao.samples import make_samples  # late: imports numba
+
+    if estimator.dimensions == 0 and (method, count, seed) != (None, None, None):
+        raise InputError(f"--samples, --sampling, --seed: estimator {estimator.name} takes no samples")
+    n = estimator.count if count is None else count
+    if method is None and (seed is None or estimator.sampling is None):
+        if seed is not None:
+            raise InputError(f"--seed: estimator {estimator.name} has samples of its own: give a --sampling too")
+        try:
+            points, weights = estimator.default_samples(n)
+        except InputError as error:
+            raise InputError(f"--samples: {error}") from None
+        own = "own" if estimator.sampling is None else estimator.sampling
+        return {"method": own, "count": 0 if points is None else len(points), "seed": 0}, points, weights
+    if estimator.dimensions != 3:
+        raise InputError(f"--sampling: estimator {estimator.name} does not take samples in the ball")
+    method, seed = (estimator.sampling or "latin") if method is None else method, seed or 0
+    try:
+        points = make_samples(method, n, seed)
+    except InputError as error:
+        raise InputError(f"--sampling: {error}") from None
+    return {"method": method, "count": n, "seed": seed}, points, None

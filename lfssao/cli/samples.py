@@ -1,0 +1,223 @@
+"""``lfssao samples``: sample sets made, checked and drawn."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lfssao.cli import values
+from lfssao.cli.terminal import printable
+from lfssao.cli.values import MOST_SAMPLES
+from lfssao.errors import InputError, no_such
+
+if TYPE_CHECKING:
+    from lfssao.samples.sets import SampleSet
+
+BROKEN = 1
+_PICTURES = (".png", ".svg", ".pdf")
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the parser."""
+    samples = commands.add_parser(
+        "samples",
+        allow_abbrev=False,
+        help="make, check and draw sample sets",
+        description="Sample sets on the square, the sphere, the ball and the disk.",
+    )
+    actions = samples.add_subparsers(required=True, metavar="ACTION")
+    _add_make(actions)
+    _add_check(actions)
+    _add_plot(actions)
+
+
+def _add_make(actions: Any) -> None:
+    make = actions.add_parser(
+        "make",
+        allow_abbrev=False,
+        help="write a sample set as a table",
+        description="Write a sample set as a table that a program or a shader loads. Without METHOD: list the methods.",
+    )
+    make.set_defaults(run=_make)
+    make.add_argument("method", nargs="?", metavar="METHOD", help="latin, sobol, repulsion, ...")
+    _add_set(make)
+    make.add_argument("--format", default="csv", metavar="NAME", help="csv, json, glsl or npy (default: csv)")
+    make.add_argument("-o", "--output", metavar="FILE", help="file to write to (default: standard output)")
+
+
+def _add_check(actions: Any) -> None:
+    check = actions.add_parser(
+        "check",
+        allow_abbrev=False,
+        help="check anybody's points against promises",
+        description="Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken. "
+        "Without FILE: list the promises.",
+    )
+    check.set_defaults(run=_check)
+    check.add_argument("file", nargs="?", metavar="FILE", help=".csv, .json or .npy: a point a row")
+    check.add_argument(
+        "--promise",
+        action="append",
+        metavar="NAME",
+        help="what to check, may be given several times: a name, or name-domain for points of the sphere or the disk "
+        "(default: inside, distinct, uniform)",
+    )
+    _add_shell(check)
+
+
+def _add_plot(actions: Any) -> None:
+    plot = actions.add_parser(
+        "plot",
+        allow_abbrev=False,
+        help="draw points, radii, periodogram and pair correlation",
+        description="Draw a method's sample set, or the points of a file: points, radial histogram, periodogram and "
+        "pair correlation side by side.",
+    )
+    plot.set_defaults(run=_plot)
+    plot.add_argument("method", metavar="METHOD", help="a method, or a .csv, .json or .npy file")
+    _add_set(plot)
+    plot.add_argument("-o", "--output", metavar="FILE", help=".png, .svg or .pdf (default: METHOD.png)")
+
+
+def _add_set(parser: Any) -> None:
+    parser.add_argument(
+        "-n", type=values.samples, default=8, metavar="N", help=f"points, up to {MOST_SAMPLES} (default: 8)"
+    )
+    parser.add_argument("--seed", type=values.seed, default=0, metavar="N", help="0 to 2**64 - 1 (default: 0)")
+    parser.add_argument(
+        "--domain",
+        metavar="NAME",
+        help="square, sphere, ball or disk (default: ball, or disk for a method that has no ball)",
+    )
+    _add_shell(parser)
+    parser.add_argument("--turns", type=values.samples, metavar="N", help="tau of the spiral (default: the best)")
+    parser.add_argument("--no-centre", action="store_true", help="repulsion in the disk without a point in the centre")
+
+
+def _add_shell(parser: Any) -> None:
+    for name, default in (("r-min", 0.0), ("r-max", 1.0)):
+        parser.add_argument(
+            f"--{name}",
+            type=values.radius,
+            default=default,
+            metavar="R",
+            help=f"the ball's shell (default: {default:g})",
+        )
+
+
+def _sample_set(options: argparse.Namespace) -> "SampleSet":
+    from lfssao.samples import METHODS, sample_set  # late: imports numba
+
+    domain, method = options.domain, options.method
+    if domain is None:
+        domain = "disk" if method in METHODS["disk"] and method not in METHODS["ball"] else "ball"
+    if domain not in METHODS:
+        raise no_such("domain", domain, METHODS)
+    more: dict[str, Any] = {}
+    if domain == "ball":
+        more = {"r_min": options.r_min, "r_max": options.r_max}
+    elif (options.r_min, options.r_max) != (0.0, 1.0):
+        raise InputError(f"--r-min, --r-max: only the ball has a shell, not the {domain}")
+    if options.turns is not None:
+        more["turns"] = options.turns
+    if options.no_centre:
+        more["centre"] = False
+    return sample_set(domain, method, options.n, options.seed, **more)
+
+
+def _make(options: argparse.Namespace) -> None:
+    """``lfssao samples make``."""
+    from lfssao.core.files import write_whole  # late: imports numpy
+    from lfssao.samples import METHODS
+    from lfssao.samples.formats import FORMATS
+
+    if options.method is None:
+        for domain, methods in METHODS.items():
+            print(f"{domain}:")
+            for method in methods.values():
+                print(f"  {method.name}: {method.title} ({method.source}); {', '.join(method.promises)}")
+        return
+    if options.format not in FORMATS:
+        raise no_such("format", options.format, FORMATS)
+    content = FORMATS[options.format](_sample_set(options))
+    if options.output is not None:
+        write_whole(Path(options.output), lambda path: _write(path, content))
+        print(printable(options.output))
+        return
+    if options.format == "npy":
+        raise InputError("--format npy is not text: give a file with -o")
+    sys.stdout.write(content.decode())
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+
+
+def _promise(text: str, columns: int, domain: str | None) -> tuple[str, str]:
+    """Name and domain of a promise such as 'latin' or 'uniform-ball'."""
+    from lfssao.samples.sets import DIMENSIONS
+    from lfssao.testing import PROMISES
+
+    name, _, last = text.rpartition("-")
+    if text not in PROMISES and name in PROMISES and last in DIMENSIONS:
+        return name, last
+    if text not in PROMISES:
+        known = [*PROMISES, *(f"uniform-{where}" for where in DIMENSIONS)]
+        raise no_such("promise", text, known)
+    fitting = [where for where in PROMISES[text].domains if DIMENSIONS[where] == columns]
+    if domain is not None or not fitting:
+        return text, domain or PROMISES[text].domains[0]
+    return text, "ball" if "ball" in fitting else fitting[0]
+
+
+def _check(options: argparse.Namespace) -> int:
+    """``lfssao samples check``: 0 if all promises hold, 1 if one is broken."""
+    from lfssao.samples.formats import read_points  # late: imports numpy
+    from lfssao.testing import PROMISES, check_promise
+
+    if options.file is None:
+        for name, promise in PROMISES.items():
+            print(f"{name}: {promise.title} ({', '.join(promise.domains)})")
+        return 0
+    points, weights, domain = read_points(Path(options.file))
+    kept = True
+    for text in options.promise or ("inside", "distinct", "uniform"):
+        try:
+            name, where = _promise(text, points.shape[1], domain)
+            findings = check_promise(name, points, where, weights, options.r_min, options.r_max)
+        except InputError as error:
+            raise InputError(f"{options.file}: {error}" if options.promise is None else f"--promise: {error}") from None
+        for finding in findings:
+            verdict = "holds" if finding.holds else "BROKEN"
+            print(f"{name} ({where}): {finding.what}: {finding.value:.6g}, at most {finding.limit:.6g}: {verdict}")
+            kept = kept and finding.holds
+    return 0 if kept else BROKEN
+
+
+def _plot(options: argparse.Namespace) -> None:
+    """``lfssao samples plot``."""
+    source = Path(options.method)
+    target = Path(options.output or f"{source.stem}.png")
+    if target.suffix not in _PICTURES:
+        raise InputError(f"--output: {target} does not end in {', '.join(_PICTURES)}")
+    if not target.parent.is_dir():
+        raise InputError(f"--output: there is no folder {target.parent}")
+    made = _read_set(source, options.domain) if source.suffix else _sample_set(options)
+    from lfssao.samples.plot import save_samples  # late: matplotlib takes a second to import
+
+    save_samples(made, target, options.r_min, options.r_max)
+    print(printable(str(target)))
+
+
+def _read_set(path: Path, domain: str | None) -> "SampleSet":
+    """The points of a file as a set that nothing is known of."""
+    from lfssao.samples.formats import read_points
+    from lfssao.samples.sets import DIMENSIONS, SampleSet
+
+    points, weights, named = read_points(path)
+    domain = domain or named or ("ball" if points.shape[1] == 3 else "square")
+    if domain not in DIMENSIONS:
+        raise no_such("domain", domain, DIMENSIONS)
+    if DIMENSIONS[domain] != points.shape[1]:
+        raise InputError(f"{path}: points of the {domain} have {DIMENSIONS[domain]} coordinates, not {points.shape[1]}")
+    return SampleSet(points, weights, domain, path.name, 0, ())

@@ -1,0 +1,295 @@
+"""Depth, positions and colour textures by ray casting: LF's Z prepass and G-buffer in one (LF section 7)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from lfssao.core import pictures
+from lfssao.core.affine import Matrix
+from lfssao.errors import InputError
+from lfssao.gbuffer import rasterize
+from lfssao.gbuffer.bvh import TriangleTree
+from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
+from lfssao.gbuffer.kernels import albedo as paint
+from lfssao.gbuffer.kernels import embree_hits
+from lfssao.gbuffer.kernels import first_hit as visibility
+from lfssao.gbuffer.kernels import normals as normal_kernels
+from lfssao.gbuffer.kernels import surface as hits
+from lfssao.optics.kernels import rays
+from lfssao.optics.view import View
+from lfssao.scene.mesh import Mesh, Paint
+
+# Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
+_CHUNK = 65_536
+
+COLOR_FILTERS = ("bilinear", "nearest")
+NORMALS = ("geometric", "smooth")
+CASTERS = ("exact", "embree")
+
+
+@dataclass(frozen=True, eq=False)
+class GBuffer:
+    """What a view sees, one value a texel.
+
+    Attributes
+    ----------
+    depth : (H, W) float32
+        Image z (``View.depth_kind``), +infinity where there is no surface.
+    positions : (H, W, 3) float32 or None
+        World coordinates, +infinity where there is no surface; None where not asked for.
+    color : (H, W, 3) float32 or None
+        Diffuse colour, linear RGB, 0 where there is no surface; None where the mesh has none.
+    triangle : (H, W) int32
+        Number of the visible triangle, -1 where there is none.
+    normals : (H, W, 3) float32 or None
+        Unit normals in world space, turned towards the viewer, 0 where there is no surface; None where not asked for.
+    """
+
+    depth: NDArray[np.float32]
+    positions: NDArray[np.float32] | None
+    color: NDArray[np.float32] | None
+    triangle: NDArray[np.int32]
+    normals: NDArray[np.float32] | None = None
+
+    def _repr_png_(self) -> bytes:
+        return pictures.row_png(self.pictures())
+
+    def pictures(self) -> list[NDArray[np.uint8]]:
+        """Depth, and normals and colour where there are any, as 8-bit codes (H, W, 3)."""
+        codes = [pictures.depth_codes(self.depth)]
+        if self.normals is not None:
+            codes.append(pictures.normal_codes(self.normals))
+        if self.color is not None:
+            codes.append(pictures.light_codes(self.color))
+        return codes
+
+
+class RayCaster:
+    """A mesh ready to be ray cast from any view that shares its cast space.
+
+    An exact float64 test of a ray and a triangle picks each ray's first hit. Conservative rasterisation
+    (``lfssao.gbuffer.rasterize``) finds the triangles to be tested where rays are separable and triangles cover few
+    texels, elsewhere a tree of boxes (``gbuffer.kernels.first_hit``), for which Embree proposes a hit a tile where
+    embreex is installed. The textures depend neither on which of these ran nor on Embree's build, the processor or
+    the number of threads. Embree's own tree is built when a view first asks for it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        What to look at.
+    cast_from_world : (3, 4) float64
+        Affine map world -> cast space (``View.cast_from_world``).
+    threads : int
+        How many threads trace.
+
+    Raises
+    ------
+    InputError
+        If the mesh leaves the range of float32 in cast space.
+    """
+
+    def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:
+        self.mesh = mesh
+        self.bounds = mesh.bounds
+        self.threads = threads
+        vertices = np.empty_like(mesh.vertices)
+        rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
+        _check_range(mesh.name, vertices)
+        self._tree = TriangleTree(vertices, mesh.faces)
+        self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
+
+    def gbuffer(
+        self,
+        view: View,
+        color: str | None = "bilinear",
+        normals: str | None = None,
+        rows: range | None = None,
+        caster: str = "exact",
+        positions: bool = True,
+    ) -> GBuffer:
+        """Cast one ray through the centre of each texel of a view.
+
+        Parameters
+        ----------
+        view : View
+            Where from; its cast space must be the caster's.
+        color : str or None
+            How the mesh's textures are read, 'bilinear' or 'nearest'; None: no colour texture.
+        normals : str or None
+            'geometric' (of the triangle), or 'smooth' (interpolated from the vertices where the mesh came with normals
+            there, else geometric); None: no normals texture.
+        rows : range, optional
+            Rows that alone are cast: no other sees anything (``lfssao.optics.window.seen_rows``). All by default.
+        caster : str
+            'exact'; or 'embree' for Embree's own answers, with depths in float64 on its triangles. Their bits depend on
+            the processor.
+        positions : bool
+            Whether the positions texture is made.
+
+        Returns
+        -------
+        GBuffer
+
+        Raises
+        ------
+        InputError
+            If ``color``, ``normals`` or ``caster`` is none of these.
+        MissingPackageError
+            If Embree is asked for and embreex is not installed.
+        """
+        options = ("color", color, COLOR_FILTERS), ("normals", normals, NORMALS), ("caster", caster, CASTERS)
+        for name, value, choices in options:
+            if value is not None and value not in choices:
+                raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
+        rows = range(view.height) if rows is None else rows
+        part, colored = slice(rows.start, rows.stop), color is not None and self._paint is not None
+        depth, triangle = _texture(view, rows, np.inf), _texture(view, rows, -1, dtype=np.int32)
+        places = _texture(view, rows, np.inf, 3) if positions else None
+        rgb = _texture(view, rows, 0, 3) if colored else None
+        directions = None if normals is None else _texture(view, rows, 0, 3)
+        if rows:
+            seen = triangle[part].reshape(-1)
+            at = np.empty((0, 3), np.float32) if places is None else places[part].reshape(-1, 3)
+            if caster == "embree":
+                z, weights = self._embrees_hits(view, rows, seen)
+            else:
+                z, weights = self._first_hits(view, rows, seen)
+            hits.write_surface(
+                view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, seen, z,
+                depth[part].reshape(-1), at, rows.start,
+            )  # fmt: skip
+            if rgb is not None and self._paint is not None:
+                self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[part].reshape(-1, 3))
+            if directions is not None:
+                self._normals(view, rows, seen, weights, normals == "smooth", directions[part].reshape(-1, 3))
+        return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
+
+    def _first_hits(
+        self, view: View, rows: range, triangle: NDArray[np.int32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Triangle, written, z and weights of each texel, by the faster way; both give the same bits."""
+        tree = self._tree
+        candidates = rasterize.candidate_pairs(view, tree, rows)
+        if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * len(triangle):
+            return rasterize.first_hits(candidates, tree, triangle)
+        z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
+        visibility.first_hits(
+            view.ray_kind, view.lens, view.width, len(rows), tree.corners, tree.order, tree.boxes, tree.place_of,
+            self._proposals(view, rows), triangle, z, weights, rows.start,
+        )  # fmt: skip
+        return z, weights
+
+    def _normals(
+        self,
+        view: View,
+        rows: range,
+        triangle: NDArray[np.int32],
+        weights: NDArray[np.float64],
+        smooth: bool,
+        out: NDArray[np.float32],
+    ) -> None:
+        """Write the unit normals of each texel, (n, 3) float32."""
+        mesh = self.mesh
+        at_vertices = mesh.normals if smooth and mesh.normals is not None else np.zeros((0, 3))
+        normal_kernels.write_normals(
+            view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, triangle, weights, mesh.vertices,
+            mesh.faces, at_vertices, out, rows.start,
+        )  # fmt: skip
+
+    def _embrees_hits(
+        self, view: View, rows: range, triangle: NDArray[np.int32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Embree's triangle, written, and z and weights on it of each texel."""
+        require_embree()
+        triangle[:] = self._seen_by_embree(view, rows, 1).reshape(-1)
+        z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
+        embree_hits.hits_on_triangles(
+            view.ray_kind, view.lens, view.width, self._tree.corners, self._tree.place_of, triangle, z, weights,
+            rows.start,
+        )  # fmt: skip
+        return z, weights
+
+    def _proposals(self, view: View, rows: range) -> NDArray[np.int32]:
+        """A triangle likely to be the first in each tile: Embree's answer in its middle, -1 without embreex."""
+        if embree_installed():
+            return self._seen_by_embree(view, rows, visibility.TILE)
+        return np.full((-(-len(rows) // visibility.TILE), -(-view.width // visibility.TILE)), -1, np.int32)
+
+    def _seen_by_embree(self, view: View, rows: range, step: int) -> NDArray[np.int32]:
+        """The triangle that Embree sees in the middle of each cell of step x step texels, -1 where it sees none."""
+        shape = -(-len(rows) // step), -(-view.width // step)
+        counts = np.empty(shape[0], np.int64)
+        grid = view.ray_kind, view.lens, self._tree.bounds, view.width, len(rows), step, shape[1]
+        rays.count_rays(*grid, counts, rows.start)
+        starts, n = np.cumsum(counts) - counts, int(counts.sum())
+        cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+        origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
+        rays.make_rays(*grid, starts, cells, origins, directions, lengths, rows.start)
+        seen = np.full(shape, -1, np.int32)
+        seen.reshape(-1)[cells] = self._trace(origins, directions, lengths)
+        return seen
+
+    @cached_property
+    def _scene(self) -> Any:
+        """Embree's scene of the mesh, its BVH built."""
+        return build_scene(self._tree.vertices.astype(np.float32), self.mesh.faces)
+
+    def _trace(
+        self, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
+    ) -> NDArray[np.int32]:
+        """Number of the first triangle along each ray, -1 where there is none."""
+        hit, scene = np.empty(len(origins), np.int32), self._scene
+
+        def trace(start: int, stop: int) -> None:
+            part = slice(start, stop)
+            # Embree writes into the lengths it is given: they are not used again.
+            hit[part] = scene.run(origins[part], directions[part], lengths[part], query="INTERSECT")
+
+        in_chunks(trace, len(origins), _CHUNK, self.threads)
+        return hit
+
+
+def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+    """A texture of a view with ``nothing`` above and below some rows, anything in them."""
+    texture = np.empty((view.height, view.width, *channels), dtype)
+    texture[: rows.start], texture[rows.stop :] = nothing, nothing
+    return texture
+
+
+def _check_range(name: str, vertices: NDArray[np.float64]) -> None:
+    """Refuse, before anything is cast, what float32 textures and Embree cannot hold."""
+    with np.errstate(over="ignore"):  # what overflows is refused below
+        single = vertices.astype(np.float32)
+    if not np.isfinite(single).all():
+        raise InputError(f"{name}: coordinates leave the range of float32 in the space rays are cast in")
+
+
+class _PaintTables:
+    """A mesh's paint as the arrays that the kernel takes."""
+
+    def __init__(self, source: Paint) -> None:
+        sizes = [(0, 0) if t is None else (t.shape[1], t.shape[0]) for t in source.textures]
+        first = np.cumsum([0, *(w * h for w, h in sizes)])[:-1]
+        self._table = np.array([(f, w, h) for f, (w, h) in zip(first, sizes, strict=True)], np.int64)
+        images = [t.reshape(-1, 3) for t in source.textures if t is not None]
+        self._texels = np.concatenate(images) if images else np.zeros((0, 3), np.float32)
+        self._vertex_colors = np.zeros((0, 3), np.float32) if source.vertex_colors is None else source.vertex_colors
+        self._uv = np.zeros((0, 2)) if source.uv is None else source.uv
+        self._source = source
+
+    def color(
+        self,
+        triangle: NDArray[np.int32],
+        weights: NDArray[np.float64],
+        faces: NDArray[np.int32],
+        nearest: bool,
+        rgb: NDArray[np.float32],
+    ) -> None:
+        """Write the diffuse colour of each texel, (n, 3) float32 linear RGB."""
+        factors, material, colors = self._source.factors, self._source.face_material, self._vertex_colors
+        paint.paint_hits(
+            triangle, weights, faces, factors, material, colors, self._uv, self._table, self._texels, rgb, nearest
+        )

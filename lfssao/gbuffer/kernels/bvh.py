@@ -1,0 +1,86 @@
+"""A tree of boxes over the triangles, in float64, which finds those that a bundle of rays may meet.
+
+The triangles are put in Morton order (Morton 1966) and four neighbours make a leaf. The tree is complete and has no
+pointers: node k has children 2k + 1 and 2k + 2, and the last ``leaves`` nodes are the leaves.
+"""
+
+import numpy as np
+
+from lfssao.core.jit import kernel
+
+LEAF = 4
+
+# None of these kernels is parallel: threads would save milliseconds, once a mesh, and cost seconds of compiling.
+
+
+@kernel(inline=True)
+def _spread_bits(n):
+    """The 21 bits of n, each followed by two zero bits."""
+    n = np.uint64(n)
+    n = (n | (n << np.uint64(32))) & np.uint64(0x1F00000000FFFF)
+    n = (n | (n << np.uint64(16))) & np.uint64(0x1F0000FF0000FF)
+    n = (n | (n << np.uint64(8))) & np.uint64(0x100F00F00F00F00F)
+    n = (n | (n << np.uint64(4))) & np.uint64(0x10C30C30C30C30C3)
+    n = (n | (n << np.uint64(2))) & np.uint64(0x1249249249249249)
+    return n
+
+
+@kernel
+def morton_codes(vertices, faces, low, size, codes):
+    """Morton code of each triangle's middle in the box at ``low`` of edge lengths ``size``; codes: (F,) uint64."""
+    for f in range(faces.shape[0]):
+        code = np.uint64(0)
+        for axis in range(3):
+            a, b, c = vertices[faces[f, 0], axis], vertices[faces[f, 1], axis], vertices[faces[f, 2], axis]
+            middle = 0.5 * (min(a, b, c) + max(a, b, c))
+            place = (middle - low[axis]) / size[axis] if size[axis] > 0.0 else 0.0
+            cell = np.uint64(min(max(place, 0.0), 1.0) * 2097151.0)
+            code |= _spread_bits(cell) << np.uint64(axis)
+        codes[f] = code
+
+
+@kernel
+def leaf_count(triangles):
+    """How many leaves a tree over so many triangles has: a power of two."""
+    leaves = 1
+    while leaves * LEAF < triangles:
+        leaves *= 2
+    return leaves
+
+
+@kernel
+def gather_corners(vertices, faces, order, corners):
+    """Corners of the triangles in the tree's order; corners: (F, 9) float64, a, b, c one after the other."""
+    for place in range(order.shape[0]):
+        for corner in range(3):
+            for axis in range(3):
+                corners[place, 3 * corner + axis] = vertices[faces[order[place], corner], axis]
+
+
+@kernel
+def build_boxes(corners, margin, boxes):
+    """Boxes of all nodes.
+
+    Parameters
+    ----------
+    corners : (F, 9) float64
+        Corners of the triangles in Morton order; leaf k holds triangles LEAF k to LEAF k + LEAF - 1.
+    margin : float
+        By how much every box is larger than its triangles, so that rounding cannot make a ray miss it.
+    boxes : (2 leaves - 1, 6) float64
+        Out: lower and upper corner of each node; empty (inf, -inf) where a node holds nothing.
+    """
+    leaves = (boxes.shape[0] + 1) // 2
+    for leaf in range(leaves):
+        node = leaves - 1 + leaf
+        for axis in range(3):
+            boxes[node, axis], boxes[node, 3 + axis] = np.inf, -np.inf
+        for place in range(LEAF * leaf, min(LEAF * leaf + LEAF, corners.shape[0])):
+            for k in range(9):
+                axis = k % 3
+                boxes[node, axis] = min(boxes[node, axis], corners[place, k] - margin)
+                boxes[node, 3 + axis] = max(boxes[node, 3 + axis], corners[place, k] + margin)
+    for node in range(leaves - 2, -1, -1):
+        for axis in range(3):
+            boxes[node, axis] = min(boxes[2 * node + 1, axis], boxes[2 * node + 2, axis])
+            boxes[node, 3 + axis] = max(boxes[2 * node + 1, 3 + axis], boxes[2 * node + 2, 3 + axis])

@@ -1,0 +1,138 @@
+"""First hits by conservative rasterisation (``lfssao.gbuffer.kernels.rasterize``), where candidates are few."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.gbuffer.bvh import TriangleTree
+from lfssao.gbuffer.kernels import rasterize
+from lfssao.optics.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
+from lfssao.optics.view import View
+
+# With more candidate pairs a texel the tree is as fast or faster, by measurement.
+MOST_PAIRS = 64.0
+
+# Bounds of rounding (``lfssao.gbuffer.kernels.rasterize``).
+_ROUNDING = 2.0**-41
+_LARGEST_R = 2.0**8
+_LARGEST_OFFSET = 2.0**30
+
+
+class Candidates(NamedTuple):
+    """The rays of some rows, and the triangles by the texels in which they can be hit."""
+
+    columns: NDArray[np.float64]  # (2, W): o and d of x = o + d z, of each column
+    lines: NDArray[np.float64]  # (2, H): o and d of y, of each row
+    near: float
+    far: float
+    bounds: NDArray[np.int32]  # (F, 4): first and last column, first and last row
+    in_band: NDArray[np.int64]  # number of triangles that reach into each band of rows
+    pairs: int  # of a triangle and a texel
+
+
+def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates | None:
+    """Triangles and the texels of some rows in which they can be hit.
+
+    Parameters
+    ----------
+    view : View
+        Where from.
+    tree : TriangleTree
+        The triangles, cast space.
+    rows : range
+        Which rows.
+
+    Returns
+    -------
+    Candidates or None
+        None where rays are not separable: on curved screens, with conical diffusers and calibrated optics.
+    """
+    if view.ray_kind == DISPLAY:
+        return None
+    columns, lines = np.empty((2, view.width)), np.empty((2, len(rows)))
+    near, far = rasterize.separable_rays(view.ray_kind, view.lens, columns, lines, rows.start)
+    scales = _scales(tree.bounds, columns, lines, far)
+    corner_texels, bounds = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
+    rasterize.bound_triangles(
+        view.width, len(rows), *image_axes(view, rows, *scales), tree.vertices, tree.faces, corner_texels, bounds
+    )  # fmt: skip
+    in_band = np.zeros(-(-len(rows) // rasterize.BAND), np.int64)
+    pairs = rasterize.count_candidates(bounds, in_band)
+    return Candidates(columns, lines, near, far, bounds, in_band, pairs)
+
+
+def first_hits(
+    candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The first triangle of every texel's ray among its candidates.
+
+    Parameters
+    ----------
+    candidates : Candidates
+        What ``candidate_pairs`` found.
+    tree : TriangleTree
+        The same.
+    triangle : (n,) int32
+        Out: number of the triangle, -1 where there is none.
+
+    Returns
+    -------
+    z, weights : (n,) float64, (n, 2) float64
+        As ``lfssao.gbuffer.kernels.first_hit.first_hits`` has them.
+    """
+    columns, lines, near, far, bounds, in_band, _ = candidates
+    ends = np.cumsum(in_band)
+    members = np.empty(ends[-1], np.int32)
+    rasterize.sort_into_bands(bounds, ends - in_band, members)
+    z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
+    rasterize.first_hits(
+        columns, lines, near, far, tree.corners, tree.order, bounds, members, ends, triangle, z, weights
+    )
+    return z, weights
+
+
+def _scales(
+    bounds: NDArray[np.float64], columns: NDArray[np.float64], lines: NDArray[np.float64], far: float
+) -> tuple[float, float]:
+    """Bounds of the numbers that x and y are made of: the corners', the rays', and the lens' and observers' places.
+
+    These places are within |o| + |d| far of the rays', and rounding of o counts |z| / far times in d z.
+    """
+    x, y, z = np.abs(bounds).max(axis=0).tolist()
+    (o_x, d_x), (o_y, d_y) = (np.abs(table).max(axis=1).tolist() for table in (columns, lines))
+    return x + 2 * (o_x * (1 + z / far) + d_x * (z + far)), y + 2 * (o_y * (1 + z / far) + d_y * (z + far))
+
+
+def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
+    """How x, and y, of a corner becomes its place in the image.
+
+    Parameters
+    ----------
+    view : View
+        With separable rays.
+    rows : range
+        Rows that are cast.
+    scale_x, scale_y : float
+        Upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
+
+    Returns
+    -------
+    list of two (6,) float64
+        What ``lfssao.gbuffer.kernels.rasterize.bound_triangles`` takes.
+    """
+    lens, largest = view.lens.tolist(), np.inf
+    if view.ray_kind == FLAT_LINEAR:
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
+        u, v = (1.0, -1.0 / m_z, m_x, u_scale, u_0), (1.0, -1.0 / z_o, y_o, v_scale, v_0)
+        largest = _LARGEST_R
+    else:
+        alpha, beta = (0.0, 1.0) if view.ray_kind == PERSPECTIVE else (1.0, 0.0)
+        u, v = (alpha, beta, 0.0, lens[0], lens[2]), (alpha, beta, 0.0, -lens[1], lens[3])
+    axes = []
+    for (alpha, beta, c, a, b), first, scale in ((u, 0, scale_x), (v, rows.start, scale_y)):
+        limit = min(largest, 2.0**-12 / (_ROUNDING * scale * abs(a)))
+        if not abs(a * c) + abs(b) + first < _LARGEST_OFFSET:
+            limit = 0.0
+        axes.append(np.array([alpha, beta, c, a, ((a * c + b) - first) - 0.5, limit]))
+    return axes

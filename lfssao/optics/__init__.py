@@ -1,0 +1,1 @@
+"""Displays and cameras: spaces, rays and the projection world -> image (LF section 3)."""

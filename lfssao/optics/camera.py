@@ -1,0 +1,153 @@
+"""Ordinary views, for Algorithm 1 (LF section 4): a pinhole or an orthographic camera as two 4x4 matrices."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
+from lfssao.errors import InputError
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.kernels import rays
+from lfssao.optics.view import View, WorldToImage
+
+PROJECTIONS = ("perspective", "orthographic")
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera in world space (right-handed).
+
+    Attributes
+    ----------
+    projection : str
+        'perspective' or 'orthographic'.
+    eye, target : tuple of 3 floats
+        Where it stands and what it looks at, world units.
+    up : tuple of 3 floats
+        A direction that appears upright.
+    extent : float
+        Height of what it sees at the target's distance, world units.
+    near, far : float
+        Distances, world units, between which surfaces are seen; 0 < near < far.
+
+    Raises
+    ------
+    InputError
+        If the projection is unknown, a number is not finite, the extent is not positive, the planes are not in
+        order, or eye, target and up leave the direction open.
+    """
+
+    projection: str
+    eye: Vector
+    target: Vector
+    up: Vector
+    extent: float
+    near: float
+    far: float
+
+    def __post_init__(self) -> None:
+        if self.projection not in PROJECTIONS:
+            raise InputError(f"there is no camera '{self.projection}': choose one of {', '.join(PROJECTIONS)}")
+        numbers = (*self.eye, *self.target, *self.up, self.extent, self.near, self.far)
+        if not np.isfinite(numbers).all():
+            raise InputError(f"camera: a number is not finite: {self}")
+        if not self.extent > 0:
+            raise InputError(f"camera: extent is {self.extent}, it must be positive")
+        if not 0 < self.near < self.far:
+            raise InputError(f"camera: near and far are {self.near} and {self.far}, they must be 0 < near < far")
+        forward = _subtract(self.target, self.eye)
+        if _length(_cross(forward, self.up)) == 0:
+            raise InputError("camera: target lies at the eye, or above or below it along up")
+
+    @classmethod
+    def looking_at(cls, box: NDArray[np.float64], projection: str = "perspective") -> "Camera":
+        """A camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin."""
+        centre = 0.5 * box[0] + 0.5 * box[1]
+        size = box[1] - box[0]
+        depth = float(size[2])
+        extent = 1.1 * float(max(size[1], 0.75 * size[0], 1e-3 * depth))
+        distance = 2.5 * extent + 0.5 * depth
+        if projection == "perspective":  # the box's near face looks larger than its middle
+            extent = extent * (distance / (distance - 0.5 * depth))
+        return cls(
+            projection=projection,
+            eye=(float(centre[0]), float(centre[1]), float(centre[2]) + distance),
+            target=(float(centre[0]), float(centre[1]), float(centre[2])),
+            up=(0.0, 1.0, 0.0),
+            extent=extent,
+            near=0.9 * (distance - 0.5 * depth),
+            far=1.1 * (distance + 0.5 * depth),
+        )
+
+    def view(self, width: int, height: int, guard: int = 0) -> View:
+        """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side."""
+        eye_from_world = self._eye_from_world()
+        world_from_eye = invert_affine(eye_from_world)
+        texels_per_unit = height / self.extent
+        focal = texels_per_unit
+        if self.projection == "perspective":
+            focal = texels_per_unit * _length(_subtract(self.target, self.eye))
+        lens = np.array([focal, focal, width / 2 + guard, height / 2 + guard, self.near, self.far, 0.0, 0.0])
+        perspective = self.projection == "perspective"
+        screen_from_eye, eye_from_screen = (_perspective if perspective else _orthographic)(lens)
+        matrix = multiply(screen_from_eye, to_4x4(eye_from_world))
+        return View(
+            name="camera",
+            width=width + 2 * guard,
+            height=height + 2 * guard,
+            ray_kind=rays.PERSPECTIVE if perspective else rays.ORTHOGRAPHIC,
+            lens=lens,
+            cast_from_world=eye_from_world,
+            world_from_cast=world_from_eye,
+            world_to_image=WorldToImage(mapping.MATRIX, matrix.ravel()),
+            screen_to_world=multiply(to_4x4(world_from_eye), eye_from_screen),
+            depth_kind=f"screen space z: 0 at the near plane, 1 at the far plane, {self.projection}",
+            guard=guard,
+        )
+
+    def _eye_from_world(self) -> Matrix:
+        """World -> eye space: x right, y up, z forward."""
+        forward = _normalise(_subtract(self.target, self.eye))
+        right = _normalise(_cross(forward, self.up))
+        up = _cross(right, forward)
+        linear = np.array([right, up, forward])
+        return np.hstack([linear, -multiply(linear, np.reshape(self.eye, (3, 1)))])
+
+
+def _perspective(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
+    """Eye -> screen and back: u = c_u + f_u x / z, v = c_v - f_v y / z, depth = far / (far - near) (1 - near / z)."""
+    f_u, f_v, c_u, c_v, near, far = lens[:6].tolist()
+    a, b = far / (far - near), far * near / (far - near)
+    forth = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -b], [0, 0, 1, 0]])
+    back = np.array([[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, 0, 1], [0, 0, -1 / b, a / b]])
+    return forth, back
+
+
+def _orthographic(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
+    """Eye -> screen and back: u = c_u + f_u x, v = c_v - f_v y, depth = (z - near) / (far - near)."""
+    f_u, f_v, c_u, c_v, near, far = lens[:6].tolist()
+    range_ = far - near
+    forth = np.array([[f_u, 0, 0, c_u], [0, -f_v, 0, c_v], [0, 0, 1 / range_, -near / range_], [0, 0, 0, 1]])
+    back = np.array([[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, range_, near], [0, 0, 0, 1]])
+    return forth, back
+
+
+def _subtract(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _length(a: Vector) -> float:
+    return sqrt((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2])
+
+
+def _normalise(a: Vector) -> Vector:
+    length = _length(a)
+    return a[0] / length, a[1] / length, a[2] / length

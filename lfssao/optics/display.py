@@ -1,0 +1,404 @@
+"""Light field displays: modules behind a screen, viewers on a line or an arc in front of it (LF section 3).
+
+Physical space: metres, X right along the observer line, Y up, Z away from the viewers, the screen through z = 0.
+"""
+
+from dataclasses import dataclass, replace
+from math import inf, isfinite, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.affine import Matrix, invert_affine
+from lfssao.core.pictures import figure_png
+from lfssao.errors import InputError
+from lfssao.optics import lens as optics
+from lfssao.optics.kernels import display as kernels
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.kernels import rays
+from lfssao.optics.view import View, WorldToImage
+
+DIFFUSERS = ("linear", "conical")
+
+
+@dataclass(frozen=True)
+class Module:
+    """One optical module.
+
+    Attributes
+    ----------
+    x, y, z : float
+        Place of its lens, metres; z > 0.
+    width, height : int
+        Size of its texture, texels.
+    yaw, pitch, roll : float
+        How it is turned, degrees; only with a field of view.
+    field_of_view : float or None
+        Horizontal angle of view, degrees. None: its texture covers the screen exactly, unless there is a homography.
+    homography : 9 floats or None
+        From the plane z = 0 (metres, as seen from the lens) to texels, rows of three, as a calibration gives it.
+    k1, k2 : float
+        Radial distortion about the texture's middle, radii in units of half its width.
+    """
+
+    x: float
+    y: float
+    z: float
+    width: int
+    height: int
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
+    field_of_view: float | None = None
+    homography: optics.Homography | None = None
+    k1: float = 0.0
+    k2: float = 0.0
+
+
+@dataclass(frozen=True)
+class Display:
+    """A light field display.
+
+    Attributes
+    ----------
+    name : str
+        What messages, files and the manifest call it.
+    screen_width, screen_height : float
+        Size of the screen, metres; along the chord where it is curved.
+    observer_height, observer_z : float
+        Height of the observers and z of their line, or of their arc at x = 0, metres; observer_z < 0.
+    modules : tuple of Module
+        From left to right as the viewers see them.
+    roi : ((x, y, z), (x, y, z))
+        Lower and upper corner of the box of physical space that a scene is fitted into, metres.
+    diffuser : str
+        'linear' or 'conical' (flat screens and observer lines only).
+    screen_curvature, observer_curvature : float
+        1 / radius, 1 / metres; 0: flat screen, straight observer line. A screen of positive curvature is convex,
+        bulging towards the viewers; an arc of curvature -1 / observer_z lies around the screen's middle.
+
+    Raises
+    ------
+    InputError
+        If something of it cannot be; the message names the key of the display's file.
+    """
+
+    name: str
+    screen_width: float
+    screen_height: float
+    observer_height: float
+    observer_z: float
+    modules: tuple[Module, ...]
+    roi: tuple[tuple[float, float, float], tuple[float, float, float]]
+    diffuser: str = "linear"
+    screen_curvature: float = 0.0
+    observer_curvature: float = 0.0
+
+    def _repr_png_(self) -> bytes:
+        from lfssao.optics.top_view import draw_top_view  # late: only notebooks show it
+
+        return figure_png(draw_top_view(self))
+
+    def __post_init__(self) -> None:
+        self._check_screen()
+        if not self.modules:
+            raise InputError(f"display {self.name}: modules: there are none")
+        for index in range(len(self.modules)):
+            self._check_module(index)
+        self._check_roi()
+
+    def _refuse(self, key: str, reason: str) -> InputError:
+        return InputError(f"display {self.name}: {key}: {reason}")
+
+    def _check_screen(self) -> None:
+        for key, size in (("screen.width", self.screen_width), ("screen.height", self.screen_height)):
+            if not 0 < size < inf:
+                raise self._refuse(key, f"it is {size}, it must be positive")
+        if not -inf < self.observer_z < 0:
+            raise self._refuse("observer.distance", "the observers must be in front of the screen")
+        if not isfinite(self.observer_height):
+            raise self._refuse("observer.height", f"it is {self.observer_height}")
+        if self.diffuser not in DIFFUSERS:
+            raise self._refuse("diffuser", f"'{self.diffuser}' is not one of {', '.join(DIFFUSERS)}")
+        if self.diffuser == "conical" and (self.screen_curvature != 0 or self.observer_curvature != 0):
+            raise self._refuse("diffuser", "'conical' needs a flat screen and an observer line")
+        if abs(self.screen_curvature) * 0.5 * self.screen_width >= 1:
+            raise self._refuse("screen.radius", "it must be more than half the screen's width")
+        # Both shapes fall off from the middle, the more curved one faster: if any part meets, it is the screen's edge.
+        edge = _bulge(self.screen_curvature, 0.5 * self.screen_width)
+        line = self.observer_z + _bulge(self.observer_curvature, 0.5 * self.screen_width)
+        if not line < edge:
+            reason = f"the screen's edges, at z = {edge:g}, are not behind the observers, there at z = {line:g}"
+            raise self._refuse("observer.distance", reason)
+
+    def _check_module(self, index: int) -> None:
+        module = self.modules[index]
+        key = f"modules[{index}]"
+        if not 0 < module.z < inf:
+            raise self._refuse(f"{key}.z", f"it is {module.z}, but modules are behind the screen, at z > 0")
+        if not (isfinite(module.x) and isfinite(module.y)):
+            raise self._refuse(key, f"its place is ({module.x}, {module.y}, {module.z})")
+        screen = _bulge(self.screen_curvature, min(abs(module.x), 0.5 * self.screen_width))
+        if not module.z > screen:
+            raise self._refuse(f"{key}.z", f"it is {module.z}, but the curved screen is there at z = {screen:g}")
+        if module.width < 1 or module.height < 1:
+            raise self._refuse(f"{key}.resolution", f"it is {module.width} x {module.height}")
+        if module.field_of_view is not None and not 0 < module.field_of_view < 180:
+            raise self._refuse(f"{key}.field_of_view", f"it is {module.field_of_view}, it must be between 0 and 180")
+        if module.field_of_view is None and (module.yaw, module.pitch, module.roll) != (0, 0, 0):
+            raise self._refuse(f"{key}.yaw", "a turned module needs a field_of_view")
+        if module.field_of_view is not None and module.homography is not None:
+            raise self._refuse(f"{key}.homography", "it stands for field_of_view, give one of them")
+        self._check_optics(index)
+
+    def _check_optics(self, index: int) -> None:
+        module = self.modules[index]
+        try:
+            numbers = self.module_numbers(index)
+        except InputError as error:
+            raise self._refuse(f"modules[{index}].homography", str(error)) from error
+        if not np.isfinite(numbers).all():
+            raise self._refuse(f"modules[{index}]", "a number of its optics is not finite")
+        fold = float(numbers[22])
+        aspect = module.height / module.width
+        if fold < kernels.NEVER:
+            reached = fold * (1 + fold * (module.k1 + fold * module.k2)) ** 2
+            if not reached > 1 + aspect * aspect:
+                raise self._refuse(f"modules[{index}].k1", "the distortion folds inside the texture")
+        if not self._is_plain(module):
+            *_, near, far = kernels.display_ray(numbers, module.width / 2, module.height / 2)
+            if not near < far:
+                raise self._refuse(f"modules[{index}]", "the ray of its middle does not reach screen and observers")
+
+    def _check_roi(self) -> None:
+        box = np.array(self.roi, np.float64)
+        if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[0] < box[1]).all():
+            raise self._refuse("roi", "min must be less than max in x, y and z")
+        if not box[0, 2] > self.observer_z:
+            raise self._refuse("roi.min", f"z = {box[0, 2]} reaches the observers at z = {self.observer_z}")
+        for index, module in enumerate(self.modules):
+            if not box[1, 2] < module.z:
+                raise self._refuse("roi.max", f"z = {box[1, 2]} reaches the lens of module {index}, z = {module.z}")
+            if not self._is_plain(module):
+                self._check_roi_points(index, box)
+
+    def _check_roi_points(self, index: int, box: NDArray[np.float64]) -> None:
+        """Refuse a ROI of which a corner, or a point of a lattice, is beyond a surface where the mapping ends.
+
+        The observers' arc bends in x and z and the conical diffuser's surface in y and z, so corners alone do not do.
+        """
+        axes = [np.linspace(low, high, count) for low, high, count in zip(*box, (5, 65, 17), strict=True)]
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        _, answers = self.physical_to_image(index, points)
+        for answer in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
+            beyond = points[answers == answer]
+            if len(beyond):
+                place = ", ".join(f"{c:g}" for c in beyond[0])
+                raise self._refuse("roi", f"its point ({place}) is {kernels.ANSWERS[answer]} for module {index}")
+
+    def with_resolution(self, width: int, height: int) -> "Display":
+        """The same display with textures of another size, texels; calibrated optics are scaled with it."""
+        modules = []
+        for m in self.modules:
+            homography = m.homography
+            if homography is not None:
+                scales = (width / m.width,) * 3 + (height / m.height,) * 3 + (1.0,) * 3
+                scaled = [h * s for h, s in zip(homography, scales, strict=True)]
+                homography = tuple(scaled)  # type: ignore[assignment]
+            modules.append(replace(m, width=width, height=height, homography=homography))
+        return replace(self, modules=tuple(modules))
+
+    def _is_plain(self, module: Module) -> bool:
+        """Whether the flat forms of the linear diffuser with aligned texels hold: the fast kernels' case."""
+        flat = self.screen_curvature == 0 and self.observer_curvature == 0 and self.diffuser == "linear"
+        return flat and module.field_of_view is None and module.homography is None and module.k1 == module.k2 == 0
+
+    def module_numbers(self, index: int, guard: int = 0) -> NDArray[np.float64]:
+        """The numbers of one module, (32,) float64, as ``lfssao.optics.kernels.display`` lists them.
+
+        Parameters
+        ----------
+        index : int
+            Number of the module, from 0.
+        guard : int
+            Texels added on each side of the texture.
+
+        Raises
+        ------
+        InputError
+            If the homography is singular.
+        """
+        m = self.modules[index]
+        size = m.width, m.height
+        if m.homography is not None:
+            sign = -1.0 if m.homography[8] < 0 else 1.0
+            entries = [sign * h for h in m.homography]
+            homography: optics.Homography = tuple(entries)  # type: ignore[assignment]
+        elif m.field_of_view is not None:
+            rotation = m.yaw, m.pitch, m.roll
+            homography = optics.projector_homography((m.x, m.y, m.z), rotation, m.field_of_view, size)
+        else:
+            homography = optics.aligned_homography((self.screen_width, self.screen_height), size)
+        homography = optics.with_guard(homography, guard)
+        distortion = m.width / 2 + guard, m.height / 2 + guard, m.width / 2, m.k1, m.k2
+        return np.array(
+            [
+                m.x, m.y, m.z, self.observer_height, self.observer_z, self.screen_curvature, self.observer_curvature,
+                float(self.diffuser == "conical"), *homography, *distortion,
+                min(optics.fold_radius(m.k1, m.k2), kernels.NEVER), *optics.invert(homography),
+            ]
+        )  # fmt: skip
+
+    def physical_to_image(
+        self, index: int, points: NDArray[np.floating[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Where physical points land in one module's texture.
+
+        Parameters
+        ----------
+        index : int
+            Number of the module.
+        points : (..., 3)
+            Physical coordinates, metres.
+
+        Returns
+        -------
+        image : (..., 3) float64
+            u, v (texels) and z (metres); NaN where the answer is not 0.
+        answers : (...) int64
+            0 valid; 1 behind the module; 2 behind the observers; 3 misses the curved screen; 4 folded by the optics;
+            5 valid, but outside the texture (with its image coordinates).
+        """
+        points = np.asarray(points, np.float64)
+        flat = np.ascontiguousarray(points.reshape(-1, 3))
+        image, answers = np.empty_like(flat), np.empty(len(flat), np.int64)
+        module = self.modules[index]
+        kernels.map_points(self.module_numbers(index), flat, module.width, module.height, image, answers)
+        return image.reshape(points.shape), answers.reshape(points.shape[:-1])
+
+    def texel_ray(
+        self, index: int, u: NDArray[np.floating[Any]] | float, v: NDArray[np.floating[Any]] | float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """The lines of physical points that land on image points of one module.
+
+        Parameters
+        ----------
+        index : int
+            Number of the module.
+        u, v : arrays of one shape, or floats
+            Image points, texels; texel (i, j) has its centre at (i + 0.5, j + 0.5).
+
+        Returns
+        -------
+        origin, direction : (..., 3) float64
+            Points origin + z direction, metres; direction has z component 1, origin has z = 0.
+        span : (..., 2) float64
+            z of the observers and of the lens, between which the line is defined; (1, 0) where there is none.
+        """
+        us, vs = np.broadcast_arrays(np.asarray(u, np.float64), np.asarray(v, np.float64))
+        lines = np.empty((us.size, 6))
+        kernels.trace_texels(self.module_numbers(index), us.ravel(), vs.ravel(), lines)
+        ones, zeros = np.ones((us.size, 1)), np.zeros((us.size, 1))
+        origin, direction = np.hstack([lines[:, :2], zeros]), np.hstack([lines[:, 2:4], ones])
+        shape = us.shape
+        return origin.reshape(*shape, 3), direction.reshape(*shape, 3), lines[:, 4:].reshape(*shape, 2)
+
+    def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
+        """The view of one module.
+
+        Parameters
+        ----------
+        index : int
+            Number of the module, from 0.
+        physical_from_world : (3, 4) float64
+            Affine map world -> physical (``fit_roi`` makes one).
+        guard : int
+            Guard band (SAO section 2.3): texels added on each side, which AO looks into and outputs crop.
+
+        Returns
+        -------
+        View
+            Rays and mapping of the module's texture.
+        """
+        m = self.modules[index]
+        if self._is_plain(m):
+            u_scale, v_scale = m.width / self.screen_width, -m.height / self.screen_height
+            u_0, v_0 = m.width / 2 + guard, m.height / 2 + guard
+            lens = np.array([m.x, m.z, self.observer_height, self.observer_z, u_scale, u_0, v_scale, v_0])
+            ray_kind, world_to_image = rays.FLAT_LINEAR, crossed_slits(physical_from_world, lens)
+        else:
+            lens, ray_kind = self.module_numbers(index, guard), rays.DISPLAY
+            world_to_image = WorldToImage(mapping.DISPLAY, np.concatenate([np.ravel(physical_from_world), lens]))
+        return View(
+            name=f"module_{index:03d}",
+            width=m.width + 2 * guard,
+            height=m.height + 2 * guard,
+            ray_kind=ray_kind,
+            lens=lens,
+            cast_from_world=physical_from_world,
+            world_from_cast=invert_affine(physical_from_world),
+            world_to_image=world_to_image,
+            screen_to_world=None,
+            depth_kind="physical z: metres from the screen plane, away from the viewers",
+            guard=guard,
+        )
+
+
+def _bulge(curvature: float, x: float) -> float:
+    """How far a circle of that curvature has gone in z at x from where it has z = 0; where it ends, its end."""
+    sine = min(abs(curvature * x), 1.0)
+    return curvature * x * x / (1.0 + sqrt(1.0 - sine * sine)) if sine < 1.0 else 1.0 / curvature
+
+
+def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> WorldToImage:
+    """The mapping world -> image of a flat display with the linear diffuser and aligned texels.
+
+    s_x = m_x + (x - m_x) m_z / (m_z - z) and u = u_scale s_x + u_0 together are
+    u = (u_0 + u_scale m_x) + [u_scale m_z (x - m_x)] / (m_z - z), and the bracket is affine in world space; v likewise
+    with y_o and z_o.
+
+    Parameters
+    ----------
+    physical_from_world : (3, 4) float64
+        Affine map world -> physical.
+    lens : (8,) float64
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 (``lfssao.optics.kernels.rays``, FLAT_LINEAR).
+    """
+    m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens.tolist()
+    rows = np.array(physical_from_world, np.float64)
+    rows[0, 3] -= m_x
+    rows[1, 3] -= y_o
+    rows[0] *= u_scale * m_z
+    rows[1] *= v_scale * z_o
+    numbers = np.concatenate([rows.ravel(), [m_z, z_o, u_0 + u_scale * m_x, v_0 + v_scale * y_o]])
+    return WorldToImage(mapping.CROSSED_SLITS, numbers)
+
+
+def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
+    """World -> physical: the world box's centre to the physical box's, at the largest scale that fits it inside.
+
+    The scale is the same along all axes. World is right-handed with Y up and viewers towards +Z, physical has Z away
+    from the viewers: z changes its sign, so the map turns handedness (its determinant is negative).
+
+    Parameters
+    ----------
+    world_box, physical_box : (2, 3) float64
+        Lower and upper corner.
+
+    Returns
+    -------
+    (3, 4) float64
+    """
+    room_box = np.asarray(physical_box, np.float64)
+    size = world_box[1] - world_box[0]
+    room = room_box[1] - room_box[0]
+    scale = min((float(r / s) for r, s in zip(room, size, strict=True) if s > 0), default=1.0)
+    signed = np.array([scale, scale, -scale])
+    centre = 0.5 * world_box[0] + 0.5 * world_box[1]
+    target = 0.5 * room_box[0] + 0.5 * room_box[1]
+    out = np.zeros((3, 4))
+    for axis in range(3):
+        out[axis, axis] = signed[axis]
+        out[axis, 3] = target[axis] - signed[axis] * centre[axis]
+    return out

@@ -1,0 +1,235 @@
+"""Any display of modules, screen and observers: physical space -> image, and the ray of a texel (DESIGN section 2).
+
+A module's numbers (float64 for rays, the arithmetic's dtype in AO kernels):
+
+    0 to 2    m_x, m_y, m_z: the module's lens, metres
+    3, 4      y_o, z_o: height of the observers, and z of their line, or of their arc at x = 0
+    5, 6      curvatures, 1 / radius, of screen and of the observers' arc; 0: plane and line. The screen is a vertical
+              cylinder through the origin with its axis at z = radius: convex (towards the viewers) for a positive
+              curvature, concave for a negative one. The arc passes through (0, z_o) in the same way.
+    7         1 for the conical diffuser (flat screens and observer lines only), 0 for the linear one
+    8 to 16   homography, rows of three, from the plane z = 0, as seen from the lens, to texels
+    17 to 22  radial distortion: centre c_u, c_v, unit length f (all texels), k1, k2, and the square of the radius, in
+              units of f, at which it folds, 1 + 3 k1 r^2 + 5 k2 r^4 = 0, or NEVER
+    23 to 31  inverse of the homography
+
+A point on a curved screen is handed to the homography as its central projection from the lens onto the plane z = 0:
+a projector's optics see directions. On a flat screen that is the point itself.
+"""
+
+import numpy as np
+
+from lfssao.core.jit import kernel
+
+NEVER = 3e38  # finite in float32 too, as JSON has no infinity
+
+VALID = 0
+BEHIND_MODULE = 1  # at the module's lens or beyond it
+BEHIND_OBSERVER = 2  # at the observers or beyond them
+MISSES_SCREEN = 3  # no point of the curved screen shows it
+FOLDED = 4  # the optics do not form a picture there
+OUTSIDE = 5  # in the mapping's domain, but not in the texture
+ANSWERS = (
+    "valid",
+    "behind the module",
+    "behind the observers",
+    "off the screen",
+    "folded by the optics",
+    "outside the texture",
+)
+
+_NEWTON_STEPS = 60
+
+
+@kernel(inline=True)
+def circle_crossing(curvature, x, z, dx, dz):
+    """Where the line (x, z) + t (dx, dz) leaves the circle curvature (x^2 + z^2) = 2 z, and the discriminant.
+
+    a t^2 + 2 b t + c = 0 with a = curvature |d|^2, b = curvature p . d - d_z, c = curvature |p|^2 - 2 p_z has the
+    root t = -c / (b + sqrt(b^2 - a c)): the far one of a convex screen, the near one of a concave one, and for no
+    curvature the crossing with z = 0, with no digits lost on the way there.
+    """
+    a = curvature * (dx * dx + dz * dz)
+    b = curvature * (x * dx + z * dz) - dz
+    c = curvature * (x * x + z * z) - (z + z)
+    discriminant = b * b - a * c
+    root = np.sqrt(discriminant) if discriminant > 0 else type(curvature)(0)
+    return -c / (b + root), discriminant
+
+
+@kernel(inline=True)
+def screen_point(d, x, y, z):
+    """Screen point that shows a physical point to the observers: s_x, s_y, s_z and the answer, of VALID and so on.
+
+    Here and in physical_to_image all is computed of all points, and what means nothing left out in the end: a loop of
+    functions that return early is no vectors, and took 4 to 6 times as long.
+    """
+    zero, one = type(x)(0), type(x)(1)
+    m_x, m_z, y_o, z_o = d[0], d[2], d[3], d[4]
+    # Line from the lens through the point, seen from above: the screen at t_s, the observers at t_v.
+    t_s, crosses_screen = circle_crossing(d[5], m_x, m_z, x - m_x, z - m_z)
+    t_v, crosses_observers = circle_crossing(d[6], m_x, m_z - z_o, x - m_x, z - m_z)
+    # The last answer is the first that counts; off the screen: it is not reached, or only behind the observers.
+    answer = VALID if (not crosses_screen < zero) & (t_s > zero) & (t_s < t_v) else MISSES_SCREEN
+    answer = answer if (not crosses_observers < zero) & (t_v > one) else BEHIND_OBSERVER
+    answer = answer if z < m_z else BEHIND_MODULE
+    s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
+    if d[7] == zero:
+        s_x = m_x + t_s * (x - m_x)
+        s_z = m_z + t_s * (z - m_z) if d[5] != zero else zero
+    else:
+        # Conical diffuser: the ray keeps (s_x - m_x) / h_m, its slope against the screen's horizontal axis.
+        h_m = np.sqrt((s_y - d[1]) * (s_y - d[1]) + m_z * m_z)
+        h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
+        kappa = (z / z_o) * (h_e / h_m)
+        s_x, s_z = (x + m_x * kappa) / (one + kappa), zero
+        answer = answer if (answer != VALID) | (one + kappa > zero) else BEHIND_MODULE
+    return s_x, s_y, s_z, answer
+
+
+@kernel(inline=True)
+def apply_homography(d, first, x, y):
+    """(x, y, 1) times the homography at number ``first``: u, v and the divisor, which must be positive."""
+    w = (d[first + 6] * x + d[first + 7] * y) + d[first + 8]
+    u = ((d[first] * x + d[first + 1] * y) + d[first + 2]) / w
+    v = ((d[first + 3] * x + d[first + 4] * y) + d[first + 5]) / w
+    return u, v, w
+
+
+@kernel(inline=True)
+def distort(d, u, v):
+    """Radial distortion of texel coordinates: c + f a (1 + k1 r^2 + k2 r^4), and r^2, from d[22] on of no picture."""
+    one = type(u)(1)
+    a, b = (u - d[17]) / d[19], (v - d[18]) / d[19]
+    r2 = a * a + b * b
+    factor = one + r2 * (d[20] + r2 * d[21])
+    return d[17] + d[19] * (a * factor), d[18] + d[19] * (b * factor), r2
+
+
+@kernel(inline=True)
+def physical_to_image(d, x, y, z):
+    """Image coordinates of a physical point.
+
+    Parameters
+    ----------
+    d : (32,) float32 or float64
+        The module's numbers (this file's first lines); their dtype is that of the arithmetic.
+    x, y, z : scalars of the same dtype
+        Physical coordinates, metres.
+
+    Returns
+    -------
+    u, v : scalars
+        Texels; they mean nothing where the answer is not VALID. Image z is z.
+    answer : int
+        VALID, BEHIND_MODULE, BEHIND_OBSERVER, MISSES_SCREEN or FOLDED. A valid point may lie outside the texture.
+    """
+    zero = type(x)(0)
+    s_x, s_y, s_z, answer = screen_point(d, x, y, z)
+    curved = s_z != zero
+    scale = d[2] / (d[2] - s_z)
+    s_x = d[0] + (s_x - d[0]) * scale if curved else s_x
+    s_y = d[1] + (s_y - d[1]) * scale if curved else s_y
+    answer = answer if (answer != VALID) | (not curved) | (scale > zero) else MISSES_SCREEN
+    u, v, w = apply_homography(d, 8, s_x, s_y)
+    answer = answer if (answer != VALID) | (w > zero) else FOLDED
+    if d[20] != zero or d[21] != zero:
+        u, v, r2 = distort(d, u, v)
+        answer = answer if (answer != VALID) | (r2 < d[22]) else FOLDED
+    return u if answer == VALID else zero, v if answer == VALID else zero, answer
+
+
+@kernel
+def undistort(d, u, v):
+    """Inverse of distort, float64: Newton's steps for the radius, held between bounds that close in.
+
+    NaN for a point beyond all that the distortion reaches before it folds.
+    """
+    a, b = (u - d[17]) / d[19], (v - d[18]) / d[19]
+    target = np.sqrt(a * a + b * b)
+    if target == 0.0:
+        return u, v
+    fold = d[22]
+    if fold < NEVER and target >= np.sqrt(fold) * (1.0 + fold * (d[20] + fold * d[21])):
+        return np.nan, np.nan
+    low, high = 0.0, min(np.sqrt(fold), max(2.0 * target, 1.0) * 1e3)
+    r = min(target, 0.5 * high)
+    for _ in range(_NEWTON_STEPS):
+        r2 = r * r
+        value = r * (1.0 + r2 * (d[20] + r2 * d[21])) - target
+        if value == 0.0:
+            break
+        if value > 0.0:
+            high = r
+        else:
+            low = r
+        slope = 1.0 + r2 * (3.0 * d[20] + r2 * (5.0 * d[21]))
+        step = r - value / slope if slope > 0.0 else -1.0
+        step = step if low < step < high else 0.5 * (low + high)
+        if step == r:
+            break
+        r = step
+    scale = r / target
+    return d[17] + d[19] * (a * scale), d[18] + d[19] * (b * scale)
+
+
+@kernel
+def display_ray(d, u, v):
+    """The line of physical points that land on image point (u, v), float64, parameter z.
+
+    Returns
+    -------
+    o_x, o_y, d_x, d_y : float
+        x = o_x + d_x z, y = o_y + d_y z.
+    z_near, z_far : float
+        Between which z, from the observers to the lens; near >= far where the texel has no ray.
+    """
+    if d[20] != 0.0 or d[21] != 0.0:
+        u, v = undistort(d, u, v)
+        if np.isnan(u):
+            return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    s_x, s_y, w = apply_homography(d, 23, u, v)
+    if not w > 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    m_x, m_y, m_z, y_o, z_o = d[0], d[1], d[2], d[3], d[4]
+    if d[7] != 0.0:
+        h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
+        h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
+        # The ray meets the observer line at e_x = s_x + (s_x - m_x) h_e / h_m.
+        slope = (s_x - m_x) * (h_e / h_m)
+        return s_x, s_y, slope / z_o, (y_o - s_y) / z_o, z_o, min(m_z, -z_o * (h_m / h_e))
+    # From the lens through the screen to the observers, seen from above; lens at t = 0, plane z = 0 at t = 1.
+    dx, dz = s_x - m_x, -m_z
+    t_s, crosses_screen = circle_crossing(d[5], m_x, m_z, dx, dz)
+    t_v, crosses_observers = circle_crossing(d[6], m_x, m_z - z_o, dx, dz)
+    if crosses_screen < 0.0 or crosses_observers < 0.0 or not 0.0 < t_s < t_v:
+        return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    on_y, on_z = m_y + t_s * (s_y - m_y), m_z + t_s * dz
+    e_z = m_z + t_v * dz
+    d_x, d_y = dx / dz, (y_o - on_y) / (e_z - on_z)
+    return s_x, on_y - d_y * on_z, d_x, d_y, e_z, m_z
+
+
+@kernel
+def map_points(d, points, width, height, image, answers):
+    """physical_to_image of (n, 3) points: image (n, 3) and answers (n,) int64; NaN and a reason where there is none.
+
+    A valid point outside the texture of width x height texels keeps its image coordinates and gets OUTSIDE.
+    """
+    for k in range(points.shape[0]):
+        z = points[k, 2]
+        u, v, answer = physical_to_image(d, points[k, 0], points[k, 1], z)
+        if answer == VALID:
+            image[k, 0], image[k, 1], image[k, 2] = u, v, z
+            if not (0 <= u < width and 0 <= v < height):
+                answer = OUTSIDE
+        else:
+            image[k, 0], image[k, 1], image[k, 2] = np.nan, np.nan, np.nan
+        answers[k] = answer
+
+
+@kernel
+def trace_texels(d, u, v, lines):
+    """display_ray of n image points; lines: (n, 6) float64."""
+    for k in range(u.shape[0]):
+        lines[k, 0], lines[k, 1], lines[k, 2], lines[k, 3], lines[k, 4], lines[k, 5] = display_ray(d, u[k], v[k])

@@ -1,0 +1,148 @@
+"""World -> image: where a point lands in a texture, and how deep (LF sections 3 and 4).
+
+A mapping is a kind and its numbers, so that a kernel is compiled once for all displays and cameras.
+
+CROSSED_SLITS, the flat display with the linear diffuser. One ray of it passes through two slits, the module's
+vertical line and the observer line, so the two coordinates have different denominators and no 4x4 matrix does it:
+
+    (X, Y, Z) = M (x, y, z, 1)          M: rows of four, parameters 0 to 11
+    u = u_0 + X / (z_m - Z)             z_m: parameter 12, u_0: parameter 14
+    v = v_0 + Y / (z_o - Z)             z_o: parameter 13, v_0: parameter 15
+    image z = Z, defined for z_o < Z < z_m
+
+X and Y are x - m_x and y - y_o of physical space times what does not depend on the point: m_z W / w and z_o (-H / h).
+
+MATRIX, a camera:
+
+    (a, b, c, q) = M (x, y, z, 1)       M: rows of four, parameters 0 to 15
+    u = a / q,  v = b / q,  image z = c / q, defined for q > 0
+
+DISPLAY, any module of any display:
+
+    (x, y, z) = M (x, y, z, 1), physical     M: rows of four, parameters 0 to 11
+    u, v = physical_to_image                 parameters 12 to 43: the numbers of lfssao.optics.kernels.display
+    image z = physical z
+
+Image space: u right and v down in texels, texel (i, j) covers [i, i+1) x [j, j+1); z grows away from the viewer.
+"""
+
+import numpy as np
+
+from lfssao.core.jit import kernel
+from lfssao.optics.kernels.display import VALID, physical_to_image
+
+CROSSED_SLITS = 0
+MATRIX = 1
+DISPLAY = 2
+
+
+@kernel(inline=True)
+def affine_row(m, row, x, y, z):
+    """Row of M (x, y, z, 1): ((m0 x + m1 y) + m2 z) + m3, m a flat array of rows of four."""
+    k = 4 * row
+    return ((m[k] * x + m[k + 1] * y) + m[k + 2] * z) + m[k + 3]
+
+
+@kernel(inline=True)
+def linear_row(m, row, x, y, z):
+    """Row of M (x, y, z, 0): (m0 x + m1 y) + m2 z, m a flat array of rows of four."""
+    k = 4 * row
+    return (m[k] * x + m[k + 1] * y) + m[k + 2] * z
+
+
+@kernel(inline=True)
+def project_crossed_slits(a, b, c, z_module, z_observer, u_0, v_0):
+    """The half of CROSSED_SLITS that is not affine, of (X, Y, Z) = (a, b, c): u, v, image z, whether it is defined."""
+    return u_0 + a / (z_module - c), v_0 + b / (z_observer - c), c, (c < z_module) & (c > z_observer)
+
+
+@kernel(inline=True)
+def project_matrix(a, b, c, q):
+    """The half of MATRIX that is not affine: u, v, image z, whether it is defined."""
+    return a / q, b / q, c / q, q > 0
+
+
+@kernel(inline=True)
+def last_below(size):
+    """The largest number below a size in texels: size (1 - 2^-24) in float32, which rounds to it for every size."""
+    one = type(size)(1)
+    share = one - type(size)(2.0**-53)  # of float32 it is 1; numba takes a tenth of a second to look up a dtype's own
+    return size * (share if share < one else one - type(size)(2.0**-24))
+
+
+@kernel(inline=True)
+def hold_inside(u, last):
+    """An image coordinate held between 0 and ``last``, the last number inside; u where it is inside, 0 for NaN.
+
+    A loop that is to become vectors calls this and compares, rather than nearest_texel: a truth value that comes out of
+    a function as part of a tuple is a byte, of which LLVM makes a branch.
+    """
+    zero = type(last)(0)
+    held = u if u > zero else zero
+    return held if held < last else last
+
+
+@kernel(inline=True)
+def signed_texel_number(column, row, width):
+    """Row * width + column, int32, of image coordinates inside the texture: 32 bits, as 64 cost half the speed."""
+    return np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
+
+
+@kernel(inline=True)
+def texel_number(column, row, width):
+    """Row * width + column, uint32, of image coordinates inside the texture.
+
+    Of a known sign: a test for a negative index costs half the speed.
+    """
+    return np.uint32(signed_texel_number(column, row, width)) & np.uint32(0x7FFFFFFF)
+
+
+@kernel(inline=True)
+def nearest_texel(u, v, width, height):
+    """Texel that image point (u, v) lies in.
+
+    Parameters
+    ----------
+    u, v : scalars
+        Texels.
+    width, height : scalars of the same dtype
+        Size of the texture.
+
+    Returns
+    -------
+    inside : bool
+        Whether it lies in the texture.
+    texel : uint32
+        row * width + column; of the nearest texel where it lies outside, so that it can always be read.
+    """
+    column, row = hold_inside(u, last_below(width)), hold_inside(v, last_below(height))
+    return (column == u) & (row == v), texel_number(column, row, width)
+
+
+@kernel
+def world_to_image(kind, m, x, y, z):
+    """Image coordinates of a world point.
+
+    Parameters
+    ----------
+    kind : int
+        CROSSED_SLITS, MATRIX or DISPLAY.
+    m : (16,) or (44,) float32 or float64
+        The mapping's numbers; their dtype is that of the arithmetic.
+    x, y, z : scalars of the same dtype
+        World coordinates.
+
+    Returns
+    -------
+    u, v, depth : scalars
+        Texels, texels, image z. Finite or not, they mean nothing where ``valid`` is False.
+    valid : bool
+        Whether the point lies in the mapping's domain (it may still lie outside the texture).
+    """
+    a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+    if kind == CROSSED_SLITS:
+        return project_crossed_slits(a, b, c, m[12], m[13], m[14], m[15])
+    if kind == DISPLAY:
+        u, v, answer = physical_to_image(m[12:], a, b, c)
+        return u, v, c, answer == VALID
+    return project_matrix(a, b, c, affine_row(m, 3, x, y, z))

@@ -1,0 +1,98 @@
+"""Module optics: the homography from screen to texels and its inverse, and where radial distortion folds."""
+
+from math import inf, sqrt
+
+from lfssao.core.elementary import sincospi
+from lfssao.errors import InputError
+
+Homography = tuple[float, float, float, float, float, float, float, float, float]
+Vector = tuple[float, float, float]
+
+
+def aligned_homography(screen: tuple[float, float], resolution: tuple[int, int]) -> Homography:
+    """Homography of a texture that covers the screen exactly: u = W (1/2 + x / w), v = H (1/2 - y / h)."""
+    (w, h), (width, height) = screen, resolution
+    return (width / w, 0.0, width / 2, 0.0, -height / h, height / 2, 0.0, 0.0, 1.0)
+
+
+def projector_homography(
+    lens: Vector, rotation: Vector, field_of_view: float, resolution: tuple[int, int]
+) -> Homography:
+    """Homography of a distortion-free projector, from the plane z = 0 (metres) to its texels.
+
+    Parameters
+    ----------
+    lens : 3 floats
+        Place of the lens, metres, z > 0.
+    rotation : 3 floats
+        Yaw (to +x), pitch (up) and roll, degrees, applied in that order to a projector that looks along -z.
+    field_of_view : float
+        Horizontal angle of view, degrees, between 0 and 180.
+    resolution : 2 ints
+        Texels.
+    """
+    width, height = resolution
+    sine, cosine = sincospi(field_of_view / 360.0)
+    focal = 0.5 * width * cosine / sine
+    right, up, forward = _axes(rotation)
+    rows = (
+        [focal * r + 0.5 * width * f for r, f in zip(right, forward, strict=True)],
+        [-focal * u + 0.5 * height * f for u, f in zip(up, forward, strict=True)],
+        list(forward),
+    )
+    # Directions from the lens to (x, y, 0) are (x - m_x, y - m_y, -m_z).
+    entries = [(a, b, -((a * lens[0] + b * lens[1]) + c * lens[2])) for a, b, c in rows]
+    return tuple(e for row in entries for e in row)  # type: ignore[return-value]
+
+
+def _axes(rotation: Vector) -> tuple[Vector, Vector, Vector]:
+    """Right, up and forward of a module, physical space, after yaw, pitch and roll in degrees."""
+    (sy, cy), (sp, cp), (sr, cr) = (sincospi(angle / 180.0) for angle in rotation)
+    forward = (sy * cp, sp, -(cy * cp))
+    right, up = (cy, 0.0, sy), (-(sy * sp), cp, cy * sp)
+    turned = [cr * r + sr * u for r, u in zip(right, up, strict=True)]
+    upright = [cr * u - sr * r for r, u in zip(right, up, strict=True)]
+    return (turned[0], turned[1], turned[2]), (upright[0], upright[1], upright[2]), forward
+
+
+def with_guard(h: Homography, guard: int) -> Homography:
+    """The homography of a texture with ``guard`` more texels on each side: u and v grow by guard."""
+    upper = [a + guard * c for a, c in zip(h[:6], (*h[6:], *h[6:]), strict=True)]
+    return (upper[0], upper[1], upper[2], upper[3], upper[4], upper[5], h[6], h[7], h[8])
+
+
+def invert(h: Homography) -> Homography:
+    """Inverse of a homography, adjugate over determinant.
+
+    Raises
+    ------
+    InputError
+        If it is singular.
+    """
+    a, b, c, d, e, f, g, i, j = h
+    adjugate = (
+        e * j - f * i, c * i - b * j, b * f - c * e,
+        f * g - d * j, a * j - c * g, c * d - a * f,
+        d * i - e * g, b * g - a * i, a * e - b * d,
+    )  # fmt: skip
+    determinant = (a * adjugate[0] + b * adjugate[3]) + c * adjugate[6]
+    size = 1.0
+    for row in (h[:3], h[3:6], h[6:]):
+        size *= sqrt((row[0] * row[0] + row[1] * row[1]) + row[2] * row[2])
+    if not abs(determinant) > 1e-12 * size:
+        raise InputError("the homography is singular")
+    return tuple(entry / determinant for entry in adjugate)  # type: ignore[return-value]
+
+
+def fold_radius(k1: float, k2: float) -> float:
+    """Square of the smallest radius at which 1 + 3 k1 r^2 + 5 k2 r^4 is 0, where the distortion folds; or infinity."""
+    a, b = 5.0 * k2, 3.0 * k1
+    if a == 0.0:
+        return -1.0 / b if b < 0.0 else inf
+    discriminant = b * b - 4.0 * a
+    if discriminant < 0.0:
+        return inf
+    # The root that does not subtract, and the other from their product 1 / a.
+    q = -0.5 * (b + (sqrt(discriminant) if b >= 0.0 else -sqrt(discriminant)))
+    roots = [root for root in ((q / a), (1.0 / q if q != 0.0 else inf)) if root > 0.0]
+    return min(roots, default=inf)

@@ -1,0 +1,134 @@
+"""Frames of a moving scene: the affine map that takes the scene to its place in each."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lfssao.core.affine import Matrix, cofactors, determinant
+from lfssao.errors import InputError
+from lfssao.optics.kernels.rays import transform_points
+from lfssao.scene.mesh import Mesh
+
+MOST_FRAMES = 10_000
+
+
+def turntable(bounds: NDArray[np.float64], count: int) -> list[Matrix]:
+    """One turn about the vertical axis through the middle of a box, counter-clockwise seen from above.
+
+    Parameters
+    ----------
+    bounds : (2, 3) float64
+        Smallest and largest world coordinates (``Mesh.bounds``).
+    count : int
+        How many frames; frame k is turned by k / count of a turn, frame 0 is not turned.
+
+    Returns
+    -------
+    list of (3, 4) float64
+        Affine maps world -> world.
+    """
+    from lfssao.core.elementary import sincospi  # late: compiled code that stills do not need
+
+    x, _, z = (0.5 * (bounds[0] + bounds[1])).tolist()
+    out = []
+    for k in range(count):
+        sine, cosine = sincospi(2.0 * k / count)
+        out.append(
+            np.array(
+                [
+                    [cosine, 0.0, sine, x - (cosine * x + sine * z)],
+                    [0.0, 1.0, 0.0, 0.0],
+                    [-sine, 0.0, cosine, z - (cosine * z - sine * x)],
+                ]
+            )
+        )
+    return out
+
+
+def read_transforms(path: Path) -> list[Matrix]:
+    """Affine maps world -> world, (3, 4) float64, from a file of 4x4 matrices that act on columns (x, y, z, 1).
+
+    Parameters
+    ----------
+    path : Path
+        A JSON file, a list of matrices of four rows of four numbers; or an NPY file, (n, 4, 4) numbers.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or does not hold that, or a matrix is not an affine map that can be undone.
+    """
+    if path.suffix.lower() not in (".json", ".npy"):
+        raise InputError(f"{path}: frames come from a .json or an .npy file")
+    try:
+        values: Any = np.load(path) if path.suffix.lower() == ".npy" else json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: it cannot be read as {path.suffix[1:].upper()} ({error})") from error
+    try:
+        matrices = np.asarray(values)
+    except ValueError:
+        matrices = np.zeros(0, object)
+    if matrices.dtype.kind not in "iuf" or matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
+        raise InputError(f"{path}: it does not hold a list of 4x4 matrices of numbers")
+    if not 1 <= len(matrices) <= MOST_FRAMES:
+        raise InputError(f"{path}: it holds {len(matrices)} matrices, 1 to {MOST_FRAMES} are possible")
+    return [_affine(path, number, matrix) for number, matrix in enumerate(matrices)]
+
+
+def _affine(path: Path, number: int, values: ArrayLike) -> Matrix:
+    matrix = np.array(values, np.float64)
+    if not np.isfinite(matrix).all():
+        raise InputError(f"{path}: matrix {number} holds a number that is not finite")
+    if matrix[3].tolist() != [0, 0, 0, 1]:
+        raise InputError(f"{path}: matrix {number} is not affine, its last row is {matrix[3].tolist()}")
+    if determinant(matrix[:3]) == 0:
+        raise InputError(f"{path}: matrix {number} is singular: it flattens the scene")
+    return np.ascontiguousarray(matrix[:3])
+
+
+def moved(mesh: Mesh, transform: Matrix) -> Mesh:
+    """A mesh moved by an affine map world -> world, (3, 4); the mesh itself where the map is the identity.
+
+    Raises
+    ------
+    InputError
+        If the moved mesh is none (``Mesh``).
+    """
+    if np.array_equal(transform, np.eye(3, 4)):
+        return mesh
+    vertices = np.empty_like(mesh.vertices)
+    transform_points(np.ravel(transform), mesh.vertices, vertices)
+    normals = None
+    if mesh.normals is not None:
+        turn = np.hstack([cofactors(transform), np.zeros((3, 1))])
+        normals = np.empty_like(mesh.normals)
+        transform_points(np.ravel(turn), mesh.normals, normals)
+    return Mesh(vertices, mesh.faces, mesh.paint, normals, mesh.name, mesh.degenerate, mesh.notes)
+
+
+def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.float64]]:
+    """Smallest and largest world coordinates of a mesh in each frame, (2, 3) float64.
+
+    Raises
+    ------
+    InputError
+        If a moved mesh is none, with the frame's number.
+    """
+    boxes = []
+    for number, transform in enumerate(transforms):
+        try:
+            boxes.append(moved(mesh, transform).bounds)
+        except InputError as error:
+            raise InputError(f"frame {number}: {error}") from None
+    return boxes
+
+
+def swept_bounds(boxes: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The box around the boxes of all frames, (2, 3) float64: what a display must hold."""
+    return np.stack([np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)])

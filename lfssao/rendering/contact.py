@@ -1,0 +1,95 @@
+"""The contact sheet: a picture of a handful of views, as LF's figure 10 shows them."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.pictures import resized
+from lfssao.core.srgb import to_codes
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+FloatTexture = NDArray[np.float32]
+
+_TITLES = ("without AO", "1 - ao", "with AO")
+_MARGIN = 12
+_CAPTION = 22
+
+
+def sheet_rows(count: int, most: int = 5) -> list[int]:
+    """Which of ``count`` views to show: at most ``most``, evenly spread, the first and the last among them."""
+    if count <= most:
+        return list(range(count))
+    return [round(k * (count - 1) / (most - 1)) for k in range(most)]
+
+
+def strip(
+    color: FloatTexture | None, surface: NDArray[np.bool_], blurred: FloatTexture, shaded: FloatTexture,
+    width: int = 480,
+) -> "Image":  # fmt: skip
+    """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side.
+
+    Parameters
+    ----------
+    color : (H, W, 3) float32 or None
+        Linear RGB without AO; None: white on the surface.
+    surface : (H, W) bool
+        Which texels see a surface.
+    blurred : (H, W) float32
+        Occlusion.
+    shaded : (H, W, 3) float32
+        Linear RGB with AO.
+    width : int
+        Width of each of the three columns, pixels, and the greatest height; pictures keep their proportions.
+
+    Returns
+    -------
+    PIL.Image.Image
+        8-bit sRGB, without colour of one channel. Visibility is shown as it is, 0 black and 1 white, not as light.
+    """
+    from PIL import Image  # late: only pictures need it
+
+    grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
+    if color is None:  # the shaded channels are equal: a third of the work
+        pictures = (np.where(surface, np.uint8(255), np.uint8(0)), grey, to_codes(shaded[..., 0]))
+    else:
+        pictures = (to_codes(color), grey, to_codes(shaded))
+    texel_rows, texel_columns = blurred.shape
+    scale = width / max(texel_columns, texel_rows)
+    size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
+    row = Image.new("L" if color is None else "RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
+    for column, picture in enumerate(pictures):
+        row.paste(resized(picture, size), (column * (width + _MARGIN), 0))
+    return row
+
+
+def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":
+    """Strips below each other, each under its view's name and the columns' titles.
+
+    Parameters
+    ----------
+    strips : sequence of (name, image)
+        At least one, all of one width and mode.
+
+    Returns
+    -------
+    PIL.Image.Image
+    """
+    from PIL import Image, ImageDraw
+
+    width = strips[0][1].width
+    height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips)
+    sheet = Image.new(strips[0][1].mode, (width + 2 * _MARGIN, height), "white")
+    draw = ImageDraw.Draw(sheet)
+    column = (width + _MARGIN) // 3
+    top = 0
+    for name, picture in strips:
+        for k, title in enumerate(_TITLES):
+            caption = f"{name}: {title}" if k == 0 else title
+            draw.text((_MARGIN + k * column, top + 6), caption, fill="black")
+        sheet.paste(picture, (_MARGIN, top + _CAPTION))
+        top += picture.height + _CAPTION + _MARGIN
+    return sheet

@@ -1,0 +1,152 @@
+"""Textures in multi-part OpenEXR files: float32, lossless, channels by name."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.files import write_whole
+from lfssao.errors import InputError
+from lfssao.rendering.image_file import first_line, read_image_file, utf8_name
+
+_LONGEST_NAME = 255  # bytes
+_PREFIX = "lfssao:"  # begins the attributes' names in the file
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One part of an EXR file.
+
+    Attributes
+    ----------
+    name : str
+        The part's name, unique in its file.
+    channels : tuple of str
+        Name of each channel, ``layer.channel`` or a standard one (R G B, Z, P.X ...).
+    pixels : (H, W, C) float32
+        The channels in that order.
+    attributes : mapping
+        Further metadata, strings and numbers.
+    guard : int
+        Width of the guard band, texels: the data window is larger than the display window by it on each side.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    pixels: NDArray[np.float32]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    guard: int = 0
+
+
+def use_one_thread_a_file() -> None:
+    """Let OpenImageIO and OpenEXR read and write each file in the calling thread, in all of this process."""
+    import OpenImageIO as oiio
+
+    oiio.attribute("threads", 1)
+    oiio.attribute("exr_threads", -1)
+
+
+def write_exr(path: Path, parts: Sequence[Part]) -> None:
+    """Write parts to one file, zip-compressed.
+
+    Parameters
+    ----------
+    path : Path
+        The file to be, whole or not at all.
+    parts : sequence of Part
+        Part 0 is what image viewers show.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or would not hold what the parts hold: pixels that are not float32 or not one
+        channel a name, names that come twice or do not fit the format, numbers beyond 32 bits, display windows that
+        differ.
+    """
+    name = utf8_name(path)  # else nobody could read it
+    for part in parts:
+        _check_part(f"{name}: part {part.name}", part)
+    windows = {(part.pixels.shape[1] - 2 * part.guard, part.pixels.shape[0] - 2 * part.guard): None for part in parts}
+    if len(windows) > 1:  # readers refuse such files
+        raise InputError(f"{path}: the parts' display windows differ: {', '.join(f'{w}x{h}' for w, h in windows)}")
+    names = [part.name for part in parts]
+    if not names or len(set(names)) < len(names):
+        raise InputError(f"{path}: the parts' names must differ, and one is needed: {', '.join(names)}")
+    write_whole(path, lambda temporary: write_parts(temporary, parts))
+
+
+def _check_part(label: str, part: Part) -> None:
+    """Refuse a part that OpenImageIO would change without an error."""
+    shape, dtype = np.shape(part.pixels), part.pixels.dtype
+    if dtype != np.float32:  # anything else would be rounded
+        raise InputError(f"{label} is of {dtype}, expected float32")
+    if len(shape) != 3 or shape[2] != len(part.channels) or 0 in shape:
+        raise InputError(f"{label} has shape {shape}, expected (H, W, {len(part.channels)})")
+    if len(set(part.channels)) < len(part.channels):
+        raise InputError(f"{label} has two channels of one name: {', '.join(part.channels)}")
+    for name in (*part.channels, *(f"{_PREFIX}{name}" for name in part.attributes)):
+        if not 0 < len(name.encode()) <= _LONGEST_NAME or "\0" in name:
+            raise InputError(f"{label}: {name!r} is no name of a channel or an attribute")
+    for name, value in part.attributes.items():
+        if isinstance(value, int) and not -(2**31) <= value < 2**31:
+            raise InputError(f"{label}: attribute {name} is {value}, beyond 32 bits")
+
+
+def write_parts(path: Path, parts: Sequence[Part]) -> None:
+    """Write parts that ``write_exr`` has checked, and see that the file's end is there.
+
+    Raises
+    ------
+    OSError
+        If not all of it can be written.
+    """
+    import OpenImageIO as oiio  # late: only files need it
+
+    specs = tuple(_spec(oiio, part) for part in parts)
+    output: Any = oiio.ImageOutput.create("openexr")
+    for number, part in enumerate(parts):
+        opened = output.open(str(path), specs[number], "AppendSubimage") if number else output.open(str(path), specs)
+        if not opened or not output.write_image(np.ascontiguousarray(part.pixels)):
+            raise OSError(first_line(output.geterror()))
+    if not output.close():
+        raise OSError(first_line(output.geterror()))
+    # OpenEXR loses without an error what a full disk has no room for while the file is closed.
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise OSError(first_line(oiio.geterror()))
+    end = specs[-1].y + specs[-1].height
+    if source.read_scanlines(len(parts) - 1, 0, end - 1, end, 0, 0, 1, oiio.FLOAT) is None:
+        raise OSError(first_line(source.geterror()))
+
+
+def _spec(oiio: Any, part: Part) -> Any:
+    """OpenImageIO's specification of a part."""
+    height, width, channels = part.pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
+    spec.channelnames = part.channels
+    spec.x = spec.y = -part.guard
+    spec.full_width, spec.full_height = width - 2 * part.guard, height - 2 * part.guard
+    spec.attribute("name", part.name)
+    spec.attribute("compression", "zip")
+    for name, value in part.attributes.items():
+        spec.attribute(f"{_PREFIX}{name}", value)
+    return spec
+
+
+def read_exr(path: Path) -> dict[str, Part]:
+    """All parts of a file by name, channels in the file's own order.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no EXR file or cannot be read.
+    """
+    parts: dict[str, Part] = {}
+    for image in read_image_file(path, ("openexr",)):
+        pixels = np.stack(image.planes, axis=-1).astype(np.float32, copy=False)
+        guard = -image.origin[0] if image.origin else 0
+        parts[image.name] = Part(image.name, image.channels, pixels, image.attributes, guard)
+    return parts

@@ -1,0 +1,135 @@
+"""What an earlier ``lfssao render`` wrote into a folder, read back and checked."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+from lfssao.optics.display import Display, Module
+from lfssao.rendering.digests import digest
+from lfssao.rendering.exr import read_exr
+from lfssao.rendering.manifest import FORMAT
+
+MANIFEST = "manifest.json"
+
+
+def load_manifest(folder: Path) -> dict[str, Any]:
+    """The manifest of a folder, of which only the format's number is checked.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is no JSON file or of another format.
+    """
+    path = folder / MANIFEST
+    try:
+        manifest: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        frames = sorted(folder.glob(f"frame_*/{MANIFEST}"))
+        if frames and not path.exists():
+            raise InputError(f"{folder}: it holds frames: choose one, such as {frames[0].parent}") from error
+        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao render' writes it") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: it is not a JSON file ({error})") from error
+    found = manifest.get("format") if isinstance(manifest, dict) else None
+    if found != FORMAT or isinstance(found, bool):
+        newer = isinstance(found, int) and found > FORMAT
+        what = "a newer version of lfssao wrote it" if newer else f"its format is {found!r:.40}"
+        raise InputError(f"{path}: {what}, this version reads format {FORMAT}")
+    return manifest
+
+
+def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str, Any]]]:
+    """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
+
+    Parameters
+    ----------
+    folder : Path
+        What ``lfssao render -o`` wrote to.
+    layer : str
+        A layer that every module must have.
+
+    Raises
+    ------
+    InputError
+        If there is no manifest, it is of another format or does not hold what it should, is a camera's, or its
+        textures do not have the layer.
+    """
+    path, manifest = folder / MANIFEST, load_manifest(folder)
+    try:
+        if manifest["display"] is None:
+            raise InputError(f"{path}: it describes a camera's view (--camera), but an eye looks at a display")
+        entries = {int(e["name"].removeprefix("module_")): e for e in manifest["views"]}
+        display = display_of(manifest["display"], entries)
+        _check_layer(path, entries, layer)
+        return display, entries
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise InputError(f"{path}: it is not what 'lfssao render' writes ({type(error).__name__}: {error})") from error
+
+
+def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
+    """The display of a manifest (``lfssao.rendering.manifest.describe_display``) in the resolution of its views.
+
+    Parameters
+    ----------
+    values : dict
+        What the manifest says of the display.
+    entries : dict
+        Its entries of the modules, by number.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError, InputError
+        If they are not what a manifest has.
+    """
+    lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
+    modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
+    display = Display(**{**lists, "modules": tuple(Module(**m) for m in modules)})
+    if not entries or not set(entries) <= set(range(len(modules))):
+        raise ValueError(f"views are not modules of {display.name}: {sorted(entries)}")
+    guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}
+    sizes = {k: (e["view"]["width"] - guards[k], e["view"]["height"] - guards[k]) for k, e in entries.items()}
+    if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
+        if len(set(sizes.values())) > 1:
+            raise ValueError("the sizes of its views are not those of the display's modules")
+        display = display.with_resolution(*next(iter(sizes.values())))
+    return display
+
+
+def _check_layer(path: Path, entries: dict[int, dict[str, Any]], layer: str) -> None:
+    for entry in entries.values():
+        named = {name: t["channels"] for name, t in entry["textures"].items()}
+        shown = [name for name, c in named.items() if c[0].endswith("AO") or c[0][-1] == "R"]
+        if layer not in shown:
+            raise InputError(f"--layer: {path.parent} has no '{layer}' to show, choose one of {', '.join(shown)}")
+
+
+def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:
+    """A layer of one file without its guard band, (H, W, C) float32, checked against the manifest's digest.
+
+    Parameters
+    ----------
+    path : Path
+        The module's EXR file.
+    layer : str
+        Name of the part.
+    described : dict
+        What the manifest says of it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, lacks the part, or holds something else than the manifest describes.
+    """
+    part = read_exr(path).get(layer)
+    names = described["channels"]
+    if part is None or not set(names) <= set(part.channels):
+        raise InputError(f"{path}: it has no part {layer} with channels {', '.join(names)}")
+    pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
+    if digest(pixels) != described["sha256"]:
+        raise InputError(f"{path}: its part {layer} is not what manifest.json describes: render the folder again")
+    height, width, _ = pixels.shape
+    return pixels[part.guard : height - part.guard, part.guard : width - part.guard]

@@ -1,0 +1,119 @@
+"""The manifest of a job: everything that its textures depend on, and their digests."""
+
+import hashlib
+import json
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lfssao import __version__
+from lfssao.ao.passes import gaussian_kernel
+from lfssao.optics.display import Display
+from lfssao.optics.view import KINDS, View
+from lfssao.rendering.digests import digest
+from lfssao.rendering.passes import Settings
+from lfssao.scene.mesh import Mesh, Paint
+
+FORMAT = 1
+_PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")
+
+
+def short_digest(value: Any) -> str:
+    """The first 16 hexadecimal digits of the SHA-256 of what JSON can hold."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def describe_scene(mesh: Mesh) -> dict[str, Any]:
+    """Name, sizes and digests of a mesh."""
+    return {
+        "name": mesh.name,
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "degenerate_faces_left_out": mesh.degenerate,
+        "notes": list(mesh.notes),
+        "colored": mesh.paint is not None,
+        "bounds": mesh.bounds.tolist(),
+        "vertices_sha256": digest(mesh.vertices),
+        "faces_sha256": digest(mesh.faces),
+        "normals_sha256": None if mesh.normals is None else digest(mesh.normals),
+        "paint_sha256": None if mesh.paint is None else _digest_of_paint(mesh.paint),
+    }
+
+
+def _digest_of_paint(paint: Paint) -> str:
+    """One digest of all that a mesh's colours are made of."""
+    arrays = [paint.factors, paint.face_material, paint.uv, paint.vertex_colors, *paint.textures]
+    sums = [None if array is None else [list(array.shape), digest(array)] for array in arrays]
+    return hashlib.sha256(json.dumps(sums).encode()).hexdigest()
+
+
+def describe_settings(settings: Settings) -> dict[str, Any]:
+    """All numbers of the AO passes, the sample table among them."""
+    return {
+        "estimator": settings.estimator,
+        "parameters": dict(settings.parameters),
+        "neighbours": settings.neighbours,
+        "radii": list(settings.radii),
+        "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),
+        "weights": None if settings.weights is None else np.asarray(settings.weights).tolist(),
+        "blur_sigma": settings.blur,
+        "blur_weights": gaussian_kernel(settings.blur).tolist(),
+        "merge": "maximum",
+        "color_filter": settings.color_filter,
+        "normals": settings.normals,
+        "layers": list(settings.kept),
+        "caster": settings.caster,
+    }
+
+
+def describe_display(display: Display) -> dict[str, Any]:
+    """All numbers of a display."""
+    return asdict(display)
+
+
+def describe_view(view: View) -> dict[str, Any]:
+    """The numbers of one view's mapping, in the order of ``lfssao.optics.kernels.projection``."""
+    return {
+        "width": view.width,
+        "height": view.height,
+        "guard": view.guard,
+        "depth": view.depth_kind,
+        "cast_from_world": view.cast_from_world.tolist(),
+        "world_to_image_kind": KINDS[view.world_to_image.kind],
+        "world_to_image": view.world_to_image.numbers.tolist(),
+        "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
+    }
+
+
+def describe_machine(threads: int, command: Sequence[str] = ()) -> dict[str, Any]:
+    """Versions of everything that computed, the processor, how many threads ran, and the command if there was one."""
+    return {
+        "lfssao": __version__,
+        "python": platform.python_version(),
+        "packages": {name: _version(name) for name in _PACKAGES},
+        "platform": platform.platform(),
+        "processor": _processor(),
+        "threads": threads,
+        "command": list(command),
+    }
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _processor() -> str:
+    """The processor's name as Linux has it, or what Python knows."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "")

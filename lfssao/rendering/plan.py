@@ -1,0 +1,161 @@
+"""What a job leaves out because its scene does not need it, why, and what that saves. No texture depends on it."""
+
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import inf, nextafter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.neighbours import Neighbour
+from lfssao.ao.textures import Buffers
+from lfssao.gbuffer.caster import GBuffer
+from lfssao.optics.view import View
+from lfssao.optics.window import seen_rows
+from lfssao.rendering.passes import Settings, occlusions
+
+RULES = {
+    "modules": "the image of the scene's box misses the texture: nothing is cast, and no pass runs",
+    "rows": "rows beside the image of the scene's box see nothing and are not cast (flat displays and cameras)",
+    "background": "AO of a texel without a surface is 0: estimator lf looks up no sample of it",
+    "radii": "a radius that comes again has the texture of the first",
+    "samples of radius 0": "all samples of radius 0 have one outcome: estimator lf looks up one of them",
+    "normals": "neither the estimator reads normals nor were they asked for",
+    "colour": "the mesh has no colour: AO is multiplied into white",
+}
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """So many of one thing that are left out, and of how many; ``RULES`` says why."""
+
+    what: str
+    count: int
+    of: int
+
+
+def planned(
+    views: Sequence[View], boxes: Sequence[NDArray[np.float64]], settings: Settings, colored: bool
+) -> list[LeftOut]:
+    """What is left out as far as it is known before rays are cast.
+
+    Parameters
+    ----------
+    views : sequence of View
+        What is rendered in each frame.
+    boxes : sequence of (2, 3) float64
+        The box around the scene in each frame, world units.
+    settings : Settings
+        What the AO passes are run with.
+    colored : bool
+        Whether the mesh has colour.
+    """
+    seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
+    heights = [(view.height, len(rows)) for view, rows in seen if rows]
+    samples, radii = 1 if settings.samples is None else len(settings.samples), len(settings.radii)
+    one = settings.estimator == "lf" and 0.0 in settings.radii
+    made = [
+        LeftOut("modules", len(seen) - len(heights), len(seen)),
+        LeftOut("rows", sum(height - cast for height, cast in heights), sum(height for height, _ in heights)),
+        LeftOut("radii", radii - len(set(settings.radii)), radii),
+        LeftOut("samples of radius 0", (samples - 1) * one, samples),
+        LeftOut("normals", len(heights) * (settings.normals is None), len(heights)),
+        LeftOut("colour", len(heights) * (not colored), len(heights)),
+    ]
+    return [each for each in made if each.count]
+
+
+def background(settings: Settings, texels: int, surface_texels: int) -> list[LeftOut]:
+    """The texels for which AO is not computed, of so many, once it is known how many see a surface."""
+    skipped = (texels - surface_texels) * (settings.estimator == "lf")
+    return [LeftOut("background", skipped, texels)] if skipped else []
+
+
+def ao_seconds(
+    view: View, gbuffer: GBuffer, settings: Settings, neighbours: Sequence[Neighbour] = ()
+) -> tuple[float, float]:  # fmt: skip
+    """Seconds of a view's AO as it runs, and with what is left out of it; the shortest of five runs each.
+
+    Parameters
+    ----------
+    view, gbuffer : View, GBuffer
+        The view, and what the ray caster made of it.
+    settings, neighbours
+        As of ``render_view``.
+    """
+    every = replace(settings, radii=other_radii(settings.radii))
+    found = []
+    for textures, chosen in ((gbuffer, settings), (without_background(gbuffer), every)):
+        times, buffers = [], Buffers.of(textures, view)
+        for _ in range(5):
+            start = time.perf_counter()
+            occlusions(buffers, chosen, neighbours)
+            times.append(time.perf_counter() - start)
+        found.append(min(times))
+    return found[0], found[1]
+
+
+def other_radii(radii: Iterable[float]) -> tuple[float, ...]:
+    """Radii of which none is 0 or comes again, with the same offsets in float32, but for one in millions, as these."""
+    found: list[float] = []
+    for radius in radii:
+        other = radius or 1e-60
+        while other in found:
+            other = nextafter(other, inf)
+        found.append(other)
+    return tuple(found)
+
+
+def without_background(gbuffer: GBuffer) -> GBuffer:
+    """A G-buffer in which the texels that see nothing see the farthest surface of all."""
+    assert gbuffer.positions is not None  # AO reads them
+    seen = gbuffer.triangle >= 0
+    at = np.argmax(np.where(seen, gbuffer.depth, -inf))
+    depth, positions = gbuffer.depth.flat[at], gbuffer.positions.reshape(-1, 3)[at]
+    if not seen.any():
+        depth, positions = np.float32(0), np.zeros(3, np.float32)
+    return replace(
+        gbuffer,
+        depth=np.where(seen, gbuffer.depth, depth),
+        positions=np.where(seen[..., None], gbuffer.positions, positions),
+    )
+
+
+def described(left: Iterable[LeftOut]) -> list[dict[str, Any]]:
+    """As JSON has it."""
+    return [{"what": each.what, "left_out": each.count, "of": each.of, "why": RULES[each.what]} for each in left]
+
+
+def subpixel_radii(
+    views: Iterable[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
+) -> tuple[float, ...]:
+    """Radii above 0 whose ball covers less than half a texel to each side, at every corner of the boxes, in every view.
+
+    Their samples read the depth of their own texel: such AO says nothing about the scene.
+
+    Parameters
+    ----------
+    views : iterable of View
+        What is rendered.
+    boxes : sequence of (2, 3) float64
+        Boxes around the scene, world units.
+    radii : iterable of float
+        Radii of the sampling ball, world units.
+    """
+    found = tuple(radius for radius in radii if radius > 0)
+    for view, box in product(views, boxes):
+        corners = np.array(list(product(*box.T)))
+        found = tuple(radius for radius in found if _extent(view, corners, radius) < 0.5)
+        if not found:
+            break
+    return found
+
+
+def _extent(view: View, corners: NDArray[np.float64], radius: float) -> float:
+    """Largest distance along u or v, texels, by which a ball's image reaches from its centre; NaN where unknown."""
+    to_image = view.world_to_image
+    steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
+    return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

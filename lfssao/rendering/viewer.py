@@ -1,0 +1,254 @@
+"""The virtual viewer: what an eye on the observer line sees of a display, composed from its modules' textures.
+
+The ideal picture, of infinitely many modules, is that of a pinhole at the eye (``eye_view``): through screen point S
+it sees along the straight line eye - S. Seen from above that line meets the modules' row between two modules, at m*;
+module m's ray through S passes it, at depth z, at a distance |m - m*| |z| / m_z (flat screen, modules at m_z). So with
+modules a pitch p apart a point at depth z appears displaced by up to |z| p / (2 m_z) with ``nearest``, |z| p /
+(m_z sqrt(12)) in the root mean square. ``linear`` joins the neighbours on both sides: on content whose colour f is
+smooth the errors cancel up to f'' (z p / m_z)^2 / 8; details that are not large against p |z| / m_z appear
+twice. Nothing is displaced on the screen itself, z = 0, or vertically.
+"""
+
+from dataclasses import dataclass
+from math import isfinite, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core import pictures
+from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
+from lfssao.errors import InputError
+from lfssao.optics.display import Display
+from lfssao.optics.kernels import display as display_kernels
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.kernels import rays
+from lfssao.optics.view import View, WorldToImage
+from lfssao.rendering.kernels import light_field as kernels
+
+BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbers
+
+
+class LightField:
+    """A display and what its modules show.
+
+    Parameters
+    ----------
+    display : Display
+        Of at least two modules: with one there is no angular step, so nobody knows what its rays reach.
+    modules : sequence of int
+        Which of them will be given textures; the others stay dark.
+    channels : int
+        Of every texture.
+
+    Raises
+    ------
+    InputError
+        If the display has one module.
+    """
+
+    def __init__(self, display: Display, modules: Any, channels: int = 3) -> None:
+        if len(display.modules) < 2:
+            raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
+        self.display = display
+        sizes = [(m.width, m.height) for m in display.modules]
+        wanted = sorted(modules)
+        first = np.cumsum([0, *(sizes[k][0] * sizes[k][1] for k in wanted)])
+        self._room = dict(zip(wanted, first.tolist(), strict=False))
+        self._sizes = np.array(sizes, np.int64)
+        self._starts = np.full(len(sizes), -1, np.int64)
+        self._texels = np.empty((int(first[-1]), channels), np.float32)
+
+    def put(self, index: int, texture: NDArray[np.float32]) -> None:
+        """Give a module its texture, (H, W, C) float32, which is copied.
+
+        Raises
+        ------
+        InputError
+            If the module is not one of those announced, the shape is another, or a value is not finite.
+        """
+        if index not in self._room:
+            raise InputError(f"module {index} is not one of {sorted(self._room)}")
+        width, height = self._sizes[index].tolist()
+        expected = height, width, self._texels.shape[1]
+        if texture.shape != expected:
+            raise InputError(f"the texture of module {index} has shape {texture.shape}, expected {expected}")
+        if not np.isfinite(texture).all():
+            raise InputError(f"the texture of module {index} has a value that is not finite")
+        start = self._room[index]
+        self._texels[start : start + width * height] = texture.reshape(width * height, -1)
+        self._starts[index] = start
+
+    def photograph(self, eye_x: float, width: int = 1024, blend: str = "linear") -> "Photograph":
+        """What an eye on the observer line sees, as a photograph of the screen (LF figure 14).
+
+        At a screen point a module counts by the angle, seen from above and taken by its sine, from the line to the
+        eye to the module's ray; it reaches an eye up to half an angular step of the modules from its ray.
+
+        Parameters
+        ----------
+        eye_x : float
+            Place of the eye along the observer line, metres.
+        width : int
+            Width of the picture, pixels.
+        blend : str
+            'nearest': the one module whose ray passes next to the eye. 'linear': the neighbours on its left and right,
+            each by the share of the other's angle in the step. 'gaussian': all within 6 steps, by exp(-q^2 / 2), q
+            the angle in units of 1.5 steps, as in the code of LF's first author. A texture is read bilinearly.
+
+        Raises
+        ------
+        InputError
+            If the blend is unknown, the width is not positive, or there is no observer at eye_x.
+        """
+        if blend not in BLENDS:
+            raise InputError(f"there is no blend '{blend}': choose one of {', '.join(BLENDS)}")
+        shown = self.display
+        eye = np.array(eye_point(shown, eye_x))
+        columns, rows = picture_size(shown, width)
+        image, dark = np.empty((rows, columns, self._texels.shape[1]), np.float32), np.empty(rows, np.int64)
+        numbers = np.stack([shown.module_numbers(k) for k in range(len(shown.modules))])
+        screen = np.array([shown.screen_width, shown.screen_height])
+        kernels.compose(numbers, self._sizes, self._starts, self._texels, eye, screen, BLENDS.index(blend), image, dark)
+        return Photograph(image, int(dark.sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class Photograph:
+    """What an eye sees of the screen.
+
+    Attributes
+    ----------
+    image : (H, W, C) float32
+        As the textures, linear; the rectangle screen_width x screen_height of z = 0. 0 where no module reaches.
+    dark : int
+        How many pixels no module reaches (or, on a curved screen, see none of it).
+    """
+
+    image: NDArray[np.float32]
+    dark: int
+
+    def _repr_png_(self) -> bytes:
+        return pictures.row_png([pictures.light_codes(self.image)], self.image.shape[1])
+
+
+def picture_size(display: Display, width: int) -> tuple[int, int]:
+    """Width and height, pixels, of a picture of the screen with square pixels.
+
+    Raises
+    ------
+    InputError
+        If the width is not positive.
+    """
+    if width < 1:
+        raise InputError(f"width is {width}, it must be positive")
+    return width, max(1, round(width * display.screen_height / display.screen_width))
+
+
+def _depth_on_arc(curvature: float, x: float) -> float:
+    """Depth of a vertical cylinder through the origin at x, the root towards z = 0; NaN where it does not reach."""
+    inside = 1.0 - (curvature * x) * (curvature * x)
+    return curvature * (x * x) / (1.0 + sqrt(inside)) if inside > 0.0 else float("nan")
+
+
+def eye_point(display: Display, eye_x: float) -> tuple[float, float, float]:
+    """Place of an eye on the observer line or arc, metres, physical space.
+
+    Raises
+    ------
+    InputError
+        If eye_x is not finite, the arc does not reach it, or lies behind the screen there.
+    """
+    if not isfinite(eye_x):
+        raise InputError(f"eye x is {eye_x}, it must be a finite number")
+    z = display.observer_z + _depth_on_arc(display.observer_curvature, eye_x)
+    edge = _depth_on_arc(display.screen_curvature, 0.5 * display.screen_width)
+    if not z < min(0.0, edge):
+        raise InputError(
+            f"display {display.name}: its observers' arc has no eye in front of the screen at x = {eye_x:g}"
+        )
+    return eye_x, display.observer_height, z
+
+
+def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width: int = 1024) -> View:
+    """The ideal picture of a display: a pinhole at the eye whose window is the screen.
+
+    Its cast space is physical space with the eye as origin; a ``RayCaster`` for it is made with
+    ``view.cast_from_world``. With z from the eye and d its distance from z = 0: u = W / 2 + (W / w) (e_x + d x / z)
+    and v = H / 2 - (H / h) (e_y + d y / z).
+
+    Parameters
+    ----------
+    display : Display
+        The display; nothing of its modules matters but how far behind the screen they are.
+    physical_from_world : (3, 4) float64
+        Affine map world -> physical.
+    eye_x, width : float, int
+        As of ``LightField.photograph``, whose pixels look along the same lines.
+
+    Raises
+    ------
+    InputError
+        If there is no observer at eye_x or the width is not positive.
+    """
+    e_x, e_y, e_z = eye_point(display, eye_x)
+    columns, rows = picture_size(display, width)
+    distance, u_scale, v_scale = -e_z, columns / display.screen_width, rows / display.screen_height
+    near, far = 0.01 * distance, distance + max(m.z for m in display.modules)
+    f_u, f_v = u_scale * distance, v_scale * distance
+    c_u, c_v = columns / 2 + u_scale * e_x, rows / 2 - v_scale * e_y
+    a = far / (far - near)
+    screen_from_eye = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -a * near], [0, 0, 1, 0]])
+    eye_from_world = np.array(physical_from_world, np.float64)
+    eye_from_world[:, 3] -= (e_x, e_y, e_z)
+    matrix = multiply(screen_from_eye, to_4x4(eye_from_world))
+    return View(
+        name="eye",
+        width=columns,
+        height=rows,
+        ray_kind=rays.PERSPECTIVE,
+        lens=np.array([f_u, f_v, c_u, c_v, near, far, 0.0, 0.0]),
+        cast_from_world=eye_from_world,
+        world_from_cast=invert_affine(eye_from_world),
+        world_to_image=WorldToImage(mapping.MATRIX, matrix.ravel()),
+        screen_to_world=None,
+        depth_kind="screen space z: 0 at the near plane, 1 at the far plane, perspective",
+    )
+
+
+def eye_range(display: Display, modules: Any = None) -> tuple[float, float]:
+    """Leftmost and rightmost eye, x in metres, that rays of the modules reach from the whole screen's width.
+
+    Where no eye is reached from both ends of the screen: those that are reached from its middle.
+
+    Parameters
+    ----------
+    display : Display
+        The display.
+    modules : sequence of int, optional
+        Which of its modules shine; all by default.
+
+    Raises
+    ------
+    InputError
+        If no eye is.
+    """
+    shining = range(len(display.modules)) if modules is None else modules
+    ends = [_reached(display, shining, share * display.screen_width) for share in (-0.499, 0.0, 0.499)]
+    for group in (ends, ends[1:2]):
+        low, high = max(a for a, _ in group), min(b for _, b in group)
+        if low <= high:
+            return low, high
+    raise InputError(f"display {display.name}: no eye is reached from the middle of the screen")
+
+
+def _reached(display: Display, modules: Any, s_x: float) -> tuple[float, float]:
+    """Where the outermost rays through the screen point at s_x, half way up, meet the observers; (inf, -inf): none."""
+    point = np.array([s_x, 0.0, _depth_on_arc(display.screen_curvature, s_x)])
+    found = []
+    for k in modules:
+        (u, v, _), answer = display.physical_to_image(k, point)
+        origin, direction, (near, far) = display.texel_ray(k, u, v)
+        if answer == display_kernels.VALID and near < far:
+            found.append(float(origin[0] + direction[0] * near))
+    return min(found, default=float("inf")), max(found, default=float("-inf"))

@@ -1,0 +1,79 @@
+"""SAO's spiral of taps and its hashed rotation (SAO section 2.3, equations 6 to 8).
+
+Angles are in half-turns, so that no multiple of pi is rounded before it is reduced. A loop over texels calls
+``hash_angle`` and ``sincospi`` once a texel and turns the taps of one table (``unit_taps``) by that sine and cosine
+(``rotated``).
+"""
+
+import numpy as np
+
+from lfssao.core.elementary import sincospi
+from lfssao.core.jit import kernel
+
+# Equation 8 as C reads it, and the form that other renderers ship.
+PAPER, COMMON = 0, 1
+
+# 1 / (2 pi) in units of 2**-64 and the next 64 bits of it, the latter in two halves.
+_TURN_HIGH = np.uint64(0x28BE60DB9391054A)
+_TURN_MIDDLE = np.uint64(0x7F09D5F4)
+_TURN_LOW = np.uint64(0x7D4D3770)
+_32 = np.uint64(32)
+_11 = np.uint64(11)
+
+
+@kernel(inline=True)
+def hash_word(x, y, variant):
+    """Equation 8: the integer, in radians, by which the spiral of texel (x, y) is turned; int64.
+
+    PAPER: (30 x) ^ (y + 10 x y). COMMON: 10 ((3 x) ^ (y + x y)). It wraps to 32 bits, signed, as a shader's int does,
+    which no texture of up to 14,000 texels a side comes to.
+    """
+    x = np.int64(x)
+    y = np.int64(y)
+    word = (30 * x) ^ (y + 10 * x * y) if variant == PAPER else 10 * ((3 * x) ^ (y + x * y))
+    return np.int64(np.int32(word))
+
+
+@kernel(inline=True)
+def half_turns(radians):
+    """An angle of a whole number of radians, below 2**32 either way, in half-turns: float64 in [0, 2).
+
+    The product with 1 / (2 pi) is taken in 128-bit integers modulo one turn and cut, once, to a multiple of 2**-52.
+    """
+    size = np.uint64(abs(radians))
+    low = size * _TURN_MIDDLE + ((size * _TURN_LOW) >> _32)
+    turn = size * _TURN_HIGH + (low >> _32)
+    if radians < 0:
+        turn = ~turn + np.uint64(1)
+    return np.float64(turn >> _11) * 2.0**-52
+
+
+@kernel(inline=True)
+def hash_angle(x, y, variant):
+    """Equation 8's phi at texel (x, y), half-turns, float64 in [0, 2); variant: PAPER or COMMON."""
+    return half_turns(hash_word(x, y, variant))
+
+
+@kernel(inline=True)
+def spiral_tap(i, s, tau, angle):
+    """Equations 6 and 7: tap i of s, unit vector (u_x, u_y) and alpha = h' / r', float64.
+
+    theta = 2 pi alpha tau + phi. The whole numbers i, s and tau give the first part exactly, (2 i + 1) tau modulo 2 s
+    over s half-turns; angle, phi in half-turns, is added to it.
+    """
+    sine, cosine = sincospi(np.float64(((2 * i + 1) * tau) % (2 * s)) / np.float64(s) + angle)
+    return cosine, sine, (i + 0.5) / s
+
+
+@kernel
+def unit_taps(tau, taps):
+    """All taps at angle 0; taps: (s, 3) float64 or float32, out: u_x, u_y, alpha, rounded once."""
+    s = taps.shape[0]
+    for i in range(s):
+        taps[i, 0], taps[i, 1], taps[i, 2] = spiral_tap(i, s, tau, 0.0)
+
+
+@kernel(inline=True)
+def rotated(x, y, cosine, sine):
+    """A vector turned by an angle of that cosine and sine, in the arguments' dtype."""
+    return x * cosine - y * sine, x * sine + y * cosine

@@ -1,0 +1,123 @@
+"""Turning the sample set from texel to texel, so that neighbours do not err alike: textures of angles.
+
+LF turns nothing, SAO turns its spiral by a hash of the texel (equation 8), VO turns by a texture of random numbers.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from lfssao.errors import InputError, no_such
+from lfssao.samples.sets import FloatArray
+
+TILE = 64  # texels a side of the blue noise tile
+
+
+@dataclass(frozen=True)
+class Decorrelation:
+    """One way to give every texel an angle.
+
+    Attributes
+    ----------
+    name : str
+        What the registry and the command line call it.
+    title : str
+        One line for lists.
+    source : str
+        Where it is described.
+    angles : callable
+        ``angles(height, width) -> (height, width)`` float64, half-turns in [0, 2).
+    tile : int or None
+        Texels a side after which it repeats; None where it does not.
+    """
+
+    name: str
+    title: str
+    source: str
+    angles: Callable[[int, int], FloatArray]
+    tile: int | None
+
+
+def _none(height: int, width: int) -> FloatArray:
+    return np.zeros((height, width))
+
+
+def _hashed(variant: int) -> Callable[[int, int], FloatArray]:
+    def angles(height: int, width: int) -> FloatArray:
+        from lfssao.samples.kernels import dither as tiles  # late: only who turns samples compiles it
+
+        out = np.empty((height, width))
+        tiles.hashed_angles(variant, out)
+        return out
+
+    return angles
+
+
+def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int], FloatArray]:
+    def repeated(height: int, width: int) -> FloatArray:
+        made = tile()
+        rows, columns = np.arange(height) % made.shape[0], np.arange(width) % made.shape[1]
+        angles: FloatArray = made[rows[:, None], columns]
+        return angles
+
+    return repeated
+
+
+@cache
+def _interleaved() -> FloatArray:
+    from lfssao.samples.kernels import dither as tiles  # late: as above
+
+    ranks = np.empty((4, 4), np.int64)
+    tiles.ordered(ranks)
+    return ranks / 8.0  # sixteenths of a turn, in half-turns
+
+
+@cache
+def _blue_noise() -> FloatArray:
+    from lfssao.samples.kernels import dither as tiles  # late: as above
+
+    ranks = np.empty((TILE, TILE), np.int64)
+    tiles.void_and_cluster(np.uint64(0), ranks)
+    angles: FloatArray = np.asarray((ranks + 0.5) / (TILE * TILE / 2.0), np.float64)
+    return angles
+
+
+DECORRELATIONS = {
+    entry.name: entry
+    for entry in (
+        Decorrelation("none", "the same samples at every texel", "LF section 6", _none, 1),
+        Decorrelation("hash", "turned by a hash of the texel", "SAO equation 8", _hashed(0), None),
+        Decorrelation(
+            "common-hash", "turned by the hash that other renderers ship", "SAO equation 8, varied", _hashed(1), None
+        ),
+        Decorrelation("interleaved", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_interleaved), 4),
+        Decorrelation(
+            "blue-noise", f"4096 angles in a tile of {TILE} x {TILE} by void and cluster", "Ulichney 1993",
+            _repeated(_blue_noise), TILE,
+        ),
+    )
+}  # fmt: skip
+
+
+def texel_angles(name: str, height: int, width: int) -> FloatArray:
+    """The angle by which the samples of each texel are turned: (height, width) float64, half-turns in [0, 2).
+
+    Parameters
+    ----------
+    name : str
+        'none', 'hash', 'common-hash', 'interleaved' or 'blue-noise'.
+    height, width : int
+        Texels, at least 1 each.
+
+    Raises
+    ------
+    InputError
+        If there is no decorrelation of that name, or the size is not one.
+    """
+    if name not in DECORRELATIONS:
+        raise no_such("decorrelation", name, DECORRELATIONS)
+    if height < 1 or width < 1:
+        raise InputError(f"the texture has {width} x {height} texels, it must have at least one each way")
+    return DECORRELATIONS[name].angles(height, width)

@@ -1,0 +1,1 @@
+"""Intervals of what other renderers may compute, stage by stage."""

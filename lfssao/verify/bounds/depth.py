@@ -1,0 +1,319 @@
+"""Bounds of depth, positions and colour: a texel's surface may be looked at a little beside its centre.
+
+``ErrorModel.centre`` is how far, in texels: float32 rays and rasterisers that snap corners do not meet centres exactly.
+On a slope that moves the depth; at a silhouette another triangle is as right.
+
+From a mesh: rays are cast through the centre, corners and edge middles of the box of that half width; every triangle
+that one of them hits gives a range. All between the nearest and the farthest is right, as small triangles that join
+them may show between the rays. Limit: a triangle in front of all that the rays hit, and thinner than their distance
+(1/256 of a texel for ``shader``), is not found.
+
+From a reference depth texture alone: the texel's slope is that of its neighbours, and beside a jump the neighbour's
+surface, carried on, is as right, and what lies between them is wrong. No such bound can be sound: what is thinner than
+a texel, or more than ``SLOPES`` times steeper in it than around it, is not seen. So the judge lets as many texels leave
+it as may look across an edge beside their centres (``stray_limit``). At silhouettes a shift by less than a texel is not
+noticed.
+
+Both allow for the rounding of the depth itself: 16 operations on numbers of the size of the largest coordinate.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.kernels import rays
+from lfssao.optics.view import View, WorldToImage
+from lfssao.verify.bounds.bounds import (
+    Bounds,
+    FloatArray,
+    Texture,
+    down_to_single,
+    exactly,
+    project_positions,
+    up_to_single,
+)
+from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.kernels import depth_bounds as depth_ranges
+
+ROUNDINGS = 16
+
+# Without a mesh: how much steeper a surface may be inside a texel than from it to its neighbours.
+SLOPES = 8
+
+_NEIGHBOURS = tuple((j, i) for j, i in product((-1, 0, 1), repeat=2) if (j, i) != (0, 0))
+
+
+def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of the depth texture of a mesh.
+
+    Parameters
+    ----------
+    caster : RayCaster
+        The mesh, in the view's cast space.
+    view : View
+        What looks at it.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.verify.bounds.error_model``).
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        return exactly(caster.gbuffer(view, color=None).depth)
+    shape = view.height, view.width
+    reach = chosen.centre
+    triangles = np.empty((9, view.height * view.width), np.int32)
+    for k, (v, u) in enumerate(product((-reach, 0.0, reach), repeat=2)):
+        triangles[k] = caster.gbuffer(displaced(view, u, v), color=None).triangle.ravel()
+    vertices = np.empty_like(caster.mesh.vertices)
+    rays.transform_points(np.ravel(view.cast_from_world), caster.mesh.vertices, vertices)
+    lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
+    depth_ranges.depth_ranges(
+        view.ray_kind, view.lens, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper
+    )
+    # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
+    slack = ROUNDINGS * chosen.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
+    slack = slack if view.screen_to_world is None else slack * _screen_slope(view)
+    low, high = np.min(lower - slack, axis=0), np.max(upper + slack, axis=0)
+    return Bounds(up_to_single(low).reshape(shape), down_to_single(high).reshape(shape))
+
+
+def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of the colour texture of a mesh: what nine rays through a texel see, and their span once more each way.
+
+    Limit: a texture that changes within 1/256 of a texel (``shader``) is not followed.
+
+    Parameters
+    ----------
+    caster : RayCaster
+        The mesh, in the view's cast space.
+    view : View
+        What looks at it.
+    color : str
+        How the mesh's textures are read, 'bilinear' or 'nearest'.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.verify.bounds.error_model``).
+
+    Raises
+    ------
+    InputError
+        If the mesh has no colour, or there is no such model or filter.
+    """
+    chosen = find_model(model)
+    low: Any = np.inf
+    high: Any = -np.inf
+    for v, u in product((0.0,) if chosen.exact else (-chosen.centre, 0.0, chosen.centre), repeat=2):
+        texture = caster.gbuffer(displaced(view, u, v), color).color
+        if texture is None:
+            raise InputError(f"{caster.mesh.name} has no colour")
+        low, high = np.minimum(low, texture), np.maximum(high, texture)
+    if chosen.exact:
+        return exactly(high)
+    low, high = low.astype(np.float64), high.astype(np.float64)
+    room = (high - low) + ROUNDINGS * chosen.operation * high
+    return Bounds(up_to_single(low - room), down_to_single(high + room))
+
+
+def displaced(view: View, du: float, dv: float) -> View:
+    """The view whose texels look where the given one has image points (du, dv) texels right of and below theirs."""
+    lens = view.lens.copy()
+    if view.ray_kind == rays.FLAT_LINEAR:
+        lens[5] -= du
+        lens[7] -= dv
+    elif view.ray_kind == rays.DISPLAY:
+        # The distortion's centre moves back, so what it gives is to be moved forth: texels -> screen after T(du, dv).
+        lens[17] -= du
+        lens[18] -= dv
+        for row in (23, 26, 29):
+            lens[row + 2] += lens[row] * du + lens[row + 1] * dv
+    else:
+        lens[2] -= du
+        lens[3] -= dv
+    return replace(view, lens=lens)
+
+
+def _screen_slope(view: View) -> float:
+    """How much a camera's depth changes with z of eye space at most, twice more for the roundings of its own."""
+    near, far = float(view.lens[4]), float(view.lens[5])
+    steepest = far / near if view.ray_kind == rays.PERSPECTIVE else 1.0
+    return 3 * steepest / (far - near)
+
+
+def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of a depth texture from another one that is right, where there is no mesh.
+
+    Parameters
+    ----------
+    depth : (H, W) float32
+        The reference.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.verify.bounds.error_model``).
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        return exactly(depth)
+    reference = depth.astype(np.float64)
+    slack = _slack(reference, chosen)
+    with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
+        slope = np.max([_finite(near - reference) for near, *_ in _around(reference)], axis=0)
+        room = slope * SLOPES * chosen.centre + slack
+        lower, upper = [reference - room], [reference + room]
+        for near, next_one, opposite in _around(reference):
+            jump = _jumps(reference, near, next_one, opposite, slack)
+            on = np.where(np.isfinite(next_one) & np.isfinite(near), 2 * near - next_one, near)
+            lower.append(np.where(jump, np.minimum(near, on) - room, lower[0]))
+            upper.append(np.where(jump, np.maximum(near, on) + room, upper[0]))
+    low, high = up_to_single(np.array(lower)), down_to_single(np.array(upper))
+    return Bounds(low.min(axis=0), high.max(axis=0), strays=stray_limit(depth, chosen), ranges=(low, high))
+
+
+def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of a colour texture from another one that is right, where there is no mesh.
+
+    Each texel may have any colour between those of it and its eight neighbours, and beyond them by ``SLOPES`` times
+    ``model.centre`` of their span and by ROUNDINGS operations.
+
+    Parameters
+    ----------
+    color : (H, W, 3) float32
+        The reference.
+    depth : (H, W) float32 or None
+        Its depth texture, at whose jumps some texels may leave the bounds.
+    model : str or ErrorModel
+        What a renderer may do (``lfssao.verify.bounds.error_model``).
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        return exactly(color)
+    height, width, _ = color.shape
+    padded = np.pad(color.astype(np.float64), ((1, 1), (1, 1), (0, 0)), mode="edge")
+    shifted = [padded[j : j + height, i : i + width] for j, i in product(range(3), repeat=2)]
+    low, high = np.min(shifted, axis=0), np.max(shifted, axis=0)
+    room = ROUNDINGS * chosen.operation * np.maximum(np.abs(low), np.abs(high)) + SLOPES * chosen.centre * (high - low)
+    strays = 0 if depth is None else stray_limit(depth, chosen)
+    return Bounds(up_to_single(low - room), down_to_single(high + room), strays=strays)
+
+
+def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
+    """How many texels of a right depth or colour texture may leave the bounds that the reference's own gives.
+
+    A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
+    centre. An edge that is L texels long, in any direction, meets at most 2 sqrt(2) c L boxes on average, and no more
+    than L of the texels beside it are counted here. So the mean number m is at most 2 sqrt(2) c times the texels at a
+    jump of depth; the limit is m + 4 sqrt(m), four standard deviations above it.
+
+    Parameters
+    ----------
+    depth : (H, W) float32
+        The reference.
+    model : str or ErrorModel
+        What a renderer may do; 0 for an exact one.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        return 0
+    reference = depth.astype(np.float64)
+    slack = _slack(reference, chosen)
+    with np.errstate(invalid="ignore"):
+        jumps = [_jumps(reference, *places, slack) for places in _around(reference)]
+    mean = 2 * sqrt(2) * chosen.centre * int(np.count_nonzero(np.any(jumps, axis=0)))
+    return int(mean + 4 * sqrt(mean))
+
+
+def _slack(reference: FloatArray, model: ErrorModel) -> float:
+    """Rounding of a depth, of the size of the largest."""
+    return ROUNDINGS * model.operation * _largest(reference)
+
+
+def _around(reference: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
+    """For each of the eight directions the next texel's depth, that of the one behind it, and the opposite one's."""
+    padded = np.pad(reference, 2, mode="edge")
+    height, width = reference.shape
+
+    def shifted(j: int, i: int) -> FloatArray:
+        return padded[2 + j : 2 + j + height, 2 + i : 2 + i + width]
+
+    for j, i in _NEIGHBOURS:
+        yield shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
+
+
+def _jumps(
+    reference: FloatArray, near: FloatArray, next_one: FloatArray, opposite: FloatArray, slack: float
+) -> NDArray[np.bool_]:
+    """Where the step to the next texel is more than the slopes before and behind it explain."""
+    step, other = np.abs(near - reference), _finite(next_one - near) + _finite(reference - opposite)
+    found: NDArray[np.bool_] = (near != reference) & ~(step <= 4 * (other + slack))
+    return found
+
+
+def _finite(difference: FloatArray) -> FloatArray:
+    """Sizes of differences, 0 where one of the two is no surface."""
+    size = np.abs(difference)
+    return np.where(np.isfinite(size), size, 0.0)
+
+
+def _largest(texture: NDArray[np.floating[Any]]) -> float:
+    """The largest size of a finite number in a texture."""
+    return float(np.max(np.abs(texture), where=np.isfinite(texture), initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class PositionBounds:
+    """The positions that fit a depth texture: points of the texels' rays at its depths.
+
+    A position is mapped into the image. Each coordinate may be off by ROUNDINGS operations on numbers of the size of
+    the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations.
+
+    Attributes
+    ----------
+    world_to_image : WorldToImage
+        The mapping, guard band included.
+    depth : (H, W) float32
+        Image z.
+    model : ErrorModel
+        What float32 arithmetic may do; not an exact one.
+    strays : int
+        None may leave them.
+    """
+
+    world_to_image: WorldToImage
+    depth: Texture
+    model: ErrorModel
+    strays: int = 0
+
+    def outside(self, positions: Texture) -> NDArray[np.bool_]:
+        """Where positions (H, W, 3) do not fit, (H, W)."""
+        depth, operation = self.depth, self.model.operation
+        allowance = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
+        with np.errstate(invalid="ignore"):  # of a NaN that signals
+            exact = np.ascontiguousarray(positions, np.float64)
+        image, error, _ = project_positions(exact, allowance, self.world_to_image, self.model)
+        height, width = depth.shape
+        centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        room = ROUNDINGS * operation * _largest(depth)
+        with np.errstate(invalid="ignore"):  # where there is no surface
+            far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
+            far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
+        surface, beside = depth < np.inf, np.any(positions != np.inf, axis=-1)
+        wrong: NDArray[np.bool_] = (surface & np.logical_or.reduce(far)) | (~surface & beside)
+        return wrong

@@ -1,0 +1,120 @@
+"""What a renderer's float32 arithmetic may do: the error models of the oracle, by name.
+
+A model says by how much the result of one operation may differ from the exact result of its operands, relative to
+that result. Of an exact result x, 2^e <= abs(x) < 2^(e + 1), one ulp is 2^(e - 23), so n ulp are at most n 2^-23 x.
+
+    correctly rounded to nearest            half an ulp   2^-24 x
+    correctly rounded, direction not said   one ulp       2^-23 x     (GLSL 4.60 section 4.7.1, Vulkan, WGSL: + - *)
+    division                                2.5 ulp                   (the same three, for divisors of normal size)
+    inverse square root                     2 ulp; sqrt is inherited from 1 / inversesqrt, 2 + 2.5 ulp
+    exp                                     3 + 2 abs(x) ulp
+
+All three allow numbers below 2^-126 to be flushed to zero, and a product and a sum to be fused (an operation less that
+rounds, so each bound holds a fortiori). Two of them allow sums to be reordered. What is correctly rounded and
+representable is exact.
+
+What else a renderer is free to do, in every model but ``strict``:
+
+- Sums of a matrix row, of the blur and of 1 / N may be added in any order, and a row may be applied to the point and to
+  the offset of a sample each, or to their sum.
+- A quotient a / b may be a (1 / b).
+- Offsets R s of the samples may be made in float64 and rounded, or in float32 of a rounded R and a rounded s.
+- k / N may be a quotient, k (1 / N), or the sum of k times 1 / N.
+- Weights of the blur may be the table, rounded, or be recomputed with exp; they may be normalised before or after the
+  sum; the two passes may be made of float32 intermediate textures only.
+- rgb (1 - ao) may be rgb - rgb ao.
+
+What it is given and may not change: the numbers of the mapping and of ``screen_to_world``, each rounded once to
+float32, N, and texture look-ups at the floor of a coordinate.
+"""
+
+from dataclasses import dataclass
+
+from lfssao.errors import InputError
+from lfssao.verify.bounds.kernels.pairs import Errors
+
+ULP = 2.0**-23
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """How a float32 renderer may round.
+
+    Attributes
+    ----------
+    name : str
+        What the oracle's functions and the command line call it.
+    title : str
+        One line for lists.
+    exact : bool
+        Correctly rounded to nearest even in the written order, nothing fused: each stage has one right value. The
+        numbers below mean nothing then.
+    operation : float
+        Relative error of + - *.
+    quotient : float
+        Relative error of a / b, or of a (1 / b) if that is more.
+    root : float
+        Relative error of a square root.
+    exponential : (float, float)
+        Relative error of exp(x): the first, plus abs(x) times the second.
+    coordinate : float
+        How far, in texels, a look-up may miss the coordinate (samplers of fixed precision); 0 for an exact floor.
+    centre : float
+        How far, in texels, from its centre a texel's surface may be looked at: precision of rays or of the rasteriser.
+    smallest : float
+        Numbers below it may be flushed to zero.
+    """
+
+    name: str
+    title: str
+    exact: bool = False
+    operation: float = ULP
+    quotient: float = 3.5 * ULP * (1 + ULP * 4)
+    root: float = 4.5 * ULP * (1 + ULP * 8)
+    exponential: tuple[float, float] = (3.0 * ULP, 2.0 * ULP)
+    coordinate: float = 0.0
+    centre: float = 2.0**-8
+    smallest: float = 2.0**-126
+
+    @property
+    def offset(self) -> float:
+        """Relative error of an offset R s: of R and s rounded to nearest, and of their product."""
+        return ((1 + 2.0**-24) ** 2 * (1 + self.operation) - 1) * (1 + 2.0**-30)
+
+    @property
+    def errors(self) -> Errors:
+        """What kernels are given."""
+        return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate)
+
+
+MODELS: dict[str, ErrorModel] = {
+    model.name: model
+    for model in (
+        ErrorModel("shader", "as GLSL, Vulkan and WGSL demand: + - * within 1 ulp, division 2.5 ulp, fused or not"),
+        ErrorModel(
+            "sampler", "shader, and textures are read by a nearest sampler with 8 bits below the texel",
+            coordinate=2.0**-8,
+        ),
+        ErrorModel(
+            "nearest", "+ - * / sqrt rounded to nearest (C, CUDA), fused or not, any order",
+            operation=0.5 * ULP, quotient=ULP * (1 + ULP), root=0.5 * ULP, exponential=(2.0 * ULP, 0.0),
+            centre=2.0**-12,
+        ),
+        ErrorModel("strict", "+ - * / sqrt rounded to nearest in the written order: equal bits", exact=True),
+    )
+}  # fmt: skip
+
+
+def find_model(model: str | ErrorModel) -> ErrorModel:
+    """The error model of a name, or the model itself.
+
+    Raises
+    ------
+    InputError
+        If there is no model of that name.
+    """
+    if isinstance(model, ErrorModel):
+        return model
+    if model not in MODELS:
+        raise InputError(f"there is no error model '{model}': choose one of {', '.join(MODELS)}")
+    return MODELS[model]

@@ -1,0 +1,119 @@
+"""Why the samples of one texel fall as they do: which texel each reads, and how near it came to another answer."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.affine import Matrix
+from lfssao.optics.view import WorldToImage
+from lfssao.verify.bounds.bounds import Texture, sample_inputs
+from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
+from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+
+OUTCOMES = ("clear", "occluded", "undecided")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What one sample of one texel does.
+
+    Attributes
+    ----------
+    number : int
+        Which sample, from 0.
+    outcome : str
+        'clear', 'occluded', or 'undecided': rounding may make it either.
+    u, v, z : float
+        Image point, texels and image z, of exact arithmetic; they mean nothing outside the mapping's domain.
+    texel : (int, int) or None
+        Column and row of the texel that it reads; None outside the texture or the domain.
+    from_edge : float
+        How far, in texels, the image point is from the nearest edge of that texel.
+    behind : float
+        z less the depth of the surface there: positive, occluded; minus infinity before no surface.
+    error_uv, error_z : float
+        How far u or v, and z, may be off.
+    """
+
+    number: int
+    outcome: str
+    u: float
+    v: float
+    z: float
+    texel: tuple[int, int] | None
+    from_edge: float
+    behind: float
+    error_uv: float
+    error_z: float
+
+    def __str__(self) -> str:
+        if self.texel is None:
+            return f"sample {self.number} is {self.outcome}: it lies outside the texture or the mapping's domain"
+        where = f"reads texel {self.texel}, {self.from_edge:.1e} from its edge (error up to {self.error_uv:.1e})"
+        if self.behind == -np.inf:
+            return f"sample {self.number} is {self.outcome}: it {where}, which sees no surface"
+        side = "behind" if self.behind > 0 else "before"
+        depth = f"{abs(self.behind):.1e} {side} its surface (error up to {self.error_z:.1e})"
+        return f"sample {self.number} is {self.outcome}: it {where}, and lies {depth}"
+
+
+def explain(
+    texel: tuple[int, int],
+    depth: Texture,
+    positions: Texture | None,
+    world_to_image: WorldToImage,
+    samples: NDArray[np.floating[Any]],
+    radius: float,
+    model: str | ErrorModel = "shader",
+    screen_to_world: Matrix | None = None,
+) -> list[Sample]:
+    """The samples of one texel, those that come nearest to another answer first.
+
+    Parameters
+    ----------
+    texel : (int, int)
+        Column and row.
+    depth, positions, world_to_image, samples, radius, model, screen_to_world
+        As for ``bounds.ao_bounds``. An exact model has no errors; ``nearest`` is taken for it.
+
+    Returns
+    -------
+    list of Sample
+        Undecided ones first, then by the smaller of distance to the edge and to the surface, in units of the error.
+        Empty where the texel has no surface.
+
+    Raises
+    ------
+    InputError
+        As ``bounds.ao_bounds``.
+    """
+    chosen = find_model(model)
+    chosen = MODELS["nearest"] if chosen.exact else chosen
+    inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
+    i, j = texel
+    if not depth[j, i] < np.inf:
+        return []
+    found = np.empty((len(samples), 9))
+    outcomes.trace_samples(inputs, chosen.errors, i, j, found)
+    made = [_sample(number, row, depth) for number, row in enumerate(found.tolist())]
+    return sorted(made, key=_closeness)
+
+
+def _sample(number: int, row: list[float], depth: Texture) -> Sample:
+    u, e_u, v, e_v, z, e_z, may, _, outcome = row
+    height, width = depth.shape
+    texel, edge, behind = None, np.inf, np.inf
+    if may and 0 <= u < width and 0 <= v < height:
+        texel = int(u), int(v)
+        edge = min(u - texel[0], texel[0] + 1 - u, v - texel[1], texel[1] + 1 - v)
+        behind = z - float(depth[texel[1], texel[0]])
+    return Sample(number, OUTCOMES[int(outcome)], u, v, z, texel, edge, behind, max(e_u, e_v), e_z)
+
+
+def _closeness(sample: Sample) -> tuple[bool, float]:
+    """Undecided samples first, then by how many errors away another answer is."""
+    edge = sample.from_edge / sample.error_uv if sample.error_uv > 0 else np.inf
+    depth = abs(sample.behind) / sample.error_z if sample.error_z > 0 else np.inf
+    return sample.outcome != "undecided", min(edge, depth)

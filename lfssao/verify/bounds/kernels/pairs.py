@@ -1,0 +1,105 @@
+"""Running error analysis of float32 renderers: numbers as pairs of an exact value and a bound on its error.
+
+A ``Pair`` stands for any number of [value - error, value + error]. Each operation on pairs adds to what the operands'
+errors make of the exact result its own rounding, at most r times the size of what is rounded, and ``FLUSHED`` for
+numbers that may be flushed to zero:
+
+    (x + e)(y + f) = x y + (x f + y e + e f)
+    (x + e) / (y + f) = x / y + (e - (x / y) f) / (y + f)
+    sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x))
+
+Errors are computed in float64, whose own rounding is 2^-29 of float32's. ``SAFETY`` times an error, applied once where
+the error is used, outweighs the rounding of a thousand such operations.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lfssao.core.jit import kernel
+
+FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
+SAFETY = 1.0 + 2.0**-20
+
+
+class Pair(NamedTuple):
+    """A number in exact arithmetic, and how far a renderer's may be off."""
+
+    value: float
+    error: float
+
+
+class Errors(NamedTuple):
+    """Relative errors of + - *, of quotients, roots and sample offsets; how far look-ups may miss, in texels."""
+
+    operation: float
+    quotient: float
+    root: float
+    offset: float
+    coordinate: float
+
+
+@kernel(inline=True)
+def exact(x):
+    """A number that every renderer has."""
+    return Pair(x, 0.0)
+
+
+@kernel(inline=True)
+def add(x, y, by):
+    """Sum x + y."""
+    s = x.value + y.value
+    e = x.error + y.error
+    return Pair(s, e + by.operation * (abs(s) + e) + FLUSHED)
+
+
+@kernel(inline=True)
+def subtract(x, y, by):
+    """Difference x - y."""
+    return add(x, Pair(-y.value, y.error), by)
+
+
+@kernel(inline=True)
+def multiply(x, y, by):
+    """Product x y."""
+    p = x.value * y.value
+    e = (abs(x.value) * y.error + abs(y.value) * x.error) + x.error * y.error
+    return Pair(p, e + by.operation * (abs(p) + e) + FLUSHED * (1.0 + abs(x.value) + abs(y.value)))
+
+
+@kernel(inline=True)
+def divide(x, y, by):
+    """Quotient x / y; its error is infinite where y may be 0."""
+    q = x.value / y.value
+    room = abs(y.value) - y.error
+    if not room > FLUSHED:
+        return Pair(q, np.inf)
+    e = (x.error + abs(q) * y.error) / room
+    return Pair(q, e + by.quotient * (abs(q) + e) + FLUSHED * (1.0 + 1.0 / room))
+
+
+@kernel(inline=True)
+def root(x, by):
+    """Square root of x; its error is infinite where x may be negative."""
+    if not x.value - x.error >= 0.0:
+        return Pair(0.0, np.inf)
+    s = np.sqrt(x.value)
+    e = x.error / (np.sqrt(x.value - x.error) + s) if s > 0.0 else np.sqrt(x.error)
+    return Pair(s, e + by.root * (s + e) + FLUSHED)
+
+
+@kernel(inline=True)
+def affine(a, x, b, y, c, by):
+    """(a x + b y) + c of exact numbers a, b, c and pairs x, y, in any order: three roundings of each term."""
+    value = (a * x.value + b * y.value) + c
+    size = (abs(a) * (abs(x.value) + x.error) + abs(b) * (abs(y.value) + y.error)) + abs(c)
+    own = abs(a) * x.error + abs(b) * y.error
+    r = by.operation
+    return Pair(value, own + 3.0 * (1.0 + 3.0 * r) * r * size + FLUSHED * (4.0 + abs(a) + abs(b)))
+
+
+@kernel(inline=True)
+def is_positive(x):
+    """Whether x may be above 0, and whether it is for sure."""
+    room = x.error * SAFETY
+    return not x.value <= -room, x.value > room

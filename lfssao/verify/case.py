@@ -1,0 +1,64 @@
+"""A case: what a renderer is given, what is right, and how far it may be off."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.view import KINDS, WorldToImage
+from lfssao.verify.bounds.bounds import Bounds
+
+Array = NDArray[Any]
+Arrays = Mapping[str, Array]
+Parameters = Mapping[str, Any]
+
+# The stage of a case that is a whole view of ``lfssao render``.
+VIEW = "view"
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One problem and its solution: a small one of the kit, or a view that ``lfssao render`` rendered.
+
+    Attributes
+    ----------
+    name : str
+        What the kit's folder, reports and tests call it.
+    stage : str
+        The stage that it tests (``lfssao.verify.kit.stages.STAGES``), or 'view'.
+    title : str
+        One line on what is special about it.
+    parameters : mapping
+        The stage's parameters: numbers, strings, and lists and mappings of them.
+    inputs : mapping of arrays
+        What the stage is given.
+    outputs : mapping of arrays
+        What it must return. The first output is the one that counts; the others are steps on the way and can be left
+        out. A view has all its textures, in the order of the passes.
+    bounds : mapping of Bounds
+        Bounds of outputs by name, for a renderer within the error model of shading languages. An output without bounds
+        must have equal bits. A view has those of depth and colour from the mesh, if it is known; bounds of the later
+        textures depend on what the renderer made (``lfssao.verify.bounds.judge``).
+    specified : bool
+        Whether SPECIFICATION.md says how to compute it.
+    """
+
+    name: str
+    stage: str
+    title: str
+    parameters: Parameters
+    inputs: Arrays
+    outputs: Arrays
+    bounds: Mapping[str, Bounds] = field(default_factory=dict)
+    specified: bool = True
+
+
+def described_mapping(parameters: Parameters) -> WorldToImage:
+    """The mapping that a case's parameters describe; Algorithm 1 has its matrix alone."""
+    if "mapping" not in parameters:
+        return WorldToImage(MATRIX, np.ravel(parameters["world_to_screen"]))
+    described = parameters["mapping"]
+    return WorldToImage(KINDS.index(described["kind"]), np.array(described["numbers"]))

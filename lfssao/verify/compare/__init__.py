@@ -1,0 +1,1 @@
+"""Other renderers' textures against a reference."""

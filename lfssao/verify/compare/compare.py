@@ -1,0 +1,258 @@
+"""A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
+
+from collections.abc import Callable, Mapping, Sequence, Set
+from functools import partial
+from pathlib import Path
+
+from lfssao.errors import InputError
+from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.error_model import find_model
+from lfssao.verify.bounds.judge import Rules, judge_planes
+from lfssao.verify.compare.intervals import ViewOracle, knows_occlusion
+from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
+from lfssao.verify.compare.picture import Panels
+from lfssao.verify.compare.report import Report
+from lfssao.verify.compare.result import Result, result_of
+from lfssao.verify.compare.source import Mine, Reference
+from lfssao.verify.compare.surface import Surface
+from lfssao.verify.verdict import Verdict
+
+Reason = Callable[[str, tuple[int, int], Bounds | None], str]
+
+
+def compare(
+    mine: str | Path,
+    reference: str | Path,
+    *,
+    rules: Mapping[str, str] | None = None,
+    layers: Sequence[str] | None = None,
+    exact: bool = False,
+    model: str = "shader",
+    mesh: str | None = None,
+) -> Report:
+    """Compare another renderer's textures with a reference.
+
+    Parameters
+    ----------
+    mine, reference : str or Path
+        Two folders or two files; EXR, TIFF, PNG or NPY. Acceptance intervals are known where the reference is what
+        ``lfssao render`` wrote, beside its manifest.
+    rules : mapping, optional
+        Layers or channels of the reference, each with the other renderer's name of it, where conventions do not tell.
+    layers : sequence of str, optional
+        Compare these layers of the reference only.
+    exact : bool
+        Whether all but equal bits fails.
+    model : str
+        What the renderer's arithmetic may do (``lfssao.verify.bounds.error_model.MODELS``).
+    mesh : str, optional
+        File of the mesh that the reference was rendered of, by which depth and colour are judged; the embedded scenes
+        need none.
+
+    Returns
+    -------
+    Report
+        With ``exit_code`` 0 where everything conforms.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to compare, or the manifest or an argument is wrong. What is wrong with single files and
+        layers is in the report.
+    """
+    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, mesh)
+    for module in comparison.modules:
+        comparison.add(module)
+    return comparison.report()
+
+
+class Comparison:
+    """A comparison that is given its modules one by one; it keeps figures, and pictures of one module.
+
+    Parameters
+    ----------
+    mine, reference : Path
+        Two folders or two files.
+    rules, layers, exact, model, mesh
+        As of ``compare``.
+
+    Raises
+    ------
+    InputError
+        As ``compare``.
+    """
+
+    def __init__(
+        self,
+        mine: Path,
+        reference: Path,
+        rules: Mapping[str, str],
+        layers: Sequence[str] | None,
+        exact: bool,
+        model: str,
+        mesh: str | None = None,
+    ) -> None:
+        self._model = find_model(model)
+        self._reference = Reference.open(reference)
+        self._mine = Mine.open(mine, self._reference)
+        self._rules, self._wanted, self._exact = dict(rules), layers, exact
+        manifest = self._reference.manifest
+        self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
+        if mesh is not None:
+            if self._surface is None:
+                raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
+            _ = self._surface.mesh  # refused before anything is compared
+        self._results: list[Result] = []
+        self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
+        self._panels: Panels | None = None
+        self._named: set[str] = set()
+        self._unbounded: str | None = None
+        self._without: set[str] = set()  # layers that differ, and of which a layer left out would tell the intervals
+
+    @property
+    def modules(self) -> list[str]:
+        """Names of the reference's modules, in its order."""
+        return list(self._reference.files)
+
+    def add(self, module: str) -> None:
+        """Compare one module.
+
+        Raises
+        ------
+        InputError
+            If the manifest does not hold what the oracle needs.
+        """
+        view = self._reference.view(module)
+        try:
+            reference, case = self._reference.read(module)
+            parts = self._mine.parts(module)
+        except InputError as error:
+            self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
+            return
+        self._named |= {name for layer in reference for name in (layer.name, *_channel_names(layer))}
+        if not parts:
+            detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
+            self._results.append(Result(module, "", Verdict.MISSING, detail))
+            return
+        matcher = Matcher(parts, reference, self._rules)
+        optional = set() if case is None else set(list(case.outputs)[1:])
+        found, refused = _found_layers(module, matcher, reference, optional)
+        rules: Rules = _no_rules if case is None else case.bounds.get
+        reason: Reason = _no_reason
+        if view is not None:
+            oracle = ViewOracle(view, found, reference, self._model, partial(self._from_mesh, module, reference))
+            rules, reason = oracle.allowed, oracle.reason
+            if not knows_occlusion(view.parameters):
+                self._unbounded = view.parameters["estimator"]
+        lacking = set() if view is None else _without_intervals([layer.name for layer in reference])
+        panels = Panels(module)
+        for right in reference:
+            if self._wanted is not None and right.name not in self._wanted:
+                continue
+            if right.name in refused:
+                self._results.append(refused[right.name])
+            elif right.name in found:
+                self._judge(found[right.name], right, rules, reason, panels, lacking)
+        if self._panels is None or panels.rank > self._panels.rank:
+            self._panels = panels
+        if self._wanted is None:
+            self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
+
+    def _judge(
+        self, mine: Layer, right: Layer, rules: Rules, reason: Reason, panels: Panels, lacking: Set[str]
+    ) -> None:
+        """Compare one layer of the module of ``panels`` with the reference's."""
+        name = right.name
+        try:
+            judged = judge_planes(mine.planes, right.planes, partial(rules, name))
+            result = result_of(panels.module, mine, right, judged, lambda texel: reason(name, texel, judged.bounds))
+        except InputError as error:
+            raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
+        self._results.append(result)
+        if judged.verdict is Verdict.DIFFERENT and name in lacking:
+            self._without.add(name)
+        panels.offer(mine, right, judged)
+        if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
+            some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
+            limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
+            self._notes.append(f"{panels.module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+
+    def _from_mesh(self, module: str, reference: Sequence[Layer]) -> Mapping[str, Bounds]:
+        """Bounds of a module's depth and colour from the reference's mesh, where it is known."""
+        shape = next((layer.planes[0].shape for layer in reference if layer.name == "depth"), ())
+        assert self._surface is not None  # there is a manifest
+        return self._surface.bounds(self._reference.entries[module], shape, self._model)
+
+    def report(self) -> Report:
+        """What was found of the modules that were added.
+
+        Raises
+        ------
+        InputError
+            If a rule or a wanted layer names nothing that the reference has.
+        """
+        if self._named:
+            for name in (*(self._wanted or ()), *self._rules):
+                if name not in self._named:
+                    raise InputError(f"the reference has no layer or channel '{name}'")
+        notes = self._notes
+        if self._without:
+            names = ", ".join(sorted(self._without))
+            note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
+            notes = [note, *notes]
+        return Report(
+            mine=str(self._mine.path),
+            reference=str(self._reference.path),
+            model=self._reference.kit_model if self._reference.manifest is None else self._model.name,
+            exact=self._exact,
+            estimator=self._unbounded,
+            modules=len(self._reference.files),
+            results=tuple(self._results),
+            notes=tuple(notes),
+            panels=self._panels,
+        )
+
+
+def _found_layers(
+    module: str, matcher: Matcher, reference: Sequence[Layer], optional: set[str]
+) -> tuple[dict[str, Layer], dict[str, Result]]:
+    """The other renderer's layers by name, and what is said of those that cannot be compared.
+
+    All are found before one is judged, as later stages are judged by earlier ones.
+    """
+    found: dict[str, Layer] = {}
+    refused: dict[str, Result] = {}
+    missing: list[Layer] = []
+    for right in reference:
+        try:
+            layer = matcher.find(right)
+            if layer is not None:
+                check_comparable(layer, right)
+                found[right.name] = layer
+            elif right.name not in optional:
+                missing.append(right)
+        except MismatchError as error:
+            refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
+    for right in missing:  # behind all that were found: what is left over may be it
+        refused[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
+    return found, refused
+
+
+def _without_intervals(names: Sequence[str]) -> set[str]:
+    """The layers of a rendered module whose intervals are not known, as 'lfssao render' left out what tells them."""
+    layers = [name for name in names if name.startswith("ao_")]
+    ao = [] if {"depth", "positions"} <= set(names) else [*layers, "merged", "blurred", "shaded"]
+    return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
+
+
+def _no_rules(_: str) -> None:
+    """Nothing but values is known to be right."""
+
+
+def _no_reason(*_: object) -> str:
+    """A case says how to compute an output, not why."""
+    return ""
+
+
+def _channel_names(layer: Layer) -> list[str]:
+    return [name for channel in layer.channels for name in (channel, f"{layer.name}.{channel}")]

@@ -1,0 +1,239 @@
+"""The layers of a module's files, and which channels of another renderer's files they are (DESIGN section 9)."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+from lfssao.rendering.image_file import ImagePart
+from lfssao.verify.verdict import Planes
+
+# The order in which stages are computed: of two that differ the earlier one is to blame.
+_STAGES = ("depth", "positions", "normals", "color", "ao", "merged", "blurred", "shaded")
+_STANDARD = {"Z": "depth", "P": "positions", "N": "normals"}
+
+
+class MismatchError(InputError):
+    """Two textures that cannot be compared: sizes, channels or types differ."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One texture of one module.
+
+    Attributes
+    ----------
+    name : str
+        The stage that made it: depth, ao_1, merged, ... or the part's name, 'image' where it has none.
+    channels : tuple of str
+        Their names.
+    planes : tuple of (H, W) arrays
+        Their values.
+    origin : (int, int) or None
+        x and y of the data window, where the format has one.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    planes: Planes
+    origin: tuple[int, int] | None
+
+    @property
+    def texture(self) -> NDArray[Any]:
+        """The values as one array, (H, W) or (H, W, C)."""
+        return np.ascontiguousarray(self.planes[0] if len(self.planes) == 1 else np.stack(self.planes, axis=-1))
+
+
+def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:
+    """The layers that parts of a reference hold, in the order of the stages.
+
+    A named part is a layer; of a part without name each group of channels ``layer.channel`` is one.
+    """
+    layers = []
+    for part in parts:
+        groups: dict[str, list[int]] = {}
+        for k, channel in enumerate(part.channels):
+            prefix = channel.rpartition(".")[0] or (channel if channel in _STANDARD else "")
+            groups.setdefault(part.name or _STANDARD.get(prefix, prefix) or "image", []).append(k)
+        for name, numbers in groups.items():
+            numbers.sort(key=lambda k: _place(part.channels[k]))
+            channels, planes = tuple(part.channels[k] for k in numbers), tuple(part.planes[k] for k in numbers)
+            layers.append(Layer(name, channels, planes, part.origin))
+    return sorted(layers, key=lambda layer: stage_order(layer.name))
+
+
+def _place(channel: str) -> int:
+    """R G B A and X Y Z in that order, whatever the file's; -1 for all other names, which keep theirs."""
+    last = channel.rpartition(".")[2]
+    return "RGBA".find(last) if last in "RGBA" else "XYZ".find(last)
+
+
+def stage_order(name: str) -> tuple[int, int]:
+    """A key that sorts layers' names by stage, ao_2 before ao_10; unknown ones come last."""
+    found = re.fullmatch(r"(.*?)(?:_([0-9]{1,9}))?", name, re.DOTALL)
+    stage, number = (found[1], int(found[2] or 0)) if found else (name, 0)
+    return (_STAGES.index(stage) if stage in _STAGES else len(_STAGES)), number
+
+
+@dataclass(frozen=True, eq=False)
+class _Channel:
+    part: ImagePart
+    number: int
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """What it may be called: its name, and with the name of its part before it."""
+        name = self.part.channels[self.number]
+        return name, f"{self.part.name}.{name}"
+
+
+# Channels that a sentence names.
+_FEW = 6
+
+
+class Matcher:
+    """Finds the layers of a reference among the channels of one module of another renderer.
+
+    Parameters
+    ----------
+    parts : sequence of ImagePart
+        What the other renderer wrote for the module.
+    layers : sequence of Layer
+        All of the reference's.
+    rules : mapping
+        From a layer or channel of the reference to one of the other renderer (``--map``).
+    """
+
+    def __init__(self, parts: Sequence[ImagePart], layers: Sequence[Layer], rules: Mapping[str, str]) -> None:
+        self._parts = parts
+        self._layers = layers
+        self._rules = rules
+        self._all = [_Channel(part, k) for part in parts for k in range(len(part.channels))]
+        self._used: set[tuple[int, int]] = set()
+
+    def find(self, layer: Layer) -> Layer | None:
+        """The other renderer's channels in the order of the reference's; None where it has none of them.
+
+        Raises
+        ------
+        MismatchError
+            If it has some of them only, or two for one.
+        """
+        found = self._by_rule(layer)
+        if found is None:
+            found = [self._by_name(layer, channel) for channel in layer.channels]
+            found = found if any(found) else self._by_place(layer)
+        if not any(found):
+            return None
+        for channel, candidates in zip(layer.channels, found, strict=True):
+            if len(candidates) != 1:
+                what = "there is no channel" if not candidates else "there are two channels"
+                raise MismatchError(f"{what} for {_full(layer.name, channel)}")
+        chosen = [candidates[0] for candidates in found]
+        self._used |= {(id(c.part), c.number) for c in chosen}
+        origins = {c.part.origin for c in chosen}
+        if len(origins) > 1:
+            raise MismatchError("its channels have different data windows")
+        planes = tuple(c.part.planes[c.number] for c in chosen)
+        return Layer(layer.name, tuple(c.names[bool(c.part.name)] for c in chosen), planes, origins.pop())
+
+    def unused(self) -> list[str]:
+        """Channels of the other renderer that no layer of the reference was compared with."""
+        return [c.names[bool(c.part.name)] for c in self._all if (id(c.part), c.number) not in self._used]
+
+    def why_missing(self, layer: Layer) -> str:
+        """Why a layer was not found, in a sentence, and what of the other renderer may be it; asked at last."""
+        wanted = [layer.name, *layer.channels, *(_full(layer.name, channel) for channel in layer.channels)]
+        ruled = [self._rules[name] for name in wanted if name in self._rules]
+        if ruled:
+            return f"there is no layer or channel '{ruled[0]}', which --map names"
+        left = self.unused()
+        if not left:
+            return "there is no such layer"
+        some = ", ".join(left[:_FEW]) + (", ..." if len(left) > _FEW else "")
+        rule = f"{left[0]}={_full(layer.name, layer.channels[0])}"
+        return f"there is no such layer; if it is one of {some}, say so by --map, such as --map {rule}"
+
+    def _by_rule(self, layer: Layer) -> list[list[_Channel]] | None:
+        """What ``--map`` says of the layer or any of its channels."""
+        if layer.name in self._rules:
+            name = self._rules[layer.name]
+            group = [c for c in self._all if c.part.name == name or c.names[0].rpartition(".")[0] == name]
+            group = group or [c for c in self._all if name in c.names]
+            if not group:
+                return [[]]
+            if len(group) != len(layer.channels):
+                raise MismatchError(f"'{name}' has {len(group)} channels, {layer.name} has {len(layer.channels)}")
+            return self._in_order(layer, group)
+        rules = [self._rules.get(channel, self._rules.get(_full(layer.name, channel))) for channel in layer.channels]
+        if not any(rules):
+            return None
+        return [
+            [c for c in self._all if rule in c.names] if rule else self._by_name(layer, channel)
+            for rule, channel in zip(rules, layer.channels, strict=True)
+        ]
+
+    def _by_name(self, layer: Layer, channel: str) -> list[_Channel]:
+        """Channels of that name: in a part of the layer's name, else in one that is no other layer's."""
+        others = {other.name for other in self._layers} - {layer.name}
+        named = [c for c in self._all if c.part.name == layer.name]
+        free = [c for c in self._all if c.part.name not in others and not self._is_another_layers(c, layer)]
+        wanted = {channel, _full(layer.name, channel)}
+        for group in (named, free):
+            for candidates in (
+                [c for c in group if c.names[0] == channel],
+                [c for c in group if wanted & set(c.names)],
+            ):
+                if candidates:
+                    return candidates
+        return []
+
+    def _is_another_layers(self, channel: _Channel, layer: Layer) -> bool:
+        """Whether a channel without part carries the name of a channel that another layer has and this one has not."""
+        name = channel.names[0]
+        return name not in layer.channels and any(
+            name in other.channels for other in self._layers if other.name != layer.name
+        )
+
+    def _by_place(self, layer: Layer) -> list[list[_Channel]]:
+        """A part of the layer's name, or the only one where there is one layer, with as many channels: in order."""
+        group = [c for c in self._all if c.part.name == layer.name]
+        if not group and len(self._layers) == len(self._parts) == 1:
+            group = list(self._all)
+        return self._in_order(layer, group) if len(group) == len(layer.channels) else [[]]
+
+    def _in_order(self, layer: Layer, group: list[_Channel]) -> list[list[_Channel]]:
+        """Channels by the last word of their names where these are the same, else by their places."""
+        last = {c.names[0].rpartition(".")[2]: c for c in group}
+        words = [channel.rpartition(".")[2] for channel in layer.channels]
+        if set(words) == set(last):
+            return [[last[word]] for word in words]
+        return [[c] for c in group]
+
+
+def _full(layer: str, channel: str) -> str:
+    """A channel's name with its layer's before it, where it has none of its own."""
+    return channel if "." in channel else f"{layer}.{channel}"
+
+
+def check_comparable(mine: Layer, reference: Layer) -> None:
+    """Refuse textures of different sizes, data windows or types.
+
+    Raises
+    ------
+    MismatchError
+        With the difference.
+    """
+    for a, b in zip(mine.planes, reference.planes, strict=True):
+        if a.shape != b.shape:
+            raise MismatchError(
+                f"it has {a.shape[1]}x{a.shape[0]} texels, the reference's has {b.shape[1]}x{b.shape[0]}"
+            )
+        if a.dtype != b.dtype:
+            raise MismatchError(f"it is of {a.dtype}, the reference's is of {b.dtype}")
+    if mine.origin != reference.origin and mine.origin is not None and reference.origin is not None:
+        raise MismatchError(f"its data window starts at {mine.origin}, the reference's at {reference.origin}")

@@ -1,0 +1,151 @@
+"""The difference picture: of one module, each stage's two textures, their difference and where it is right."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.files import write_whole
+from lfssao.core.srgb import to_codes
+from lfssao.errors import InputError
+from lfssao.verify.compare.layers import Layer
+from lfssao.verify.verdict import SAME, Judged, Verdict, equal_values
+
+_WIDTH = 480  # pixels of each panel, at most
+_MOST_ROWS = 12
+_FORMATS = (".png", ".svg", ".pdf")
+_COLORS = ("#e6e6e6", "#5b8def", "#d62728")
+_MEANINGS = ("equal bits", "differs, right", "outside, or differs where no interval is known")
+
+
+class Panels:
+    """What the picture shows of one module, small: textures as 8-bit colours, differences and verdicts by maxima.
+
+    Parameters
+    ----------
+    module : str
+        Which module.
+    """
+
+    def __init__(self, module: str) -> None:
+        self.module = module
+        self.rank = 0
+        self.rows: list[dict[str, Any]] = []
+
+    def offer(self, mine: Layer, reference: Layer, judged: Judged) -> None:
+        """Keep a stage: of those with equal bits the first alone, until one differs."""
+        verdict = judged.verdict
+        rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code == SAME else 2
+        if (self.rows and rank == 0) or len(self.rows) >= _MOST_ROWS:
+            return
+        if self.rank == 0:
+            self.rows = []
+        self.rank = max(self.rank, rank)
+        height, width = judged.differing.shape
+        step = max(1, -(-max(height, width) // _WIDTH))
+        low, high = _span(reference)
+        self.rows.append(
+            {
+                "title": f"{reference.name}: {verdict.title}",
+                "reference": _colors(reference, low, high)[::step, ::step],
+                "mine": _colors(mine, low, high)[::step, ::step],
+                "difference": _largest(_difference(mine, reference), step),
+                "verdict": _largest(judged.differing.astype(np.uint8) + judged.outside, step),
+            }
+        )
+
+
+def _span(layer: Layer) -> tuple[float, float]:
+    """Least and greatest finite value; 0 and 1 where all lie between, as of AO and colours."""
+    finite = np.concatenate([plane[np.isfinite(plane)].astype(np.float64) for plane in layer.planes])
+    if layer.planes[0].dtype.kind != "f":
+        return 0.0, float(np.iinfo(layer.planes[0].dtype).max)
+    low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
+    return (0.0, 1.0) if not (low < 0 or high > 1) else (low, high)
+
+
+def _colors(layer: Layer, low: float, high: float) -> NDArray[np.uint8]:
+    """(H, W, 3) codes: linear colours in sRGB, other three channels as they are, else the first as grey.
+
+    No surface, infinite depth, is white.
+    """
+    planes = layer.planes[:3] if len(layer.planes) >= 3 else layer.planes[:1] * 3
+    with np.errstate(all="ignore"):
+        scaled = [(plane.astype(np.float64) - low) / ((high - low) or 1.0) for plane in planes]
+    image = np.stack([np.nan_to_num(s, nan=1.0, posinf=1.0, neginf=0.0) for s in scaled], axis=-1)
+    if layer.planes[0].dtype == np.float32 and [c.rpartition(".")[2] for c in layer.channels[:3]] == ["R", "G", "B"]:
+        return to_codes(image.astype(np.float32))
+    return (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
+
+
+def _difference(mine: Layer, reference: Layer) -> NDArray[np.float64]:
+    """Largest absolute difference of a texel's channels; infinite where one is not finite and the other is."""
+    most = np.zeros(mine.planes[0].shape)
+    with np.errstate(all="ignore"):
+        for a, b in zip(mine.planes, reference.planes, strict=True):
+            error = np.abs(a.astype(np.float64) - b.astype(np.float64))
+            error[equal_values(a, b)] = 0
+            most = np.maximum(most, np.where(np.isnan(error), np.inf, error))
+    return most
+
+
+def _largest(array: NDArray[Any], step: int) -> NDArray[Any]:
+    """The largest value of each block of step x step texels: one wrong texel stays visible."""
+    height, width = array.shape
+    padded = np.pad(array, ((0, -height % step), (0, -width % step)), mode="edge")
+    blocks: NDArray[Any] = padded.reshape(padded.shape[0] // step, step, padded.shape[1] // step, step)
+    return np.asarray(blocks.max(axis=(1, 3)))
+
+
+def save_panels(panels: Panels | None, path: Path) -> None:
+    """Draw the picture into a file.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to draw, the file's ending is not .png, .svg or .pdf, or it cannot be written.
+    """
+    if path.suffix not in _FORMATS:
+        raise InputError(f"{path}: its name must end in one of {', '.join(_FORMATS)}")
+    if panels is None or not panels.rows:
+        raise InputError(f"{path}: no texture could be compared, there is nothing to draw")
+    from matplotlib.colors import ListedColormap  # late: takes a second to import
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    rows = panels.rows
+    figure = Figure(figsize=(14, 1.0 + 2.7 * len(rows)), layout="constrained")
+    grid = figure.subplots(len(rows), 4, squeeze=False)
+    for axes, row in zip(grid, rows, strict=True):
+        for place, name in zip(axes, ("reference", "mine"), strict=False):
+            place.imshow(row[name], interpolation="nearest")
+            place.set_title(name, fontsize="medium")
+        axes[0].set_ylabel(row["title"], fontsize="medium")
+        _draw_difference(figure, axes[2], row["difference"])
+        axes[3].imshow(row["verdict"], cmap=ListedColormap(_COLORS), vmin=0, vmax=2, interpolation="nearest")
+        axes[3].set_title("verdict", fontsize="medium")
+        for place in axes:
+            place.set_xticks([])
+            place.set_yticks([])
+    figure.suptitle(panels.module)
+    patches = [Patch(color=c, label=text) for c, text in zip(_COLORS, _MEANINGS, strict=True)]
+    figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize="medium")
+    write_whole(path, lambda part: figure.savefig(part, dpi=100))
+
+
+def _draw_difference(figure: Any, axes: Any, difference: NDArray[np.float64]) -> None:
+    """Magnitudes on a logarithmic scale of at most ten decades; 0 is grey, infinite magenta."""
+    from matplotlib import colormaps
+    from matplotlib.colors import LogNorm
+
+    axes.set_title("difference (magenta: NaN or infinity)", fontsize="medium")
+    colors = colormaps["viridis"].with_extremes(bad="#e6e6e6", over="magenta")
+    finite = difference[(difference > 0) & np.isfinite(difference)]
+    high = float(finite.max(initial=0)) or 1.0
+    low = min(max(float(finite.min(initial=high)), 1e-10 * high), 0.9 * high)
+    # Masked: what is equal, where a logarithm has no place; `over`: what is infinite.
+    held = np.where(np.isfinite(difference), np.clip(difference, low, high), 2 * high)
+    shown = np.ma.masked_array(held, difference == 0)
+    image = axes.imshow(shown, cmap=colors, norm=LogNorm(low, high), interpolation="nearest")
+    figure.colorbar(image, ax=axes, shrink=0.8)

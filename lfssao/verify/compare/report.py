@@ -1,0 +1,277 @@
+"""A report: text for a terminal, a table for a notebook, numbers for programs, JUnit XML for a CI."""
+
+import html
+import json
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from lfssao.core.files import write_text
+from lfssao.verify.compare.layers import stage_order
+from lfssao.verify.compare.picture import Panels, save_panels
+from lfssao.verify.compare.result import Result, Texel
+from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
+
+FORMAT = 1
+_MOST_LINES = 20
+_WORDS = {0: "conforms", 1: "conforms, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
+_HEAD = ("stage", "equal bits", "inside", "outside", "other", "texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What a comparison found.
+
+    Attributes
+    ----------
+    mine, reference : str
+        The folders or files.
+    model : str or None
+        The error model of the intervals; None where none is known.
+    exact : bool
+        Whether all but equal bits fails.
+    estimator : str or None
+        The reference's estimator where it is one of whose occlusion no intervals are known.
+    modules : int
+        How many the reference has.
+    results : tuple of Result
+        One a texture, module by module, in the order of the stages; of a module that cannot be read, one alone.
+    notes : tuple of str
+        What of the other renderer was not compared.
+    panels : Panels or None
+        What the difference picture shows.
+    """
+
+    mine: str
+    reference: str
+    model: str | None
+    exact: bool
+    estimator: str | None
+    modules: int
+    results: tuple[Result, ...]
+    notes: tuple[str, ...] = ()
+    panels: Panels | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """0 same, 1 warnings only, 2 failed, 3 sizes, channels or types differ, 4 file error."""
+        worst = max((self.code(result) for result in self.results), default=SAME)
+        return WARNING if worst == SAME and self.notes else worst
+
+    def code(self, result: Result) -> int:
+        """The exit code that one result leads to."""
+        if self.exact and result.verdict is not Verdict.EQUAL_BITS:
+            return max(FAILED, result.verdict.code)
+        return result.verdict.code
+
+    @property
+    def first_difference(self) -> Result | None:
+        """The first result that is not equal bits."""
+        return next((r for r in self.results if r.verdict is not Verdict.EQUAL_BITS), None)
+
+    @property
+    def first_failure(self) -> Result | None:
+        """The first result that fails: of the first such module, its earliest stage."""
+        return next((r for r in self.results if self.code(r) != SAME), None)
+
+    def __str__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        many = f"{self.modules} module{'s' * (self.modules != 1)}"
+        known = "no interval is known" if self.model is None else f"intervals of the error model '{self.model}'"
+        yield f"{self.mine} against {self.reference}: {many}, {known}"
+        if self.estimator is not None:
+            yield f"ao_1, ... of estimator {self.estimator} must have equal values: no intervals of it are known"
+        yield ""
+        yield from _table(self.summary())
+        failing = [r for r in self.results if self.code(r) != SAME]
+        for result in failing[:_MOST_LINES]:
+            yield f"{_place(result)}: {_sentence(result)}"
+        if len(failing) > _MOST_LINES:
+            yield f"... and {len(failing) - _MOST_LINES} more"
+        yield from (f"warning: {note}" for note in self.notes[:_MOST_LINES])
+        if len(self.notes) > _MOST_LINES:
+            yield f"... and {len(self.notes) - _MOST_LINES} more warnings"
+        first, shown = self.first_difference, self.first_failure or self.first_difference
+        if first is not None:
+            yield f"first that differs: {_place(first)} ({first.verdict.title})"
+        if self.first_failure is not None and self.first_failure is not first:
+            yield f"first that fails: {_place(self.first_failure)} ({self.first_failure.verdict.title})"
+        if shown is not None and shown.worst:
+            yield f"worst texels (column, row) of {_place(shown)}:"
+            yield from (f"  {_texel_line(texel)}" for texel in _blamed(shown))
+        yield f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
+
+    def summary(self) -> list[list[str]]:
+        """One row a stage, below a row of heads: counts over the modules, and the worst module's figures."""
+        stages: dict[str, list[Result]] = {}
+        for result in self.results:
+            stages.setdefault(result.layer or "(whole module)", []).append(result)
+        return [list(_HEAD), *(_row(name, stages[name]) for name in sorted(stages, key=stage_order))]
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it as JSON can hold it: infinite and undefined numbers are strings or null."""
+        first, failure = self.first_difference, self.first_failure
+        return {
+            "format": FORMAT,
+            "mine": self.mine,
+            "reference": self.reference,
+            "model": self.model,
+            "exact": self.exact,
+            "exit_code": self.exit_code,
+            "first_difference": first and {"module": first.module, "layer": first.layer},
+            "first_failure": failure and {"module": failure.module, "layer": failure.layer},
+            "notes": list(self.notes),
+            "results": [self._result_dict(result) for result in self.results],
+        }
+
+    def _result_dict(self, result: Result) -> dict[str, Any]:
+        plain: dict[str, Any] = asdict(result)
+        plain["verdict"], plain["exit_code"] = result.verdict.title, self.code(result)
+        finite: dict[str, Any] = _json_numbers(plain)
+        return finite
+
+    def write_json(self, path: Path) -> None:
+        """Write ``as_dict`` to a file.
+
+        Raises
+        ------
+        InputError
+            If it cannot be written.
+        """
+        text = json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n"
+        write_text(path, text)
+
+    def write_junit(self, path: Path) -> None:
+        """Write JUnit XML: a test suite a module, a test case a stage.
+
+        Raises
+        ------
+        InputError
+            If it cannot be written.
+        """
+        text = ElementTree.tostring(self._junit(), encoding="unicode", xml_declaration=False)
+        write_text(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
+
+    def _junit(self) -> ElementTree.Element:
+        top = ElementTree.Element("testsuites", name="lfssao compare")
+        suites: dict[str, list[Result]] = {}
+        for result in self.results:
+            suites.setdefault(result.module, []).append(result)
+        for module, results in suites.items():
+            codes = [self.code(result) for result in results]
+            failures, errors = sum(c == FAILED for c in codes), sum(c > FAILED for c in codes)
+            counts = {"tests": str(len(results)), "failures": str(failures), "errors": str(errors)}
+            suite = ElementTree.SubElement(top, "testsuite", {"name": _xml_text(module), **counts})
+            for result, code in zip(results, codes, strict=True):
+                names = {"classname": _xml_text(module), "name": _xml_text(result.layer or "file")}
+                case = ElementTree.SubElement(suite, "testcase", names)
+                if code != SAME:
+                    kind = "failure" if code == FAILED else "error"
+                    wrong = ElementTree.SubElement(case, kind, message=_xml_text(_sentence(result)))
+                    wrong.text = _xml_text("\n".join(_texel_line(texel) for texel in _blamed(result)))
+        return top
+
+    def save_picture(self, path: Path) -> None:
+        """Draw the first module that fails, else that differs, else the first: both sides, difference, verdict.
+
+        Raises
+        ------
+        InputError
+            If nothing was compared or the file cannot be written.
+        """
+        save_panels(self.panels, path)
+
+    def _repr_html_(self) -> str:
+        head, *rows = ([html.escape(cell) for cell in row] for row in self.summary())
+        cells = "".join(f"<th>{cell}</th>" for cell in head)
+        body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+        failure = self.first_failure or self.first_difference
+        more = "" if failure is None else f"; {_place(failure)}: {_sentence(failure)}"
+        title = f"<b>{_WORDS[self.exit_code]}</b>{html.escape(more)}"
+        return f"<p>{title}</p><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _place(result: Result) -> str:
+    return f"{result.module}, {result.layer}" if result.layer else result.module
+
+
+def _sentence(result: Result) -> str:
+    """A result in words."""
+    if result.metrics is None:
+        return f"{result.verdict.title}: {result.detail}"
+    m = result.metrics
+    words = [result.verdict.title]
+    if result.verdict is Verdict.DIFFERENT:
+        words.append(f"{result.outside} of {m.texels} texels, and no interval is known")
+    elif result.outside:
+        words.append(f"{result.outside} of {m.texels} texels are outside")
+    if m.differing:
+        words.append(f"{m.differing} differ in bits by up to {m.max_ulp} ulp, {m.max_error:.3g}")
+    for count, kind in ((m.nan_mismatches, "NaN"), (m.infinity_mismatches, "infinite")):
+        if count:
+            words.append(f"{count} {kind} on one side only" if kind == "NaN" else f"{count} mismatched infinities")
+    return ", ".join(words)
+
+
+def _blamed(result: Result) -> list[Texel]:
+    """The worst texels that are outside; all of the worst where none is."""
+    return [texel for texel in result.worst if texel.outside] or list(result.worst)
+
+
+def _texel_line(texel: Texel) -> str:
+    line = f"({texel.column}, {texel.row}) {_values(texel.mine)}, reference {_values(texel.reference)}"
+    if texel.lower is not None and texel.upper is not None:
+        line += f", interval {_values(texel.lower)} to {_values(texel.upper)}"
+    return line + (f": {texel.reason}" if texel.reason else "")
+
+
+def _values(values: tuple[float, ...]) -> str:
+    text = " ".join(f"{v:.9g}" for v in values)
+    return text if len(values) == 1 else f"({text})"
+
+
+def _row(name: str, results: list[Result]) -> list[str]:
+    verdicts = [r.verdict for r in results]
+    inside = sum(v in (Verdict.INSIDE, Verdict.EQUAL_VALUES) for v in verdicts)
+    outside = sum(v in (Verdict.OUTSIDE, Verdict.DIFFERENT) for v in verdicts)
+    equal = verdicts.count(Verdict.EQUAL_BITS)
+    counts = [equal, inside, outside, len(verdicts) - equal - inside - outside]
+    measured = [r.metrics for r in results if r.metrics is not None]
+    if not measured:
+        return [name, *map(str, counts), *([""] * (len(_HEAD) - 5))]
+    off = max(m.differing for m in measured)
+    ulp, mean = max(m.max_ulp for m in measured), max(m.mean_error for m in measured)
+    rmse = max(m.rmse for m in measured)
+    psnr = min((m.psnr for m in measured if m.psnr is not None), default=math.inf)
+    ssim = min((m.ssim for m in measured if m.ssim is not None), default=math.nan)
+    figures = [f"{mean:.3g}", f"{rmse:.3g}", f"{psnr:.1f}", f"{ssim:.6f}"]
+    return [name, *map(str, counts), str(off), str(ulp), *figures]
+
+
+def _table(rows: list[list[str]]) -> Iterator[str]:
+    """Rows as lines of columns of equal width."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    for row in rows:
+        cells = [row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))]
+        yield "  ".join(cells).rstrip()
+    yield ""
+
+
+def _json_numbers(value: Any) -> Any:
+    """Numbers that JSON does not have as strings."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: _json_numbers(item) for key, item in value.items()}
+    return [_json_numbers(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _xml_text(text: str) -> str:
+    """Text without the characters that XML cannot hold; names in files may have any."""
+    return re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "?", text)

@@ -1,0 +1,132 @@
+"""What a report says of one texture of one module: its verdict, its figures, its worst texels."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lfssao.verify.compare.layers import Layer
+from lfssao.verify.compare.metrics import Metrics, measure
+from lfssao.verify.verdict import Judged, Planes, Verdict, equal_values
+
+WORST = 10
+
+
+@dataclass(frozen=True)
+class Texel:
+    """One of the worst texels.
+
+    Attributes
+    ----------
+    column, row : int
+        From the top left of the data window.
+    mine, reference : tuple of float
+        Its channels.
+    lower, upper : tuple of float, or None
+        Ends of the interval; None where none is known.
+    outside : bool
+        Whether it is outside the interval, or, where none is known, differs.
+    reason : str
+        Why, in one sentence; '' where nothing is known.
+    """
+
+    column: int
+    row: int
+    mine: tuple[float, ...]
+    reference: tuple[float, ...]
+    lower: tuple[float, ...] | None
+    upper: tuple[float, ...] | None
+    outside: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class Result:
+    """What is said of one texture of one module.
+
+    Attributes
+    ----------
+    module, layer : str
+        Names of the module and of the texture.
+    verdict : Verdict
+        The sum of it.
+    detail : str
+        Why it was not compared; '' where it was.
+    metrics : Metrics or None
+        None where it was not compared.
+    outside : int
+        How many texels are outside the interval; where none is known, how many differ.
+    interval : bool
+        Whether one is known; it is not asked for where bits are equal.
+    worst : tuple of Texel
+        The worst, at most ten, the worst first.
+    """
+
+    module: str
+    layer: str
+    verdict: Verdict
+    detail: str = ""
+    metrics: Metrics | None = None
+    outside: int = 0
+    interval: bool = False
+    worst: tuple[Texel, ...] = ()
+
+
+def result_of(
+    module: str, mine: Layer, reference: Layer, judged: Judged, reason: Callable[[tuple[int, int]], str]
+) -> Result:
+    """The result of a texture that was judged.
+
+    Parameters
+    ----------
+    module : str
+        The module of the two textures.
+    mine, reference : Layer
+        The textures.
+    judged : Judged
+        Their verdict.
+    reason : callable
+        Asked why a texel, (column, row), is what it is.
+    """
+    metrics = measure(mine.planes, reference.planes)
+    if judged.verdict is Verdict.EQUAL_BITS:
+        return Result(module, reference.name, judged.verdict, metrics=metrics)
+    ends: tuple[Planes, Planes] | None = None
+    if judged.bounds is not None:
+        ends = _channels(judged.bounds.lower), _channels(judged.bounds.upper)
+
+    def texel(i: int, j: int) -> Texel:
+        def values(planes: Planes) -> tuple[float, ...]:
+            return tuple(plane[j, i].item() for plane in planes)
+
+        lower, upper = (None, None) if ends is None else (values(ends[0]), values(ends[1]))
+        own, right = values(mine.planes), values(reference.planes)
+        return Texel(i, j, own, right, lower, upper, bool(judged.outside[j, i]), reason((i, j)))
+
+    places = _worst_places(mine.planes, reference.planes, ends or (reference.planes, reference.planes), judged)
+    known = judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE)
+    worst = tuple(texel(i, j) for i, j in places)
+    return Result(module, reference.name, judged.verdict, "", metrics, int(judged.outside.sum()), known, worst)
+
+
+def _channels(texture: np.ndarray) -> Planes:
+    return (texture,) if texture.ndim == 2 else tuple(np.moveaxis(texture, -1, 0))
+
+
+def _worst_places(
+    mine: Planes, reference: Planes, ends: tuple[Planes, Planes], judged: Judged
+) -> list[tuple[int, int]]:
+    """Columns and rows: those outside first, then by how far off they are, NaN and infinity before all; row by row."""
+    outside = judged.outside
+    off = np.zeros(outside.shape)
+    with np.errstate(all="ignore"):  # infinity less infinity is not a number, and counts as infinitely far
+        for a, b, low, high in zip(mine, reference, *ends, strict=True):
+            x, y = a.astype(np.float64), b.astype(np.float64)
+            beyond = np.maximum(low.astype(np.float64) - x, x - high.astype(np.float64))
+            distance = np.where(outside, np.maximum(beyond, 0), np.abs(x - y))
+            distance[equal_values(a, b)] = 0
+            off = np.maximum(off, np.where(np.isnan(distance), np.inf, distance))
+    places = np.flatnonzero(judged.differing | outside)
+    order = np.lexsort((places, -off.ravel()[places], ~outside.ravel()[places]))[:WORST]
+    width = outside.shape[1]
+    return [(int(place) % width, int(place) // width) for place in places[order]]

@@ -1,0 +1,223 @@
+"""The two sides of a comparison: which files hold which module, and what the reference's manifest says of them."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lfssao.errors import InputError
+from lfssao.rendering.digests import digest
+from lfssao.rendering.folder import MANIFEST, load_manifest
+from lfssao.rendering.image_file import ENDINGS, ImagePart, part_of, read_image_file
+from lfssao.verify.case import Case
+from lfssao.verify.compare.intervals import not_written, view_case
+from lfssao.verify.compare.layers import Layer, layers_of
+from lfssao.verify.kit.folder import read_case, read_index
+from lfssao.verify.kit.stages import MODEL
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A folder of 'lfssao render', a kit of 'lfssao kit' or one of its cases, any folder of images, or one image.
+
+    Attributes
+    ----------
+    path : Path
+        The folder or the file.
+    files : dict
+        The file of each module, by the module's name; of a kit the folder of each case.
+    manifest : dict or None
+        What ``lfssao render`` said of them.
+    entries : dict
+        The manifest's entry of each module, by its name; empty without manifest.
+    kit : bool
+        Whether it is a kit, or a case of one: what is said of modules is then said of cases.
+    """
+
+    path: Path
+    files: dict[str, Path]
+    manifest: dict[str, Any] | None
+    entries: dict[str, dict[str, Any]]
+    kit: bool = False
+
+    @classmethod
+    def open(cls, path: Path) -> "Reference":
+        """Find the files.
+
+        Raises
+        ------
+        InputError
+            If there are none, or a manifest is there and is wrong.
+        """
+        folder = path if path.is_dir() else path.parent
+        if not path.is_dir() and not path.is_file():
+            raise InputError(f"{path}: there is no such file or folder")
+        if (path / "kit.json").is_file():
+            cases = {entry["name"]: path / entry["folder"] for entry in read_index(path)}
+            return cls(path, cases, None, {}, kit=True)
+        if (path / "case.json").is_file():
+            return cls(path, {path.resolve().name: path}, None, {}, kit=True)
+        if not (folder / MANIFEST).is_file():
+            files = dict(_images(path))
+            if not files:
+                raise InputError(f"{path}: there is no image ({', '.join(ENDINGS)}) in it")
+            return cls(path, files, None, {})
+        manifest = load_manifest(folder)
+        entries = _entries(folder / MANIFEST, manifest)
+        files = {name: folder / Path(entry["file"]).name for name, entry in entries.items()}
+        if path == folder:
+            return cls(path, files, manifest, entries)
+        own = {name: entries[name] for name, file in files.items() if file.name == path.name}
+        if not own:  # a file beside a manifest that does not speak of it
+            return cls(path, {path.stem: path}, None, {})
+        return cls(path, {name: path for name in own}, manifest, own)
+
+    @property
+    def kit_model(self) -> str | None:
+        """The error model of a kit's bounds; None where the reference is none."""
+        return MODEL if self.kit else None
+
+    def view(self, module: str) -> Case | None:
+        """What the manifest says of a module, its textures left out; None where there is no manifest.
+
+        Raises
+        ------
+        InputError
+            If the manifest does not hold what bounds are made of.
+        """
+        return None if self.manifest is None else view_case(self.path, self.manifest, self.entries[module])
+
+    def read(self, module: str) -> tuple[list[Layer], Case | None]:
+        """The layers of a module in the order of the stages, and its case where it is one of a kit.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read, or is not what the manifest or case.json describes.
+        """
+        if self.kit:
+            case = read_case(self.files[module])
+            main, *steps = case.outputs
+            parts = {name: part_of(case.outputs[name]) for name in (*steps, main)}
+            return [Layer(name, part.channels, part.planes, None) for name, part in parts.items()], case
+        layers = layers_of(read_image_file(self.files[module]))
+        if module in self.entries:
+            _check_digests(self.files[module], layers, self.entries[module]["textures"])
+        return layers, None
+
+
+def _images(path: Path) -> list[tuple[str, Path]]:
+    """Image files of a folder, or the file itself, each with its name without ending, sorted."""
+    if path.is_file():
+        return [(path.stem, path)]
+    try:
+        inside = sorted(path.iterdir())
+    except OSError as error:
+        raise InputError(f"{path}: the folder cannot be read ({error.strerror})") from error
+    return [(f.stem, f) for f in inside if f.suffix.lower() in ENDINGS and not f.name.startswith(".") and f.is_file()]
+
+
+def _entries(path: Path, manifest: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """The manifest's entry of each module."""
+    try:
+        entries = {str(entry["name"]): entry for entry in manifest["views"]}
+        for entry in entries.values():
+            if not Path(entry["file"]).name or "\0" in entry["file"]:
+                raise ValueError("a file has no name")
+            for described in entry["textures"].values():
+                [str(name) for name in described["channels"]], str(described["sha256"])
+        if not entries or len(entries) != len(manifest["views"]):
+            raise ValueError("views without names of their own")
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise not_written(path, error) from error
+    return entries
+
+
+def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -> None:
+    there = {layer.name: layer for layer in layers}
+    for name, entry in described.items():
+        layer = there.get(name)
+        if layer is None or sorted(layer.channels) != sorted(entry["channels"]):
+            raise InputError(f"{path}: it lacks the part {name} that manifest.json describes")
+        pixels = np.stack([layer.planes[layer.channels.index(channel)] for channel in entry["channels"]], axis=-1)
+        if digest(pixels) != entry["sha256"]:
+            raise InputError(f"{path}: its part {name} is not what manifest.json describes: render the folder again")
+
+
+@dataclass(frozen=True)
+class Mine:
+    """The other renderer's files.
+
+    Attributes
+    ----------
+    path : Path
+        The folder or the file.
+    files : dict
+        The files of each module of the reference, with the rest of each one's name: the layer, where a file has one.
+    extra : tuple of str
+        Files that look like modules that the reference does not have.
+    """
+
+    path: Path
+    files: dict[str, list[tuple[Path, str]]]
+    extra: tuple[str, ...]
+
+    @classmethod
+    def open(cls, path: Path, reference: Reference) -> "Mine":
+        """Find the files of the reference's modules.
+
+        ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', one layer of it.
+
+        Raises
+        ------
+        InputError
+            If the path is not there, or one is a file and the other a folder.
+        """
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file or folder")
+        if path.is_dir() != reference.path.is_dir():
+            kinds = ["a folder" if p.is_dir() else "a file" for p in (path, reference.path)]
+            raise InputError(f"{path} is {kinds[0]} and {reference.path} is {kinds[1]}: compare like with like")
+        names = list(reference.files)
+        if not path.is_dir():
+            return cls(path, {names[0]: [(path, "")]}, ())
+        files: dict[str, list[tuple[Path, str]]] = {name: [] for name in names}
+        others = []
+        for stem, file in _images(path):
+            module = _module_of(stem, names)
+            if module is None:
+                others.append(file)
+            else:
+                files[module].append((file, stem[len(module) + 1 :]))
+        alike = {_pattern(name) for name in names}
+        if reference.kit and len(names) == 1 and not any(files.values()):  # the outputs of a case by their names
+            return cls(path, {names[0]: [(file, file.stem) for file in others]}, ())
+        extra = [f.name for f in others if reference.manifest is None or _pattern(f.stem) in alike]
+        return cls(path, files, tuple(extra))
+
+    def parts(self, module: str) -> list[ImagePart]:
+        """All parts of a module's files; one without name has that of the layer in its file's name.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read.
+        """
+        parts = []
+        for path, layer in self.files[module]:
+            parts += [replace(part, name=part.name or layer) for part in read_image_file(path)]
+        return parts
+
+
+def _module_of(stem: str, names: Sequence[str]) -> str | None:
+    """The longest name that a file's begins with, as a whole word."""
+    fitting = [n for n in names if stem == n or (stem.startswith(n) and not stem[len(n)].isalnum())]
+    return max(fitting, key=len, default=None)
+
+
+def _pattern(name: str) -> str:
+    """A name without its number: two modules of one job have the same."""
+    return re.sub(r"[0-9]+", "#", name)

@@ -1,0 +1,139 @@
+"""The mesh that a reference was rendered of: with it the intervals of depth and colour are bounds and no estimates."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numba import config
+
+from lfssao.core.affine import Matrix
+from lfssao.errors import InputError, MissingPackageError
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.camera import Camera
+from lfssao.optics.view import View
+from lfssao.rendering.animation import moved
+from lfssao.rendering.folder import display_of
+from lfssao.rendering.manifest import describe_scene
+from lfssao.scene.builtin import BUILTIN, builtin_scene
+from lfssao.scene.load import load_scene
+from lfssao.scene.mesh import Mesh
+from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.depth import color_bounds, depth_bounds
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.compare.intervals import not_written
+
+
+class Surface:
+    """The scene of a rendered folder, read when it is first needed.
+
+    Parameters
+    ----------
+    path : Path
+        The folder, for messages.
+    manifest : dict
+        Its manifest.
+    file : str or None
+        A mesh file or the name of an embedded scene; by default the embedded scene that the manifest names.
+    """
+
+    def __init__(self, path: Path, manifest: dict[str, Any], file: str | None) -> None:
+        self._path, self._manifest, self._file = path, manifest, file
+        self._caster: RayCaster | None = None  # all views of a folder share their cast space
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Say in a sentence that the manifest is none, whatever it led to."""
+        try:
+            yield
+        except InputError:
+            raise
+        except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+            raise not_written(self._path, error) from error
+
+    @cached_property
+    def mesh(self) -> Mesh | None:
+        """The mesh where it stands in the folder's frame; None if it is not at hand, or another version's.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read or is not the scene that the manifest describes.
+        """
+        with self._reading():
+            return self._read_mesh()
+
+    def _read_mesh(self) -> Mesh | None:
+        scene, frame, name = self._manifest["scene"], self._manifest.get("frame"), self._file
+        if not isinstance(scene["name"], str):
+            raise TypeError(f"the scene's name is {scene['name']!r}")
+        if name is None and scene["name"] not in BUILTIN:
+            return None
+        name = name or scene["name"]
+        mesh = builtin_scene(name) if name in BUILTIN else load_scene(name)
+        found = describe_scene(mesh)
+        if any(found[part] != scene[part] for part in ("vertices_sha256", "faces_sha256")):
+            if self._file is None:
+                return None
+            raise InputError(f"--mesh: {name} is not the scene that the reference was rendered of, {scene['name']}")
+        self._has_colors = mesh.paint is not None and found["paint_sha256"] == scene["paint_sha256"]
+        return mesh if frame is None else moved(mesh, _affine(frame["world_from_scene"]))
+
+    def bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
+        """Bounds of a view's depth and colour.
+
+        They are left out where the mesh is not at hand or has other colours, where rays cannot be cast here, and where
+        the view is not one that the manifest's numbers make again.
+
+        Parameters
+        ----------
+        entry : dict
+            What the manifest says of the view.
+        shape : (int, int)
+            Height and width of the depth texture.
+        model : ErrorModel
+            What a renderer may do.
+
+        Raises
+        ------
+        InputError
+            If the manifest does not describe the scene and the view.
+        """
+        with self._reading():
+            return self._bounds(entry, shape, model)
+
+    def _bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
+        if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
+            return {}
+        view = self._view(self.mesh, entry)
+        if not np.array_equal(view.world_to_image.numbers, entry["view"]["world_to_image"]):
+            return {}
+        try:
+            self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, int(config.NUMBA_NUM_THREADS))
+        except MissingPackageError:
+            return {}
+        made = {"depth": depth_bounds(self._caster, view, model)}
+        if self._has_colors:
+            chosen = self._manifest["settings"]["color_filter"]
+            made["color"] = color_bounds(self._caster, view, chosen, model)
+        return made
+
+    def _view(self, mesh: Mesh, entry: dict[str, Any]) -> View:
+        """The view of a manifest's entry."""
+        described = entry["view"]
+        guard = described["guard"]
+        if self._manifest["display"] is None:
+            camera = Camera.looking_at(mesh.bounds, self._manifest["camera"])
+            return camera.view(described["width"] - 2 * guard, described["height"] - 2 * guard, guard)
+        index = int(entry["name"].removeprefix("module_"))
+        display = display_of(self._manifest["display"], {index: entry})
+        return display.view(index, _affine(described["cast_from_world"]), guard)
+
+
+def _affine(values: Any) -> Matrix:
+    matrix = np.array(values, np.float64)
+    if matrix.shape != (3, 4):
+        raise ValueError(f"an affine map has shape {matrix.shape}")
+    return matrix

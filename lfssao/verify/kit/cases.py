@@ -1,0 +1,272 @@
+"""The registry of cases: one for each feature, sampler, singularity and estimator, each small."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from lfssao.core.philox import random_unit
+from lfssao.errors import InputError
+from lfssao.optics.display import Display
+from lfssao.samples import METHODS, make_samples
+from lfssao.verify.case import Case
+from lfssao.verify.kit.borders import BORDERS, border_problem
+from lfssao.verify.kit.estimator_cases import estimator_recipes
+from lfssao.verify.kit.scenes import SCENE, textures
+from lfssao.verify.kit.specification import is_specified
+from lfssao.verify.kit.stages import STAGES, stage_bounds
+from lfssao.verify.kit.views import (
+    CAMERA_SCENE,
+    DISPLAYS,
+    MISSED,
+    MODULE,
+    NEAR,
+    RADIUS,
+    WORLD,
+    Problem,
+    Recipe,
+    described,
+    make_camera,
+    make_display,
+    module_view,
+    noise,
+    small_display,
+)
+
+_DISPLAY_TITLES = {
+    "crossed_slits": "flat screen, linear diffuser, texture aligned to the screen",
+    "conical": "flat screen, conical diffuser",
+    "convex": "convex screen, observers on an arc",
+    "concave": "concave screen, observers on an arc",
+    "projector": "module turned, with a field of view",
+    "calibrated": "homography and radial distortion of a calibration",
+    "negated": "homography whose ninth number is negative, distortion by k2 alone",
+}
+
+
+def _module_problem(display: Display, table: tuple[Any, ...] = ("latin", 8, 1), radius: float = RADIUS) -> Problem:
+    """Algorithm 2 on the one module of a display, with a table of ``make_samples``."""
+    view = module_view(display)
+    depth, positions = textures(view, SCENE)
+    parameters = {"radius": radius, "mapping": described(view.world_to_image)}
+    return parameters, {"depth": depth, "positions": positions, "samples": make_samples(*table)}
+
+
+def _camera_problem(projection: str, *size: int) -> Problem:
+    """Algorithm 1 on a camera."""
+    view = make_camera(projection, *size)
+    assert view.screen_to_world is not None
+    parameters = {
+        "radius": 0.5,
+        "screen_to_world": view.screen_to_world.tolist(),
+        "world_to_screen": view.world_to_image.numbers.reshape(4, 4).tolist(),
+    }
+    return parameters, {"depth": textures(view, CAMERA_SCENE)[0], "samples": make_samples("latin", 8, 1)}
+
+
+def _near_camera_problem() -> Problem:
+    """Samples so far around surfaces that some lie behind the eye."""
+    parameters, inputs = _camera_problem("perspective", 16, 12)
+    table = make_samples("latin", 12, 3)
+    table[:6] *= 0.03
+    return {**parameters, "radius": 14.0}, {**inputs, "samples": table}
+
+
+def _matrix_problem() -> Problem:
+    """Algorithm 2 where the mapping is a matrix: positions are read, not made from depth."""
+    view = make_camera("perspective")
+    depth, positions = textures(view, CAMERA_SCENE)
+    parameters = {"radius": 0.5, "mapping": described(view.world_to_image)}
+    return parameters, {"depth": depth, "positions": positions, "samples": make_samples("latin", 8, 1)}
+
+
+def _ties() -> Problem:
+    """Every operation is exact here: samples land on borders of texels, and some are just as deep as the surface."""
+    width, height = 8, 6
+    column, row = np.meshgrid(np.arange(width), np.arange(height))
+    depth = (0.25 * ((column + 2 * row) % 4)).astype(np.float32)
+    positions = np.stack([column, row, depth], axis=-1).astype(np.float32)
+    steps = [(0, 0, 0), (1, 0, 0), (-1, 0, 0.25), (0, 1, 0), (0, -1, -0.25), (0.5, 0.5, 0), (0, 0, 0.25), (1, 1, 0.5)]
+    parameters = {"radius": 1.0, "mapping": {"kind": "matrix", "numbers": np.eye(4).ravel().tolist()}}
+    return parameters, {"depth": depth, "positions": positions, "samples": np.array(steps, np.float64)}
+
+
+def _background() -> Problem:
+    parameters, inputs = _module_problem(small_display())
+    return parameters, {
+        "depth": np.full_like(inputs["depth"], np.inf),
+        "positions": np.full_like(inputs["positions"], np.inf),
+        "samples": inputs["samples"],
+    }
+
+
+def _folding() -> Display:
+    homography = (30.0, 0.0, 8.0, 0.0, -30.0, 3.0, 0.0, 0.0, 1.0)
+    return make_display(replace(MODULE, homography=homography, k1=-0.1, width=16, height=6))
+
+
+def _mapping_problem(seen_by: Display | str) -> Problem:
+    """World points, most of them where a display has an image, and some where no display has one."""
+    view = make_camera(seen_by) if isinstance(seen_by, str) else module_view(seen_by)
+    spread = np.array(2.0 * noise(4, 60, 3) - 1.0, np.float32)
+    far = np.array([[0, 0, s] for s in (-3, -2, -1.1, 1.1, 2, 3.5)] + [[3, 0, 0], [-9, 0, 0], [0, 9, 0]], np.float32)
+    return {"mapping": described(view.world_to_image)}, {"points": np.concatenate([spread, far])}
+
+
+def _numbers_problem(display: Display, guard: int) -> Problem:
+    values = json.loads(json.dumps(asdict(display)))  # tuples as the lists that a file gives back
+    return {"display": values, "module": 0, "guard": guard, "physical_from_world": WORLD.tolist()}, {}
+
+
+def _frame_problem() -> Problem:
+    guard = 3
+    view = module_view(small_display(), guard)
+    depth, positions = textures(view, SCENE)
+    image = noise(5, *depth.shape, 3)
+    image[np.isinf(depth)] = 0
+    parameters = {
+        "radii": [0.08, 0.2, 0.5], "sigma": 1.0, "guard": guard, "mapping": described(view.world_to_image),
+    }  # fmt: skip
+    samples = make_samples("latin", 8, 1)
+    return parameters, {"depth": depth, "positions": positions, "samples": samples, "image": image}
+
+
+def _merge_problem(*shape: int) -> Problem:
+    return {}, {"layers": noise(0, *shape)}
+
+
+def _blur_problem(sigma: float, *shape: int) -> Problem:
+    return {"sigma": sigma}, {"source": noise(1, *shape)}
+
+
+def _shade_problem() -> Problem:
+    ramp = (np.arange(48, dtype=np.float32) / np.float32(47)).reshape(6, 8)
+    return {}, {"image": noise(2, 6, 8, 3) * 3 - 1, "occlusion": ramp}
+
+
+def _samples_problem(method: str, n: int, seed: int, r_min: float, r_max: float) -> Problem:
+    return {"method": method, "n": n, "seed": str(seed), "r_min": r_min, "r_max": r_max}, {}
+
+
+def _elementary_problem(function: str) -> Problem:
+    units = [random_unit(np.uint64(7), 0, k) for k in range(240)]
+    if function == "sincospi":
+        borders = [k + 0.2499 * side for k in (-0.5, 0.0, 0.5) for side in (-1, 1)]  # just before a quarter's end
+        x = [8.0 * x - 4.0 for x in units] + [0.25 * k for k in range(-9, 10)] + [1e9 + 0.3, 2.0**50, *borders]
+    elif function == "cbrt":
+        x = [x * 2.0 ** (10 * (k % 40) - 200) for k, x in enumerate(units)] + [0.0, 1.0, 8.0, 0.001, np.inf]
+    else:
+        x = [80.0 * x - 60.0 for x in units] + [0.0, -0.5, 1.0, -700.0, 700.0, -746.0, 711.0]
+    return {"function": function}, {"x": np.array(x)}
+
+
+def _philox_problem() -> Problem:
+    words = [[int(random_unit(np.uint64(8), c, k) * 2**32) for c in range(6)] for k in range(20)]
+    words += [[0] * 6, [2**32 - 1] * 6]
+    table = np.array(words, np.uint32)
+    return {}, {"counters": np.ascontiguousarray(table[:, :4]), "keys": np.ascontiguousarray(table[:, 4:])}
+
+
+def _numbers() -> Iterator[Recipe]:
+    for function in ("sincospi", "cbrt", "exp"):
+        title = f"{function}, float64"
+        yield Recipe(f"elementary_{function}", "elementary", title, _elementary_problem, function)
+    yield Recipe("philox", "philox", "Philox4x32-10", _philox_problem)
+    for method in ("random", "jittered", "latin"):
+        title = f"the table of 12 samples, {method}"
+        yield Recipe(f"samples_{method}", "samples", title, _samples_problem, method, 12, 2**40 + 7, 0.8, 1.0)
+    for name, method, n, r_min, r_max in (
+        ("ball", "jittered", 9, 0.0, 0.3), ("sphere", "jittered", 10, 0.9, 0.9000000000000001),
+        ("point", "random", 2, 0.0, 0.0), ("one", "latin", 1, 0.5, 0.7),
+    ):  # fmt: skip
+        title, shape = f"{method}, {n} samples from {r_min:g} to {r_max:g}", (0xFEDCBA9DF6543215, r_min, r_max)
+        yield Recipe(f"samples_{name}", "samples", title, _samples_problem, method, n, *shape)
+
+
+def _views() -> Iterator[Recipe]:
+    for projection in ("perspective", "orthographic"):
+        yield Recipe(f"algorithm1_{projection}", "algorithm1", f"{projection} camera", _camera_problem, projection)
+        title = f"world points in a {projection} camera"
+        yield Recipe(f"mapping_{projection}", "mapping", title, _mapping_problem, projection)
+    for name, display in DISPLAYS.items():
+        title = _DISPLAY_TITLES[name]
+        for guard, suffix in ((0, ""), (5, "_guard_5")):
+            numbers = f"the mapping's numbers: {title}"
+            yield Recipe(f"numbers_{name}{suffix}", "numbers", numbers, _numbers_problem, display, guard)
+        yield Recipe(f"algorithm2_{name}", "algorithm2", title, _module_problem, display)
+        yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}", _mapping_problem, display)
+    for name in BORDERS:
+        title = f"world points on borders of the domain: {name.replace('_', ' ')}"
+        yield Recipe(f"border_{name}", "mapping", title, border_problem, name)
+    yield Recipe("behind_camera", "algorithm1", "samples behind a camera's eye", _near_camera_problem)
+    yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _matrix_problem)
+    for method in METHODS["ball"]:
+        title = f"16 samples by the method {method}, the table an input"
+        yield Recipe(f"table_{method}", "algorithm2", title, _module_problem, small_display(), (method, 16, 2))
+
+
+def _singular() -> Iterator[Recipe]:
+    small = small_display()
+    yield Recipe("ties", "algorithm2", "samples on borders of texels and just as deep as the surface", _ties)
+    yield Recipe("background", "algorithm2", "no surface anywhere", _background)
+    one = DISPLAYS["crossed_slits"].with_resolution(1, 1)
+    yield Recipe("one_texel", "algorithm2", "a texture of one texel", _module_problem, one)
+    title = "radius 0: every sample is its point"
+    yield Recipe("zero_radius", "algorithm2", title, _module_problem, small, ("latin", 8, 1), 0.0)
+    yield Recipe("one_sample", "algorithm2", "one sample", _module_problem, small, ("random", 1, 4))
+    title = "most samples outside the texture"
+    yield Recipe("outside", "algorithm2", title, _module_problem, small, ("latin", 16, 3), 1.2)
+    # Samples far around surfaces: some reach where the mapping is not defined.
+    conical, beyond = replace(NEAR, diffuser="conical"), "conical diffuser: samples beyond where it has an image"
+    for name, title, display in (
+        ("behind_lens_and_observers", "samples behind the lens and behind the observers", NEAR),
+        ("conical_beyond", beyond, conical),
+        ("convex_missed", "convex screen: samples that no point of it shows", MISSED),
+        ("folded", "samples beyond where the distortion folds", _folding()),
+        ("behind_homography", "samples behind the line w = 0 of a homography", DISPLAYS["negated"]),
+    ):
+        shown = display if name == "folded" else display.with_resolution(16, 12)
+        yield Recipe(name, "algorithm2", title, _module_problem, shown, ("latin", 24, 3, 0.2, 1.0), 1.2)
+
+
+def _pictures() -> Iterator[Recipe]:
+    yield Recipe("merge_three", "merge", "three radii", _merge_problem, 3, 12, 16)
+    yield Recipe("merge_one", "merge", "one radius: a copy", _merge_problem, 1, 3, 5)
+    for name, sigma, height, width in (
+        ("usual", 1.0, 12, 16), ("wide", 2.5, 3, 2), ("narrow", 0.01, 4, 4), ("none", 0.0, 2, 3),
+        ("one_texel", 1.0, 1, 1), ("row", 0.7, 1, 9),
+    ):  # fmt: skip
+        title = f"sigma {sigma:g}, {width} x {height} texels"
+        yield Recipe(f"blur_{name}", "blur", title, _blur_problem, sigma, height, width)
+    yield Recipe("shade", "shade", "colours below, in and above 0 to 1", _shade_problem)
+    yield Recipe("frame", "frame", "three radii, merge, blur, shade, with a guard band", _frame_problem)
+
+
+RECIPES = {
+    recipe.name: recipe for family in (_numbers, _views, _singular, _pictures, estimator_recipes) for recipe in family()
+}
+
+
+def case_names() -> list[str]:
+    """Names of all cases of the registry."""
+    return list(RECIPES)
+
+
+def make_case(name: str) -> Case:
+    """A case of the registry, solved.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if name not in RECIPES:
+        raise InputError(f"there is no case '{name}': choose one of {', '.join(RECIPES)}")
+    recipe = RECIPES[name]
+    parameters, inputs = recipe.build(*recipe.arguments)
+    outputs = STAGES[recipe.stage](parameters, inputs)
+    bounds = stage_bounds(recipe.stage, parameters, inputs)
+    specified = recipe.stage != "estimator" or is_specified(parameters["estimator"])
+    return Case(name, recipe.stage, recipe.title, parameters, inputs, outputs, bounds, specified)

@@ -1,0 +1,286 @@
+"""A kit as a folder: JSON and little-endian .npy files, and EXR files of the same textures; written and read back."""
+
+import hashlib
+import io
+import json
+import os
+import re
+import shutil
+import uuid
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lfssao import __version__
+from lfssao.core.files import check_folder
+from lfssao.errors import InputError
+from lfssao.rendering.digests import digest
+from lfssao.rendering.exr import Part, write_exr
+from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.case import Array, Arrays, Case
+
+FORMAT = 1
+_INDEX = "kit.json"
+_HEADER = 128  # bytes before the numbers of a .npy file: what NumPy's format 1.0 pads short headers to
+
+_CHANNELS = {
+    "depth": ("Z",),
+    "positions": ("P.X", "P.Y", "P.Z"),
+    "normals": ("N.X", "N.Y", "N.Z"),
+    "directions": ("directions.X", "directions.Y", "directions.Z"),
+    "image": ("R", "G", "B"),
+    "shaded": ("R", "G", "B"),
+}
+_OCCLUSIONS = ("occlusion", "layers", "merged", "source", "horizontal", "blurred")
+
+
+def write_kit(folder: Path, cases: Iterable[Case], specification: str) -> None:
+    """Write a kit: into a temporary folder beside it, which is then renamed.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder to write; it may exist if it is empty or holds a kit, which is replaced.
+    cases : iterable of Case
+        Its cases, taken one after the other.
+    specification : str
+        The text of SPECIFICATION.md.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else or cannot be written.
+    """
+    target = Path(os.path.abspath(folder))
+    check_target(folder)
+    try:
+        with _replacing(target) as part:
+            index = [write_case(part / "cases" / case.name, case) for case in cases]
+            text = specification.encode()
+            (part / "SPECIFICATION.md").write_bytes(text)
+            kit = {
+                "format": FORMAT,
+                "lfssao": __version__,
+                "specification_sha256": hashlib.sha256(text).hexdigest(),
+                "cases": index,
+            }
+            (part / _INDEX).write_bytes(to_json(kit))
+    except OSError as error:
+        raise InputError(f"{folder}: the kit cannot be written ({error.strerror or error})") from error
+
+
+def check_target(folder: Path) -> None:
+    """Refuse a folder that holds something that is not a kit, or cannot be made."""
+    check_folder(folder)
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / _INDEX).is_file():
+        raise InputError(f"{folder}: the folder is not empty, and what it holds is not a kit")
+
+
+@contextmanager
+def _replacing(target: Path) -> Iterator[Path]:
+    """A temporary folder that takes the target's place if the block succeeds, and goes if it does not."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    part = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
+    old = part.with_suffix(".old")
+    part.mkdir()
+    try:
+        yield part
+        if target.exists():
+            target.rename(old)
+        part.rename(target)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def write_case(folder: Path, case: Case) -> dict[str, Any]:
+    """Write one case into a new folder; return its entry of the index."""
+    folder.mkdir(parents=True)
+    text = to_json(describe_case(case))
+    (folder / "case.json").write_bytes(text)
+    for name, array in arrays_of(case).items():
+        little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+        (folder / f"{name}.npy").write_bytes(_header(array.dtype, array.shape) + little.tobytes())
+    for file, arrays in (("inputs.exr", case.inputs), ("outputs.exr", case.outputs)):
+        parts = _parts(arrays)
+        if parts:
+            write_exr(folder / file, parts)
+    return {**_head(case), "folder": f"cases/{case.name}", "sha256": hashlib.sha256(text).hexdigest()}
+
+
+def _head(case: Case) -> dict[str, Any]:
+    return {"name": case.name, "stage": case.stage, "title": case.title, "specified": case.specified}
+
+
+def describe_case(case: Case) -> dict[str, Any]:
+    """What case.json holds; with the digests of all arrays it fixes every bit of the case."""
+    described = {name: _describe(name, array) for name, array in arrays_of(case).items()}
+    return {
+        "format": FORMAT,
+        **_head(case),
+        "parameters": dict(case.parameters),
+        "inputs": {name: described[name] for name in case.inputs},
+        "outputs": {name: described[name] for name in case.outputs},
+        "bounds": {
+            name: {side: described[f"{name}_{side}"] for side in ("lower", "upper")} for name in sorted(case.bounds)
+        },
+    }
+
+
+def arrays_of(case: Case) -> dict[str, Array]:
+    """All arrays of a case by the names of their files."""
+    arrays = {**case.inputs, **case.outputs}
+    for name, bounds in case.bounds.items():
+        arrays |= {f"{name}_lower": bounds.lower, f"{name}_upper": bounds.upper}
+    return arrays
+
+
+def to_json(value: Any) -> bytes:
+    """JSON in one form only: numbers as the shortest decimals that read back as the same binary64, ASCII."""
+    text = json.dumps(value, indent=1, allow_nan=False)
+    text = re.sub(r"\[[^][{}]+\]", lambda found: " ".join(found[0].split()), text)  # lists of numbers: one line each
+    return (text.replace("[ ", "[").replace(" ]", "]") + "\n").encode("ascii")
+
+
+def _describe(name: str, array: Array) -> dict[str, Any]:
+    return {"file": f"{name}.npy", "dtype": array.dtype.name, "shape": list(array.shape), "sha256": digest(array)}
+
+
+def _header(dtype: np.dtype[Any], shape: Sequence[int]) -> bytes:
+    """The header of a .npy file of format 1.0."""
+    stream = io.BytesIO()
+    described = {"descr": dtype.newbyteorder("<").str, "fortran_order": False, "shape": tuple(shape)}
+    np.lib.format.write_array_header_1_0(stream, described)
+    header = stream.getvalue()
+    assert len(header) == _HEADER
+    return header
+
+
+def _parts(arrays: Arrays) -> list[Part]:
+    """The textures among some arrays as parts of an EXR file."""
+    parts = []
+    for name, array in arrays.items():
+        if name in _CHANNELS and array.ndim == (2 if name == "depth" else 3):
+            pixels = array[..., None] if name == "depth" else array
+            parts.append(Part(name, _CHANNELS[name], pixels))
+        elif name in _OCCLUSIONS or name.startswith("ao_"):
+            layers = array[None] if array.ndim == 2 else array
+            for k, layer in enumerate(layers):
+                part = name if array.ndim == 2 else f"{name}_{k + 1}"
+                parts.append(Part(part, (f"{part}.AO",), layer[..., None]))
+    return parts
+
+
+def read_index(folder: Path) -> list[dict[str, Any]]:
+    """The entries of a kit's cases: name, stage, title, folder and whether it is specified.
+
+    Raises
+    ------
+    InputError
+        If it is no kit, or one of a newer format.
+    """
+    path = folder / _INDEX
+    kit = _read_json(path)
+    keys = {"name": str, "stage": str, "title": str, "folder": str, "specified": bool, "sha256": str}
+    cases = kit.get("cases")
+    if not isinstance(cases, list) or not all(_has(case, keys) for case in cases):
+        raise InputError(f"{path}: its list of cases is malformed")
+    return cases
+
+
+def read_kit(folder: Path) -> Iterator[Case]:
+    """All cases of a kit, one after the other; errors are those of read_index and read_case."""
+    for entry in read_index(folder):
+        yield read_case(folder / entry["folder"])
+
+
+def read_case(folder: Path) -> Case:
+    """One case from its folder, every array checked against its digest.
+
+    Raises
+    ------
+    InputError
+        If a file is missing or is not what it should be, or of a newer format.
+    """
+    path = folder / "case.json"
+    described = _read_json(path)
+    keys = {
+        "name": str, "stage": str, "title": str, "specified": bool, "parameters": dict, "inputs": dict, "outputs": dict,
+        "bounds": dict,
+    }  # fmt: skip
+    if not _has(described, keys):
+        raise InputError(f"{path}: one of {', '.join(keys)} is missing or of the wrong type")
+    bounds = {}
+    for name, pair in described["bounds"].items():
+        lower, upper = (_read_array(folder, name, _side(path, pair, side)) for side in ("lower", "upper"))
+        bounds[name] = Bounds(lower, upper)
+    inputs, outputs = (
+        {name: _read_array(folder, name, entry) for name, entry in described[group].items()}
+        for group in ("inputs", "outputs")
+    )
+    if not outputs:
+        raise InputError(f"{path}: it has no outputs")
+    return Case(
+        described["name"], described["stage"], described["title"], described["parameters"], inputs, outputs, bounds,
+        described["specified"],
+    )  # fmt: skip
+
+
+def _side(path: Path, pair: Any, side: str) -> Any:
+    if not _has(pair, {side: dict}):
+        raise InputError(f"{path}: bounds need a lower and an upper array")
+    return pair[side]
+
+
+def _has(entry: Any, keys: Mapping[str, type]) -> bool:
+    return isinstance(entry, dict) and all(isinstance(entry.get(key), kind) for key, kind in keys.items())
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    """A JSON file of this format."""
+    try:
+        value = json.loads(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao kit' writes it") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: it is not a JSON file ({error})") from error
+    found = value.get("format") if isinstance(value, dict) else None
+    if not isinstance(found, int) or isinstance(found, bool) or found < 1:
+        raise InputError(f"{path}: it is no file of a kit: its format is {found!r}")
+    if found > FORMAT:
+        raise InputError(f"{path}: the kit is of format {found}, and this version of lfssao reads up to {FORMAT}")
+    assert isinstance(value, dict)
+    return value
+
+
+_DTYPES = ("float32", "float64", "int32", "int64", "uint32")
+
+
+def _read_array(folder: Path, name: str, entry: Any) -> Array:
+    """An array of a case, checked before memory is taken for it."""
+    if not _has(entry, {"file": str, "dtype": str, "shape": list, "sha256": str}):
+        raise InputError(f"{folder / 'case.json'}: the description of {name} is malformed")
+    path, shape = folder / entry["file"], entry["shape"]
+    if path.parent != folder or entry["dtype"] not in _DTYPES or not _is_shape(shape):
+        raise InputError(f"{folder / 'case.json'}: the file, dtype or shape of {name} is malformed")
+    dtype = np.dtype(entry["dtype"]).newbyteorder("<")
+    size = prod(shape) * dtype.itemsize
+    try:
+        if path.stat().st_size != _HEADER + size:
+            raise InputError(f"{path}: it has {path.stat().st_size} bytes, expected {_HEADER + size}")
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: it cannot be read ({getattr(error, 'strerror', None) or error})") from error
+    if data[:_HEADER] != _header(dtype, shape):
+        raise InputError(f"{path}: its header is not that of {entry['dtype']} {tuple(shape)}")
+    if hashlib.sha256(data[_HEADER:]).hexdigest() != entry["sha256"]:
+        raise InputError(f"{path}: its numbers are not those that case.json describes")
+    return np.frombuffer(data, dtype, offset=_HEADER).reshape(shape).astype(dtype.newbyteorder("="))
+
+
+def _is_shape(shape: Sequence[Any]) -> bool:
+    return len(shape) <= 4 and all(type(n) is int and 0 <= n <= 2**20 for n in shape)

@@ -1,0 +1,78 @@
+"""Depth and positions textures of a wall and balls, made by basic operations alone: no mesh and no Embree is needed."""
+
+from dataclasses import dataclass
+from math import inf, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.gbuffer.kernels.surface import write_surface
+from lfssao.optics.kernels.rays import texel_ray
+from lfssao.optics.view import View
+
+FloatTexture = NDArray[np.float32]
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A wall with balls before it, in cast space: physical space of a display, eye space of a camera.
+
+    Attributes
+    ----------
+    wall : 4 floats
+        a, b, c and the half-width: the wall z = a + b x + c y, seen where abs(x) is at most the half-width; beyond
+        there is no surface.
+    balls : tuple of ((x, y, z), radius)
+        The balls.
+    """
+
+    wall: tuple[float, float, float, float]
+    balls: tuple[tuple[Vector, float], ...]
+
+    def scaled(self, scale: float, z: float) -> "Scene":
+        """The scene at another scale, its origin moved to depth z."""
+        a, b, c, half = self.wall
+        balls = tuple(((x * scale, y * scale, w * scale + z), r * scale) for (x, y, w), r in self.balls)
+        return Scene((a * scale + z, b, c, half * scale), balls)
+
+
+# For screens about 1 m wide: a slanted wall behind the screen's plane, a ball through it and one before it.
+SCENE = Scene((0.16, 0.2, -0.1, 0.36), (((-0.12, 0.05, 0.05), 0.14), ((0.2, -0.1, -0.12), 0.11)))
+
+
+def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
+    """Depth, (H, W), and positions, (H, W, 3), of a scene in a view; +infinity where there is no surface.
+
+    Parameters
+    ----------
+    view : View
+        A module of a display, or a camera.
+    scene : Scene
+        What it sees.
+    """
+    size = view.height * view.width
+    depths = np.array([_first_hit(view, scene, *divmod(texel, view.width)) for texel in range(size)])
+    there = np.where(np.isfinite(depths), 0, -1).astype(np.int32)
+    depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
+    world_from_cast = np.ravel(view.world_from_cast)
+    write_surface(view.ray_kind, view.lens, world_from_cast, view.width, there, depths, depth, positions)
+    return depth.reshape(view.height, view.width), positions.reshape(view.height, view.width, 3)
+
+
+def _first_hit(view: View, scene: Scene, row: int, column: int) -> float:
+    """The z at which the ray of a texel first meets the scene, or infinity; rays have direction z = 1, origin z = 0."""
+    ox, oy, _, dx, dy, _, near, far = texel_ray(view.ray_kind, view.lens, column + 0.5, row + 0.5)
+    if not near < far:
+        return inf
+    a, b, c, half = scene.wall
+    z = ((a + b * ox) + c * oy) / (1.0 - (b * dx + c * dy))
+    hits = [z] if abs(ox + z * dx) <= half else []
+    for (x, y, w), radius in scene.balls:
+        px, py = ox - x, oy - y
+        square = (dx * dx + dy * dy) + 1.0
+        middle = (px * dx + py * dy) - w
+        discriminant = middle * middle - square * (((px * px + py * py) + w * w) - radius * radius)
+        if discriminant > 0.0:
+            hits.append((-middle - sqrt(discriminant)) / square)
+    return min((z for z in hits if near < z < far), default=inf)

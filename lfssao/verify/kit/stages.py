@@ -1,0 +1,174 @@
+"""The stages that cases are for: what each makes of its inputs, by the program's own functions, and its bounds."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lfssao.ao import passes
+from lfssao.ao.estimators.registry import estimate
+from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.ao.textures import Buffers
+from lfssao.core import elementary, philox
+from lfssao.optics.display import Display, Module
+from lfssao.optics.kernels import display as display_kernels
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.view import View
+from lfssao.samples import make_samples, square_points
+from lfssao.verify.bounds.bounds import Bounds, blur_bounds, exactly, shade_bounds
+from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.judge import Frame, occlusion_bounds, without_guard
+from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
+
+MODEL = "shader"  # of the bounds
+
+Outputs = dict[str, Array]
+Run = Callable[[Parameters, Arrays], Outputs]
+
+
+_FUNCTIONS = {"sincospi": elementary.sincospi, "cbrt": elementary.cbrt, "exp": elementary.exp}
+
+
+def _elementary(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"y": np.array([_FUNCTIONS[parameters["function"]](x) for x in inputs["x"]], np.float64)}
+
+
+def _philox(parameters: Parameters, inputs: Arrays) -> Outputs:
+    pairs = zip(inputs["counters"], inputs["keys"], strict=True)
+    return {"words": np.array([philox.philox4x32(*counter, *key) for counter, key in pairs], np.uint32)}
+
+
+def _samples(parameters: Parameters, inputs: Arrays) -> Outputs:
+    method, n, seed = parameters["method"], parameters["n"], int(parameters["seed"])
+    return {
+        "samples": make_samples(method, n, seed, parameters["r_min"], parameters["r_max"]),
+        "square": square_points(method, n, seed),
+    }
+
+
+def _numbers(parameters: Parameters, inputs: Arrays) -> Outputs:
+    values = parameters["display"]
+    modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
+    display = Display(**{**values, "modules": tuple(Module(**m) for m in modules)})
+    view = display.view(parameters["module"], np.array(parameters["physical_from_world"]), parameters["guard"])
+    return {"numbers": view.world_to_image.numbers}
+
+
+def _offsets(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"offsets": (parameters["radius"] * inputs["samples"]).astype(np.float32)}
+
+
+def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
+    to_image = described_mapping(parameters)
+    m = to_image.as_type(np.float32)
+    image, answers = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
+    for k, (x, y, z) in enumerate(inputs["points"]):
+        u, v, depth, valid = mapping.world_to_image(to_image.kind, m, x, y, z)
+        if valid:
+            image[k] = u, v, depth
+        elif to_image.kind == mapping.DISPLAY:
+            # What a kernel returns to Python is a float: the next one would compute in float64.
+            physical = [np.float32(mapping.affine_row(m, row, x, y, z)) for row in range(3)]
+            answers[k] = display_kernels.physical_to_image(m[12:], *physical)[2]
+        else:
+            answers[k] = 1
+    return {"image": image, "answers": answers}
+
+
+def _occlusion(occlusion: passes.Occlusion) -> Outputs:
+    return {"occlusion": occlusion.texture, "outside": np.array([occlusion.outside])}
+
+
+def _algorithm1(parameters: Parameters, inputs: Arrays) -> Outputs:
+    back, forth = (np.array(parameters[name]) for name in ("screen_to_world", "world_to_screen"))
+    made = passes.algorithm1(inputs["depth"], back, forth, inputs["samples"], parameters["radius"])
+    return {**_occlusion(made), **_offsets(parameters, inputs)}
+
+
+def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
+    made = passes.algorithm2(
+        inputs["depth"], inputs["positions"], described_mapping(parameters), inputs["samples"], parameters["radius"]
+    )
+    return {**_occlusion(made), **_offsets(parameters, inputs)}
+
+
+def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"merged": passes.merge(inputs["layers"])}
+
+
+def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
+    weights = passes.gaussian_kernel(parameters["sigma"])
+    rounded, half = weights.astype(np.float32), np.empty_like(inputs["source"])
+    blur_kernels.blur_horizontal(inputs["source"], rounded, half)
+    blurred = passes.blur(inputs["source"], parameters["sigma"])
+    return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
+
+
+def _shade(parameters: Parameters, inputs: Arrays) -> Outputs:
+    return {"shaded": passes.shade(inputs["image"], inputs["occlusion"])}
+
+
+def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
+    """From the G-buffer to the shaded picture: every stage on what the one before it made."""
+    layers = [_algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
+    merged = passes.merge(layers)
+    blurred = passes.blur(merged, parameters["sigma"])
+    guard = parameters["guard"]
+    made = {f"ao_{k + 1}": without_guard(layer, guard) for k, layer in enumerate(layers)}
+    made |= {"merged": without_guard(merged, guard), "blurred": without_guard(blurred, guard)}
+    return {"shaded": passes.shade(without_guard(inputs["image"], guard), made["blurred"]), **made}
+
+
+def _view(parameters: Parameters) -> View:
+    """The view that ``lfssao.verify.kit.cases`` described."""
+    described = dict(parameters["view"])
+    described["lens"] = [np.inf if number is None else number for number in described["lens"]]
+    arrays = ("lens", "cast_from_world", "world_from_cast", "screen_to_world")
+    described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
+    return View(**described, world_to_image=described_mapping(parameters))
+
+
+def _estimator(parameters: Parameters, inputs: Arrays) -> Outputs:
+    buffers = Buffers(_view(parameters), inputs["depth"], inputs["positions"], inputs.get("normals"))
+    chosen = parameters["estimator"], buffers, parameters["radius"], inputs.get("points"), inputs.get("weights")
+    return _occlusion(estimate(*chosen, **parameters["options"]))
+
+
+# What a stage makes of parameters and inputs: its outputs by name, the one that counts first.
+STAGES: dict[str, Run] = {
+    "elementary": _elementary,
+    "philox": _philox,
+    "samples": _samples,
+    "numbers": _numbers,
+    "mapping": _map_points,
+    "algorithm1": _algorithm1,
+    "algorithm2": _algorithm2,
+    "merge": _merge,
+    "blur": _blur,
+    "shade": _shade,
+    "frame": _frame,
+    "estimator": _estimator,
+}
+
+
+def stage_bounds(stage: str, parameters: Parameters, inputs: Arrays) -> dict[str, Bounds]:
+    """Bounds of a stage's outputs by name, for a renderer within the error model of shading languages.
+
+    Stages without bounds round nothing, or are float64 or integers, which every language has: equal bits are asked.
+
+    Parameters
+    ----------
+    stage, parameters, inputs
+        As of ``Case``.
+    """
+    model, made = MODELS[MODEL], dict[str, Bounds | None]()
+    if stage in ("algorithm1", "algorithm2", "estimator"):
+        made["occlusion"] = occlusion_bounds(parameters, inputs, parameters["radius"], model)
+    elif stage == "blur":
+        made["blurred"] = blur_bounds(exactly(inputs["source"]), parameters["sigma"], model)
+    elif stage == "shade":
+        made["shaded"] = shade_bounds(inputs["image"], exactly(inputs["occlusion"]), model)
+    elif stage == "frame":
+        frame = Frame(parameters, inputs, without_guard(inputs["image"], parameters["guard"]), model)
+        made = {"shaded": frame.shaded(), "merged": frame.merged(), "blurred": frame.blurred()}
+        made |= {f"ao_{k + 1}": frame.ao(k) for k in range(len(parameters["radii"]))}
+    return {name: bounds for name, bounds in made.items() if bounds is not None}

@@ -1,0 +1,106 @@
+"""What the cases look at: displays, cameras, and numbers that look like noise; and what a case is made by."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.philox import random_unit
+from lfssao.optics.camera import Camera
+from lfssao.optics.display import Display, Module
+from lfssao.optics.view import KINDS, View, WorldToImage
+from lfssao.verify.case import Arrays
+from lfssao.verify.kit.scenes import SCENE
+
+Problem = tuple[dict[str, Any], Arrays]
+_ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
+MODULE = Module(0.3, 0.05, 0.7, 32, 24)
+
+# World -> physical: turned, mirrored and of a scale that differs from axis to axis, so that the ball is an ellipsoid.
+WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.45, 0.05, 0.0], [0.0, 0.1, -0.6, 0.05]])
+RADIUS = 0.2
+
+
+class Recipe:
+    """How a case is made.
+
+    Parameters
+    ----------
+    name, stage, title : str
+        As of ``Case``.
+    build : callable
+        ``build(*arguments) -> (parameters, inputs)``.
+    arguments
+        What it is called with.
+    """
+
+    def __init__(self, name: str, stage: str, title: str, build: Callable[..., Problem], *arguments: Any) -> None:
+        self.name, self.stage, self.title, self.build, self.arguments = name, stage, title, build, arguments
+
+
+def make_display(module: Module = MODULE, **options: Any) -> Display:
+    """A display of one module, flat with a linear diffuser unless the options say otherwise."""
+    settings: dict[str, Any] = {
+        "name": "kit", "screen_width": 1.0, "screen_height": 0.75, "observer_height": 0.1, "observer_z": -2.0,
+        "modules": (module,), "roi": _ROI, **options,
+    }  # fmt: skip
+    return Display(**settings)
+
+
+DISPLAYS = {
+    "crossed_slits": make_display(),
+    "conical": make_display(diffuser="conical"),
+    "convex": make_display(screen_curvature=0.7, observer_curvature=0.3),
+    "concave": make_display(screen_curvature=-0.6, observer_curvature=0.4),
+    "projector": make_display(replace(MODULE, field_of_view=65.0, yaw=-20.0, pitch=3.0, roll=5.0)),
+    "calibrated": make_display(
+        replace(MODULE, homography=(32.5, 0.6, 16.2, -0.4, -31.2, 12.3, 0.02, -0.03, 1.0), k1=-0.06, k2=0.01)
+    ),
+    # All nine numbers of the other sign, w = 0 at a place that samples reach, and a fold that k2 alone makes.
+    "negated": make_display(
+        replace(MODULE, homography=(-32.5, -0.6, -16.2, 0.4, 31.2, -12.3, -0.9, 0.03, -1.0), k2=-0.02, width=30)
+    ),
+}
+
+
+def described(to_image: WorldToImage) -> dict[str, Any]:
+    """A mapping as JSON."""
+    return {"kind": KINDS[to_image.kind], "numbers": to_image.numbers.tolist()}
+
+
+def module_view(display: Display, guard: int = 0) -> View:
+    """What the one module of a display sees of the turned world."""
+    return display.view(0, WORLD, guard)
+
+
+def make_camera(projection: str, width: int = 32, height: int = 24) -> View:
+    """What a camera sees that looks down on the world's middle."""
+    camera = Camera(projection, (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 3.0, 8.0)
+    return camera.view(width, height)
+
+
+# SCENE in a camera's eye space: twice as large, around the target.
+CAMERA_SCENE = SCENE.scaled(2.0, 5.4)
+
+
+def small_display() -> Display:
+    """The flat display with a texture of 16 x 12 texels."""
+    return DISPLAYS["crossed_slits"].with_resolution(16, 12)
+
+
+# Lens and observers so near that samples pass them.
+NEAR = make_display(replace(MODULE, z=0.42), observer_z=-0.5)
+
+# A lens outside the screen's cylinder: lines from it can pass beside it.
+MISSED = make_display(replace(MODULE, z=1.4), screen_curvature=1.8, observer_z=-0.5)
+
+# The same with texels that look past the cylinder, along no line at all.
+WIDE = make_display(replace(MODULE, z=1.4, field_of_view=80.0), screen_curvature=1.8, observer_z=-0.5)
+
+
+def noise(stream: int, *shape: int) -> NDArray[np.float32]:
+    """Numbers in (0, 1) by the counter-based generator."""
+    flat = [random_unit(np.uint64(6), stream, k) for k in range(int(np.prod(shape)))]
+    return np.array(flat, np.float64).reshape(shape).astype(np.float32)

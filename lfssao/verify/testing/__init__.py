@@ -1,0 +1,1 @@
+"""Assertions, strategies and the pytest plugin."""

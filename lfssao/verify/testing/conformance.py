@@ -1,0 +1,77 @@
+"""Conformance of another renderer to a case of the kit, as an assertion."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from lfssao.verify.bounds.judge import judge
+from lfssao.verify.case import Array, Case
+from lfssao.verify.kit.folder import read_case
+from lfssao.verify.verdict import Judged, Verdict
+
+
+def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, *, strict: bool = False) -> None:
+    """Assert that a renderer's numbers conform to a case of the kit.
+
+    Parameters
+    ----------
+    mine : array, or mapping of arrays
+        What the renderer made of the case's inputs: its first output, or outputs by their names, the first one among
+        them.
+    case : Case, str or Path
+        The case, its name, or its folder in a kit that 'lfssao kit' wrote.
+    strict : bool
+        False: every number lies within the case's bounds, or has equal bits where an output has none. True: equal
+        bits everywhere.
+
+    Raises
+    ------
+    AssertionError
+        If they do not; it names each output that is wrong, the earliest first, and the first wrong number of each.
+    InputError
+        If there is no such case.
+    """
+    __tracebackhide__ = True
+    wrong = list(_faults(mine, _case(case), strict))
+    if wrong:
+        raise AssertionError("\n".join(wrong))
+
+
+def _case(case: Case | str | Path) -> Case:
+    if isinstance(case, Case):
+        return case
+    if isinstance(case, Path):
+        return read_case(case)
+    from lfssao.verify.kit.cases import make_case  # late: it compiles kernels, and cases on disk need none
+
+    return make_case(case)
+
+
+def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iterator[str]:
+    """One sentence for each output that does not conform, in the order in which they are computed."""
+    main = next(iter(case.outputs))
+    given = {name: np.asarray(array) for name, array in (mine if isinstance(mine, Mapping) else {main: mine}).items()}
+    unknown = [name for name in given if name not in case.outputs]
+    if unknown or main not in given:
+        what = f"there is no output {unknown[0]}" if unknown else f"output {main} is missing"
+        yield f"case {case.name}: {what}; it has {', '.join(case.outputs)}"
+        return
+    right = {Verdict.MISSING, Verdict.EQUAL_BITS} | (set() if strict else {Verdict.INSIDE})
+    for name, judged in judge(given, case).items():
+        if judged.verdict not in right:
+            detail = judged.detail or _numbers(given[name], case.outputs[name], judged, strict)
+            yield f"case {case.name}, output {name}: {detail}"
+
+
+def _numbers(mine: Array, right: Array, judged: Judged, strict: bool) -> str:
+    """How many numbers are wrong, and the first of them."""
+    bounds = None if strict else judged.bounds
+    wrong = judged.differing if bounds is None else judged.outside
+    place = tuple(int(k) for k in np.argwhere(wrong)[0])
+    if bounds is None:
+        what, expected = "not the bits of the reference", repr(right[place].item())
+    else:
+        what, expected = "outside the bounds", f"{bounds.lower[place].item()!r} to {bounds.upper[place].item()!r}"
+    count = f"{int(wrong.sum())} of {wrong.size} numbers are {what}"
+    return f"{count}; the first is [{', '.join(map(str, place))}]: {mine[place].item()!r}, expected {expected}"

@@ -1,0 +1,68 @@
+"""Sliders for what matters most to AO on a display: radius, samples, module."""
+
+from typing import TYPE_CHECKING, Any
+
+from lfssao.errors import MissingPackageError
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.display import Display
+from lfssao.rendering.passes import Settings, diagonal, module_views, render_view
+from lfssao.samples import METHODS, make_samples
+from lfssao.scene.mesh import Mesh
+
+if TYPE_CHECKING:
+    from ipywidgets import VBox
+
+
+def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8) -> "VBox":
+    """Sliders above a picture of one module: without AO, visibility, and with AO.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The scene.
+    display : Display
+        The display; textures of some 100,000 texels keep up with a slider.
+    radius : float
+        R at first, share of the diagonal of the mesh's box, 0.005 to 0.2.
+    samples : int
+        Number of samples at first, 1 to 64.
+
+    Returns
+    -------
+    ipywidgets.VBox
+        Its last child is the picture.
+
+    Raises
+    ------
+    MissingPackageError
+        If ipywidgets is not installed.
+    """
+    try:
+        import ipywidgets as widgets  # late: optional, the extra 'notebooks' installs it
+    except ImportError as error:
+        raise MissingPackageError("sliders need ipywidgets: pip install 'lfssao[notebooks]'") from error
+    views = module_views(mesh, display)
+    caster = RayCaster(mesh, views[0].cast_from_world)
+    options: dict[str, Any] = {"continuous_update": False}
+    controls = {
+        "share": widgets.FloatLogSlider(radius, min=-2.3, max=-0.7, step=0.05, description="radius", **options),
+        "count": widgets.IntSlider(samples, min=1, max=64, description="samples", **options),
+        "method": widgets.Dropdown(options=list(METHODS["ball"]), value="latin", description="sampler"),
+        "seed": widgets.IntSlider(0, min=0, max=20, description="seed", **options),
+        "module": widgets.IntSlider(len(views) // 2, min=0, max=len(views) - 1, description="module", **options),
+        "blur": widgets.FloatSlider(1.0, min=0.0, max=4.0, step=0.5, description="blur", **options),
+    }  # fmt: skip
+    picture = widgets.Image(format="png")
+
+    def redraw(_: Any = None) -> None:
+        at = {name: control.value for name, control in controls.items()}
+        table = make_samples(at["method"], at["count"], at["seed"])
+        settings = Settings((at["share"] * diagonal(mesh),), table, at["blur"])
+        picture.value = render_view(caster, views[at["module"]], settings)._repr_png_()
+
+    for control in controls.values():
+        control.observe(redraw, "value")
+    redraw()
+    half = len(controls) // 2
+    columns = [widgets.VBox(part) for part in (list(controls.values())[:half], list(controls.values())[half:])]
+    return widgets.VBox([widgets.HBox(columns), picture])

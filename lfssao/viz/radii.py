@@ -1,0 +1,62 @@
+"""Occlusion by each radius, and the radius that the merge shows."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputError
+from lfssao.rendering.passes import Textures
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.int64]:
+    """The first layer that gives each texel its maximum, (H, W) int64; -1 where all are 0."""
+    stack = np.stack(layers)
+    return np.where(stack.max(axis=0) > 0, stack.argmax(axis=0), -1)
+
+
+def draw_radii(textures: Textures, radii: Sequence[float]) -> "Figure":
+    """A figure of the visibility by each radius, merged, blurred, and of the radius that decides each texel.
+
+    Parameters
+    ----------
+    textures : Textures
+        Made by ``render_view``.
+    radii : sequence of float
+        With these radii, world units.
+
+    Raises
+    ------
+    InputError
+        If a layer that is shown was not kept.
+    """
+    from matplotlib import colormaps
+    from matplotlib.colors import BoundaryNorm
+    from matplotlib.figure import Figure  # late: takes a second to import
+
+    if textures.merged is None or textures.blurred is None or not textures.ao:
+        raise InputError("the figure shows the layers ao, merged and blurred: not all are kept")
+    seen = np.isfinite(textures.gbuffer.depth)
+    pictures = [*textures.ao, textures.merged, textures.blurred]
+    titles = [*(f"R = {radius:.3g}" for radius in radii), "merged: maximum", "blurred"]
+    columns = -(-(len(pictures) + 1) // 2)
+    height, width = textures.merged.shape
+    figure = Figure(figsize=(3 * columns, 2 * (3 * height / width + 0.3)), layout="constrained")
+    panels = figure.subplots(2, columns, squeeze=False).ravel()
+    for axes in panels:
+        axes.set_axis_off()
+    for axes, picture, title in zip(panels, pictures, titles, strict=False):
+        axes.imshow(np.where(seen, 1 - picture, 1), cmap="gray", vmin=0, vmax=1)
+        axes.set_title(title, fontsize="medium")
+    axes = panels[len(pictures)]
+    decided = np.ma.masked_less(deciding_radius(textures.ao), 0)
+    colors = colormaps["viridis"].resampled(len(radii))
+    shown = axes.imshow(decided, cmap=colors, norm=BoundaryNorm(np.arange(len(radii) + 1) - 0.5, len(radii)))
+    axes.set_title("the radius that decides", fontsize="medium")
+    bar = figure.colorbar(shown, ax=axes, shrink=0.8, ticks=range(len(radii)))
+    bar.ax.set_yticklabels([f"{radius:.3g}" for radius in radii], fontsize="small")
+    return figure

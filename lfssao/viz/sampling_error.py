@@ -1,0 +1,131 @@
+"""How the error of an estimator falls with the number of samples, by sampler."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.registry import estimate, find_estimator
+from lfssao.ao.textures import Buffers
+from lfssao.samples import sample_set
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class SamplingError:
+    """Error of one estimator by sampler and number of samples.
+
+    Attributes
+    ----------
+    counts : (c,) int64
+        Numbers of samples.
+    rmse : dict of (c,) float64
+        By sampler: root mean square, over surface texels and seeds, of occlusion less the reference.
+    reference : str
+        Samples and sampler of the reference.
+    """
+
+    counts: NDArray[np.int64]
+    rmse: dict[str, NDArray[np.float64]]
+    reference: str
+
+    def slope(self, method: str) -> float:
+        """Exponent of the power of n that fits a sampler's error best (least squares of the logarithms)."""
+        return float(np.polyfit(np.log(self.counts), np.log(self.rmse[method]), 1)[0])
+
+
+def sampling_error(
+    buffers: Buffers,
+    radius: float,
+    methods: Sequence[str],
+    counts: Sequence[int],
+    seeds: Sequence[int] = (0, 1, 2, 3),
+    estimator: str = "lf",
+    reference: tuple[str, int] = ("sobol", 4096),
+) -> SamplingError:
+    """Error of an estimator against itself with many samples, which a sampler that is not compared should make.
+
+    Parameters
+    ----------
+    buffers : Buffers
+        The view's textures.
+    radius : float
+        R, world units.
+    methods : sequence of str
+        Samplers of the ball, or of the disk where the estimator takes points of it.
+    counts : sequence of int
+        Numbers of samples, positive.
+    seeds : sequence of int
+        Each sampler's error is over the sets of these.
+    estimator : str
+        One that takes samples.
+    reference : (str, int)
+        Sampler and number of samples of the reference; the sets fill the whole ball or disk.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    domain = "ball" if find_estimator(estimator).dimensions == 3 else "disk"
+    seen = np.isfinite(buffers.depth)
+
+    def occlusion(method: str, n: int, seed: int) -> NDArray[np.float64]:
+        made = sample_set(domain, method, n, seed)
+        texture = estimate(estimator, buffers, radius, made.points, None).texture
+        return np.asarray(texture[seen], np.float64)
+
+    exact = occlusion(*reference, seeds[0])
+    rmse = {
+        method: np.array([_rms([occlusion(method, n, seed) - exact for seed in seeds]) for n in counts])
+        for method in methods
+    }
+    return SamplingError(np.array(counts), rmse, f"{reference[1]} samples of {reference[0]}")
+
+
+def _rms(errors: list[NDArray[np.float64]]) -> float:
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
+def draw_sampling_error(found: SamplingError) -> "Figure":
+    """A figure of the errors on logarithmic axes, each sampler's slope beside its name."""
+    from matplotlib.figure import Figure  # late: takes a second to import
+
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axes = figure.add_subplot(xscale="log", yscale="log", xlabel="samples n", ylabel="RMSE of ao")
+    for (method, rmse), marker in zip(found.rmse.items(), "osD^vP*X" * len(found.rmse), strict=False):
+        axes.plot(found.counts, rmse, marker=marker, markersize=5, label=f"{method}: n^{found.slope(method):.2f}")
+    first = max(rmse[0] for rmse in found.rmse.values())
+    axes.plot(found.counts, first * np.sqrt(found.counts[0] / found.counts), "--", color="gray", label="n^-0.5")
+    axes.set_xticks(found.counts, [str(n) for n in found.counts])
+    axes.minorticks_off()
+    low, high = axes.get_ylim()
+    marks = [m * 10.0**k for k in range(-4, 1) for m in (1, 2, 5) if low <= m * 10.0**k <= high]
+    axes.set_yticks(marks, [f"{mark:g}" for mark in marks])
+    axes.grid(alpha=0.3)
+    axes.set_title(f"against {found.reference}", fontsize="medium")
+    axes.legend(fontsize="small")
+    return figure
+
+
+def draw_sampler_gallery(methods: Sequence[str], n: int, seed: int = 0) -> "Figure":
+    """A figure of one set of each of some samplers of the square, side by side.
+
+    Parameters
+    ----------
+    methods : sequence of str
+        Samplers of the square.
+    n, seed : int
+        As for ``lfssao.samples.sample_set``.
+    """
+    from matplotlib.figure import Figure  # late: takes a second to import
+
+    figure = Figure(figsize=(2.3 * len(methods), 2.6), layout="constrained")
+    for axes, method in zip(figure.subplots(1, len(methods), squeeze=False)[0], methods, strict=True):
+        axes.plot(*sample_set("square", method, n, seed).points.T, "o", markersize=3)
+        axes.set(aspect="equal", xlim=(-1, 1), ylim=(-1, 1), xticks=[], yticks=[], title=method)
+    return figure

@@ -1,0 +1,103 @@
+"""Algorithm 2 on one texel: where its samples land, what the texture holds there, and which are behind the surface."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.verify.bounds.explain import Sample
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Texture = NDArray[np.floating[Any]]
+
+_COLORS = {"occluded": "tab:red", "clear": "tab:blue", "undecided": "tab:orange"}
+
+
+def occluded_share(samples: Sequence[Sample]) -> float:
+    """Share of a texel's samples that are occluded: what Algorithm 2 writes there, but for rounding."""
+    return sum(s.outcome == "occluded" for s in samples) / len(samples)
+
+
+def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]) -> "Figure":
+    """A figure of the steps: the texel in its texture; where its samples land; their z and the depth there.
+
+    Parameters
+    ----------
+    texel : (int, int)
+        Column and row.
+    depth : (H, W)
+        Image z, metres behind the screen.
+    samples : sequence of Sample
+        ``lfssao.verify.bounds.explain.explain`` of the texel.
+    """
+    from matplotlib.figure import Figure  # late: takes a second to import
+
+    figure = Figure(figsize=(13, 3.9), layout="constrained")
+    whole, near, side = figure.subplots(1, 3, width_ratios=(1.25, 1, 1.15))
+    window = _window(texel, samples)
+    shown = np.ma.masked_invalid(depth)
+    whole.imshow(shown, cmap="gray_r", extent=_extent(depth))
+    whole.add_patch(_frame(*window))
+    whole.set(title="1. the texel in the depth texture", xlabel="u, texels", ylabel="v, texels")
+    _draw_near(near, shown, texel, samples, window)
+    _draw_depths(side, depth, texel, samples)
+    figure.suptitle(f"texel {texel}: {occluded_share(samples):.3g} of {len(samples)} samples are occluded")
+    return figure
+
+
+def _extent(depth: Texture) -> tuple[float, float, float, float]:
+    return 0.0, float(depth.shape[1]), float(depth.shape[0]), 0.0
+
+
+def _window(texel: tuple[int, int], samples: Sequence[Sample]) -> tuple[float, float, float]:
+    """Middle and half the edge of the square of texels that holds all landings that are in the texture."""
+    u, v = texel[0] + 0.5, texel[1] + 0.5
+    away = [max(abs(s.u - u), abs(s.v - v)) for s in samples if s.texel is not None]
+    return u, v, float(np.ceil(max(away, default=0.0))) + 1.5
+
+
+def _frame(u: float, v: float, half: float) -> Any:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((u - half, v - half), 2 * half, 2 * half, fill=False, color="tab:green", linewidth=1.5)
+
+
+def _draw_near(
+    axes: Any, shown: Any, texel: tuple[int, int], samples: Sequence[Sample], window: tuple[float, float, float]
+) -> None:
+    u, v, half = window
+    axes.imshow(shown, cmap="gray_r", extent=_extent(shown))
+    axes.plot(u, v, "+", color="tab:green", markersize=12, markeredgewidth=2, label="P")
+    for outcome, color in _COLORS.items():
+        places = [(s.u, s.v) for s in samples if s.texel is not None and s.outcome == outcome]
+        if places:
+            axes.plot(*zip(*places, strict=True), "o", color=color, markeredgecolor="white", label=outcome)
+    for sample in samples:
+        if sample.texel is not None:
+            axes.annotate(str(sample.number), (sample.u, sample.v), (4, 4), textcoords="offset points",
+                          fontsize="small", color="tab:green")  # fmt: skip
+    axes.set(xlim=(u - half, u + half), ylim=(v + half, v - half), title="2. the samples, mapped into it",
+             xlabel="u, texels")  # fmt: skip
+    axes.legend(fontsize="x-small", loc="lower right")
+
+
+def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], samples: Sequence[Sample]) -> None:
+    for sample in samples:
+        color = _COLORS[sample.outcome]
+        if sample.texel is None:
+            continue
+        surface = float(depth[sample.texel[1], sample.texel[0]])
+        if np.isfinite(surface):
+            axes.plot([sample.number] * 2, [surface, sample.z], color=color, linewidth=1.5)
+            axes.plot(sample.number, surface, "_", color="black", markersize=16, markeredgewidth=2)
+        axes.plot(sample.number, sample.z, "o", color=color)
+    axes.axhline(float(depth[texel[1], texel[0]]), color="tab:green", linewidth=0.8, linestyle="--")
+    axes.plot([], [], "_", color="black", markersize=12, markeredgewidth=2, label="surface in the texture")
+    axes.plot([], [], "o", color="tab:red", label="sample behind it: occluded")
+    axes.plot([], [], "o", color="tab:blue", label="sample before it, or before none")
+    axes.set(title="3. z of each sample, and the depth it is held against", xlabel="sample", ylabel="z, metres",
+             xticks=range(len(samples)))  # fmt: skip
+    axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3)

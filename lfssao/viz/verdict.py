@@ -1,0 +1,62 @@
+"""Numbers of other renderers inside and outside the bounds of a case."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.verify.bounds.bounds import Bounds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Texture = NDArray[np.float32]
+
+EQUAL, INSIDE, OUTSIDE = range(3)
+_NAMES = ("equal bits", "inside", "outside")
+
+
+def inside_bounds(mine: Texture, right: Texture, bounds: Bounds) -> NDArray[np.int64]:
+    """For each number EQUAL (to the reference), INSIDE the bounds, or OUTSIDE them (NaN too).
+
+    Parameters
+    ----------
+    mine, right : (H, W)
+        The other renderer's texture, and the reference's.
+    bounds : Bounds
+        Least and largest value of each number.
+    """
+    return np.where(mine == right, EQUAL, np.where(bounds.outside(mine), OUTSIDE, INSIDE))
+
+
+def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: Bounds) -> "Figure":
+    """A figure of the reference's occlusion, and of each texture's verdicts.
+
+    Parameters
+    ----------
+    textures : mapping of (H, W)
+        Other renderers' occlusion by name.
+    right : (H, W)
+        The reference's.
+    bounds : Bounds
+        Least and largest value of each number.
+    """
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure  # late: takes a second to import
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(3.4 * (1 + len(textures)), 3.0), layout="constrained")
+    panels = figure.subplots(1, 1 + len(textures))
+    for axes in panels:
+        axes.set_axis_off()
+    panels[0].imshow(1 - right, cmap="gray", vmin=0, vmax=1)
+    panels[0].set_title("reference, visibility")
+    colors = ["tab:green", "palegreen", "tab:red"]
+    for axes, (name, texture) in zip(panels[1:], textures.items(), strict=True):
+        verdicts = inside_bounds(texture, right, bounds)
+        axes.imshow(verdicts, cmap=ListedColormap(colors), vmin=0, vmax=2)
+        axes.set_title(f"{name}: {np.mean(verdicts == OUTSIDE):.0%} outside")
+    handles = [Patch(color=color, label=name) for color, name in zip(colors, _NAMES, strict=True)]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize="small")
+    return figure

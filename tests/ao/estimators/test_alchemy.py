@@ -1,0 +1,107 @@
+"""Alchemy AO: bit for bit against the reference, against its limits by quadrature, and the logarithm it needs."""
+
+import analytic_scenes as scenes
+import mpmath
+import numpy as np
+import pytest
+from estimator_cases import assert_equals_reference, buffers, offsets, radii
+from hypothesis import given
+from hypothesis import strategies as st
+from reference import elementary
+
+from lfssao import estimate
+from lfssao.ao.estimators.alchemy import ROTATIONS
+from lfssao.core import power
+
+both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+
+
+@both
+@given(data=st.data())
+def test_alchemy_equals_the_reference(dtype, data):
+    seen, radius, taps = data.draw(buffers(dtype, 7)), data.draw(radii), data.draw(offsets(2))
+    p = {
+        "sigma": data.draw(st.sampled_from([1.0, 0.3, 20.0])),
+        "beta": data.draw(st.sampled_from([0.0, 1e-4, 0.1])),
+        "epsilon": data.draw(st.sampled_from([0.0, 0.01])),
+        "k": data.draw(st.sampled_from([1.0, 0.0, 2.5])),
+        "rotation": data.draw(st.sampled_from(ROTATIONS)),
+    }
+    made = estimate("alchemy", seen, radius, taps, **p)
+    assert_equals_reference("alchemy", seen, radius, made, taps, **p)
+
+
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_the_distance_from_the_viewers_is_along_the_axis_of_depth(sight):
+    """Cameras stand at z = 2 and look down; the modules' observers stand at physical z = -2, world z = 2."""
+    seen = scenes.buffers("tilted plane", scenes.SIGHTS[sight](6, 5))
+    row = seen.view.viewer_distance()
+    found = seen.positions @ row[:3] + row[3]
+    np.testing.assert_allclose(found, 2 - seen.positions[..., 2], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_taps_land_on_the_disk_that_faces_the_viewer(sight):
+    """On a surface at right angles to a texel's ray all taps are in the surface: v . n = 0 but for the texels' size."""
+    seen = scenes.buffers("facing plane", scenes.SIGHTS[sight](96, 72))
+    assert not estimate("alchemy", seen, 0.1, beta=0.0).texture.any()
+    step = scenes.buffers("step", scenes.SIGHTS[sight](96, 72))
+    made = estimate("alchemy", step, 0.1, beta=0.0).texture
+    near, far = scenes.nearest(step, -0.03)[:2], scenes.nearest(step, -0.2)[:2]
+    assert made[near] > 0.1
+    assert made[far] == 0
+
+
+def test_one_tap_by_hand():
+    """Texels of 1 / 48, a tap 4 of them to the right, where the terrace is 1/8 higher."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"]())
+    j, i, at = scenes.nearest(seen, -0.03)
+    radius, sigma, beta, epsilon = 8 / 48, 0.1, 0.01, 0.02
+    made = estimate("alchemy", seen, radius, np.array([[0.5, 0.0]]), sigma=sigma, beta=beta, epsilon=epsilon,
+                    rotation="none")  # fmt: skip
+    above, square = 0.125 - beta * (2 - at[2]), (4 / 48) ** 2 + 0.125**2
+    expected = 2 * sigma * radius * above / (square + epsilon * radius**2)
+    assert made.texture[j, i] == pytest.approx(expected, rel=1e-12)
+    assert 0.1 < expected < 1
+
+
+def test_k_is_the_exponent():
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["crossed slits"]())
+    one, other = (estimate("alchemy", seen, 0.1, sigma=0.2, k=k).texture for k in (1.0, 3.0))
+    np.testing.assert_allclose(1 - other, (1 - one) ** 3, rtol=0, atol=1e-14)
+    assert 0.1 < one.max() < other.max()
+
+
+NUMBERS = np.concatenate(
+    [
+        np.random.default_rng(5).uniform(0, 4, 1000),
+        2 ** np.random.default_rng(6).uniform(-1074, 1023.9, 1000),
+        1 + np.random.default_rng(7).uniform(-1e-3, 1e-3, 300),
+        *(np.nextafter(x, [0, np.inf]) for x in (0.5**0.5, 1.0, 2**0.5, 0.5)),
+        [5e-324, 1.7976931348623157e308],
+    ]
+)
+
+
+def test_log_is_within_2_ulp_and_equals_the_reference():
+    worst = 0
+    with mpmath.workprec(200):
+        for x in NUMBERS:
+            found = power.log(x)
+            assert found == elementary.log(float(x))
+            exact = mpmath.log(mpmath.mpf(float(x)))
+            worst = max(worst, abs((mpmath.mpf(found) - exact) / np.spacing(abs(float(exact)))))
+    assert worst <= 2
+
+
+def test_special_values_of_log_and_power():
+    assert power.log(1.0) == 0
+    assert power.log(0.0) == -np.inf
+    assert power.log(np.inf) == np.inf
+    assert np.isnan(power.log(-1.0))
+    for x in (0.0, 0.3, 1.0):
+        assert power.power(x, 1.0) == x
+        assert power.power(x, 0.0) == 1
+    assert power.power(0.0, 2.0) == 0
+    assert power.power(1.0, 2.5) == 1
+    assert power.power(0.25, 0.5) == pytest.approx(0.5, abs=1e-15)

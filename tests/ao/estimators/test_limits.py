@@ -1,0 +1,298 @@
+"""Each estimator's limit for many samples and small texels, on surfaces with known answers.
+
+The docstrings of the estimators' files state the limit as an integral over the height z = h(x, y) of a surface that an
+orthographic camera sees from straight above, and what that comes to on planes, creases, steps and spheres. The
+integrals stand here, by the midpoint rule: the estimators are compared with them, and so are the closed forms.
+"""
+
+from functools import partial
+
+import analytic_scenes as scenes
+import numpy as np
+import pytest
+
+from lfssao import estimate, make_samples
+from lfssao.ao.estimators.registry import ESTIMATORS
+
+RADIUS = 0.1  # less than the step's height, 0.125, which is also the sphere's radius
+WIDTH, HEIGHT = 192, 144  # a texel is 0.0052, 1/19 of the radius
+PLACES = {
+    "facing plane": (0.0, 0.07),
+    "tilted plane": (0.0, 0.07),
+    "concave crease": (-0.01, -0.03, 0.05, -0.15),
+    "convex crease": (-0.01, -0.03, 0.05, -0.15),
+    "step": (-0.02, -0.05, -0.08, 0.06, -0.15),
+    "sphere on a plane": (-0.2, -0.17, -0.15, -0.13, -0.05, 0.0),
+}
+
+
+def polar(rings, ways):
+    """Midpoints of the unit disk's radii and angles, as x, y and radius."""
+    alpha, theta = np.meshgrid((np.arange(rings) + 0.5) / rings, 2 * np.pi * (np.arange(ways) + 0.5) / ways)
+    return alpha * np.cos(theta), alpha * np.sin(theta), alpha
+
+
+# Limits: what the estimators' docstrings say, of the height h, at the point p with the unit normal n
+
+
+def behind(h, p, n, radius, half):
+    """Share of the ball, or of its half above the tangent plane, that lies under the height: column by column."""
+    x, y, alpha = polar(200, 360)
+    reach = radius * np.sqrt(1 - alpha**2)
+    dx, dy = radius * x, radius * y
+    rise = h(p[0] + dx, p[1] + dy) - p[2]
+    floor = np.maximum(-reach, -(n[0] * dx + n[1] * dy) / n[2]) if half else -reach
+    hidden = np.maximum(np.minimum(rise, reach) - floor, 0)
+    return np.sum(hidden * alpha) / np.sum(2 * reach * alpha) * (2 if half else 1)
+
+
+def shell(h, p, n, radius, half):
+    """The same of LF's shell, from 0.8 R to R."""
+    outer, inner = (r**3 * behind(h, p, n, r, half) for r in (radius, 0.8 * radius))
+    return (outer - inner) / (radius**3 - (0.8 * radius) ** 3)
+
+
+def taps(h, p, n, radius):
+    """u.n and u.u of the points of the surface over a disk whose radii are uniform; lengths in radii."""
+    x, y, _ = polar(300, 360)
+    z = (h(p[0] + radius * x, p[1] + radius * y) - p[2]) / radius
+    return x * n[0] + y * n[1] + z * n[2], x * x + y * y + z * z
+
+
+def alchemy(h, p, n, radius):
+    above, square = taps(h, p, n, radius)
+    return 2 * SIGMA * np.mean(np.maximum(above, 0) / (square + EPSILON))
+
+
+def sao(h, p, n, radius):
+    above, square = taps(h, p, n, radius)
+    return 5 * SIGMA * np.mean(np.maximum(1 - square, 0) ** 3 * np.maximum(above - BETA, 0) / (square + EPSILON))
+
+
+def sao_equation_1(h, p, n, radius):
+    above, square = taps(h, p, n, radius)
+    away = (2 - p[2]) / radius  # the camera stands at z = 2
+    return 2 * SIGMA * np.mean(np.maximum(above - BETA / 20 * away, 0) / (square + EPSILON))
+
+
+def horizons(h, p, n, radius, directions=360, steps=600, quadratic=1.0):
+    """Mean over the directions of the integral of W over the rising sine of the horizon."""
+    theta = np.pi * (2 * np.arange(directions)[:, None] + 1) / directions
+    length = radius * (np.arange(steps) + 1) / steps
+    dx, dy = length * np.cos(theta), length * np.sin(theta)
+    dz = h(p[0] + dx, p[1] + dy) - p[2]
+    away = np.sqrt(dx**2 + dy**2 + dz**2)
+    slope = -(n[0] * np.cos(theta) + n[1] * np.sin(theta)) / n[2]
+    start = slope / np.sqrt(1 + slope**2)
+    sine = np.where(away < radius, dz / away, -1)
+    risen = np.maximum(np.maximum.accumulate(sine, axis=1), start)
+    gains = np.diff(risen, axis=1, prepend=start)
+    return np.mean(np.sum((1 - quadratic * (away / radius) ** 2) * gains, axis=1))
+
+
+def square_of_texels(h, p, n, radius):
+    """Mean over the square of (1 - t^2 / R^2) max(0, cos); alone, a level is its own maximum and average."""
+    a = (KERNEL + 0.5) * 0.75 / HEIGHT
+    u = a * (2 * (np.arange(400) + 0.5) / 400 - 1)
+    x, y = np.meshgrid(u, u)
+    z = h(p[0] + x, p[1] + y) - p[2]
+    t = np.sqrt(x * x + y * y + z * z)
+    mean = np.mean(np.maximum(1 - (t / radius) ** 2, 0) * np.maximum(x * n[0] + y * n[1] + z * n[2], 0) / t)
+    return 1 - (1 - mean) ** 2
+
+
+# Settings that come near the limit: many samples, and no passes after them
+
+
+SIGMA, BETA, EPSILON, KERNEL, H = 0.15, 0.01, 0.01, 15, 0.4  # H: of a step, in radii
+SPIRAL = {"taps": 200, "turns": 97, "mip": "none", "quad_edge": 0.0, "gauss": 0.0, "epsilon": EPSILON}
+
+
+def sunflower(n):
+    """Points that fill the disk evenly."""
+    k = np.arange(n)
+    r, turn = np.sqrt((k + 0.5) / n), k * np.pi * (3 - np.sqrt(5))
+    return np.stack([r * np.cos(turn), r * np.sin(turn)], -1)
+
+
+def even_radii(n, m):
+    """Taps whose radii, not whose area, are even."""
+    x, y, _ = polar(n, m)
+    return np.stack([x.ravel(), y.ravel()], -1)
+
+
+def filled(n):
+    """Points that fill the ball, each with its opposite."""
+    rng = np.random.default_rng(4)
+    d = rng.standard_normal((n, 3))
+    d *= rng.random((n, 1)) ** (1 / 3) / np.linalg.norm(d, axis=1, keepdims=True)
+    return np.concatenate([d, -d])
+
+
+LF = make_samples("jittered", 1024, 3)
+AROUND = {"directions": 32, "steps": 6}
+# Of each estimator: limit, radius, samples, parameters, and how far off it may be: less than a ball of 0.9 R would be
+# (0.016, twice that by half balls), but for random points, whose error is 0.014 (of 0.85 R it would be 0.025). A
+# texel is 1/19 of the radius; a wall's or a sphere's edge is found to within half of it, of which stratified points and
+# lines on average miss little. A texel's spiral has 200 taps on 97 turns. The areas of VO are 1.3 texels wide: below
+# that a tangent plane's slope stays in their variance. Steps of horizons must be wide against texels, which lie beside
+# the way: it is the sum over six steps, with a larger ball, that is compared.
+NEAR_THE_LIMIT = {
+    "lf": (partial(shell, half=False), RADIUS, LF, {}, 0.012),
+    "point": (partial(shell, half=False), RADIUS, LF, {}, 0.012),
+    "hemisphere": (partial(shell, half=True), RADIUS, LF, {}, 0.02),
+    "alchemy": (
+        alchemy, RADIUS, even_radii(20, 32), {"sigma": SIGMA, "beta": 0.0, "epsilon": EPSILON, "rotation": "none"}, 0.01
+    ),
+    "sao": (sao, RADIUS, None, {"intensity": SIGMA, "beta": BETA, **SPIRAL}, 0.02),
+    "sao-equation-1": (sao_equation_1, RADIUS, None, {"sigma": SIGMA, "beta": BETA / 20, **SPIRAL}, 0.02),
+    "multiresolution": (square_of_texels, RADIUS, None, {"levels": 1, "kernel": KERNEL}, 0.01),
+    "vo-points": (partial(behind, half=False), RADIUS, filled(600), {}, 0.02),
+    "vo-points-normal": (partial(behind, half=True), RADIUS, filled(600), {}, 0.03),
+    "vo-lines": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),
+    "vo-lines-normal": (partial(behind, half=True), RADIUS, sunflower(200), {}, 0.03),
+    "vo-area": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),
+    "vo-area-normal": (partial(behind, half=True), RADIUS, sunflower(200), {}, 0.04),
+    "hbao": (partial(horizons, **AROUND), 0.3, None, {"randomize": False, **AROUND}, 0.03),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def seen():
+    sight = scenes.SIGHTS["orthographic"](WIDTH, HEIGHT)
+    return {surface: scenes.buffers(surface, sight) for surface in scenes.SURFACES}
+
+
+@pytest.mark.parametrize("surface", scenes.SURFACES)
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_an_estimator_tends_to_its_limit(name, surface, seen):
+    limit, radius, points, parameters, tolerance = NEAR_THE_LIMIT[name]
+    made = estimate(name, seen[surface], radius, points, **parameters).texture
+    for x in PLACES[surface]:
+        j, i, at = scenes.nearest(seen[surface], x)
+        want = limit(scenes.SURFACES[surface].height, at, seen[surface].normals[j, i], radius)
+        assert abs(made[j, i] - want) < tolerance, (x, made[j, i], want)
+
+
+# Closed forms: lengths in radii, C or P at the distance a from the feature, measured across the view
+
+
+def height_of(surface, scale):
+    """A surface of tests/analytic_scenes, ``scale`` times as large."""
+    return lambda x, y: scale * scenes.SURFACES[surface].height(x / scale, y / scale)
+
+
+UP = np.array([0.0, 0.0, 1.0])
+SLOPE = np.array([0.5**0.5, 0.0, 0.5**0.5])  # normal of z = -x
+
+
+def at_step(a, high=1.0):
+    return height_of("step", high / scenes.STEP), np.array([-a, 0.0, 0.0]), UP
+
+
+def at_crease(a):
+    """On the left wall, which falls to the right; a is measured across the view, sqrt(2) a along the wall."""
+    return height_of("concave crease", 1.0), np.array([-a, 0.0, a]), SLOPE
+
+
+def at_ridge(a):
+    return height_of("convex crease", 1.0), np.array([-a, 0.0, -a]), np.array([-(0.5**0.5), 0.0, 0.5**0.5])
+
+
+def on_top(s):
+    """On top of a sphere of radius s."""
+    return height_of("sphere on a plane", s / scenes.BALL), np.array([0.0, 0.0, 2 * s]), UP
+
+
+def cap(t):
+    """Share of a ball beyond a plane at the distance t from its middle."""
+    return (1 - t) ** 2 * (2 + t) / 4 if t < 1 else 0.0
+
+
+@pytest.mark.parametrize("a", [0.0, 0.2, 0.5, 0.9])
+def test_volumes_are_caps(a):
+    c, along = cap(a), cap(2**0.5 * a)
+    for place, beyond in ((at_step(a), c), (at_crease(a), along)):
+        assert behind(*place, 1.0, False) == pytest.approx(0.5 + beyond / 2, abs=2e-3)
+        assert behind(*place, 1.0, True) == pytest.approx(beyond, abs=4e-3)
+    assert behind(*at_ridge(a), 1.0, False) == pytest.approx(0.5 - along / 2, abs=2e-3)
+    assert behind(*at_ridge(a), 1.0, True) == pytest.approx(0.0, abs=2e-3)
+    hollow = (cap(a) - 0.512 * cap(a / 0.8)) / 0.488
+    assert shell(*at_step(a), 1.0, False) == pytest.approx(0.5 + hollow / 2, abs=5e-3)
+    s = 1 + a
+    assert behind(*on_top(s), 1.0, False) == pytest.approx(0.5 - 3 / (16 * s), abs=2e-3)
+    assert behind(*on_top(s), 1.0, True) == 0
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
+
+
+def integral(f, low, high):
+    """By Gauss and Legendre over the last axis; ends may be arrays. What begins like a square root becomes smooth."""
+    t = 0.5 * (NODES + 1)
+    low, wide = np.asarray(low)[..., None], (np.asarray(high) - low)[..., None]
+    return np.sum(0.5 * WEIGHTS * f(low + wide * t * t) * 2 * t * wide, axis=-1)
+
+
+@pytest.mark.parametrize("a", [0.1, 0.3, 0.6])
+def test_sums_over_taps_are_integrals_over_what_stands_out(a):
+    """On a step of height H, and on the other wall of a crease."""
+    step, crease = at_step(a, H), at_crease(a)
+
+    def over_step(f):
+        """(1 / 2 pi) times the integral of f(u.n, u.u) over the taps beyond the wall."""
+        return integral(lambda r: np.arccos(a / r) / np.pi * f(H, r * r + H * H), a, 1)
+
+    def over_crease(f):
+        def ring(r):
+            def term(t):
+                c = r[..., None] * np.cos(t)
+                return f(2**0.5 * (c - a), r[..., None] ** 2 + (2 * a - c) ** 2)
+
+            return integral(term, 0 * r, np.arccos(a / r)) / np.pi
+
+        return integral(ring, a, 1)
+
+    for place, over in ((step, over_step), (crease, over_crease)):
+        first = over(lambda un, uu: un / (uu + EPSILON))
+        assert alchemy(*place, 1.0) == pytest.approx(2 * SIGMA * first, abs=2e-3)
+        updated = over(lambda un, uu: np.maximum(1 - uu, 0) ** 3 * np.maximum(un - BETA, 0) / (uu + EPSILON))
+        assert sao(*place, 1.0) == pytest.approx(5 * SIGMA * updated, abs=2e-3)
+        biased = over(lambda un, uu, d=2 - place[1][2]: np.maximum(un - BETA / 20 * d, 0) / (uu + EPSILON))
+        assert sao_equation_1(*place, 1.0) == pytest.approx(2 * SIGMA * biased, abs=2e-3)
+    for open_ in (at_ridge(a), on_top(0.9)):  # below the camera
+        for limit in (alchemy, sao, sao_equation_1):
+            assert limit(*open_, 1.0) == pytest.approx(0, abs=1e-15)
+
+
+@pytest.mark.parametrize("a", [0.2, 0.5, 0.8])
+def test_horizons_rise_at_the_wall(a):
+    """Before a step of height H; for a large R the wall hides a lune; in a crease half of the sky is hidden."""
+    widest = np.arccos(a / np.sqrt(1 - H**2))
+    for quadratic in (0.0, 1.0):
+
+        def way(theta, quadratic=quadratic):
+            square = (a / np.cos(theta)) ** 2 + H**2
+            return (1 - quadratic * square) * H / np.sqrt(square) / np.pi
+
+        want = integral(way, 0, widest)
+        assert horizons(*at_step(a, H), 1.0, quadratic=quadratic) == pytest.approx(want, abs=5e-3)
+    lune = np.arctan(H / a) / np.pi
+    assert horizons(*at_step(a, H), 100.0, 90, 20_000, 0.0) == pytest.approx(lune, abs=5e-3)
+    assert horizons(*at_crease(0.0), 1.0) == pytest.approx(0.5, abs=2e-3)
+    assert horizons(*at_ridge(a), 1.0) == pytest.approx(0, abs=1e-12)
+    assert horizons(*on_top(1 + a), 1.0) == 0
+
+
+def test_a_square_of_texels_sees_the_terrace():
+    """Before a step of height H, the square 0.8 times as wide as the ball."""
+    half = (KERNEL + 0.5) * 0.75 / HEIGHT / RADIUS  # of the square, in radii
+
+    x, y = 0.3 + (half - 0.3) * 0.5 * (NODES[:, None] + 1), half * 0.5 * (NODES + 1)
+    square = x * x + y * y + H * H
+    terms = np.maximum(1 - square, 0) * H / np.sqrt(square) * WEIGHTS[:, None] * WEIGHTS / 4
+    mean = np.sum(terms) * (half - 0.3) * half * 2 / (2 * half) ** 2
+    where, at, up = at_step(0.3 * RADIUS, H * RADIUS)
+    assert square_of_texels(where, at, up, RADIUS) == pytest.approx(1 - (1 - mean) ** 2, abs=2e-3)
+    for open_ in (at_ridge(0.05), on_top(0.2)):
+        assert square_of_texels(*open_, RADIUS) == pytest.approx(0, abs=1e-12)

@@ -1,0 +1,279 @@
+"""Algorithm 2 with neighbours: the reference, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
+
+import json
+from importlib.util import find_spec
+from inspect import signature
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference.passes import algorithm2_with_neighbours
+from test_ssao import assert_same_bits, both, module_cases
+
+from lfssao import Mesh, RayCaster, Settings, find_display, fit_roi, make_samples, module_views, read_exr
+from lfssao.ao import passes
+from lfssao.ao.estimators.neighbours import DepthCache, nearest_modules
+from lfssao.cli.main import main
+from lfssao.errors import InputError
+from lfssao.optics.view import KINDS, WorldToImage
+from lfssao.rendering.passes import render
+
+SAMPLE_A = find_display("sample-a")
+BOX = np.array([[-1.0, -0.75, -1.0], [1.0, 0.75, 1.0]])
+
+
+@st.composite
+def neighbourhoods(draw, dtype):
+    """A module's textures and up to three depth textures of other sizes, seen through its mapping or another's."""
+    depth, positions, mapping, samples, radius = draw(module_cases(dtype))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    others = []
+    for _ in range(draw(st.integers(0, 3))):
+        shape = tuple(rng.integers(1, 12, 2))
+        numbers = mapping.numbers * (1 + 0.01 * rng.standard_normal(16))
+        texture = (np.nan_to_num(depth, posinf=0.0).mean() + 0.05 * rng.standard_normal(shape)).astype(dtype)
+        texture[rng.random(shape) < 0.2] = np.inf
+        others.append((WorldToImage(mapping.kind, numbers), texture))
+    return depth, positions, mapping, others, samples, radius
+
+
+@both
+@given(data=st.data())
+def test_neighbours_equal_the_reference(dtype, data):
+    depth, positions, mapping, others, samples, radius = data.draw(neighbourhoods(dtype))
+    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, others, samples, radius)
+    views = [(texture, KINDS[m.kind], m.numbers.astype(dtype)) for m, texture in [(mapping, depth), *others]]
+    occlusion, outside = algorithm2_with_neighbours(depth, positions, (radius * samples).astype(dtype), views)
+    assert_same_bits(actual.texture, occlusion)
+    assert actual.outside == outside.sum()
+
+
+@both
+@pytest.mark.parametrize(("name", "radius"), [("convex", 2.0), ("picoarray", 0.4)])
+def test_neighbours_of_any_display_equal_the_reference(dtype, name, radius):
+    display = find_display(name).with_resolution(40, 24)
+    chosen = range(len(display.modules) // 2, len(display.modules) // 2 + 3)
+    views = module_views(ball(), display, chosen)
+    caster = RayCaster(ball(), views[0].cast_from_world)
+    depths = [caster.gbuffer(view).depth.astype(dtype) for view in views]
+    depths[1] = np.ascontiguousarray(depths[1][:20, :30])  # where what falls beyond is outside
+    positions = caster.gbuffer(views[0]).positions.astype(dtype)
+    samples = make_samples("random", 5, 3)
+    others = [(view.world_to_image, depth) for view, depth in zip(views[1:], depths[1:], strict=True)]
+    actual = passes.algorithm2_with_neighbours(depths[0], positions, views[0].world_to_image, others, samples, radius)
+    known = [
+        (depth, KINDS[view.world_to_image.kind], view.world_to_image.numbers.astype(dtype))
+        for view, depth in zip(views, depths, strict=True)
+    ]
+    occlusion, outside = algorithm2_with_neighbours(depths[0], positions, (radius * samples).astype(dtype), known)
+    assert_same_bits(actual.texture, occlusion)
+    assert actual.outside == outside.sum() > 0
+    alone = passes.algorithm2(depths[0], positions, views[0].world_to_image, samples, radius)
+    assert (alone.texture > occlusion).any()
+
+
+@both
+@given(data=st.data())
+def test_without_neighbours_it_is_algorithm_2(dtype, data):
+    depth, positions, mapping, samples, radius = data.draw(module_cases(dtype))
+    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [], samples, radius)
+    expected = passes.algorithm2(depth, positions, mapping, samples, radius)
+    assert_same_bits(actual.texture, expected.texture)
+    assert actual.outside == expected.outside
+
+
+def card_before_a_wall(index):
+    """What a module of sample-a sees of a card, |x| < 2 cm at z = -0.2, before a wall at z = 0.2; by its own rays."""
+    display = find_display("sample-a").with_resolution(200, 120)
+    view = display.view(index, np.eye(3, 4))
+    v, u = np.mgrid[:120, :200] + 0.5
+    origin, direction, _ = display.texel_ray(index, u.ravel(), v.ravel())
+    near, far = (origin + z * direction for z in (-0.2, 0.2))
+    card = np.abs(near[:, 0]) < 0.02
+    points = np.where(card[:, None], near, far).reshape(120, 200, 3)
+    return view.world_to_image, points[..., 2].astype(np.float32), points.astype(np.float32)
+
+
+def test_a_neighbour_sees_behind_a_card():
+    """Samples beside the wall's point that the card hides from one module lie in the open for one beside it."""
+    mapping, depth, positions = card_before_a_wall(10)
+    others = [card_before_a_wall(k)[:2] for k in (7, 13)]
+    samples = np.array([[0.0, 0.0, -1.0], [0.5, 0.0, -0.5], [-0.5, 0.0, -0.5]])
+    alone = passes.algorithm2(depth, positions, mapping, samples, 0.1).texture
+    together = passes.algorithm2_with_neighbours(depth, positions, mapping, others, samples, 0.1).texture
+    wall = positions[..., 2] == np.float32(0.2)
+    assert (alone[wall] > 0).any()  # a halo round the card
+    assert not together[wall].any()  # 40 cm before the wall nothing is solid
+    np.testing.assert_array_equal(together <= alone, True)
+
+
+def test_a_sample_that_only_a_neighbour_can_tell_counts():
+    """Outside the module's own texture, in the neighbour's: behind its surface."""
+    mapping = find_display("virtual").with_resolution(1, 1).view(0, np.eye(3, 4)).world_to_image
+    wide = find_display("virtual").with_resolution(40, 30).view(0, np.eye(3, 4)).world_to_image
+    depth, positions = np.zeros((1, 1), np.float32), np.zeros((1, 1, 3), np.float32)
+    shifted = WorldToImage(mapping.kind, mapping.numbers + np.eye(1, 16, 14)[0] * 5)  # 5 texels to the right: outside
+    samples = np.array([[0.0, 0.0, 0.1]])
+    assert passes.algorithm2(depth, positions, shifted, samples, 1.0).outside == 1
+    for z, hidden in ((0.05, 1.0), (0.2, 0.0)):
+        other = wide, np.full((30, 40), z, np.float32)
+        found = passes.algorithm2_with_neighbours(depth, positions, shifted, [other], samples, 1.0)
+        assert (float(found.texture[0, 0]), found.outside) == (hidden, 0)
+
+
+def test_a_neighbour_of_another_dtype_is_refused():
+    world = fit_roi(BOX, find_display("virtual").roi)
+    mapping = find_display("virtual").view(0, world).world_to_image
+    depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
+    for other in (np.zeros((3, 4)), np.zeros((0, 4), np.float32)):
+        with pytest.raises(InputError, match="neighbour 1"):
+            passes.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, other)], np.ones((1, 3)), 1.0)
+
+
+def test_more_texels_than_32_bits_can_number_are_refused():
+    mapping = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
+    depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
+    others = [(mapping, np.broadcast_to(np.float32(0), (2**15, 2**15)))] * 2
+    with pytest.raises(InputError, match="3 modules have 2147483660 texels"):
+        passes.algorithm2_with_neighbours(depth, positions, mapping, others, np.ones((1, 3)), 1.0)
+
+
+@both
+def test_texels_without_a_surface_have_no_samples_wherever_they_are_said_to_be(dtype):
+    """Positions mean nothing where depth is infinite: renderers may leave there what was there before."""
+    mapping, depth, positions = card_before_a_wall(10)
+    depth, positions = depth.astype(dtype), positions.astype(dtype)
+    depth[::2] = np.inf
+    samples = make_samples("latin", 8)
+    expected = passes.algorithm2(depth, positions, mapping, samples, 0.1)
+    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, depth)], samples, 0.1)
+    assert_same_bits(actual.texture, expected.texture)
+    assert actual.outside == expected.outside > 0
+    depth[:, 60:66] = np.inf  # and in the middle of a run
+    expected = passes.algorithm2(depth, positions, mapping, samples, 0.1)
+    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [], samples, 0.1)
+    assert_same_bits(actual.texture, expected.texture)
+    assert actual.outside == expected.outside
+
+
+def test_nearest_modules_and_how_many_there_are():
+    assert nearest_modules(SAMPLE_A, 10, 4) == [9, 11, 8, 12]
+    assert nearest_modules(SAMPLE_A, 0, 3) == [1, 2, 3]
+    assert nearest_modules(SAMPLE_A, 5, 0) == []
+    with pytest.raises(InputError, match="sample-a has 20 modules besides"):
+        nearest_modules(SAMPLE_A, 5, 21)
+
+
+# In a render
+
+
+def ball():
+    """A coarse ball, so that modules see more or less of what is round the corner."""
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 17)[:-1], np.linspace(-1.5, 1.5, 9))
+    points = np.stack([np.cos(u) * np.cos(v), np.sin(v), np.sin(u) * np.cos(v)], axis=-1).reshape(-1, 3)
+    faces = []
+    for row in range(8):
+        for k in range(16):
+            a, b = 16 * row + k, 16 * row + (k + 1) % 16
+            faces += [(a, b, a + 16), (b, b + 16, a + 16)]
+    return Mesh(points, faces)
+
+
+@pytest.fixture
+def rendered(tmp_path):
+    """Modules 9 to 12 of sample-a with two neighbours each, by the command line."""
+    mesh = tmp_path / "ball.ply"
+    vertices, faces = ball().vertices, ball().faces
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
+    head += "property double x\nproperty double y\nproperty double z\n"
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    lines = [" ".join(map(repr, p)) for p in vertices.tolist()] + [f"3 {a} {b} {c}" for a, b, c in faces.tolist()]
+    mesh.write_text(head + "\n".join(lines) + "\n")
+    words = [str(mesh), "-o", str(tmp_path / "out"), "--display", "sample-a", "--resolution", "60x36", "--radii", "0.3"]
+    return lambda *more: main(["render", *words, "--modules", "9:13", *more])
+
+
+def test_the_command_renders_what_the_pass_makes_of_the_nearest_modules(rendered, tmp_path):
+    assert rendered("--neighbours", "2") == 0
+    display = SAMPLE_A.with_resolution(60, 36)
+    views = module_views(ball(), display)
+    caster = RayCaster(ball(), views[0].cast_from_world)
+    seen = {k: caster.gbuffer(views[k]) for k in range(8, 14)}
+    for index in range(9, 13):
+        asked = [(views[k].world_to_image, seen[k].depth) for k in (index - 1, index + 1)]
+        mine = seen[index]
+        expected = passes.algorithm2_with_neighbours(
+            mine.depth, mine.positions, views[index].world_to_image, asked, make_samples(), 0.3
+        )
+        path = tmp_path / "out" / f"module_{index:03d}.exr"
+        found = read_exr(path)["ao_1"].pixels[..., 0]
+        assert_same_bits(found, expected.texture)
+        alone = passes.algorithm2(mine.depth, mine.positions, views[index].world_to_image, make_samples(), 0.3)
+        assert (found < alone.texture).any()
+    settings = json.loads((tmp_path / "out" / "manifest.json").read_text())["settings"]
+    assert settings["neighbours"] == 2
+
+
+def test_the_library_renders_the_same(rendered, tmp_path):
+    assert rendered("--neighbours", "2") == 0
+    settings = Settings((0.3,), neighbours=2)
+    for textures in render(ball(), SAMPLE_A.with_resolution(60, 36), settings, range(9, 13)):
+        path = tmp_path / "out" / f"{textures.view.name}.exr"
+        assert_same_bits(read_exr(path)["ao_1"].pixels[..., 0], textures.ao[0])
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--neighbours", "21"], "--neighbours 21: a module of sample-a has 20 others"),
+        (["--neighbours", "-1"], "-1 is not from 0"),
+        (["--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
+    ],
+)
+def test_what_has_no_neighbours_is_refused(rendered, capsys, more, words):
+    assert rendered(*more) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_camera_has_no_neighbours(capsys, tmp_path):
+    assert main(["render", "statue", "-o", str(tmp_path / "out"), "--neighbours", "1", "--camera"]) == 2
+    assert "--neighbours does not go with --camera" in capsys.readouterr().err
+
+
+def test_depths_are_cast_once_as_long_as_they_are_kept():
+    display = SAMPLE_A.with_resolution(20, 12)
+    views = module_views(ball(), display)
+    texels = RayCaster(ball(), views[0].cast_from_world)
+    cast = []
+
+    class Counting:
+        bounds = texels.bounds
+
+        def gbuffer(self, view, color, rows, caster, positions):
+            cast.append(view.name)
+            assert (color, caster, positions) == (None, "exact", False)
+            return texels.gbuffer(view, color, rows=rows)
+
+    cache = DepthCache(Counting(), 3)
+    for asked in ((0, 1), (1, 2), (0, 2), (5,), (1,)):
+        found = cache.neighbours(tuple(views[k] for k in asked))
+        for k, (mapping, depth) in zip(asked, found, strict=True):
+            assert mapping is views[k].world_to_image
+            np.testing.assert_array_equal(depth, texels.gbuffer(views[k]).depth)
+    assert [int(name[-3:]) for name in cast] == [0, 1, 2, 5, 1]
+
+
+@pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
+def test_neighbours_are_seen_by_the_caster_of_the_settings(monkeypatch):
+    real, asked = RayCaster.gbuffer, []
+
+    def recorded(self, *options, **named):
+        asked.append(signature(real).bind(self, *options, **named).arguments["caster"])
+        return real(self, *options, **named)
+
+    monkeypatch.setattr(RayCaster, "gbuffer", recorded)
+    display = SAMPLE_A.with_resolution(20, 12)
+    for caster in ("exact", "embree"):
+        next(render(ball(), display, Settings((0.1,), neighbours=2, caster=caster), range(3, 4)))
+    assert asked == ["exact"] * 3 + ["embree"] * 3

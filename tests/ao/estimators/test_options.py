@@ -1,0 +1,113 @@
+"""The command line's and the library's choice of an estimator."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from lfssao import (
+    Buffers,
+    RayCaster,
+    Settings,
+    builtin_scene,
+    estimate,
+    find_display,
+    module_views,
+    read_exr,
+    render_view,
+)
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.cli.main import main
+from lfssao.rendering.passes import diagonal
+
+SMALL = ["render", "ammonite", "--resolution", "24x18", "--radii", "2%"]
+
+
+def render(folder, *options):
+    assert main([*SMALL, "-o", str(folder), *options]) == 0
+    manifest = json.loads((folder / "manifest.json").read_text())
+    return manifest, {name: part.pixels for name, part in read_exr(folder / manifest["views"][0]["file"]).items()}
+
+
+@pytest.fixture(scope="module")
+def ammonite():
+    mesh = builtin_scene("ammonite")
+    view = module_views(mesh, find_display("virtual").with_resolution(24, 18))[0]
+    return mesh, view, RayCaster(mesh, view.cast_from_world)
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_render_view_makes_what_the_estimator_makes_of_its_own_samples(ammonite, name):
+    mesh, view, caster = ammonite
+    radius, normals = 0.02 * diagonal(mesh), ESTIMATORS[name].normals
+    made = render_view(caster, view, Settings((radius,), estimator=name))
+    expected = estimate(name, Buffers.of(made.gbuffer, view), radius)
+    assert np.array_equal(made.ao[0], expected.texture)
+    assert made.outside == (expected.outside,)
+    assert (made.gbuffer.normals is not None) == normals
+
+
+@pytest.mark.parametrize("name", ["lf", "hemisphere"])
+def test_the_command_writes_what_the_estimator_makes_and_says_with_what(ammonite, tmp_path, name):
+    manifest, parts = render(tmp_path, "--estimator", name)
+    _, view, caster = ammonite
+    entry = ESTIMATORS[name]
+    seen = caster.gbuffer(view, None, "geometric" if entry.normals else None)
+    expected = estimate(name, Buffers.of(seen, view), manifest["settings"]["radii"][0])
+    assert np.array_equal(parts["ao_1"][..., 0], expected.texture)
+    assert manifest["settings"]["estimator"] == name
+    assert manifest["settings"]["parameters"] == entry.parameters
+    assert manifest["views"][0]["samples_outside"] == [expected.outside]
+    points, weights = entry.default_samples()
+    assert (points is None) == (manifest["settings"]["samples"] is None)
+    assert points is None or manifest["settings"]["samples"] == points.tolist()
+    assert (weights is None) == (manifest["settings"]["weights"] is None)
+    assert ("normals" in parts) == entry.normals
+
+
+def test_the_default_is_lf_with_eight_points_of_the_latin_square(tmp_path):
+    manifest, parts = render(tmp_path / "a")
+    assert manifest["sampling"] == {"method": "latin", "count": 8, "seed": 0}
+    assert manifest["settings"]["estimator"] == "lf"
+    asked = ["--estimator", "lf", "--sampling", "latin", "--samples", "8", "--seed", "0"]
+    assert np.array_equal(render(tmp_path / "b", *asked)[1]["ao_1"], parts["ao_1"])
+    manifest, other = render(tmp_path / "c", "--seed", "5")
+    assert manifest["sampling"] == {"method": "latin", "count": 8, "seed": 5}
+    assert not np.array_equal(other["ao_1"], parts["ao_1"])
+
+
+def test_all_estimators_are_listed(capsys):
+    assert main(["estimators"]) == 0
+    said = capsys.readouterr().out
+    for name, entry in ESTIMATORS.items():
+        assert f"{name}: {entry.title} ({entry.source})" in said.splitlines()
+        assert all(f"{parameter}={value}" in said for parameter, value in entry.parameters.items())
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--estimator", "best"], "--estimator: there is no estimator 'best'"),
+        (["--parameter", "sigma"], "--parameter: 'sigma' is not NAME=VALUE"),
+        (["--parameter", "sigma=2"], "--parameter: estimator lf has no parameter 'sigma'"),
+        (["--sampling", "best"], "--sampling: there is no sampling"),
+    ],
+)
+def test_wrong_options_are_said_before_anything_is_done(tmp_path, capsys, options, said):
+    assert main([*SMALL, "-o", str(tmp_path / "out"), *options]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path):
+    script = "import sys, lfssao.cli.main; assert lfssao.cli.main(sys.argv[1:]) == 0; print(*sys.modules)"
+    command = [sys.executable, "-c", script, *SMALL, "-o", str(tmp_path / "out")]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    estimators = {name.removeprefix("lfssao.estimators.") for name in loaded if "lfssao.estimators." in name}
+    assert estimators == {"buffers", "estimator", "point", "registry"}
+    kernels = {name.removeprefix("lfssao.kernels.") for name in loaded if "lfssao.kernels." in name}
+    assert "ssao" in kernels
+    others = {"alchemy", "frames", "multiresolution", "point", "power", "rows", "spiral", "truth"}
+    assert not kernels & others

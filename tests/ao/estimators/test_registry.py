@@ -1,0 +1,244 @@
+"""What every estimator of the registry promises, on every kind of view: an entry is tested by being listed."""
+
+import inspect
+import tracemalloc
+
+import analytic_scenes as scenes
+import numba
+import numpy as np
+import pytest
+
+from lfssao import Buffers, InputError, Settings, estimate
+from lfssao.ao.estimators import registry
+from lfssao.ao.estimators.registry import ESTIMATORS, estimate_radii, find_estimator
+from lfssao.ao.passes import Occlusion
+
+each = pytest.mark.parametrize("name", ESTIMATORS)
+both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+VALUES = {"epsilon": 0.0}  # parameters of these names take this value where it is extreme
+
+
+def check(result, buffers):
+    """An occlusion texture: 0 to 1 where there is a surface, 0 elsewhere, no NaN."""
+    assert isinstance(result, Occlusion)
+    texture = result.texture
+    assert (texture.shape, texture.dtype) == (buffers.depth.shape, buffers.depth.dtype)
+    assert ((texture >= 0) & (texture <= 1)).all()  # false for NaN
+    assert not texture[np.isinf(buffers.depth)].any()
+    assert isinstance(result.outside, int)
+    assert result.outside >= 0
+    return texture
+
+
+def variants(entry):
+    """Its parameters at other values, one at a time; a second radius with each way to make one of two."""
+    yield {}
+    for parameter, value in entry.parameters.items():
+        if isinstance(value, bool):
+            yield {parameter: not value}
+    for parameter, choices in entry.choices.items():
+        more = {"second": 0.5} if "second" in entry.parameters else {}
+        yield from ({parameter: choice, **more} for choice in choices)
+
+
+def memory(name, sight, width, height, options):
+    """Most bytes that an estimate of a new view has at once."""
+    buffers = scenes.buffers("tilted plane", scenes.SIGHTS[sight](width, height), np.float32)
+    tracemalloc.start()
+    try:
+        estimate(name, buffers, 0.05, **options)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_an_entry_says_how_much_memory_it_takes(name):
+    entry = ESTIMATORS[name]
+    most = 0.0
+    for sight in scenes.SIGHTS:
+        for number, options in enumerate(variants(entry)):
+            # By the difference of two sizes, so that tables of samples do not count; sizes that nothing is kept of.
+            memory(name, sight, 20 + number, 10, options)  # what is made once
+            small, large = (60 + number, 40), (220 + number, 180)
+            needed = memory(name, sight, *large, options) - memory(name, sight, *small, options)
+            most = max(most, needed / (large[0] * large[1] - small[0] * small[1]))
+    assert abs(most - entry.texel_bytes) < 2
+
+
+def samples(estimator, rng):
+    """A few points of the ball or disk, the middle among them twice, and weights; none where it takes none."""
+    if estimator.dimensions == 0:
+        return None, None
+    points = rng.uniform(-1, 1, (7, estimator.dimensions)) / np.sqrt(estimator.dimensions)
+    points[2:4] = 0
+    return points, rng.uniform(0, 2, 7)
+
+
+@each
+def test_an_entry_says_what_it_is(name):
+    entry = ESTIMATORS[name]
+    assert entry.name == name
+    assert entry.title
+    assert entry.source
+    assert inspect.getdoc(entry.run)
+    taken = list(inspect.signature(entry.run).parameters)
+    assert taken[:4] == ["buffers", "radius", "points", "weights"]
+    assert set(taken[4:]) == set(entry.parameters)
+    assert set(entry.limits) | set(entry.choices) <= set(entry.parameters)
+    for parameter, (low, high) in entry.limits.items():
+        assert low <= entry.parameters[parameter] <= high
+    for parameter, choices in entry.choices.items():
+        assert entry.parameters[parameter] in choices
+    points, weights = entry.default_samples()
+    if entry.dimensions == 0:
+        assert points is weights is None
+    else:
+        assert points.shape == (entry.count, entry.dimensions)
+        assert ((points**2).sum(axis=1) <= 1 + 1e-12).all()
+
+
+@both
+@each
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_occlusion_is_a_share_and_zero_on_background_with_any_number_of_threads(name, sight, dtype):
+    rng = np.random.default_rng(1)
+    sight = scenes.SIGHTS[sight](19, 14)
+    buffers = scenes.buffers("sphere on a plane", sight, dtype, rng.random((14, 19)) < 0.15)
+    points, weights = samples(ESTIMATORS[name], rng)
+    before = numba.get_num_threads()
+    made = []
+    try:
+        for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
+            numba.set_num_threads(threads)
+            made += [estimate(name, buffers, 0.3), estimate(name, buffers, 0.3, points)]
+    finally:
+        numba.set_num_threads(before)
+    for one, two in zip(made[:2], made[2:], strict=True):
+        assert np.array_equal(check(one, buffers), check(two, buffers))
+        assert one.outside == two.outside
+    assert made[0].texture.max() > 0
+    if ESTIMATORS[name].samples is not None and ESTIMATORS[name].default_samples()[1] is not None:
+        check(estimate(name, buffers, 0.1, points, weights), buffers)
+
+
+@both
+@each
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_several_radii_at_once_are_those_one_by_one(name, sight, dtype):
+    buffers = scenes.buffers("sphere on a plane", scenes.SIGHTS[sight](19, 14), dtype)
+    radii = (0.3, 0.0, 0.1, 0.7)
+    at_once = estimate_radii(name, buffers, radii)
+    for radius, found in zip(radii, at_once, strict=True):
+        alone = estimate(name, buffers, radius)
+        assert found.texture.tobytes() == alone.texture.tobytes()
+        assert found.outside == alone.outside
+    assert len({found.texture.tobytes() for found in at_once}) > 1
+    assert estimate_radii(name, buffers, ()) == []
+
+
+def extreme_buffers(view, dtype):
+    """Points at the singular planes, on the viewer, beyond both, far away; some texels have no surface or normal."""
+    rng = np.random.default_rng(2)
+    shape = view.height, view.width
+    cast = rng.choice([0.0, -0.0, 0.5, -0.5, 1e-30, 1e6], (*shape, 3))
+    cast[..., 2] = rng.choice([0.9, 0.75, -2.0, 0.0, 1.0, 3.0, 2.5, 1e6, -1e6], shape)
+    m = view.world_from_cast
+    positions = (cast @ m[:, :3].T + m[:, 3]).astype(dtype)
+    depth = rng.choice([0.9, 0.75, -2.0, 0.0, 1.0, 1.5, -1e30, 1e30], shape).astype(dtype)
+    normals = rng.standard_normal((*shape, 3))
+    normals = (normals / np.linalg.norm(normals, axis=-1, keepdims=True)).astype(dtype)
+    normals[rng.random(shape) < 0.2] = 0
+    nothing = rng.random(shape) < 0.2
+    depth[nothing], positions[nothing], normals[nothing] = np.inf, np.inf, 0
+    return Buffers(view, depth, positions, normals)
+
+
+@pytest.fixture
+def one_thread():
+    """These textures are so small that waking threads would take longer than the work."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    yield
+    numba.set_num_threads(before)
+
+
+@both
+@each
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+@pytest.mark.usefixtures("one_thread")
+def test_extremes_have_defined_results(name, sight, dtype):
+    estimator = ESTIMATORS[name]
+    make = scenes.SIGHTS[sight]
+    small, one = make(7, 5), make(1, 1)
+    cases = [
+        scenes.buffers("step", small, dtype),
+        scenes.buffers("step", small, dtype, np.ones((5, 7), bool)),  # all background
+        scenes.buffers("tilted plane", one, dtype),
+        scenes.buffers("tilted plane", one, dtype, np.ones((1, 1), bool)),
+        extreme_buffers(small.view, dtype),
+    ]
+    points, _ = samples(estimator, np.random.default_rng(3))
+    extreme = {key: value for key, value in VALUES.items() if key in estimator.parameters}
+    for buffers in cases:
+        for radius in (0.0, 1e-5, 1e3):
+            check(estimate(name, buffers, radius, points, **extreme), buffers)
+        check(estimate(name, buffers, 1e30), buffers)
+        if points is not None:  # all samples coincide with the point
+            check(estimate(name, buffers, 0.1, 0 * points, **extreme), buffers)
+
+
+@each
+def test_what_an_estimator_cannot_take_is_refused(name):
+    estimator = ESTIMATORS[name]
+    seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](4, 3))
+    with pytest.raises(InputError, match="no parameter 'nonsense'"):
+        estimate(name, seen, 0.1, nonsense=1)
+    for radius in (-1.0, np.nan, np.inf):
+        with pytest.raises(InputError, match="radius"):
+            estimate(name, seen, radius)
+    bad = [np.zeros((0, estimator.dimensions)), np.zeros((2, 5)), np.full((1, max(estimator.dimensions, 1)), np.nan)]
+    for points in bad:
+        with pytest.raises(InputError, match="sample"):
+            estimate(name, seen, 0.1, points)
+    for parameter, default in estimator.parameters.items():
+        wrong = ["yes", None] if isinstance(default, bool) else [None, 1] if isinstance(default, str) else ["1", True]
+        if isinstance(default, float):
+            wrong += [np.nan, np.inf]
+        if parameter in estimator.limits:
+            low, high = estimator.limits[parameter]
+            wrong += [x for x in (low - 1, high + 1) if low < x or x > high if abs(x) < 1e300]
+        if parameter in estimator.choices:
+            wrong.append("nonsense")
+        for value in wrong:
+            with pytest.raises(InputError, match=parameter):
+                estimate(name, seen, 0.1, **{parameter: value})
+    if estimator.normals:
+        with pytest.raises(InputError, match="normals"):
+            estimate(name, Buffers(seen.view, seen.depth, seen.positions), 0.1)
+    else:
+        check(estimate(name, Buffers(seen.view, seen.depth, seen.positions), 0.1), seen)
+
+
+def test_names_are_those_of_the_families_entries():
+    for family, names in registry._FAMILIES.items():
+        module = __import__(f"lfssao.estimators.{family}", fromlist=["ENTRIES"])
+        assert tuple(entry.name for entry in module.ENTRIES) == names
+    assert len(ESTIMATORS) == len(set(ESTIMATORS))
+    with pytest.raises(InputError, match="no estimator 'best': choose one of lf"):
+        find_estimator("best")
+
+
+def test_settings_take_the_estimators_own_samples_and_refuse_what_does_not_fit():
+    plain = Settings((1.0,))
+    assert plain.estimator == "lf"
+    assert plain.normals is None
+    assert np.array_equal(plain.samples, ESTIMATORS["lf"].default_samples()[0])
+    for wrong in ({"estimator": "best"}, {"parameters": {"x": 1}}, {"samples": np.zeros((4, 2))}):
+        with pytest.raises(InputError):
+            Settings((1.0,), **wrong)
+    for name, entry in ESTIMATORS.items():
+        made = Settings((1.0,), estimator=name)
+        assert (made.normals is not None) == entry.normals
+        assert made.parameters == entry.parameters
+        assert (made.samples is None) == (entry.dimensions == 0)

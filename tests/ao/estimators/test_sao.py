@@ -1,0 +1,472 @@
+"""Scalable Ambient Obscurance: each pass against the reference, formulas by hand, limits, the paper's claims."""
+
+import analytic_scenes as scenes
+import numpy as np
+import pytest
+from estimator_cases import assert_equals_reference, texel_table, view_numbers
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import scalable as reference
+from reference.passes import blur_weights
+from reference.spiral import turn_of
+
+from lfssao import Buffers, estimate
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao.kernels import bilateral, face_normals, packing, reconstruct
+from lfssao.ao.estimators.sao.kernels import scalable as kernels
+from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
+from lfssao.ao.estimators.sao.kernels.quad import average_quads
+from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_lines
+from lfssao.samples.kernels import spiral
+
+both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+every_sight = pytest.mark.parametrize("sight", scenes.SIGHTS)
+FILTERS = [name for name in scalable.FILTERS if name != "none"]
+sizes = st.one_of(
+    st.tuples(st.integers(1, 9), st.integers(1, 9)), st.sampled_from([(1, 1), (1, 23), (23, 1), (2, 40), (16, 8)])
+)
+wild = [0.0, -0.0, 1.0, 0.5, -1.0, 2.0, 3.0, 1e-3, 1e30, -1e30, 1e-30, np.inf]
+
+
+def assert_same_bits(actual, expected):
+    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
+    assert not np.isnan(actual).any()
+    integer = {1: np.int8, 4: np.int32, 8: np.int64}[actual.dtype.itemsize]
+    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
+
+
+@st.composite
+def textures(draw, dtype, low=0.5, high=4.0):
+    """A smooth or a wild texture of depths with holes."""
+    shape = draw(sizes)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    z = rng.uniform(low, high) + draw(st.sampled_from([0.0, 1e-3, 0.3])) * rng.standard_normal(shape)
+    z = z.astype(dtype)
+    if draw(st.booleans()):
+        z = rng.choice(np.array(wild, dtype), shape)
+    z[rng.random(shape) < draw(st.sampled_from([0.0, 0.2, 1.0]))] = np.inf
+    return z
+
+
+def reference_view(view, dtype):
+    return reference.View(view_numbers(view), dtype, texel_table(view, dtype))
+
+
+def seen(name, sight, dtype=np.float64, size=(13, 9), holes=0.1):
+    rng = np.random.default_rng(5)
+    sight = scenes.SIGHTS[sight](*size)
+    return scenes.buffers(name, sight, dtype, rng.random(size[::-1]) < holes)
+
+
+# Equation 2
+
+
+@both
+@settings(max_examples=15)
+@given(data=st.data())
+def test_linear_depth_equals_the_reference(dtype, data):
+    depth = data.draw(textures(dtype, 0.0, 1.1))
+    near = data.draw(st.sampled_from([0.01, 1.0, 7.0]))
+    far = data.draw(st.sampled_from([8.0, 1e6, np.inf]))
+    c = [dtype(x) for x in plane_constants(near, far)]
+    z = np.empty_like(depth)
+    with np.errstate(over="ignore"):
+        linear_depth(depth, True, *c, z)
+        made = reference.linear_depth(depth, reference.PERSPECTIVE, near, None if far == np.inf else far)
+    assert_same_bits(z, made)
+    if far < np.inf:
+        linear_depth(depth, False, dtype(near), dtype(far - near), dtype(0), z)
+        assert_same_bits(z, reference.linear_depth(depth, reference.ORTHOGRAPHIC, near, far))
+
+
+def test_linear_depth_by_hand():
+    depth = np.array([[0.0, 0.5, 1.0, 2.0, -1.0, np.inf]])
+    z = np.empty_like(depth)
+    linear_depth(depth, True, *plane_constants(2.0, 6.0), z)
+    assert z.tolist() == [[2.0, 3.0, 6.0, np.inf, 12 / 10, np.inf]]  # 12 / (6 - 4 d); d = 2 lies behind the eye
+    linear_depth(depth, True, *plane_constants(2.0, np.inf), z)
+    assert z.tolist() == [[2.0, 4.0, np.inf, np.inf, 1.0, np.inf]]  # 2 / (1 - d): d = 1 lies at infinity
+    linear_depth(depth, False, 2.0, 4.0, 0.0, z)
+    assert z.tolist() == [[2.0, 4.0, 6.0, 10.0, -2.0, np.inf]]
+
+
+def encoded(z, near, far, bits):
+    """A depth buffer's value of distance z after float32 arithmetic and storage in so many bits (32: float32)."""
+    z = z.astype(np.float32)
+    if far == np.inf:
+        d = np.float32(1) - np.float32(near) / z
+    else:
+        a, b = np.float32(far / (far - near)), np.float32(far * near / (far - near))
+        d = (a * z - b) / z
+    if bits == 32:
+        return d.astype(np.float64)
+    steps = 2**bits - 1
+    return np.floor(d.astype(np.float64) * steps + 0.5) / steps
+
+
+@pytest.mark.parametrize("bits", [16, 24, 32])
+def test_z_from_a_depth_buffer_is_as_exact_as_its_steps_and_infinity_costs_no_more_than_that(bits):
+    """Figure 3's subject: the error is at most that of half a step and the roundings, z^2 / n as much, for both."""
+    near = 0.1
+    z = np.linspace(1.0, 60.0, 4001)
+    step = 2.0 ** -(bits + 1) if bits < 32 else 0.0
+    for far in (100.0, np.inf):
+        c = plane_constants(near, far)
+        back = np.empty((1, len(z)))
+        linear_depth(encoded(z, near, far, bits)[None], True, *c, back)
+        share = 1.0 if far == np.inf else far / (far - near)
+        bound = 1.01 * (z**2 / near) / share * (step * 1.01 + 4 * 2.0**-24)
+        assert (np.abs(back[0] - z) < bound).all()
+        assert np.abs(back[0] - z).max() > 0.1 * step * 60**2 / near
+
+
+# Equations 3 and 4
+
+
+@every_sight
+@both
+def test_rebuilt_positions_are_those_of_the_positions_texture(sight, dtype):
+    """The round trip that settles equation 3's signs: unproject(project(point)) is the point."""
+    buffers = seen("tilted plane", sight, np.float64)
+    z = linear_z(buffers).astype(dtype)
+    lines = texel_lines(buffers.view, z.dtype)
+    made = np.empty((*z.shape, 3), dtype)
+    reconstruct.rebuild_positions(z, lines.kind, lines.numbers, lines.table, lines.world, made)
+    there = np.isfinite(buffers.depth)
+    assert np.abs(made[there] - buffers.positions[there]).max() < (2e-6 if dtype == np.float32 else 1e-14)
+    assert np.isinf(made[~there]).all()
+    assert_same_bits(made, reference_view(buffers.view, dtype).places(z))
+
+
+@pytest.mark.parametrize("sight", ["perspective", "orthographic"])
+def test_a_cameras_positions_texture_is_not_read(sight):
+    buffers = seen("sphere on a plane", sight)
+    blank = Buffers(buffers.view, buffers.depth, np.zeros_like(buffers.positions))
+    assert_same_bits(estimate("sao", blank, 0.1).texture, estimate("sao", buffers, 0.1).texture)
+
+
+def normals_of(buffers):
+    z = linear_z(buffers)
+    lines = texel_lines(buffers.view, z.dtype)
+    positions = positions_of(buffers, z, lines)
+    normals = np.empty_like(positions)
+    arguments = z, positions, lines.kind, lines.numbers, lines.table, lines.world
+    face_normals.face_normals(*arguments, normals)
+    return arguments, normals
+
+
+@every_sight
+@both
+@pytest.mark.parametrize("size", [(13, 9), (1, 1), (1, 6), (8, 1)])
+def test_face_normals_equal_the_reference(sight, dtype, size):
+    for name in ("sphere on a plane", "step"):
+        buffers = seen(name, sight, dtype, size, 0.3)
+        (z, positions, *_), normals = normals_of(buffers)
+        assert_same_bits(normals, reference_view(buffers.view, dtype).normals(z, positions))
+
+
+@every_sight
+@both
+@pytest.mark.parametrize("size", [(260, 3), (3, 67)])
+def test_face_normals_between_holes_equal_the_reference(sight, dtype, size):
+    """Across the borders of what the kernel takes at a time, with texels that have one neighbour or none."""
+    buffers = seen("tilted plane", sight, dtype, size, 0.3)
+    (z, positions, *lines), _ = normals_of(buffers)
+    z, normals = z.copy(), np.empty_like(positions)
+    z[np.random.default_rng(1).random(z.shape) < 0.4] = np.inf
+    face_normals.face_normals(z, positions, *lines, normals)
+    assert_same_bits(normals, reference_view(buffers.view, dtype).normals(z, positions))
+
+
+@every_sight
+@pytest.mark.parametrize("name", ["facing plane", "tilted plane", "concave crease", "convex crease"])
+def test_face_normals_are_the_planes_within_a_fifth_of_a_degree(name, sight):
+    """Figure 4's claim for float32 depth; beside edges and holes the difference may cross the edge."""
+    buffers = seen(name, sight, np.float32, (96, 72), 0.0)
+    _, normals = normals_of(buffers)
+    cosine = (normals.astype(float) * buffers.normals).sum(-1)
+    sine = np.linalg.norm(np.cross(normals.astype(float), buffers.normals), axis=-1)
+    x = buffers.positions[..., 0]
+    with np.errstate(invalid="ignore"):
+        # A pair of texels may straddle the crease: two texels to each side of it.
+        inside = np.isfinite(buffers.depth) & ((np.abs(x) > 0.03) | ("plane" in name))
+    assert inside.mean() > 0.5
+    assert np.degrees(np.arctan2(sine, cosine))[inside].max() < 0.2
+
+
+def test_a_normal_without_neighbours_looks_at_the_viewer():
+    hole = np.ones((5, 5), bool)
+    hole[2, 2] = False
+    buffers = scenes.buffers("tilted plane", scenes.SIGHTS["perspective"](5, 5), np.float64, hole)
+    _, normals = normals_of(buffers)
+    np.testing.assert_allclose(normals[2, 2], [0, 0, 1], atol=1e-15)
+    assert not normals[hole].any()
+
+
+# The hierarchy
+
+
+@both
+@pytest.mark.parametrize("how", FILTERS)
+@given(data=st.data())
+@settings(max_examples=15)
+def test_every_filter_equals_the_reference(how, dtype, data):
+    z = data.draw(textures(dtype))
+    origin = dtype(data.draw(st.sampled_from([0.0, -2.0, 1.0])))
+    with np.errstate(all="ignore"):
+        made = scalable.z_hierarchy(z, how, 5, float(origin))
+        expected = reference.levels_of(z, how, 5, origin)
+    assert len(made) == len(expected)
+    for one, two in zip(made, expected, strict=True):
+        np.testing.assert_array_equal(np.isnan(one), np.isnan(two))
+        assert_same_bits(np.nan_to_num(one), np.nan_to_num(two))
+
+
+def test_filters_by_hand():
+    z = np.array([[1.0, 2.0, 5.0], [4.0, 4.0, np.inf]])
+    levels = {how: scalable.z_hierarchy(z, how, 5) for how in FILTERS}
+    assert {how: made[1].tolist() for how, made in levels.items()} == {
+        "rotated": [[4.0, 5.0]],  # texel (0, 0) takes (1, 1), texel (1, 0) takes (2 + 1, 0), the border's 5
+        "arithmetic": [[2.75, np.inf]],
+        "harmonic": [[2.0, 10.0]],  # 4 / (1 + 1/2 + 1/4 + 1/4); 4 / (1/5 + 1/5 + 0 + 0)
+        "min": [[4.0, np.inf]],
+        "max": [[1.0, 5.0]],
+    }
+    assert [level.shape for level in levels["max"]] == [(2, 3), (1, 2), (1, 1)]
+    assert len(scalable.z_hierarchy(z, "none", 5)) == 1
+    assert len(scalable.z_hierarchy(z, "max", 1)) == 2
+
+
+def test_the_rotated_grid_takes_two_diagonals():
+    """Table 1 row by row: (2x' + (y' & 1 ^ 1), 2y' + (x' & 1 ^ 1)): each texel of the four is taken once of 2x2."""
+    z = np.arange(16.0).reshape(4, 4)
+    level = scalable.z_hierarchy(z, "rotated", 1)[1]
+    assert level.tolist() == [[z[1, 1], z[0, 3]], [z[3, 0], z[2, 2]]]
+
+
+@pytest.mark.parametrize("how", FILTERS)
+def test_constant_depth_stays(how):
+    for level in scalable.z_hierarchy(np.full((7, 5), 3.0), how, 9):
+        assert np.all(level == 3.0)
+
+
+# Levels, radii, taps
+
+
+@both
+@given(st.integers(0, 2**20), st.integers(0, 15), st.integers(0, 15), st.floats(0, 0.999))
+def test_levels_are_the_papers(dtype, whole, log_q, top, part):
+    h = dtype(whole + part) if whole < 2**16 else dtype(whole)
+    expected = min(max(int(h).bit_length() - 1 - log_q, 0), top)
+    assert kernels.mip_level(h, np.int32(log_q), np.int32(top)) == expected
+    if int(h) >= 1:
+        assert expected == min(max(int(np.floor(np.log2(int(h)) - log_q + 1e-12)), 0), top)  # equation 9
+
+
+def test_tap_counts_and_guard_band_are_the_papers():
+    """Figure 2's 2028 and 1764 taps, and 28 % more pixels for a 5 % guard band at 1920x1200 (96 on each side)."""
+    taps = ESTIMATORS["sao"].parameters["taps"]
+    across = 2 * scalable.TAPS_RADIUS + 1
+    assert 12 * 13**2 == 2028
+    assert taps * (2 * 2) * across**2 == 1764
+    view = scenes.Camera("perspective", (0, 0, 2), (0, 0, 0), (0, 1, 0), 1.0, 1.0, 3.0).view(1920, 1200, 96)
+    assert round(100 * (view.width * view.height / (1920 * 1200) - 1)) == 28
+
+
+def test_taps_reach_as_far_as_the_balls_image():
+    """Equation 5: at the depth of a facing plane, r in texels is f r / z; in the screen's plane, texels a metre."""
+    radius, size = 0.1, (60, 48)
+    expected = {
+        "perspective": (radius / 2 * 2 * 48 / 0.75,) * 2,
+        "orthographic": (radius * 48 / 0.75,) * 2,
+        # At z = 0, the screen: texels a metre.
+        "crossed slits": (radius * 60 / 1.0, radius * 48 / 0.75),
+        "display": (radius * 60 / 1.0, radius * 48 / 0.75),
+    }
+    for sight, radii in expected.items():
+        buffers = scenes.buffers("facing plane", scenes.SIGHTS[sight](*size))
+        view = reference_view(buffers.view, np.float64)
+        made = view.radii(20, 30, linear_z(buffers)[20, 30], radius)
+        assert made == pytest.approx(radii, rel=1e-3 if sight == "display" else 1e-9), sight
+
+
+# All of it against the reference
+
+
+@both
+@every_sight
+@pytest.mark.parametrize("name", ["sao", "sao-equation-1"])
+@given(data=st.data())
+@settings(max_examples=4)
+def test_the_whole_equals_the_reference(sight, name, dtype, data):
+    size = data.draw(st.sampled_from([(13, 9), (16, 8), (1, 1), (1, 7), (9, 1), (30, 3)]))
+    surface = data.draw(st.sampled_from(["sphere on a plane", "concave crease", "step"]))
+    buffers = seen(surface, sight, dtype, size, data.draw(st.sampled_from([0.0, 0.1, 1.0])))
+    radius = data.draw(st.sampled_from([1e-3, 0.1, 0.6, 3.0, 1e3]))
+    choices = {
+        "beta": [0.0, 0.01], "epsilon": [0.0, 0.01], "taps": [9, 1, 12], "turns": [7, 1], "hashed": ["paper", "common"],
+        "mip": [*FILTERS, "none"], "log_q": [3, 0, 1], "max_level": [5, 0, 2], "quad_edge": [0.02, 0.0, 10.0],
+        "gauss": [3.0, 0.0, 0.5], "sharpness": [2048.0, 20.0], "z_min": [0.0, 1.0], "packed": [True, False],
+        "k": [1.0, 2.5, 0.0], "sigma": [0.1, 1.0], "intensity": [0.1, 1.0],
+    }  # fmt: skip
+    given_values = {
+        key: data.draw(st.sampled_from(values)) for key, values in choices.items() if key in ESTIMATORS[name].parameters
+    }
+    made = estimate(name, buffers, radius, **given_values)
+    assert_equals_reference(name, buffers, radius, made, **given_values)
+
+
+@both
+@pytest.mark.parametrize("name", ["average_quads", "pack", "bilateral"])
+@given(data=st.data())
+@settings(max_examples=20)
+def test_passes_after_sampling_equal_the_reference_for_any_depths(name, dtype, data):
+    z = data.draw(textures(dtype))
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
+    visibility = rng.choice(np.append(rng.random(5), [0.0, 1.0]).astype(dtype), z.shape)
+    visibility[np.isinf(z)] = 1
+    out = np.empty_like(z)
+    if name == "average_quads":
+        edge = dtype(data.draw(st.sampled_from([0.0, 0.1, 2.0, np.inf])))
+        average_quads(visibility, z, edge, out)
+        assert_same_bits(out, reference.average(visibility, z, edge))
+        return
+    origin, scale = (dtype(data.draw(st.sampled_from(values))) for values in ([0.0, -2.0], [0.2, 1.0, 1e9]))
+    with np.errstate(over="ignore"):
+        packing.depth_keys(z, origin, scale, out)
+    assert_same_bits(out, reference.keys_of(z, origin, scale))
+    if name == "pack":
+        rgb = scalable.pack(visibility, out)
+        assert_same_bits(rgb, reference.pack(visibility, out))
+        for one, two in zip(scalable.unpack(rgb, np.dtype(dtype)), reference.unpack(rgb, dtype), strict=True):
+            assert_same_bits(one, two)
+        return
+    weights = np.array(blur_weights(data.draw(st.sampled_from([0.3, 3.0])), 3), dtype)
+    stride, sharp = data.draw(st.integers(1, 4)), dtype(data.draw(st.sampled_from([0.0, 3.0, 2048.0])))
+    for kernel, other in (
+        (bilateral.bilateral_horizontal, reference.bilateral),
+        (bilateral.bilateral_vertical, reference.bilateral_columns),
+    ):
+        target = np.empty_like(z)
+        kernel(visibility, out, weights, stride, sharp, target)
+        assert_same_bits(target, other(visibility, out, weights, stride, sharp))
+
+
+@both
+def test_rotations_are_the_hashs(dtype):
+    rotations = np.empty((2, 5, 7), dtype)
+    kernels.write_rotations(spiral.PAPER, rotations)
+    for j, i in np.ndindex(5, 7):
+        angle = np.float64((30 * i) ^ (j + 10 * i * j))
+        assert rotations[:, j, i] == pytest.approx([np.cos(angle), np.sin(angle)], abs=1e-6)
+        assert rotations[:, j, i].tolist() == turn_of(i, j, "paper", dtype)[::-1]
+
+
+# Formulas by hand
+
+
+def test_quads_by_hand():
+    a = np.array([[0.0, 1.0, 0.5], [0.5, 0.25, 1.0]])
+    out = np.empty_like(a)
+    average_quads(a, np.ones_like(a), 0.1, out)
+    assert out.tolist() == [[0.4375, 0.4375, 0.75], [0.4375, 0.4375, 0.75]]
+    average_quads(a, np.array([[1.0, 2.0, np.inf], [1.0, 1.05, np.inf]]), 0.1, out)
+    assert out.tolist() == [[0.1875, 1.0, 0.5], [0.1875, 0.375, 1.0]]
+
+
+@both
+def test_packing_loses_at_most_half_a_step(dtype):
+    keys = np.linspace(0, 1, 4001, dtype=dtype)[None]
+    a = np.linspace(0, 1, 4001, dtype=dtype)[None]
+    visibility, back = scalable.unpack(scalable.pack(a, keys), keys.dtype)
+    assert np.abs(visibility - a).max() <= 0.5 / 255 + 1e-6
+    inside = keys < 1 - 2 / (255 * 256)
+    assert np.abs(back - keys)[inside].max() <= 0.5 / (255 * 256) + 1e-7
+    assert np.abs(back - keys).max() <= 2 / (255 * 256)  # the last step is kept for 'no surface'
+    assert scalable.pack(np.ones((1, 1), dtype), np.full((1, 1), np.inf, dtype)).tolist() == [[[255, 255, 255]]]
+
+
+def test_bytes_of_k_over_256_would_collide_and_of_k_over_255_do_not():
+    """The printed (1/256) fix(256 z / z_min), stored as a byte of 255ths."""
+    k = np.arange(256)
+    printed = np.floor(255 * (k / 256) + 0.5)
+    assert printed[128] == printed[129] == 128
+    assert len(set(printed)) == 255
+    high = scalable.pack(np.ones((1, 256)), (k[None] + 0.5) / 256)[0, :, 1]
+    assert len(set(high.tolist())) == 256
+
+
+def test_bilateral_weights_by_hand():
+    """Taps 3 apart: depth 0.0001 away at 2048 weighs 1 - 0.2048, 0.001 away nothing."""
+    keys = np.array([[0.5, 0, 0, 0.5 + 1e-4, 0, 0, 0.501]])
+    values = np.array([[0.25, 9, 9, 0.75, 9, 9, 1.0]])
+    out = np.empty_like(values)
+    bilateral.bilateral_horizontal(values, keys, np.array([1.0, 2.0, 1.0]), 3, 2048.0, out)
+    w = 1 - 0.2048
+    assert out[0, 0] == pytest.approx((2 * 0.25 + w * 0.75) / (2 + w))
+    assert out[0, 3] == pytest.approx((w * 0.25 + 2 * 0.75) / (2 + w))
+    assert out[0, 6] == 1.0
+
+
+def test_the_appendix_by_hand():
+    """One tap one texel to the right of a texel on the floor sees a block: the sum has one term."""
+    sight = scenes.SIGHTS["orthographic"](6, 6)  # 8 texels a unit
+    depth = np.full((6, 6), 0.5)
+    depth[:, 3:] = 0.5 - 0.05 / 2  # planes at 1 and 3: 0.05 nearer
+    buffers = Buffers(sight.view, depth, np.zeros((6, 6, 3)))
+    z, lines = linear_z(buffers), texel_lines(sight.view, np.dtype(np.float64))
+    radius = 0.5
+    made, _ = scalable.sample(
+        buffers, z, lines, radius, (0.01, 0.0), 5 / 1, True, 1, 1, "paper", "none", 3, 5, 0.01
+    )  # fmt: skip
+    # alpha = 1/2: h = 2 texels; theta = pi + phi at (x, y) = (2, 4), phi = 60 ^ (4 + 80) radians.
+    theta = np.pi + (60 ^ 84)
+    x, y = int(2 + 2 * np.cos(theta)), int(4 + 2 * np.sin(theta))
+    assert (x, y) == (3, 4), (x, y)
+    v = np.array([1 / 8, 0.0, 0.05])
+    # The normal at (2, 4): its pair is the column 3, across the step.
+    n = np.array([-0.05, 0, 1 / 8]) / np.hypot(0.05, 1 / 8)
+    square = v @ v / radius**2
+    a = 1 - 5 * (1 - square) ** 3 * max((v @ n / radius - 0.01) / (square + 0.01), 0)
+    assert made[4, 2] == pytest.approx(a)
+
+
+# Limits
+
+
+@every_sight
+@both
+@pytest.mark.parametrize("name", ["sao", "sao-equation-1"])
+def test_a_plane_is_open(name, sight, dtype):
+    """v.n = 0: nothing is occluded, with the biases of the defaults; the hierarchy's depth at an unshifted texel is not
+    in the plane, so that only level 0 is."""
+    for surface in ("facing plane", "tilted plane"):
+        made = estimate(name, seen(surface, sight, dtype, (40, 30), 0.0), 0.2, mip="none")
+        assert not made.texture.any()
+
+
+# What the paper says of its filters
+
+
+@pytest.fixture(scope="module")
+def bumpy():
+    """A floor with blocks of many sizes before a camera."""
+    rng = np.random.default_rng(8)
+    view = scenes.Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), 1.5, 1.0, 8.0).view(160, 120)
+    z = np.full((120, 160), 4.0)
+    for _ in range(60):
+        i, j, w, h = rng.integers(0, 150), rng.integers(0, 110), rng.integers(4, 30), rng.integers(4, 30)
+        z[j : j + h, i : i + w] = 4 - rng.uniform(0.02, 0.5)
+    depth = (8 / 7 * (1 - 1 / z)).astype(np.float32)
+    return Buffers(view, depth, np.zeros((120, 160, 3), np.float32))
+
+
+def test_rotated_grid_is_nearest_to_no_hierarchy_and_has_no_bias(bumpy):
+    """Table 1: the mean error by filter; min and max err to one side."""
+    ao = {how: estimate("sao", bumpy, 1.0, mip=how, log_q=2, taps=25).texture for how in scalable.FILTERS}
+    error = {how: np.sqrt(np.mean((ao[how] - ao["none"]) ** 2.0)) for how in FILTERS}
+    bias = {how: float(np.mean(ao[how] - ao["none"])) for how in FILTERS}
+    assert min(error, key=error.get) == "rotated", error
+    assert min(bias, key=lambda how: abs(bias[how])) == "rotated", bias
+    assert bias["min"] < 0 < bias["max"]

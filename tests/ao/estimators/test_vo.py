@@ -1,0 +1,327 @@
+"""Volumetric Obscurance and horizon-based AO: against the reference bit for bit, and against exact values."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import pi, sqrt
+
+import analytic_scenes as scenes
+import mpmath
+import numpy as np
+import pytest
+from estimator_cases import assert_equals_reference, assert_same_bits
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import elementary as reference_functions
+from reference import raycast, volumetric
+
+from lfssao import Buffers, Camera, InputError, estimate
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.sao.pyramid import moment_pyramid
+from lfssao.ao.estimators.vo.kernels.axis_depth import write_axis_depth
+from lfssao.core import elementary
+from lfssao.optics.kernels.directions import write_directions
+from lfssao.optics.kernels.display import trace_texels
+from lfssao.optics.kernels.rays import PERSPECTIVE
+from lfssao.samples import repulsion_table
+
+both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+
+
+@st.composite
+def seen_cases(draw, dtype):
+    """A surface as a sight sees it, with holes; a radius from far below a texel to far above the picture."""
+    size = draw(st.sampled_from([(7, 5), (1, 1), (3, 9)]))
+    sight = scenes.SIGHTS[draw(st.sampled_from(sorted(scenes.SIGHTS)))](*size)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    hole = rng.random(size[::-1]) < draw(st.sampled_from([0.0, 0.2, 0.2, 1.0]))
+    buffers = scenes.buffers(draw(st.sampled_from(sorted(scenes.SURFACES))), sight, dtype, hole)
+    if draw(st.booleans()):  # normals from everywhere, edge-on and away from the viewer too
+        normals = rng.standard_normal((*hole.shape, 3)) * rng.choice([0, 1, 1], (*hole.shape, 1))
+        length = np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-9)
+        buffers = Buffers(buffers.view, buffers.depth, buffers.positions, (normals / length).astype(dtype))
+    radius = draw(st.sampled_from([0.0, 1e-4, 0.05, 0.1, 0.3, 2.0, 1e4]))
+    return buffers, radius, rng
+
+
+OPTIONS = {
+    "thickness": st.sampled_from([0.0, 0.0, 0.02, 0.3]), "second": st.sampled_from([0.0, 0.0, 0.5]),
+    "combine": st.sampled_from(["product", "minimum"]), "randomize": st.booleans(),
+    "seed": st.integers(0, 2**32 - 1), "half_width": st.sampled_from([0.0, 1.0, sqrt(3.0)]),
+    "prefilter": st.booleans(), "directions": st.integers(1, 5), "steps": st.integers(1, 4),
+    "bias": st.sampled_from([0.0, 10.0, 45.0, 90.0]),
+    "attenuation": st.sampled_from(["linear", "none", "quadratic"]),
+}  # fmt: skip
+
+
+@both
+@pytest.mark.parametrize("name", [name for name in ESTIMATORS if name.startswith("vo-") or name == "hbao"])
+@settings(max_examples=13)
+@given(data=st.data())
+def test_estimators_equal_the_reference(name, dtype, data):
+    buffers, radius, rng = data.draw(seen_cases(dtype))
+    estimator, points, weights = ESTIMATORS[name], None, None
+    options = {option: data.draw(OPTIONS[option]) for option in estimator.parameters}
+    if name != "hbao":
+        n, dimensions = rng.integers(1, 6), estimator.dimensions
+        points = rng.uniform(-1, 1, (n, dimensions)) * rng.choice([0, 0.5, 1 / sqrt(dimensions), 1], (n, 1))
+        weights = rng.uniform(0.1, 2, n) if rng.random() < 0.5 else None
+    result = estimate(name, buffers, radius, points, weights, **options)
+    assert_equals_reference(name, buffers, radius, result, points, weights, **options)
+
+
+# The parts that no texture shows
+
+
+def test_log2_is_within_4_ulp_and_equals_the_reference():
+    rng = np.random.default_rng(1)
+    places = np.concatenate([2.0 ** rng.uniform(-1022, 1023, 400), 1 + rng.uniform(-0.3, 0.4, 400)])
+    for x in [*places.tolist(), 1.0, 8.0, 2.0**-1022, float(np.nextafter(1, 2)), sqrt(2), sqrt(0.5)]:
+        value = elementary.log2(x)
+        assert value == reference_functions.log2(x)
+        exact = mpmath.log(mpmath.mpf(x), 2)
+        assert abs(mpmath.mpf(value) - exact) <= 4 * np.spacing(abs(float(exact)))
+    assert elementary.log2(8.0) == 3
+    assert [elementary.log2(x) for x in (0.0, -1.0, 5e-324, np.inf, np.nan)] == [-1022, -1022, -1022, 1024, 1024]
+
+
+@both
+def test_linear_depth_is_the_z_of_cast_space(dtype):
+    for sight in ("orthographic", "perspective"):
+        view = scenes.SIGHTS[sight](9, 7).view
+        hole = np.arange(63).reshape(7, 9) % 5 == 0
+        seen = scenes.buffers("tilted plane", scenes.SIGHTS[sight](9, 7), dtype, hole)
+        axis = view.cast_from_world[2].astype(dtype)
+        linear = np.empty_like(seen.depth)
+        write_axis_depth(seen.depth, seen.positions, axis, linear)
+        with np.errstate(invalid="ignore"):
+            assert_same_bits(linear, volumetric.axis_depth(seen.depth, seen.positions, axis))
+        np.testing.assert_allclose(
+            linear[~hole], 2 - seen.positions[~hole][:, 2], rtol=1e-6
+        )  # it looks down from z = 2
+
+
+@both
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_viewing_directions_equal_the_reference(sight, dtype):
+    view = scenes.SIGHTS[sight](7, 40).view
+    if sight == "display":
+        v, u = (n.ravel() + 0.5 for n in np.mgrid[:40, :7])
+        lines = np.empty((280, 6))
+        trace_texels(view.lens, u, v, lines)
+        dx, dy = lines[:, 2], lines[:, 3]
+    else:
+        _, _, dx, dy, _, _ = raycast.texel_rays(view.ray_kind, view.lens, 7, 40)
+    x, y, z = ((row[0] * dx + row[1] * dy) + row[2] for row in view.world_from_cast.tolist())
+    length = np.sqrt((x * x + y * y) + z * z)
+    made = np.empty((40, 7, 3), dtype)
+    write_directions(view.ray_kind, view.lens, np.ravel(view.world_from_cast), made)
+    assert_same_bits(made, np.stack([x / length, y / length, z / length], -1).reshape(40, 7, 3).astype(dtype))
+
+
+def test_a_texel_that_looks_nowhere_has_no_direction():
+    made = np.ones((2, 3, 3), np.float32)
+    write_directions(PERSPECTIVE, np.array([np.nan, 1.0, 1.0, 1.0, 1.0, 2.0, 0.0, 0.0]), np.eye(3, 4).ravel(), made)
+    assert not made.any()
+
+
+@both
+@pytest.mark.parametrize("blur", [False, True])
+@pytest.mark.parametrize("shape", [(1, 1), (5, 7), (8, 4), (1, 9)])
+def test_the_pyramid_equals_the_reference_and_keeps_means(dtype, shape, blur):
+    rng = np.random.default_rng(2)
+    depth = rng.uniform(-1, 1, shape).astype(dtype)
+    depth[rng.random(shape) < 0.2] = np.inf
+    made, levels = moment_pyramid(depth, blur), volumetric.pyramid(depth, blur)
+    assert len(made.starts) == len(levels)
+    for start, pitch, level in zip(made.starts, made.pitches, levels, strict=True):
+        for (j, i), three in level.items():
+            assert made.moments[start + (j + 1) * pitch + i + 1].tolist() == list(three)
+    assert np.count_nonzero(made.moments[:, 0]) == sum(three[0] > 0 for level in levels for three in level.values())
+    if shape == (8, 4) and not blur:  # all of a level's texels are whole: its mean is that of the texture
+        there = np.isfinite(depth)
+        z = np.where(there, depth, 0).astype(np.float64)
+        top = made.moments[made.starts[-2] + made.pitches[-2] + 1 : made.starts[-1]]  # two texels, one above the other
+        np.testing.assert_allclose(top[top[:, 0] > 0].mean(axis=0), [there.mean(), z.mean(), (z * z).mean()])
+
+
+# Exact values
+
+
+def cap(a):
+    """Share of the unit ball beyond a plane at the distance a from its middle."""
+    return (1 - a) ** 2 * (2 + a) / 4
+
+
+def sunflower(n):
+    """Points that fill the disk evenly, as a limit wants them."""
+    k = np.arange(n)
+    r, phi = np.sqrt((k + 0.5) / n), k * pi * (3 - sqrt(5))
+    return np.stack([r * np.cos(phi), r * np.sin(phi)], -1)
+
+
+def filled_ball(n):
+    rng = np.random.default_rng(4)
+    d = rng.standard_normal((n, 3))
+    d *= (rng.random((n, 1)) ** (1 / 3)) / np.linalg.norm(d, axis=1, keepdims=True)
+    return np.concatenate([d, -d])
+
+
+@both
+@pytest.mark.parametrize("name", ["vo-points", "vo-lines", "vo-area"])
+@pytest.mark.parametrize("sight", ["orthographic", "perspective", "crossed slits", "display"])
+def test_a_plane_through_the_point_hides_half_and_nothing_above_it(name, sight, dtype):
+    seen = scenes.buffers("facing plane", scenes.SIGHTS[sight](), dtype)
+    inner = np.s_[12:-12, 14:-14]
+    points = filled_ball(3) if name == "vo-points" else np.concatenate([sunflower(5), -sunflower(5)])
+    assert estimate(name, seen, 0.1, points).texture[inner] == pytest.approx(0.5, abs=2e-5)
+    assert estimate(f"{name}-normal", seen, 0.1, points).texture[inner] == pytest.approx(0.0, abs=2e-5)
+    if sight == "orthographic":
+        assert estimate("hbao", seen, 0.1).texture[inner].max() < 1e-5
+
+
+def test_a_half_space_before_the_point_hides_all_but_a_cap():
+    """A texel deep below the step sees a plane 0.125 before it beyond x = 0: near the edge, what geometry says."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    radius = 0.25
+    texel = scenes.nearest(seen, -1e-4)[:2]  # right below the step: half the ball sees the floor, half the step's top
+    above = cap(scenes.STEP / radius)  # of the ball above the step's top
+    value = estimate("vo-lines", seen, radius, sunflower(2000), randomize=False).texture[texel]
+    assert value == pytest.approx(0.25 + (1 - above) / 2, abs=0.01)
+
+
+def test_thickness_leaves_a_slab():
+    """A plane of thickness T through P hides 3/4 (tau - tau^3 / 3) of the ball, tau = T / R, and 1/2 from R on."""
+    seen = scenes.buffers("facing plane", scenes.SIGHTS["orthographic"](), np.float64)
+    radius, middle = 0.1, (18, 24)
+    for tau in (0.1, 0.5, 1.0, 2.0):
+        want = 0.75 * (min(tau, 1) - min(tau, 1) ** 3 / 3)
+        lines = estimate("vo-lines", seen, radius, sunflower(3000), thickness=tau * radius)
+        points = estimate("vo-points", seen, radius, filled_ball(4000), thickness=tau * radius)
+        area = estimate("vo-area", seen, radius, sunflower(3000), thickness=tau * radius)
+        assert lines.texture[middle] == pytest.approx(want, abs=2e-3)
+        assert area.texture[middle] == pytest.approx(want, abs=2e-3)
+        assert points.texture[middle] == pytest.approx(want, abs=0.03)  # 5 standard errors
+
+
+@both
+def test_an_area_without_spread_is_a_line(dtype):
+    """Over a plane that faces the viewers M2 - M1^2 is rounding alone: areas of any size give the lines' occlusion."""
+    seen = scenes.buffers("facing plane", scenes.SIGHTS["crossed slits"](), dtype)
+    inner = np.s_[15:-15, 20:-20]
+    for points in (sunflower(1), sunflower(5)):
+        for values in ({}, {"thickness": 0.03}):
+            line = estimate("vo-lines", seen, 0.05, points, **values).texture[inner]
+            assert estimate("vo-area", seen, 0.05, points, **values).texture[inner] == pytest.approx(line, abs=1e-5)
+
+
+def test_the_box_has_the_variance_of_the_area():
+    """One area over a tilted plane: the share hidden of one line by a box of half-width h = sqrt(3) sigma about P."""
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    texel, radius = scenes.nearest(seen, 0.0)[:2], 0.1
+    value = estimate("vo-area", seen, radius, np.zeros((1, 2))).texture[texel]
+    # |x| over a square of area pi R^2: mean s / 4 and variance s^2 / 48, s = sqrt(pi) R, here towards the viewer.
+    side = sqrt(pi)
+    low, high = -side / 4 - sqrt(3 / 48) * side, -side / 4 + sqrt(3 / 48) * side
+    want = ((1 - max(high, -1)) + (min(high, 1) - max(low, -1)) / 2) / 2
+    assert value == pytest.approx(want, abs=0.05)  # the pyramid's squares are not centred on P
+    narrow = estimate("vo-area", seen, radius, np.zeros((1, 2)), half_width=0.0).texture[texel]
+    assert narrow == pytest.approx((1 + side / 4) / 2, abs=0.05)
+
+
+def test_weights_are_those_of_cells_not_of_lengths():
+    """The fraction of each line counts, times its weight: z_s is in the weight, and not a second time."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"](120, 40), np.float64)
+    points, weights = np.array([[0.5, 0.0], [-0.5, 0.0], [0.0, 0.9]]), np.array([2.0, 1.0, 1.0])
+    texel = scenes.nearest(seen, -0.02)[:2]
+    # The first line meets the step's top, 0.125 before P and above the ball: it is hidden whole; the others by half.
+    made = estimate("vo-lines", seen, 0.1, points, weights, randomize=False).texture[texel]
+    assert made == pytest.approx((2 * 1.0 + 1 * 0.5 + 1 * 0.5) / 4, abs=1e-6)
+    equal = estimate("vo-lines", seen, 0.1, points, 7 * weights, randomize=False).texture[texel]
+    assert equal == pytest.approx(made, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["vo-points", "vo-lines", "vo-area"])
+def test_two_radii_multiply_or_take_the_smaller(name):
+    seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["crossed slits"](24, 18), np.float64)
+    one, two = (estimate(name, seen, r).texture for r in (0.2, 0.05))
+    product = estimate(name, seen, 0.2, second=0.25).texture
+    least = estimate(name, seen, 0.2, second=0.25, combine="minimum").texture
+    there = np.isfinite(seen.depth)
+    np.testing.assert_allclose(product[there], 1 - ((1 - one) * (1 - two))[there], atol=1e-12)
+    assert np.array_equal(least, np.maximum(one, two))
+    assert not np.array_equal(least, one)
+    assert not np.array_equal(least, two)
+
+
+@both
+def test_points_without_reflections_count_as_lf_does(dtype):
+    for sight in ("crossed slits", "display"):
+        seen = scenes.buffers("sphere on a plane", scenes.SIGHTS[sight](24, 18), dtype)
+        ball = filled_ball(6)
+        ours = estimate("vo-points", seen, 0.1, ball, randomize=False)
+        theirs = estimate("lf", seen, 0.1, ball)
+        assert ours.outside == theirs.outside
+        # A sample within rounding of its texel's depth may fall on either side.
+        assert np.mean(abs(ours.texture - theirs.texture) > 1e-6) < 0.01
+
+
+def test_horizons_of_a_crease_rise_over_half_of_the_sky():
+    values = {"directions": 32, "steps": 64, "attenuation": "none", "randomize": False}
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    texel = scenes.nearest(seen, 0.0)[:2]
+    assert estimate("hbao", seen, 0.1, **values).texture[texel] == pytest.approx(0.5, abs=0.03)
+    # sin 45 degrees is the wall's rise against the other's fall; a bias of 90 degrees lets nothing rise.
+    assert estimate("hbao", seen, 0.1, **values | {"bias": 90.0}).texture[texel] == 0
+    less = [estimate("hbao", seen, 0.1, **values | {"bias": b}).texture[texel] for b in (0.0, 10.0, 30.0, 60.0)]
+    assert less == sorted(less, reverse=True)
+    weaker = [estimate("hbao", seen, 0.1, **values | {"attenuation": w}).texture[8:-8, 100] for w in ("none", "linear")]
+    assert (weaker[0] >= weaker[1]).all()
+    assert weaker[0].max() > weaker[1].max()
+    convex = scenes.buffers("convex crease", scenes.SIGHTS["orthographic"](240, 60), np.float64)
+    # Texels' centres lie beside the direction of the march, so on slopes a bias is needed to hide nothing.
+    assert estimate("hbao", convex, 0.1, **values | {"bias": 30.0}).texture[8:-8, 20:-20].max() < 0.02
+
+
+def test_weights_that_cannot_be_are_refused():
+    seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](4, 3))
+    for name, points in (
+        ("vo-points", np.zeros((2, 3))),
+        ("vo-lines", np.zeros((2, 2))),
+        ("vo-area", np.zeros((2, 2))),
+    ):
+        for weights in ([1.0, -1.0], [0.0, 0.0]):
+            with pytest.raises(InputError, match="weights"):
+                estimate(name, seen, 0.1, points, np.array(weights))
+    rim = estimate("vo-lines", seen, 0.1, np.array([[1.0, 0.0], [0.0, 1.0]])).texture  # lines of no length
+    assert not rim.any()
+
+
+# What VO says of its samples (4.1, 4.5, 5), on a small scene; ``benchmarks/bench_volumetric.py`` has a large one
+
+
+def moved_to_the_right(texels):
+    """A sphere on a plane as the orthographic sight sees it from so many texels further right, 96 x 72."""
+    sight, step = scenes.SIGHTS["orthographic"](96, 72), texels * 0.75 / 72
+    view = Camera("orthographic", (step, 0, 2), (step, 0, 0), (0, 1, 0), 0.75, 1.0, 3.0).view(96, 72)
+    return scenes.buffers("sphere on a plane", replace(sight, view=view, origin=sight.origin + np.array([step, 0, 0])))
+
+
+def rms(difference):
+    return np.sqrt(np.mean(difference**2))
+
+
+def test_5_lines_err_less_than_12_points_and_change_less_when_the_camera_moves():
+    seen = [moved_to_the_right(shift) for shift in (0.0, 0.25, 0.5, 0.75)]
+    truth = estimate("vo-lines", seen[0], 0.12, sunflower(1000)).texture
+    inside = np.s_[12:-12, 12:-12]
+    error, change = {}, {}
+    for name, n, domain in (("vo-lines", 5, "disk"), ("vo-points", 12, "ball"), ("vo-points", 13, "ball")):
+        table = repulsion_table(domain, n)
+        made = [estimate(name, b, 0.12, table.points, table.weights, randomize=False).texture[inside] for b in seen]
+        error[n] = np.mean(
+            [rms(estimate(name, seen[0], 0.12, table.points, table.weights, seed=k).texture[inside] - truth[inside])
+             for k in range(5)]
+        )  # fmt: skip
+        change[n] = np.mean([rms(b - a) for a, b in pairwise(made)])
+    assert error[5] < error[12] < error[13]
+    assert change[5] < change[12]

@@ -1,0 +1,257 @@
+"""Ray-cast occlusion: bit for bit against brute force, against exact answers, and whether its standard error is one."""
+
+from importlib.util import find_spec
+
+import analytic_scenes as scenes
+import numba
+import numpy as np
+import pytest
+from estimator_cases import assert_same_bits
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import truth
+
+from lfssao import Buffers, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
+from lfssao.ao.ground_truth import FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
+
+BELOW = 1e-6  # of R: how far off the surface rays begin where positions are float64
+# The same for exact answers, of R and of the mesh's diagonal where R is infinite: Embree's coordinates are float32.
+CLOSE, CLOSE_WITHOUT_END = {"tree": BELOW, "embree": 1e-4}, {"tree": 1e-9, "embree": 1e-6}
+NO_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
+THROUGH = pytest.mark.parametrize("through", ["tree", pytest.param("embree", marks=NO_EMBREE)])
+
+
+@st.composite
+def meshes(draw):
+    """A surface, or triangles anywhere, some with corners on a lattice and in planes of the axes."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    kind = draw(st.sampled_from(["crease", "soup", "lattice"]))
+    if kind == "crease":
+        return scenes.SURFACES["concave crease"].mesh()
+    n = draw(st.integers(1, 40))
+    corners = rng.uniform(-0.4, 0.4, (3 * n, 3)) if kind == "soup" else rng.integers(-4, 5, (3 * n, 3)) / 8
+    corners[0:3] = [[0, 0, 0], [0.25, 0, 0], [0, 0.25, 0]]  # one with an area
+    return Mesh(corners, np.arange(3 * n).reshape(-1, 3))
+
+
+@settings(max_examples=25)
+@given(data=st.data())
+def test_ray_cast_occlusion_equals_brute_force(data):
+    dtype = data.draw(st.sampled_from([np.float32, np.float64]))
+    sight = scenes.SIGHTS[data.draw(st.sampled_from(list(scenes.SIGHTS)))](3, 2)
+    hole = np.array(data.draw(st.lists(st.booleans(), min_size=6, max_size=6))).reshape(2, 3)
+    seen = scenes.buffers(data.draw(st.sampled_from(["concave crease", "facing plane"])), sight, dtype, hole)
+    mesh = data.draw(meshes())
+    weighting, falloff = data.draw(st.sampled_from(WEIGHTINGS)), data.draw(st.sampled_from(FALLOFFS))
+    radius = data.draw(st.sampled_from([0.3, 1e-3, 5.0]))
+    strata, seed = data.draw(st.integers(1, 4)), data.draw(st.integers(0, 2**64 - 1))
+    options = {"tolerance": 0.05, "rounds": (2, 5), "strata": strata, "offset": 1e-3, "seed": seed}
+    made = ray_cast_occlusion(Occluders(mesh), seen, radius, weighting, falloff, **options)
+    occlusion, error, rays = np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3), np.int64)
+    for j, i in np.argwhere(seen.depth < np.inf):
+        occlusion[j, i], error[j, i], rays[j, i] = truth.texel(
+            3 * int(j) + int(i), seen.positions[j, i], seen.normals[j, i], mesh.vertices[mesh.faces], radius,
+            1e-3 * radius, weighting, falloff, strata, (2, 5), 0.05, seed,
+        )  # fmt: skip
+    assert_same_bits(made.texture, occlusion)
+    assert_same_bits(made.error, error)
+    assert np.array_equal(made.rays, rays)
+
+
+# Exact answers
+
+
+def segment(c):
+    """S(c), by cosine."""
+    c = min(c, 1.0)
+    return (np.arccos(c) - c * np.sqrt(1 - c * c)) / np.pi
+
+
+def crease(c, weighting, falloff):
+    if c >= 1:
+        return 0.0
+    root = np.sqrt(1 - c * c)
+    constant = segment(c) if weighting == "cosine" else (1 - c) / 2
+    lost = {
+        "constant": {"cosine": 0.0, "uniform": 0.0},
+        "linear": {"cosine": 2 * c / np.pi * (np.log((1 + root) / c) - root), "uniform": -c * np.log(c) / 2},
+        "quadratic": {"cosine": 2 * c / np.pi * (root - c * np.arccos(c)), "uniform": (c - c * c) / 2},
+    }
+    return constant - lost[falloff][weighting]
+
+
+def numbers(texels, exact, made, bound):
+    """Each within five of its standard errors and the bound that rays' beginning off the surface stands for."""
+    for (j, i), value in zip(texels, exact, strict=True):
+        assert abs(made.texture[j, i] - value) <= 5 * made.error[j, i] + bound
+
+
+def places(seen, xs):
+    """The texels nearest to (x, 0), their points, and the textures with no other surface."""
+    found = [scenes.nearest(seen, x) for x in xs]
+    depth = np.full_like(seen.depth, np.inf)
+    for j, i, _ in found:
+        depth[j, i] = seen.depth[j, i]
+    alone = Buffers(seen.view, depth, seen.positions, seen.normals)
+    return [(j, i) for j, i, _ in found], np.array([at for _, _, at in found]), alone
+
+
+@pytest.mark.parametrize("sight", ["perspective", "display"])
+@pytest.mark.parametrize("surface", ["facing plane", "tilted plane", "convex crease"])
+@THROUGH
+def test_what_no_ray_meets_is_open(through, surface, sight):
+    seen = scenes.buffers(surface, scenes.SIGHTS[sight](8, 6))
+    occluders, close = Occluders(scenes.SURFACES[surface].mesh()), CLOSE_WITHOUT_END[through]
+    made = ray_cast_occlusion(occluders, seen, np.inf, offset=close, intersector=through)
+    assert not made.texture.any()
+    assert not made.error.any()
+    assert (made.rays == 8 * 64).all()
+
+
+@pytest.mark.parametrize(
+    ("radius", "falloff"), [(0.2, "constant"), (0.2, "linear"), (0.2, "quadratic"), (2.0, "constant")]
+)
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+@THROUGH
+def test_a_crease(through, weighting, radius, falloff):
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["crossed slits"]())
+    texels, at, alone = places(seen, [-0.2, -0.13, -0.1, -0.05, -0.03, -0.01, 0.04, 0.11])
+    occluders = Occluders(scenes.SURFACES["concave crease"].mesh())
+    options = {"rounds": (16, 64), "offset": CLOSE[through], "intersector": through}
+    made = ray_cast_occlusion(occluders, alone, radius, weighting, falloff, **options)
+    exact = [crease(abs(x) * np.sqrt(2) / radius, weighting, falloff) for x in at[:, 0]]
+    numbers(texels, exact, made, 1e-5)
+    assert (max(exact) > 0.49) == (radius == 2.0)  # half without end
+    assert (min(exact) == 0) == (radius == 0.2)
+    if radius == 0.2 and falloff == "constant":  # the other weighting would not pass
+        other = ray_cast_occlusion(occluders, alone, radius, WEIGHTINGS[weighting == "cosine"], falloff, **options)
+        apart = [abs(other.texture[texel] - value) for texel, value in zip(texels, exact, strict=True)]
+        assert max(apart) > 0.03 > 5 * made.error.max()
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+@THROUGH
+def test_a_half_space_beyond_a_wall(through, weighting):
+    """The wall goes on 4 to both sides of y = 0, from where it is seen 0.05 to 0.2 away: 1e-3 of it is missing."""
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"]())
+    texels, at, alone = places(seen, [-0.05, -0.1, -0.15, -0.2, 0.1])
+    occluders = Occluders(scenes.SURFACES["step"].mesh())
+    options = {"rounds": (16, 64), "offset": CLOSE_WITHOUT_END[through], "intersector": through}
+    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, **options)
+    a, h = -at[:, 0], scenes.STEP
+    exact = (1 - a / np.hypot(a, h)) / 2 if weighting == "cosine" else np.arctan(h / a) / np.pi
+    numbers(texels, np.where(a > 0, exact, 0), made, 1e-3)
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+@THROUGH
+def test_a_sphere_on_a_plane(through, weighting):
+    """Its mesh lies within 2e-4 of its radius inside it."""
+    seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["orthographic"]())
+    texels, at, alone = places(seen, [-0.16, -0.2, -0.3, 0.18, 0.25])
+    occluders = Occluders(scenes.sphere_mesh(5))
+    options = {"rounds": (16, 64), "offset": CLOSE_WITHOUT_END[through], "intersector": through}
+    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, **options)
+    assert (at[:, 2] == 0).all()
+    sine = scenes.BALL / np.linalg.norm(at - [0, 0, scenes.BALL], axis=1)
+    numbers(texels, sine**3 if weighting == "cosine" else 1 - np.sqrt(1 - sine**2), made, 1e-3)
+
+
+def test_the_standard_error_is_that_of_the_mean():
+    """Over 300 texels before a wall: z has mean 0 within 5 of its errors, and a spread between 0.8 and 1.25."""
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["orthographic"](48, 36))
+    made = ray_cast_occlusion(
+        Occluders(scenes.SURFACES["concave crease"].mesh()), seen, 0.2, tolerance=0.0, rounds=(24, 24), strata=4,
+        offset=BELOW, seed=11,
+    )  # fmt: skip
+    c = np.abs(seen.positions[..., 0]) * np.sqrt(2) / 0.2
+    chosen = (c > 0.05) & (c < 0.9)
+    assert chosen.sum() > 300
+    exact = np.array([segment(n) for n in c[chosen]])
+    z = (made.texture[chosen] - exact) / made.error[chosen]
+    assert abs(z.mean()) < 5 / np.sqrt(len(z))
+    assert 0.8 < z.std() < 1.25
+
+
+def test_more_rays_are_cast_until_the_error_is_small():
+    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"](20, 4))
+    occluders = Occluders(scenes.SURFACES["step"].mesh())
+    made = ray_cast_occlusion(occluders, seen, 0.3, tolerance=0.003, rounds=(4, 4000), strata=4)
+    assert made.error.max() <= 0.003
+    assert made.rays.min() == 4 * 16
+    assert made.rays.max() > 4 * 16
+    short = ray_cast_occlusion(occluders, seen, 0.3, tolerance=0.0, rounds=(4, 6), strata=4)
+    assert set(np.unique(short.rays)) == {4 * 16, 6 * 16}  # the open ones are done at an error of 0
+    assert (short.rays == 4 * 16)[short.error > 0].sum() == 0
+
+
+def test_threads_and_seeds():
+    seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](20, 18), np.float32)
+    occluders = Occluders(scenes.SURFACES["step"].mesh())
+    before = numba.get_num_threads()
+    made = []
+    try:
+        for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
+            numba.set_num_threads(threads)
+            made.append(ray_cast_occlusion(occluders, seen, 0.1, rounds=(2, 4)))
+    finally:
+        numba.set_num_threads(before)
+    assert_same_bits(made[0].texture, made[1].texture)
+    other = ray_cast_occlusion(occluders, seen, 0.1, rounds=(2, 4), seed=1)
+    assert (other.texture != made[0].texture).any()
+    assert np.abs(other.texture - made[0].texture).max() < 0.2
+
+
+@NO_EMBREE
+def test_on_a_real_mesh_no_ray_meets_the_surface_that_it_begins_on():
+    """The statue's positions are float32: with rays that begin on them about half of a flat face would be covered."""
+    mesh = builtin_scene("statue")
+    view = module_views(mesh, find_display("virtual").with_resolution(24, 18))[0]
+    seen = Buffers.of(RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric"), view)
+    made = ray_cast_occlusion(Occluders(mesh), seen, 1e-2, rounds=(2, 2))
+    there = seen.depth < np.inf
+    assert np.median(made.texture[there]) == 0
+    assert made.texture.max() > 0.1
+    flawed = ray_cast_occlusion(Occluders(mesh), seen, 1e-2, rounds=(2, 2), offset=0.0)
+    assert flawed.texture[there].mean() > made.texture[there].mean()
+
+
+def test_extremes():
+    sight = scenes.SIGHTS["perspective"](4, 3)
+    occluders = Occluders(scenes.SURFACES["step"].mesh())
+    empty = scenes.buffers("step", sight, np.float32, np.ones((3, 4), bool))
+    seen = scenes.buffers("step", sight, np.float32)
+    for buffers in (empty, seen, Buffers(seen.view, seen.depth, seen.positions, 0 * seen.normals)):
+        for radius in (0.0, 1e-30, 1e-6, 0.1, 1e6, 1e30):
+            made = ray_cast_occlusion(occluders, buffers, radius, rounds=(2, 2), strata=2)
+            assert ((made.texture >= 0) & (made.texture <= 1)).all()
+            assert np.isfinite(made.error).all()
+            assert not made.texture[np.isinf(buffers.depth)].any()
+    assert not ray_cast_occlusion(occluders, empty, 0.1).rays.any()
+    assert not ray_cast_occlusion(occluders, seen, 0.0).texture.any()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"radius": -1.0}, "radius"),
+        ({"radius": np.inf, "falloff": "linear"}, "radius"),
+        ({"weighting": "even"}, "weighting"),
+        ({"falloff": "steep"}, "falloff"),
+        ({"intersector": "optix"}, f"intersector is 'optix': choose one of {', '.join(INTERSECTORS)}"),
+        ({"rounds": (1, 4)}, "rounds"),
+        ({"rounds": (8, 4)}, "rounds"),
+        ({"strata": 0}, "strata"),
+        ({"tolerance": np.nan}, "tolerance"),
+        ({"offset": -1.0}, "offset"),
+        ({"seed": -1}, "seed"),
+        ({"seed": 2**64}, "seed"),
+    ],
+)
+def test_wrong_arguments_are_refused(wrong, said):
+    seen = scenes.buffers("step", scenes.SIGHTS["perspective"](2, 2))
+    occluders = Occluders(scenes.SURFACES["step"].mesh())
+    with pytest.raises(InputError, match=said):
+        ray_cast_occlusion(occluders, seen, **{"radius": 0.1, **wrong})
+    with pytest.raises(InputError, match="normals"):
+        ray_cast_occlusion(occluders, Buffers(seen.view, seen.depth, seen.positions), 0.1)

@@ -1,0 +1,251 @@
+"""Stiff and extreme cases: every row of the table, and that the table would notice."""
+
+import json
+import operator
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference import textbook
+
+from lfssao.bench import cases, mappings, measure, scalar_cases
+from lfssao.bench.cases import CASES
+from lfssao.bench.inputs import UNCHANGED, along_rays, display, near_lens, on_surface, scene
+from lfssao.bench.mappings import CameraAtOrigin, CrossedSlits, GeneralDisplay, exact_image
+from lfssao.bench.running_error import EXACT, Arithmetic
+from lfssao.bench.sequences import curves
+from lfssao.bench.stability import DEGRADED, REFUSED, WITHIN, Case, Refusal
+from lfssao.cli.main import main
+from lfssao.optics.display_file import find_display
+
+pytestmark = pytest.mark.usefixtures("one_thread")
+MAPPED = [case for case in CASES if isinstance(case, Case)]
+ROWS = [
+    pytest.param(case, text, run, path, id=f"{case.name}, {text}, {path}")
+    for case in MAPPED
+    for text, run in case.inputs()
+    for path in measure.PATHS
+]
+number = st.floats(-1e6, 1e6, width=32)
+normal = st.one_of(st.just(0.0), number.filter(lambda x: abs(x) > 1e-6))
+
+
+@pytest.mark.parametrize(("case", "text", "run", "path"), ROWS)
+def test_every_row_is_what_it_states(case, text, run, path):
+    row = case.row(text, run, path)
+    assert row.verdict in (WITHIN, DEGRADED), row
+    assert row.measured.decisions > 0
+    assert (row.reason != "") == (row.verdict == DEGRADED)
+
+
+@pytest.mark.parametrize("case", [c for c in CASES if isinstance(c, Refusal)], ids=lambda c: f"{c.name}, {c.text}")
+def test_what_cannot_be_served_is_refused(case):
+    (row,) = case.rows()
+    assert row.verdict == REFUSED, row
+
+
+@pytest.mark.parametrize(
+    ("case", "path"),
+    [(case, path) for case in MAPPED for path in case.degraded],
+    ids=lambda part: getattr(part, "name", part),
+)
+def test_what_is_said_to_degrade_does(case, path):
+    inputs = list(case.inputs())[::-1]  # the most extreme comes last
+    assert any(case.row(*each, path).verdict == DEGRADED for each in inputs)
+
+
+# The error analysis
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@given(st.sampled_from([operator.add, operator.sub, operator.mul, operator.truediv]), normal, normal)
+def test_bounds_hold_for_two_operations(dtype, operation, a, b):
+    """(a / 3 op b / 7): operands that are rounded themselves."""
+    work = Arithmetic.of(dtype)
+    result = operation(*(work.number(x) / work.number(y) for x, y in ((a, 3), (b, 7))))
+    with np.errstate(all="ignore"):
+        value = operation(*(dtype(x) / dtype(y) for x, y in ((a, 3), (b, 7))))
+    if np.isfinite(result.error):
+        assert abs(Fraction(float(value)) - result.value) <= Fraction(result.error)
+    else:
+        assert operation is operator.truediv
+        assert b == 0
+
+
+def test_what_is_exact_has_no_error():
+    work = Arithmetic.of(np.float32)
+    one, third = work.number(1), work.number(Fraction(1, 3))
+    assert third.error == pytest.approx(2.0**-24 / 3)
+    assert (one - work.number(2.0**-24)).error == 0  # 24 digits
+    assert (one - work.number(2.0**-25)).error == pytest.approx(2.0**-24)
+    assert (work.number(2.0**100) * work.number(2.0**100)).error == np.inf
+    assert one.is_less(one) is False
+    assert third.is_less(EXACT.number(Fraction(1, 3))) is None
+
+
+# Both formulas
+
+
+def test_near_a_slit_ours_keeps_its_digits_and_the_straightforward_formula_does_not():
+    """m_z - z is exact: three roundings. 1 - z / m_z has the error of a quotient near 1, half an ulp, over 2^-k."""
+    for name, points in curves().items():
+        digits = 24 if "32" in name else 53
+        assert len(points) >= digits - 1, name
+        for k, ours, straightforward in points:
+            assert ours <= 4, (name, k)
+            assert straightforward <= 2 ** (k + 3), (name, k)
+        assert max(straightforward for k, _, straightforward in points if k <= digits - 3) > 2 ** (digits - 6), name
+
+
+# The table notices
+
+
+def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
+    case = near_lens(18)
+    assert measure.measure(case, "float32").exceeded == 0
+
+    def lossy(a, b, c, z_module, z_observer, u_0, v_0):
+        one = type(z_module)(1)
+        return u_0 + a / z_module / (one - c / z_module), v_0 + b / (z_observer - c)
+
+    lossy.py_func = lossy
+    monkeypatch.setattr(mappings.mapping, "project_crossed_slits", lossy)
+    assert measure.measure(case, "float32").exceeded > 0
+
+
+def test_a_wrong_decision_breaks_a_row(monkeypatch):
+    real = measure.passes.algorithm2
+    for stiff in (scene(np.random.default_rng(1).uniform(-0.3, 0.3, (8, 8, 3))), on_surface(np.array([0, 0, 0.1]))):
+
+        def wrong(*inputs):
+            found = real(*inputs)
+            found.texture[3, 3] = 1 - found.texture[3, 3]
+            return found
+
+        monkeypatch.setattr(measure.passes, "algorithm2", wrong)
+        assert measure.measure(stiff, "float64").exceeded == 1
+        monkeypatch.setattr(measure.passes, "algorithm2", real)
+        assert measure.measure(stiff, "float64").exceeded == 0
+
+
+# The command
+
+
+def test_the_command_prints_the_table_and_writes_the_files(tmp_path, capsys, monkeypatch):
+    kept = tuple(case for case in CASES if case.name in ("ordinary", "offset") or isinstance(case, Refusal))
+    monkeypatch.setattr(cases, "CASES", kept)
+    table, picture = tmp_path / "a.json", tmp_path / "a.png"
+    assert main(["bench", "stability", "--json", str(table), "--plot", str(picture)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    rows = json.loads(table.read_text())["rows"]
+    assert len(lines) == 1 + len(rows)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    broken = Refusal("x", "x", "x", lambda: None, "")
+    monkeypatch.setattr(cases, "CASES", (broken,))
+    assert main(["bench", "stability"]) == 1
+    assert "it was served" in capsys.readouterr().out
+
+
+def test_a_picture_of_another_kind_is_refused(capsys):
+    assert main(["bench", "stability", "--plot", "a.txt"]) == 2
+    assert "must end in one of" in capsys.readouterr().err
+
+
+def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
+    real = mappings.landing.land
+    case = along_rays(find_display("picoarray"), 0, 0.5)
+    case = replace(case, texels=case.texels[:5])
+    j, i = case.texels[3]
+
+    def off(kind, m, points, image):
+        real(kind, m, points, image)
+        image[j * case.depth.shape[1] + i, 0] += 1e-9
+
+    assert measure.measure(case, "float64").exceeded == 0
+    monkeypatch.setattr(mappings.landing, "land", off)
+    assert measure.measure(case, "float64").exceeded == 1
+
+
+# What is exact
+
+
+NOTHING = (Fraction(0),) * 3
+
+
+def similar_triangles(shown_by, point):
+    """Image of a physical point on a flat display (LF section 3): from the lens, and from the observers at the side."""
+    (x, y, z), module = point, shown_by.modules[0]
+    m_x, m_z, y_o, z_o = (Fraction(n) for n in (module.x, module.z, shown_by.observer_height, shown_by.observer_z))
+    if not z_o < z < m_z:
+        return None
+    s_x, s_y = m_x + (x - m_x) * m_z / (m_z - z), y_o + (y - y_o) * z_o / (z_o - z)
+    u = module.width * (Fraction(1, 2) + s_x / Fraction(shown_by.screen_width))
+    v = module.height * (Fraction(1, 2) - s_y / Fraction(shown_by.screen_height))
+    return u, v, z
+
+
+def test_exact_images_of_a_flat_display_are_those_of_similar_triangles():
+    shown_by = display()
+    flat, general = CrossedSlits(shown_by, UNCHANGED).steps(EXACT), GeneralDisplay(shown_by).steps(EXACT)
+    for point in np.random.default_rng(2).uniform(-1, 1, (20, 3)) * [0.9, 0.5, 3.9]:
+        place = tuple(Fraction(float(n)) for n in point)
+        right = similar_triangles(shown_by, place)
+        assert exact_image(flat, place, NOTHING) == right
+        other = exact_image(general, place, NOTHING)
+        assert (other is None) == (right is None)
+        if right is not None:
+            # The homography's float64 numbers are rounded.
+            assert [float(n) for n in other] == pytest.approx([float(n) for n in right], rel=1e-14)
+
+
+def test_exact_images_are_those_of_the_textbook():
+    """Displays of every kind, each with its lens distorted, and points between observers and lens."""
+    rng = np.random.default_rng(3)
+    kinds = [find_display("convex"), find_display("picoarray"), display(), replace(display(), diffuser="conical")]
+    for kind in kinds:
+        shown_by = replace(kind, modules=(replace(kind.modules[0], k1=-0.05, k2=0.01),))
+        d, (low, high) = shown_by.module_numbers(0), np.array(shown_by.roi)
+        steps, seen = GeneralDisplay(shown_by).steps(EXACT), 0
+        for point in rng.uniform(low, high, (20, 3)):
+            place = tuple(Fraction(float(n)) for n in point)
+            exact = exact_image(steps, place, NOTHING)
+            if exact is not None:
+                right = textbook.image(d[:3], d[3:5], tuple(d[5:7]), d[7] != 0, d[8:17], d[17:22], point)
+                assert [float(n) for n in exact[:2]] == pytest.approx(right, abs=1e-9)
+                seen += 1
+        assert seen >= 10
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_the_steps_of_a_camera_are_its_matrices_and_end_where_they_began(projection):
+    eye = CameraAtOrigin(projection, 3.0, 1.25, 0.3, 7.0, 8, 6)
+    forth, back = eye.matrices(Arithmetic.of("float64"))
+    for tracked, matrix in ((forth, eye.to_image.numbers.reshape(4, 4)), (back, eye.back)):
+        for ours, number in zip(np.ravel(tracked), np.ravel(matrix), strict=True):
+            assert abs(ours.value - Fraction(float(number))) <= Fraction(ours.error)
+    point = u, v, depth = Fraction(7, 2), Fraction(5, 4), Fraction(3, 8)
+    assert exact_image(eye.steps(EXACT), point, NOTHING) == point
+    near, far, texel = Fraction(eye.near), Fraction(eye.far), Fraction(eye.extent) / eye.height
+    x, y, z = offset = Fraction(1, 8), Fraction(1, 16), Fraction(-1, 4)
+    if projection == "orthographic":
+        right = u + x / texel, v - y / texel, depth - z / (far - near)
+    else:  # by similar triangles; texel / distance is the size of a texel at a distance of 1
+        away = near * far / (far - depth * (far - near))
+        x, y = x + (u - 4) * texel / 3 * away, y - (v - 3) * texel / 3 * away
+        away -= z
+        right = 4 + x / away / texel * 3, 3 - y / away / texel * 3, (far - near * far / away) / (far - near)
+    assert exact_image(eye.steps(EXACT), point, offset) == right
+
+
+def test_a_blur_that_loses_a_hundred_thousandth_breaks_a_row(monkeypatch):
+    real = scalar_cases.passes.blur
+
+    def short(texture, sigma):
+        return real(texture, sigma) - texture.dtype.type(1e-5) * texture
+
+    assert scalar_cases.blurred(1.0, "float32").exceeded == 0
+    monkeypatch.setattr(scalar_cases.passes, "blur", short)
+    assert scalar_cases.blurred(1.0, "float32").exceeded > 0

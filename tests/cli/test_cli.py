@@ -1,0 +1,377 @@
+"""The command line: what it refuses and how, interrupts, the progress bar."""
+
+import ctypes
+import fcntl
+import json
+import os
+import pty
+import re
+import select
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+
+import numpy as np
+import pytest
+from exr_parts import read_parts
+
+from lfssao import __version__
+from lfssao.cli.main import main
+
+SMALL = ["render", "statue", "--resolution", "64x48"]
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def refused(capsys, folder, *words):
+    """The one sentence of a refused command, which must not have made its output folder."""
+    out = folder / "new" / "out"
+    assert main(["render", *words, "-o", str(out)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith("lfssao: ")
+    assert not (folder / "new").exists()
+    return captured.err.removeprefix("lfssao: ").rstrip("\n")
+
+
+BAD_VALUES = {
+    "--resolution": ("5", "0x5", "5x0", "-5x5", "5x-5", "nanx5", "1.5x2", "5x5x5", "x", "", "9" * 5000 + "x1",
+                     "1000000x1000000", "60000x35000", "٤x٤"),
+    "--modules": ("5", "0:0", "3:2", "-1:2", "a:b", ":", "0:", ":1", "", "0:2", "0:99999999999999999999", "0:1:2"),
+    "--radii": ("nan", "inf", "-inf", "-1", "-1,2", "1,-2", "-5%", "abc", "", "1,", ",1", "1e400", "1e31", "%", "1;2"),
+    "--samples": ("0", "-1", "nan", "inf", "1.5", "abc", "", "1000000000", "1_0", "9" * 5000, "٤"),
+    "--layers": ("", "ao_1", "depth,", "all", "Depth", "depth;ao"),
+    "--blur": ("-1", "nan", "inf", "-inf", "abc", "", "1e9"),
+    "--seed": ("-1", "abc", "1.5", "", str(2**64), "9" * 5000, "nan"),
+    "--threads": ("0", "-1", "abc", "1.5", "", "1000000", "inf"),
+    "--display": ("foo", "", "Virtual"),
+    "--sampling": ("foo", "", "spiral"),
+    "--camera": ("foo", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("option", "value"), [(o, v) for o, values in BAD_VALUES.items() for v in values])
+def test_bad_values_are_refused_by_the_options_name(capsys, tmp_path, option, value):
+    sentence = refused(capsys, tmp_path, "statue", option, value)
+    assert option.removeprefix("--") in sentence
+    assert len(sentence) < 200
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "choices"),
+    [
+        (
+            "--display",
+            "foo",
+            "'foo': choose one of c80, convex, picoarray, sample-a, sample-b, virtual, or a .toml file",
+        ),
+        ("--sampling", "foo", "'foo': the nearest is 'sobol' of random, jittered, latin, poisson"),
+        ("--camera", "foo", "'foo': choose one of perspective, orthographic"),
+        ("--modules", "0:2", "virtual has modules 0:1"),
+        ("--layers", "depth,best", "'best': choose some of depth, positions, color, normals, ao, merged"),
+        ("--samples", "0", "0 is not from 1 to 65536"),
+        ("--radii", "1,-2", "-2 is not a radius from 0"),
+        ("--radii", "-1,2", "-1 is not a radius from 0"),
+        ("--resolution", "1000000x1000000", "at most 2147483647 texels"),
+        ("--resolution", "45000x45000", "GB of memory"),
+    ],
+)
+def test_sentence_says_what_would_be_right(capsys, tmp_path, option, value, choices):
+    assert choices in refused(capsys, tmp_path, "statue", option, value)
+
+
+def test_huge_requests_are_refused_before_memory_is_taken(capsys, tmp_path):
+    import resource
+
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for option in (["--resolution", "40000x40000"], ["--samples", "10000000000"], ["--blur", "1e15"]):
+        refused(capsys, tmp_path, "statue", *option)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 500_000  # kB
+
+
+@pytest.mark.parametrize(
+    ("words", "part"),
+    [
+        (["teapot"], "teapot: there is no such file, and no embedded scene of that name (gallery, statue, "),
+        (["teapot.obj"], "teapot.obj: there is no such file"),
+        (["/"], "/: it is a folder"),
+        (["statue", "extra"], "extra"),
+        (["statue", "--nope"], "--nope"),
+        (["statue", "--sampli", "latin"], "--sampli"),
+        (["statue", "--samples"], "--samples: expected one argument"),
+        (["statue", "--texture", "a.png"], "--texture: the embedded scene statue takes none"),
+        (["statue", "--camera", "--display", "virtual"], "--display does not go with --camera"),
+        (["statue", "--camera", "--modules", "0:1"], "--modules does not go with --camera"),
+        (["statue", "--display", "sample-a", "--modules", "20:22"], "sample-a has modules 0:21"),
+    ],
+)
+def test_bad_words_are_refused(capsys, tmp_path, words, part):
+    assert part in refused(capsys, tmp_path, *words)
+
+
+def test_broken_mesh_is_refused_by_its_name(capsys, tmp_path):
+    for name, content, part in (
+        ("nan.obj", TRIANGLE.replace("v 1", "v nan"), "vertex 1 is not finite"),
+        ("empty.stl", "", "the file is empty"),
+        ("far.obj", TRIANGLE.replace("f 1", "f 7"), "names a vertex that does not exist"),
+        ("points.obj", "v 0 0 0\n", "no triangles"),
+        ("line\nbreak.obj", "", "the file is empty"),
+    ):
+        path = tmp_path / name
+        path.write_text(content)
+        sentence = refused(capsys, tmp_path, str(path))
+        assert part in sentence
+        assert name.replace("\n", "\\n") in sentence
+
+
+def test_texture_is_refused_by_its_name(capsys, tmp_path):
+    (tmp_path / "a.obj").write_text(TRIANGLE)
+    (tmp_path / "b.png").write_text("garbage")
+    mesh = str(tmp_path / "a.obj")
+    assert "c.png: there is no such file" in refused(capsys, tmp_path, mesh, "--texture", str(tmp_path / "c.png"))
+    assert "b.png: it cannot be read as an image" in refused(
+        capsys, tmp_path, mesh, "--texture", str(tmp_path / "b.png")
+    )
+
+
+def test_commands_without_their_words(capsys):
+    for words, part in (
+        ([], "COMMAND"),
+        (["paint"], "'paint' (choose from"),
+        (["render", "statue"], "-o/--output"),
+        (["render", "statue", "-o", ""], "--output is empty"),
+    ):
+        assert main(words) == 2
+        error = capsys.readouterr().err
+        assert part in error
+        assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("place", ["file", "file/a", "file/a/b", "link", "/proc/lfssao", "/proc", "/dev/null"])
+def test_output_that_cannot_be_written(capsys, tmp_path, place):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    assert main([*SMALL, "-o", str(tmp_path / place)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"{tmp_path / place}: the output folder cannot be" in error
+    assert sorted(os.listdir(tmp_path)) == ["file", "link"]
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_output_is_checked_before_the_scene_is_loaded(capsys, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    assert main(["render", "teapot.obj", "-o", str(tmp_path / "file")]) == 2
+    assert "the output folder cannot be made" in capsys.readouterr().err
+
+
+def test_refused_command_leaves_a_folder_as_it_was(capsys, tmp_path):
+    (tmp_path / "module_000.exr").write_text("mine")
+    before = os.stat(tmp_path).st_mtime_ns
+    for words in (["teapot.obj"], ["statue", "--samples", "0"], ["statue", "--resolution", "60000x60000"]):
+        assert main(["render", *words, "-o", str(tmp_path)]) == 2
+    assert os.listdir(tmp_path) == ["module_000.exr"]
+    assert os.stat(tmp_path).st_mtime_ns == before
+    assert (tmp_path / "module_000.exr").read_text() == "mine"
+
+
+def test_name_of_a_scene_wins_over_a_folder(tmp_path, monkeypatch):
+    # `lfssao render statue -o statue` makes such a folder; it must work twice.
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        assert main([*SMALL, "-o", "statue"]) == 0
+    assert (tmp_path / "statue" / "module_000.exr").exists()
+
+
+def test_degenerate_faces_are_said(capsys, tmp_path):
+    (tmp_path / "a.obj").write_text(f"mtllib no.mtl\n{TRIANGLE}f 1 1 2\nf 2 2 2\n")
+    (tmp_path / "b.obj").write_text(f"{TRIANGLE}f 1 1 2\n")
+    for name, wanted in (
+        ("a", ["2 faces without an area are left out", "it names 'no.mtl', which is not there"]),
+        ("b", ["1 face without an area is left out"]),
+    ):
+        words = ["render", str(tmp_path / f"{name}.obj"), "--resolution", "8x6", "--radii", "10%"]
+        assert main([*words, "-o", str(tmp_path / name)]) == 0
+        said = capsys.readouterr().err.splitlines()
+        assert len(said) == len(wanted)
+        for line, part in zip(said, wanted, strict=True):
+            assert f"{name}.obj: {part}" in line
+        manifest = json.loads((tmp_path / name / "manifest.json").read_text())
+        assert manifest["scene"]["degenerate_faces_left_out"] == (2 if name == "a" else 1)
+
+
+@pytest.mark.parametrize("words", [["--version"], ["--help"], ["render", "--help"]])
+def test_help_and_version(capsys, words):
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert caught.value.code == 0
+    out = capsys.readouterr().out
+    assert (f"lfssao {__version__}\n" == out) if words == ["--version"] else ("usage: lfssao" in out)
+
+
+def test_help_names_every_option(capsys):
+    with pytest.raises(SystemExit):
+        main(["render", "--help"])
+    out = capsys.readouterr().out
+    for option in (*BAD_VALUES, "--output", "--texture"):
+        assert option in out
+    for name in ("gallery", "statue", "ammonite", "armadillo", "sample-a", "jittered", "orthographic"):
+        assert name in out
+
+
+def test_extreme_meshes_give_textures_without_nan(tmp_path, capsys):
+    mesh = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    for scale, offset in ((9e29, 0.0), (2e-30, 0.0), (1.0, 1e5)):
+        corners = "".join("v {!r} {!r} {!r}\n".format(*v) for v in (mesh * scale + offset).tolist())
+        (tmp_path / "a.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+        words = ["render", str(tmp_path / "a.obj"), "--resolution", "16x12", "-o", str(tmp_path / "out")]
+        for more in (["--radii", "10%"], ["--radii", "10%", "--camera"], ["--radii", "1e30,0"]):
+            assert main([*words, *more]) == 0
+        for name in ("module_000", "camera"):
+            parts = read_parts(tmp_path / "out" / f"{name}.exr")
+            assert len(parts) > 5
+            assert not any(np.isnan(pixels).any() for _, pixels in parts)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_scene_too_far_from_the_origin_is_refused(tmp_path, capsys):
+    """At 1e6 float32 positions are 0.06 apart: a texel of 1 / 16 knows its place, one of 1 / 64 does not."""
+    corners = "v 1e6 0 0\nv 1000001 0 0\nv 1e6 1 0\nf 1 2 3\n"
+    (tmp_path / "a.obj").write_text(corners)
+    words = ["render", str(tmp_path / "a.obj"), "-o", str(tmp_path / "out")]
+    for more in (["--display", "virtual"], ["--camera"]):
+        assert main([*words, *more, "--resolution", "64x64"]) == 2
+        error = capsys.readouterr().err
+        assert "the scene is 1 large and reaches 1e+06 from the world's origin" in error
+        assert error.count("\n") == 1
+        assert not (tmp_path / "out").exists()
+        assert main([*words, *more, "--resolution", "12x12", "--radii", "10%"]) == 0
+        shutil.rmtree(tmp_path / "out")
+
+
+# --- in a process of its own
+
+
+def start(*words, **keywords):
+    return subprocess.Popen(
+        [sys.executable, "-m", "lfssao", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **keywords
+    )
+
+
+def test_python_m_in_a_pipe_says_one_line_and_nothing_else(tmp_path):
+    process = start("render", "ammonite", "--resolution", "64x48", "--camera", "-o", str(tmp_path / "out"))
+    out, error = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert error == b""  # no bar, no warnings
+    assert out.decode() == f"{tmp_path / 'out'}: 1 EXR file, manifest.json, contact.png\n"
+
+
+def test_python_m_returns_the_exit_code(tmp_path):
+    process = start("render", "teapot.obj", "-o", str(tmp_path / "out"))
+    _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (2, b"lfssao: teapot.obj: there is no such file\n")
+
+
+def test_folder_name_that_is_not_text(tmp_path):
+    folder = os.fsencode(tmp_path) + b"/caf\xe9"
+    process = start("render", "statue", "--resolution", "8x6", "--radii", "10%", "-o", folder)
+    out, error = process.communicate(timeout=60)
+    assert (process.returncode, out) == (2, b"")
+    assert error.count(b"\n") == 1
+    assert b"needs names in UTF-8" in error
+    assert os.listdir(tmp_path) == []
+
+
+def test_reader_of_the_output_may_be_gone(tmp_path):
+    process = start(*SMALL, "-o", str(tmp_path / "out"))
+    process.stdout.close()
+    error = process.stderr.read()
+    process.stderr.close()
+    assert (process.wait(timeout=60), error) == (0, b"")
+
+
+def on_terminal(words, columns=80):
+    """Exit code and everything that a command writes to a terminal."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24 if columns else 0, columns, 0, 0))
+    environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lfssao", *words], stdout=theirs, stderr=theirs, stdin=theirs, env=environment
+    )
+    os.close(theirs)
+    text = b""
+    while select.select([ours], [], [], 60)[0]:
+        try:
+            chunk = os.read(ours, 4096)
+        except OSError:  # Linux's way of saying that the other end is closed
+            break
+        if not chunk:
+            break
+        text += chunk
+    os.close(ours)
+    return process.wait(timeout=60), text.decode()
+
+
+@pytest.mark.parametrize("columns", [80, 0])  # 0: a terminal that does not know its width, as of many containers
+def test_terminal_shows_a_bar_with_a_rate(tmp_path, columns):
+    words = [*SMALL, "--display", "sample-a", "--modules", "0:3", "-o", str(tmp_path)]
+    code, text = on_terminal(words, columns)
+    assert code == 0
+    assert re.search(r" 0/3 \[.*, the first run compiles kernels\]", text)
+    assert re.search(r"\b3/3 \[.*[0-9.]+ ?(module/s|s/module)", text)
+    assert text.replace("\r", "").endswith(f"{tmp_path}: 3 EXR files, manifest.json, contact.png\n")
+
+
+def test_message_after_a_bar_has_a_line_of_its_own(tmp_path):
+    (tmp_path / "module_001.exr").mkdir()
+    code, text = on_terminal([*SMALL, "--display", "sample-a", "--modules", "0:3", "-o", str(tmp_path)])
+    assert code == 2
+    assert "1/3 [" in text
+    last = text.replace("\r\n", "\n").split("\n")[-2]
+    assert last.startswith("lfssao: ")
+    assert "module_001.exr: it cannot be written" in last
+
+
+@pytest.mark.parametrize("after", [0, 1, 4])
+def test_interrupt_leaves_whole_files_only(tmp_path, after):
+    out = tmp_path / "out"
+    process = start("render", "statue", "--display", "sample-a", "--radii", "1%,2%", "-o", str(out))
+    deadline = time.monotonic() + 60
+    wanted = out if after == 0 else out / f"module_{after - 1:03d}.exr"
+    while not wanted.exists() and time.monotonic() < deadline:
+        time.sleep(0.002)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    stdout, error = process.communicate(timeout=60)
+    assert (process.returncode, stdout) == (130, b"")
+    assert error == b"lfssao: interrupted; every file that was written is whole\n"
+    files = sorted(os.listdir(out)) if out.exists() else []
+    assert len(files) < 21
+    assert files == [f"module_{k:03d}.exr" for k in range(len(files))]
+    assert len(files) >= after
+    for file in files:
+        assert len(read_parts(out / file)) == 8  # shaded, depth, positions, color, two of AO, merged, blurred
+
+
+def test_interrupt_inside_a_callback_from_llvm_is_not_lost(monkeypatch, capsys):
+    # As numba compiles on a first run: C calls Python, and ctypes drops what is raised there.
+    source = "def callback():\n    os.kill(os.getpid(), signal.SIGINT)\n    done.append('called')\n"
+    done = []
+    names = {"os": os, "signal": signal, "done": done}
+    exec(compile(source, "/site-packages/llvmlite/binding/executionengine.py", "exec"), names)
+    in_c = ctypes.CFUNCTYPE(None)(names["callback"])
+
+    def render(_options):
+        in_c()
+        done.append("returned")
+        time.sleep(30)
+
+    monkeypatch.setattr("lfssao.cli.render._render", render)
+    assert main(["render", "-o", "nowhere"]) == 130
+    assert done == ["called", "returned"]
+    assert capsys.readouterr().err == "lfssao: interrupted; every file that was written is whole\n"
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,0 +1,129 @@
+"""Sine, cosine, cube root, exponential: the reference, their stated errors against mpmath at 200 bits, exact values."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference import elementary as reference
+
+from lfssao.core import elementary
+
+RNG = np.random.default_rng(20170529)
+SMALLEST = 5e-324
+TINY = 2.0**-1022
+LARGEST = 1.7976931348623157e308
+
+# Many points: everywhere, near the joints of the reductions, and the extremes.
+ANGLES = np.concatenate(
+    [
+        RNG.uniform(-1, 1, 3000),
+        RNG.uniform(-1e6, 1e6, 500),
+        RNG.uniform(-(2.0**50), 2.0**50, 500),
+        np.exp(RNG.uniform(-700, 0, 300)),
+        *(np.nextafter(k / 4, np.array([-9, 9])) for k in range(-9, 10)),
+        [0.0, SMALLEST, TINY, 2.0**50, -(2.0**50), 2.0**49 + 0.5, 2.0**49 + 0.25],
+    ]
+)
+CUBES = np.concatenate(
+    [
+        RNG.uniform(0, 1, 3000),
+        2 ** RNG.uniform(-1074, 1023.9, 2000),
+        *(np.nextafter(8.0**k, [0, np.inf]) for k in range(-6, 7)),
+        [SMALLEST, 3 * SMALLEST, TINY, np.nextafter(TINY, 0), LARGEST],
+    ]
+)
+POWERS = np.concatenate(
+    [
+        RNG.uniform(-700, 700, 3000),
+        RNG.uniform(-1, 1, 1000),
+        -np.exp(RNG.uniform(-700, 0, 200)),
+        *(np.nextafter((k + 0.5) * math.log(2), np.array([-999, 999])) for k in range(-20, 21)),
+        [700.0, -700.0, SMALLEST, -SMALLEST],
+    ]
+)
+
+
+def same_bits(a, b):
+    return np.array_equal(np.array(a, np.float64).view(np.int64), np.array(b, np.float64).view(np.int64))
+
+
+@given(st.one_of(st.floats(-(2.0**50), 2.0**50), st.floats(-2, 2)))
+def test_sincospi_equals_the_reference(x):
+    assert same_bits(elementary.sincospi(x), reference.sincospi(x))
+
+
+@given(st.one_of(st.floats(0, LARGEST), st.floats(0, 1)))
+def test_cbrt_equals_the_reference(t):
+    assert same_bits(elementary.cbrt(t), reference.cbrt(t))
+
+
+@given(st.one_of(st.floats(), st.floats(-760, 720), st.floats(-1, 1)).filter(lambda x: not math.isnan(x)))
+def test_exp_equals_the_reference(x):
+    assert same_bits(elementary.exp(x), reference.exp(x))
+
+
+@pytest.mark.parametrize(("name", "points"), [("sincospi", ANGLES), ("cbrt", CUBES), ("exp", POWERS)])
+def test_all_points_equal_the_reference(name, points):
+    kernel, other = getattr(elementary, name), getattr(reference, name)
+    assert same_bits([kernel(x) for x in points.tolist()], [other(x) for x in points.tolist()])
+
+
+def test_sincospi_is_within_2_ulp_of_1():
+    with mpmath.workprec(200):
+        worst = mpmath.mpf(0)
+        for x in ANGLES.tolist():
+            s, c = elementary.sincospi(x)
+            error = max(abs(s - mpmath.sinpi(mpmath.mpf(x))), abs(c - mpmath.cospi(mpmath.mpf(x))))
+            worst = max(worst, error)
+        assert worst <= 2 * 2.0**-52
+
+
+def ulps(value, exact):
+    """Error in units of the last place of the exact value's float64 neighbour."""
+    return abs(mpmath.mpf(value) - exact) / math.ulp(float(exact))
+
+
+def test_cbrt_is_within_1_ulp():
+    with mpmath.workprec(200):
+        assert max(ulps(elementary.cbrt(t), mpmath.cbrt(mpmath.mpf(t))) for t in CUBES.tolist()) <= 1
+
+
+def test_exp_is_within_2_ulp():
+    with mpmath.workprec(200):
+        assert max(ulps(elementary.exp(x), mpmath.exp(mpmath.mpf(x))) for x in POWERS.tolist()) <= 2
+
+
+@pytest.mark.parametrize("x", [-3.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 2.0**40 + 0.5, -(2.0**49) + 1])
+def test_sincospi_is_exact_at_halves(x):
+    quarter = int(2 * x) % 4
+    assert elementary.sincospi(x) == ((0, 1, 0, -1)[quarter], (1, 0, -1, 0)[quarter])
+
+
+@given(st.floats(-1000, 1000))
+def test_sincospi_is_odd_and_even(x):
+    s, c = elementary.sincospi(x)
+    assert elementary.sincospi(-x) == (-s, c)
+
+
+@given(st.integers(0, 2**17))
+def test_cbrt_of_cubes_is_exact(n):
+    assert elementary.cbrt(float(n**3)) == n
+    assert elementary.cbrt(n**3 / 2**30) == n / 2**10
+
+
+def test_cbrt_of_powers_of_8_is_exact():
+    for k in range(-358, 342):
+        assert elementary.cbrt(8.0**k) == 2.0**k
+
+
+def test_exp_special_values():
+    assert elementary.exp(0.0) == elementary.exp(-0.0) == 1
+    assert elementary.exp(1.0) == pytest.approx(math.e, rel=2 * 2**-52)
+    assert elementary.exp(-745.2) == elementary.exp(-1e300) == elementary.exp(-math.inf) == 0
+    assert elementary.exp(710.1) == elementary.exp(1e300) == elementary.exp(math.inf) == math.inf
+    with mpmath.workprec(200):  # among the subnormal numbers each halving may round
+        for x in (-709.0, -720.0, -735.5, -744.0):
+            assert abs(elementary.exp(x) - mpmath.exp(x)) <= 2 * mpmath.mpf(SMALLEST)

@@ -1,0 +1,118 @@
+"""The decorator of kernels: where compiled code is kept, what it depends on, and Python's meaning of max and min."""
+
+import hashlib
+import itertools
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+import lfssao
+from lfssao.ao.kernels import merge
+from lfssao.core import jit
+from lfssao.samples.kernels import ball
+
+PACKAGE = Path(lfssao.__file__).parent
+KERNELS = PACKAGE / "kernels"
+
+# Calls a kernel of ball.py, which calls sincospi of elementary.py.
+SCRIPT = """import json, numba
+from lfssao.kernels import ball
+stats = (ball.algorithm3(0.0, 1.0)[0], ball.algorithm3.stats)
+print(json.dumps([stats[0], sum(stats[1].cache_hits.values()), stats[1].cache_path, numba.config.CACHE_DIR]))"""
+
+
+def first_call(env):
+    """Result of a kernel in a new process, its hits in the cache, its cache folder, and numba's own afterwards."""
+    kept = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    command = [sys.executable, "-P", "-c", SCRIPT]
+    done = subprocess.run(command, env=kept | env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A copy of the package, without compiled code, and the environment that imports it."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    copy = shutil.copytree(PACKAGE, tmp_path / "copy" / "lfssao", ignore=ignored)
+    return copy, {"PYTHONPATH": str(copy.parent), "HOME": str(tmp_path / "home"), "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def test_the_cache_folder_is_named_by_all_kernel_sources():
+    digest = hashlib.sha256()
+    for path in sorted(KERNELS.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    assert jit.source_digest() == digest.hexdigest()
+    for compiled in (ball.algorithm3, merge.merge_maximum):
+        assert f"kernels-{digest.hexdigest()[:16]}" in Path(compiled.stats.cache_path).parts
+
+
+def test_a_change_of_a_callee_is_not_hidden_by_the_cache(package, tmp_path):
+    """The file that defines algorithm3 does not change, nor does numba's folder for it."""
+    copy, env = package
+    cache = tmp_path / "cache"
+    env["NUMBA_CACHE_DIR"] = str(cache)
+    result, hits, folder, restored = first_call(env)
+    assert (result, hits, restored) == (-1, 0, str(cache))
+    assert Path(folder).is_relative_to(cache)
+    assert first_call(env) == [-1, 1, folder, str(cache)]
+    callee = copy / "kernels" / "elementary.py"
+    source = callee.read_text()
+    assert source.count("-cosine if") == 1
+    callee.write_text(source.replace("-cosine if", "-7.0 if"))
+    result, hits, other, _ = first_call(env)
+    assert (result, hits) == (-7, 0)
+    assert other != folder
+    callee.write_text(source)
+    assert first_call(env) == [-1, 1, folder, str(cache)]
+
+
+def test_code_is_kept_beside_the_sources_else_in_the_users_cache_folder_else_nowhere(package, tmp_path):
+    copy, env = package
+    beside, home = copy / "kernels" / "__pycache__", tmp_path / "home"
+    assert Path(first_call(env)[2]).is_relative_to(beside)
+    shutil.rmtree(beside)
+    beside.write_text("a file, in which nobody can make a folder")
+    assert Path(first_call(env)[2]).is_relative_to(home)
+    assert first_call(env)[:2] == [-1, 1]
+    shutil.rmtree(home)
+    home.write_text("a file")
+    assert first_call(env) == [-1, 0, None, ""]
+
+
+def test_processes_that_compile_at_the_same_time_agree(package, tmp_path):
+    _, env = package
+    env["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")
+    command = [sys.executable, "-P", "-c", SCRIPT]
+    running = [subprocess.Popen(command, env=os.environ | env, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    assert [json.loads(process.communicate()[0])[0] for process in running] == [-1, -1]
+    assert first_call(env)[:2] == [-1, 1]
+
+
+@numba.njit
+def extremes_of_two(a, b):
+    return max(a, b), min(a, b)
+
+
+@numba.njit
+def extremes_of_three(a, b, c):
+    return max(a, b, c), min(a, b, c)
+
+
+@pytest.mark.parametrize(
+    "kinds", [(float, float), (float, float, float), (int, float), (np.int32, int), (np.uint64, np.uint64)]
+)
+def test_max_and_min_of_kernels_are_pythons(kinds):
+    """With NaN first, last and between, and of mixed types."""
+    kernel = extremes_of_two if len(kinds) == 2 else extremes_of_three
+    values = {float: [1.5, np.nan, -2.0, 0.0, -0.0]}
+    for numbers in itertools.product(*(values.get(kind, [kind(3), kind(0), kind(7)]) for kind in kinds)):
+        got, want = np.array(kernel(*numbers), float), np.array([max(numbers), min(numbers)], float)
+        np.testing.assert_array_equal(got.view(np.int64), want.view(np.int64))

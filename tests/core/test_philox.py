@@ -1,0 +1,101 @@
+"""Philox4x32-10: the known answers of Random123, the reference, streams, and the numbers made from its words."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference import philox as reference
+
+from lfssao.core import philox
+
+words = st.integers(0, 2**32 - 1)
+seeds = st.one_of(st.integers(0, 2**64 - 1), st.sampled_from([0, 1, 2**32 - 1, 2**32, 2**63 - 1, 2**63, 2**64 - 1]))
+
+# The kernels take the seed as np.uint64: numba would try to make an int64 of a Python int.
+unsigned = np.uint64
+
+# Random123's file kat_vectors, lines 'philox4x32 10': counter, key, result. The third is made of the digits of pi.
+KNOWN = [
+    ("00000000 00000000 00000000 00000000", "00000000 00000000", "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
+    ("ffffffff ffffffff ffffffff ffffffff", "ffffffff ffffffff", "408f276d 41c83b0e a20bc7c6 6d5451fd"),
+    ("243f6a88 85a308d3 13198a2e 03707344", "a4093822 299f31d0", "d16cfe09 94fdcceb 5001e420 24126ea1"),
+]
+
+
+def hexadecimal(text):
+    return tuple(int(word, 16) for word in text.split())
+
+
+@pytest.mark.parametrize(("counter", "key", "result"), KNOWN)
+def test_known_answers(counter, key, result):
+    counter, key, result = hexadecimal(counter), hexadecimal(key), hexadecimal(result)
+    assert tuple(int(word) for word in philox.philox4x32(*counter, *key)) == result
+    assert reference.philox4x32(counter, key) == result
+
+
+@given(st.tuples(words, words, words, words), st.tuples(words, words))
+def test_philox_equals_the_reference(counter, key):
+    assert tuple(int(word) for word in philox.philox4x32(*counter, *key)) == reference.philox4x32(counter, key)
+
+
+@given(seeds, words, words, st.integers(1, 2**32))
+def test_numbers_equal_the_reference(seed, stream, index, n):
+    assert int(philox.random_word(unsigned(seed), stream, index)) == reference.word(seed, stream, index)
+    assert philox.random_signed(unsigned(seed), stream, index) == reference.signed(seed, stream, index)
+    assert philox.random_unit(unsigned(seed), stream, index) == reference.unit(seed, stream, index)
+    assert philox.random_below(unsigned(seed), stream, index, n) == reference.below(seed, stream, index, n)
+
+
+@given(seeds, words, words)
+def test_numbers_are_what_they_say_exactly(seed, stream, index):
+    word = reference.word(seed, stream, index)
+    half = Fraction(2 * word + 1, 2)
+    signed = philox.random_signed(unsigned(seed), stream, index)
+    unit = philox.random_unit(unsigned(seed), stream, index)
+    assert Fraction(signed) == half / 2**31 - 1
+    assert Fraction(unit) == half / 2**32
+    assert -1 < signed < 1
+    assert signed != 0
+    assert 0 < unit < 1
+
+
+@given(seeds, words, words, st.one_of(st.integers(1, 2**32), st.sampled_from([1, 2, 3, 2**31, 2**32])))
+def test_random_below_stays_below(seed, stream, index, n):
+    assert 0 <= philox.random_below(unsigned(seed), stream, index, n) < n
+    assert philox.random_below(unsigned(seed), stream, index, 1) == 0
+
+
+def test_random_below_reaches_every_number_about_as_often():
+    """6000 draws below 6: each count is binomial(6000, 1/6), sigma 28.9; 6 sigma, false alarm below 2e-8 in all."""
+    counts = np.bincount([philox.random_below(unsigned(5), 3, k, 6) for k in range(6000)], minlength=6)
+    assert len(counts) == 6
+    assert np.abs(counts - 1000).max() < 6 * 28.9
+
+
+def streams(word):
+    """All words of 4 seeds x 4 streams x 64 indices, as one row of 64 for each seed and stream."""
+    seeds = (0, 1, 2**32, 2**63)
+    return np.array([[int(word(seed, stream, k)) for k in range(64)] for seed in seeds for stream in range(4)])
+
+
+def meetings(table):
+    """Equal words among the rows, and the largest correlation of two rows' bits in standard deviations."""
+    equal = table.size - len(np.unique(table))
+    bits = np.array([[(row >> b) & 1 for b in range(32)] for row in table]).reshape(len(table), -1) * 2.0 - 1.0
+    correlation = np.sum(bits[:, None] * bits[None], axis=-1) / np.sqrt(bits.shape[1])
+    return equal, np.abs(correlation[~np.eye(len(table), dtype=bool)]).max()
+
+
+def test_streams_and_seeds_do_not_meet():
+    """1024 words: two are equal with probability 1.2e-4 (fixed seeds); 120 pairs of rows beyond 7 sigma with 3e-10."""
+    equal, sigmas = meetings(streams(lambda seed, stream, index: philox.random_word(unsigned(seed), stream, index)))
+    assert equal == 0
+    assert sigmas < 7
+
+
+def test_the_test_of_streams_notices_streams_that_meet():
+    assert meetings(streams(lambda seed, stream, index: reference.word(seed, 0, index + 16 * stream)))[0] > 0
+    assert meetings(streams(lambda seed, stream, index: reference.word(seed % 2**32, stream, index)))[0] > 0
+    assert meetings(streams(lambda seed, stream, index: reference.word(seed, 0, index) ^ stream))[1] > 7

@@ -1,0 +1,441 @@
+"""G-buffers against brute force, bit for bit, and equal bits whatever traces the rays; colour at the hits."""
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+import raycast_scenes as scenes
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import raycast
+
+import lfssao
+from lfssao import (
+    Camera,
+    InputError,
+    Mesh,
+    Paint,
+    RayCaster,
+    builtin_scene,
+    display_names,
+    find_display,
+    fit_roi,
+    module_views,
+)
+from lfssao.gbuffer import rasterize
+from lfssao.gbuffer.kernels import first_hit as visibility
+
+NEEDS_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
+TESTS = Path(__file__).parent
+VIEWS = list(scenes.VIEWS)
+
+
+def bits(a):
+    return np.asarray(a, np.float32).view(np.int32)
+
+
+def brute_force(mesh, view, rays=None):
+    if rays is None:
+        rays = raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+    cast = np.stack(raycast.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
+    hits = raycast.first_hits(rays, cast[mesh.faces])
+    return hits, *raycast.surface(view.ray_kind, rays, view.world_from_cast, hits)
+
+
+def check(mesh, view, rays=None):
+    """Every texel's triangle, depth and position, bit for bit, by the tree and by rasterisation."""
+    hits, depth, positions = brute_force(mesh, view, rays)
+    caster, shape = RayCaster(mesh, view.cast_from_world), (view.height, view.width)
+    for way in scenes.WAYS:
+        with scenes.way(way):
+            seen = caster.gbuffer(view)
+        np.testing.assert_array_equal(seen.triangle, hits.triangle.reshape(shape))
+        np.testing.assert_array_equal(bits(seen.depth), bits(depth).reshape(shape))
+        np.testing.assert_array_equal(bits(seen.positions), bits(positions).reshape(*shape, 3))
+    assert (seen.triangle.dtype, seen.depth.dtype, seen.positions.dtype) == (np.int32, np.float32, np.float32)
+    return hits, seen
+
+
+def in_world(scene, view, rng):
+    vertices, faces = scene(view, rng)
+    return Mesh(scenes.to_world(view, vertices), faces)
+
+
+# Brute force
+
+
+@pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
+@settings(max_examples=15)
+@given(
+    view=st.sampled_from(VIEWS),
+    size=st.sampled_from([(20, 15), (24, 16), (31, 17), (1, 1)]),
+    seed=st.integers(0, 2**32),
+)
+def test_gbuffers_are_those_of_brute_force(scene, view, size, seed):
+    view = scenes.VIEWS[view](*size)
+    hits, _ = check(in_world(scene, view, np.random.default_rng(seed)), view)
+    if scene is scenes.nothing:
+        assert (hits.triangle == -1).all()
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("scene", [scenes.soup, scenes.sheets, scenes.stadium], ids=lambda scene: scene.__name__)
+def test_larger_gbuffers(scene, name):
+    view = scenes.VIEWS[name](64, 48)
+    check(in_world(scene, view, np.random.default_rng(3)), view)
+
+
+@pytest.mark.parametrize("scene", [scenes.slivers, scenes.pits, scenes.beyond], ids=lambda scene: scene.__name__)
+@pytest.mark.parametrize("name", ["virtual", "sample-a"])
+@pytest.mark.parametrize("guard", [0, 3])
+def test_presets_own_maps_from_world(scene, name, guard):
+    """Through fit_roi, whose map rounds; with a guard band where displays have one."""
+    display = find_display(name).with_resolution(33, 21)
+    made = scenes.VIEWS["virtual"](33, 21)
+    vertices, faces = scene(made, np.random.default_rng(4))
+    for index in (0, len(display.modules) // 3):
+        world = fit_roi(np.array([[-0.4, -0.3, -0.5], [0.6, 0.5, 0.7]]), display.roi)
+        check(Mesh(vertices, faces), display.view(index, world, guard))
+
+
+@pytest.mark.parametrize("name", display_names())
+def test_displays_of_every_kind(name):
+    """Curved screens, arcs, turned modules: their rays are taken as given."""
+    display = find_display(name).with_resolution(37, 26)
+    mesh = soup_in(np.array(display.roi), np.random.default_rng(13), 200)
+    v, u = (n.ravel() + 0.5 for n in np.mgrid[:26, :37])
+    for index in {0, len(display.modules) // 2, len(display.modules) - 1}:
+        origin, direction, span = display.texel_ray(index, u, v)
+        view = display.view(index, scenes.IDENTITY)
+        if view.ray_kind == raycast.FLAT_LINEAR:
+            continue  # above
+        rays = *origin[:, :2].T, *direction[:, :2].T, *span.T
+        hits, _ = check(mesh, view, rays)
+        assert (hits.triangle >= 0).mean() > 0.05
+
+
+def soup_in(box, rng, n=300):
+    """Triangles of all sizes in a box, (2, 3)."""
+    size = box[1] - box[0]
+    middle = box[0] + rng.random((n, 1, 3)) * size
+    corners = middle + size * 10 ** rng.uniform(-2, -0.3, (n, 1, 1)) * rng.uniform(-1, 1, (n, 3, 3))
+    return Mesh(corners.reshape(-1, 3), np.arange(3 * n).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("where", [0.0, 1e6, 1e8])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_far_away_tiny_and_huge_worlds(where, scale):
+    """World offsets of 1e6 and 1e8, with triangles that float64 alone can tell apart, or none can."""
+    box = np.array([[-1.0, -0.75, -1.0], [1.0, 0.75, 1.0]]) * scale + where * np.array([1.0, -1.0, 0.5])
+    mesh = soup_in(box, np.random.default_rng(5))
+    display = find_display("sample-a").with_resolution(35, 22)
+    world = fit_roi(mesh.bounds, display.roi)
+    views = [display.view(k, world) for k in (0, 10, 20)]
+    views += [Camera.looking_at(mesh.bounds, kind).view(35, 22) for kind in ("perspective", "orthographic")]
+    for view in views:
+        hits, _ = check(mesh, view)
+        assert (hits.triangle >= 0).mean() > 0.1
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_a_camera_that_looks_askew(projection):
+    mesh = soup_in(np.array([[-1.0, -1, -1], [1, 1, 1]]), np.random.default_rng(6))
+    camera = Camera(projection, (2.0, 3.0, 4.0), (0.1, -0.2, 0.3), (0.1, 1.0, 0.2), 2.5, 2.0, 7.0)
+    hits, _ = check(mesh, camera.view(41, 29))
+    assert len(np.unique(hits.triangle)) > 20
+
+
+def test_a_wide_view_from_near_by():
+    """Rays so slanted (5,000 sideways for 1 ahead) that their rounding errors are larger than those of corners."""
+    camera = Camera("perspective", (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0), 1e4, 1e-6, 1e3)
+    view = camera.view(17, 13)
+    for seed in range(10):
+        for scene in (scenes.pits, scenes.rows, scenes.sheet, scenes.slivers):
+            rng = np.random.default_rng(seed)
+            check(in_world(scene, view, rng), view)
+
+
+def test_nothing_seen_is_infinite_and_black():
+    view = scenes.VIEWS["virtual"](5, 4)
+    vertices, faces = scenes.nothing(view, np.random.default_rng(1))
+    mesh = Mesh(vertices, faces, Paint.from_vertex_colors(np.ones((len(vertices), 3), np.float32), len(faces)))
+    seen = RayCaster(mesh, view.cast_from_world).gbuffer(view)
+    assert (seen.triangle == -1).all()
+    assert np.isposinf(seen.depth).all()
+    assert np.isposinf(seen.positions).all()
+    assert not seen.color.any()
+
+
+def test_by_hand():
+    """A wall at z = 0.35, half the module's distance: what the screen shows, drawn together to the module."""
+    view = scenes.VIEWS["virtual"](4, 3)
+    wall = np.array([[-9.0, -9.0, 0.35], [9.0, -9.0, 0.35], [0.0, 9.0, 0.35]])
+    seen = RayCaster(Mesh(wall, [[0, 1, 2]]), view.cast_from_world).gbuffer(view)
+    assert (seen.depth == np.float32(0.35)).all()
+    x = [-0.375, -0.125, 0.125, 0.375]
+    np.testing.assert_allclose(seen.positions[..., 0], np.tile(np.multiply(x, 0.5), (3, 1)), rtol=1e-6)
+    y = [0.25, 0, -0.25]
+    np.testing.assert_allclose(seen.positions[..., 1], np.tile(np.multiply(y, 1.175), (4, 1)).T, rtol=1e-6, atol=1e-9)
+
+
+def test_two_walls_of_which_the_nearer_is_seen():
+    for view in (scenes.VIEWS[name](9, 7) for name in VIEWS):
+        vertices = scenes.at(view, [-90, 90, 5, -90, 90, 5], [-90, -90, 90] * 2, [0.5] * 3 + [-0.5] * 3)
+        seen = RayCaster(Mesh(scenes.to_world(view, vertices), [[0, 1, 2], [3, 4, 5]]), view.cast_from_world).gbuffer(
+            view
+        )
+        assert (seen.triangle == 1).all()
+
+
+def test_coordinates_beyond_float32_are_refused():
+    view = scenes.VIEWS["virtual"](4, 3)
+    mesh = Mesh([[0, 0, 0], [1e20, 0, 0], [0, 1e20, 0]], [[0, 1, 2]])
+    with pytest.raises(InputError, match="float32"):
+        RayCaster(mesh, 1e20 * view.cast_from_world)
+
+
+# What Embree says does not matter
+
+
+@NEEDS_EMBREE
+def test_embree_that_lies(monkeypatch):
+    """Its answers replaced by misses, by other triangles, by one triangle for all."""
+    view = scenes.VIEWS["left"](61, 45)
+    mesh = in_world(scenes.soup, view, np.random.default_rng(14))
+    caster = RayCaster(mesh, view.cast_from_world)
+    monkeypatch.setattr(rasterize, "MOST_PAIRS", 0.0)  # rasterisation does not ask Embree
+    truth = caster.gbuffer(view)
+    assert len(np.unique(truth.triangle)) > 10
+    rng = np.random.default_rng(0)
+    lies = [
+        lambda origins: np.full(len(origins), -1, np.int32),
+        lambda origins: rng.integers(-1, len(mesh.faces), len(origins)).astype(np.int32),
+        lambda origins: np.full(len(origins), truth.triangle.max(), np.int32),
+    ]
+    for lie in lies:
+        monkeypatch.setattr(caster, "_trace", lambda origins, directions, lengths, lie=lie: lie(origins))
+        seen = caster.gbuffer(view)
+        np.testing.assert_array_equal(seen.triangle, truth.triangle)
+        np.testing.assert_array_equal(bits(seen.depth), bits(truth.depth))
+        np.testing.assert_array_equal(bits(seen.positions), bits(truth.positions))
+
+
+@NEEDS_EMBREE
+def test_embrees_tree_is_built_only_when_it_is_asked(monkeypatch):
+    """It takes a third of a second for 200,000 triangles, and small triangles are found without it."""
+    view = scenes.VIEWS["left"](61, 45)
+    built = []
+    monkeypatch.setattr(RayCaster, "_scene", property(built.append))
+    caster = RayCaster(in_world(scenes.soup, view, np.random.default_rng(14)), view.cast_from_world)
+    monkeypatch.setattr(rasterize, "MOST_PAIRS", np.inf)
+    assert (caster.gbuffer(view).triangle >= 0).any()
+    assert built == []
+    monkeypatch.setattr(rasterize, "MOST_PAIRS", 0.0)
+    with pytest.raises(AttributeError, match="'NoneType' object has no attribute 'run'"):
+        caster.gbuffer(view)
+    assert built == [caster]
+
+
+@NEEDS_EMBREE
+def test_embree_proposes_what_is_seen():
+    """Or its tracing would be in vain: in the middle of a tile, away from edges, it names the right triangle."""
+    mesh = builtin_scene("ammonite")
+    display = find_display("virtual").with_resolution(160, 120)
+    world = fit_roi(mesh.bounds, display.roi)
+    view = display.view(0, world)
+    caster = RayCaster(mesh, world)
+    middles = slice(visibility.TILE // 2, None, visibility.TILE)
+    seen = caster.gbuffer(view).triangle[middles, middles]
+    proposals = caster._proposals(view, range(view.height))
+    assert proposals.shape == seen.shape
+    assert (seen >= 0).mean() > 0.2
+    assert (proposals == seen).mean() > 0.99
+
+
+# Embree's own answers
+
+
+@pytest.mark.parametrize("scene", [scenes.soup, scenes.edge_on])
+@pytest.mark.parametrize("name", ["left", "perspective", "orthographic"])
+def test_depths_on_given_triangles_equal_the_reference(monkeypatch, scene, name):
+    """Triangles that rays hit, pass by, and see from behind or edge on."""
+    view, rng = scenes.VIEWS[name](31, 22), np.random.default_rng(3)
+    mesh = in_world(scene, view, rng)
+    mesh = Mesh(mesh.vertices, mesh.faces, painted(rng, mesh, textured=False, colored=True))
+    caster = RayCaster(mesh, view.cast_from_world)
+    given = rng.integers(-1, len(mesh.faces), (22, 31)).astype(np.int32)
+    monkeypatch.setattr(caster, "_seen_by_embree", lambda view, window, step: given.copy())
+    monkeypatch.setattr("lfssao.gbuffer.caster.require_embree", lambda: None)
+    seen = caster.gbuffer(view, caster="embree")
+    rays = raycast.texel_rays(view.ray_kind, view.lens, 31, 22)
+    cast = np.stack(raycast.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
+    hits = raycast.on_triangles(rays, cast[mesh.faces], given.ravel())
+    depth, positions = raycast.surface(view.ray_kind, rays, view.world_from_cast, hits)
+    np.testing.assert_array_equal(seen.triangle.ravel(), hits.triangle)
+    np.testing.assert_array_equal(bits(seen.depth).ravel(), bits(depth))
+    np.testing.assert_array_equal(bits(seen.positions).reshape(-1, 3), bits(positions))
+    assert ((seen.color >= 0) & (seen.color <= 1)).all()
+    if scene is scenes.soup:
+        assert (seen.triangle >= 0).any()
+    else:
+        assert ((seen.triangle < 0) & (given >= 0)).any()
+
+
+@NEEDS_EMBREE
+@pytest.mark.parametrize("name", ["sample-a", "convex"])
+def test_embrees_own_answers_differ_in_few_texels(name):
+    mesh, display = builtin_scene("ammonite"), find_display(name).with_resolution(160, 120)
+    (view,) = module_views(mesh, display, range(3, 4))
+    caster = RayCaster(mesh, view.cast_from_world)
+    exact, embree = (caster.gbuffer(view, normals="smooth", caster=name) for name in ("exact", "embree"))
+    same = exact.triangle == embree.triangle
+    assert (exact.triangle >= 0).sum() > 1000
+    assert same.mean() > 0.999
+    for part in ("depth", "positions", "color", "normals"):
+        np.testing.assert_array_equal(bits(getattr(exact, part))[same], bits(getattr(embree, part))[same])
+
+
+def digests_of_a_process(*command, env):
+    path = os.pathsep.join([str(Path(lfssao.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    env = {**os.environ, "NUMBA_NUM_THREADS": "2", "PYTHONPATH": path, **env}
+    command = [sys.executable, str(TESTS.parent / "helpers" / "raycast_scenes.py"), *command]
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1]), done
+
+
+@pytest.fixture(scope="module")
+def digests():
+    """Those of this process, by one thread."""
+    before = numba.get_num_threads()
+    made = scenes.digests(1)
+    numba.set_num_threads(before)
+    assert made["tree"] == made["rasterisation"]
+    assert len(made["tree"]) == 23
+    assert len(set(made["tree"].values())) == 23
+    return made
+
+
+def test_two_threads_see_the_same(digests):
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        assert digests_of_a_process("2", env={})[0] == digests
+        return
+    before = numba.get_num_threads()
+    try:
+        assert scenes.digests(2) == digests
+    finally:
+        numba.set_num_threads(before)
+
+
+def test_a_cpu_without_extensions_sees_the_same(digests, generic_cpu):
+    assert digests_of_a_process("2", env=generic_cpu)[0] == digests
+
+
+def test_without_embree_the_same_is_seen(digests, tmp_path):
+    (tmp_path / "embreex.py").write_text("raise ImportError\n")
+    path = os.pathsep.join([str(tmp_path), str(Path(lfssao.__file__).parents[1])])
+    assert digests_of_a_process("2", env={"PYTHONPATH": path})[0] == digests
+
+
+def cpu_flags():
+    path = Path("/proc/cpuinfo")
+    if not path.exists():
+        return set()
+    return {flag for line in path.read_text().splitlines() if line.startswith("flags") for flag in line.split()}
+
+
+# What Embree needs of the processor for each of its instruction sets, and how many rays it then takes at once. Asked
+# for a set that the processor lacks it would silently take another: then there is nothing to compare.
+ISAS = {
+    "sse2": ({"sse2"}, "4"),
+    "avx2": ({"avx2", "fma", "f16c", "bmi1", "bmi2"}, "4 8"),
+    "avx512": ({"avx512f", "avx512dq", "avx512cd", "avx512bw", "avx512vl"}, "4 8 16"),
+}
+
+
+@pytest.fixture(scope="module")
+def shim(tmp_path_factory):
+    """The library that stands between embreex and Embree."""
+    library = tmp_path_factory.mktemp("shim") / "embree_isa.so"
+    gcc = shutil.which("gcc")
+    assert gcc, "this test needs gcc"
+    source = str(TESTS / "embree_isa.c")
+    subprocess.run([gcc, "-O1", "-Wall", "-Werror", "-shared", "-fPIC", source, "-o", str(library), "-ldl"], check=True)
+    return str(library)
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or platform.machine() != "x86_64", reason="LD_PRELOAD and /proc/cpuinfo of Linux on x86-64"
+)
+@NEEDS_EMBREE
+@pytest.mark.parametrize("isa", ISAS)
+def test_all_of_embrees_instruction_sets_see_the_same(isa, shim, digests):
+    needs, widths = ISAS[isa]
+    if not needs <= cpu_flags():
+        pytest.skip(f"this processor has no {isa}")
+    env = {"LD_PRELOAD": shim, "EMBREE_CONFIG": f"verbose=1,isa={isa}"}
+    made, done = digests_of_a_process("1", env=env)
+    # It took effect: Embree itself says so, as to the device it made and in its log.
+    assert set(done.stderr.splitlines()) == {f"embree_isa verbose=1,isa={isa} widths {widths}"}
+    log = done.stdout[done.stdout.index("Config\n") :].splitlines()
+    best = next(line for line in log if "Targets" in line)
+    assert best.replace("(supported)", "").split()[-1].lower() == isa
+    assert made == digests
+
+
+# Colour
+
+
+def painted(rng, mesh, textured, colored):
+    """Two materials, the first with a texture."""
+    n = len(mesh.vertices)
+    return Paint(
+        factors=rng.random((2, 3), np.float32),
+        face_material=rng.integers(0, 2, len(mesh.faces)).astype(np.int32),
+        textures=(rng.random((5, 3, 3), np.float32) if textured else None, None),
+        uv=rng.uniform(-2, 2, (n, 2)) if textured else None,
+        vertex_colors=rng.random((n, 3), np.float32) if colored else None,
+    )
+
+
+@pytest.mark.parametrize("name", ["right", "perspective", "orthographic"])
+@pytest.mark.parametrize(("textured", "colored"), [(True, True), (True, False), (False, True), (False, False)])
+def test_colour_equals_the_reference(name, textured, colored):
+    rng = np.random.default_rng(7)
+    view = scenes.VIEWS[name](31, 22)
+    bare = in_world(scenes.sheet if textured else scenes.soup, view, rng)
+    paint = painted(rng, bare, textured, colored)
+    mesh = Mesh(bare.vertices, bare.faces, paint)
+    assert mesh.degenerate == 0
+    hits, *_ = brute_force(mesh, view)
+    caster = RayCaster(mesh, view.cast_from_world)
+    want = raycast.colors(
+        hits, mesh.faces, paint.factors, paint.face_material, paint.vertex_colors, paint.uv, paint.textures
+    )
+    np.testing.assert_array_equal(bits(caster.gbuffer(view).color), bits(want).reshape(22, 31, 3))
+    assert len(np.unique(want, axis=0)) > 5 or not (textured or colored)
+    assert caster.gbuffer(view, color=None).color is None
+    assert RayCaster(bare, view.cast_from_world).gbuffer(view).color is None
+
+
+def test_colour_by_hand():
+    """Red, green and blue at the corners; the texel in the middle sees a third of each, a corner's only its own.
+
+    The texture is longer than the pieces of it that are looked at together: most see nothing.
+    """
+    view = scenes.VIEWS["orthographic"](3, 99)
+    vertices = scenes.at(view, [0.5, 2.5, 1.5], [0.5, 0.5, 3.5], 0.0)
+    paint = Paint.from_vertex_colors(np.eye(3, dtype=np.float32), 1)
+    seen = RayCaster(Mesh(scenes.to_world(view, vertices), [[0, 1, 2]], paint), view.cast_from_world).gbuffer(view)
+    np.testing.assert_allclose(seen.color[0], [[1, 0, 0], [0.5, 0.5, 0], [0, 1, 0]], atol=1e-7)
+    np.testing.assert_allclose(seen.color[1, 1], [1 / 3, 1 / 3, 1 / 3], atol=1e-7)
+    assert not seen.color[2, [0, 2]].any()
+    assert not seen.color[4:].any()

@@ -1,0 +1,408 @@
+"""Exact signs, hits of triangles, the tree, and the first hit of every texel against brute force, bit for bit."""
+
+from fractions import Fraction
+
+import numba
+import numpy as np
+import pytest
+import raycast_scenes as scenes
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import raycast
+
+from lfssao.gbuffer.bvh import TriangleTree
+from lfssao.gbuffer.kernels import bvh
+from lfssao.gbuffer.kernels import first_hit as visibility
+from lfssao.gbuffer.kernels.triangle import edge_function, exact_difference, hit_triangle, two_product, two_sum
+
+VIEWS = list(scenes.VIEWS)
+# Their products, and the rests of those, stay far from the ends of float64.
+number = st.floats(-(2.0**200), 2.0**200).filter(lambda x: x == 0 or abs(x) > 2.0**-200)
+ulps = st.integers(-3, 3)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_thread():
+    """Thousands of tiny textures: on a busy machine two threads would wait for one another at each."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    yield
+    numba.set_num_threads(before)
+
+
+def bits(values):
+    return np.atleast_1d(np.asarray(values, np.float64)).view(np.int64)
+
+
+def nudged(x, steps):
+    for _ in range(abs(steps)):
+        x = float(np.nextafter(x, np.inf if steps > 0 else -np.inf))
+    return x
+
+
+# Exact arithmetic
+
+
+@given(number, number)
+def test_two_sum_and_two_product_lose_nothing(a, b):
+    s, rest = two_sum(a, b)
+    assert s == a + b
+    assert Fraction(s) + Fraction(rest) == Fraction(a) + Fraction(b)
+    p, rest = two_product(a, b)
+    assert p == a * b
+    assert Fraction(p) + Fraction(rest) == Fraction(a) * Fraction(b)
+
+
+@st.composite
+def nearly_equal_products(draw):
+    """Four numbers a, b, c, d with a b and c d equal but for a few units in the last place, or less."""
+    a, b = draw(number), draw(number)
+    how = draw(st.sampled_from(["same", "swapped", "scaled", "quotient", "free"]))
+    if how == "free":
+        return a, b, draw(number), draw(number)
+    if how == "quotient":
+        c = a * draw(st.sampled_from([1.0, 3.0, 0.7]))
+        d = a * b / c if c else b
+    elif how == "scaled":
+        power = 2.0 ** draw(st.integers(-30, 30))
+        c, d = a * power, b / power
+    else:
+        c, d = (a, b) if how == "same" else (b, a)
+    return a, b, nudged(c, draw(ulps)) if c else c, nudged(d, draw(ulps)) if d else d
+
+
+@settings(max_examples=1500)
+@given(nearly_equal_products())
+def test_differences_of_products_have_the_sign_of_fractions(four):
+    a, b, c, d = four
+    exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
+    for value in (exact_difference(*four), edge_function(*four)):
+        assert (value > 0) - (value < 0) == raycast.exact_sign(*four)
+    # All four parts are in the sum: it is the exact difference, rounded.
+    assert abs(Fraction(exact_difference(*four)) - exact) <= abs(exact) / 2**52
+    p, q = a * b, c * d
+    if abs(p - q) <= 2.0**-50 * (abs(p) + abs(q)):
+        assert bits(edge_function(*four)) == bits(exact_difference(*four))
+    else:
+        assert bits(edge_function(*four)) == bits(p - q)
+    np.testing.assert_array_equal(
+        bits(exact_difference(*four)), bits(raycast.exact_difference(*np.array(four)[:, None]))
+    )
+
+
+def test_edge_function_where_the_plain_difference_has_the_wrong_sign():
+    e = 2.0**-52
+    assert (1 + e) * (1 - e) - 1.0 * 1.0 == 0.0
+    assert edge_function(1 + e, 1 - e, 1.0, 1.0) == -(e * e)
+    assert edge_function(1.0, 1.0, 1 + e, 1 - e) == e * e
+    assert edge_function(1 + e, 1 + e, 1 + 2 * e, 1.0) == e * e
+    assert edge_function(3.0, 5.0, 15.0, 1.0) == 0.0
+
+
+# One triangle by hand: (0, 0), (4, 0), (0, 4) at z = 2, 2, 6
+
+
+A, B, C = (0.0, 0.0, 2.0), (4.0, 0.0, 2.0), (0.0, 4.0, 6.0)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "want"),
+    [
+        (1.0, 1.0, (True, 3.0, 0.25, 0.25)),
+        (0.0, 0.0, (True, 2.0, 0.0, 0.0)),  # corners
+        (4.0, 0.0, (True, 2.0, 1.0, 0.0)),
+        (0.0, 4.0, (True, 6.0, 0.0, 1.0)),
+        (2.0, 0.0, (True, 2.0, 0.5, 0.0)),  # edges
+        (0.0, 2.0, (True, 4.0, 0.0, 0.5)),
+        (2.0, 2.0, (True, 4.0, 0.5, 0.5)),
+        (2.0, np.nextafter(2.0, 3), (False, 0.0, 0.0, 0.0)),  # the next number beside each edge
+        (np.nextafter(0.0, -1), 2.0, (False, 0.0, 0.0, 0.0)),
+        (2.0, np.nextafter(0.0, -1), (False, 0.0, 0.0, 0.0)),
+        (-1.0, -1.0, (False, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_hit_triangle_by_hand(x, y, want):
+    assert hit_triangle(x, y, 0.0, 0.0, *A, *B, *C) == want
+    hit, z, weight_b, weight_c = hit_triangle(x, y, 0.0, 0.0, *C, *B, *A)  # the other way round
+    assert (hit, z) == want[:2]
+    if hit:
+        assert weight_b == want[2]
+        assert 1 - weight_b - weight_c == want[3]
+    slanted = hit_triangle(x - 2.0, y - 1.0, 1.0, 0.5, *A, *A, *A)
+    assert slanted == (False, 0.0, 0.0, 0.0)  # no area
+
+
+def test_a_triangle_seen_edge_on_is_not_hit():
+    for corners in ([(0, 0, 1), (0, 2, 1), (0, 0, 3)], [(0, 0, 1), (1, 1, 2), (2, 2, 0)]):
+        flat = [float(n) for corner in corners for n in corner]
+        assert hit_triangle(0.0, 0.0, 0.0, 0.0, *flat) == (False, 0.0, 0.0, 0.0)
+
+
+def test_z_is_held_between_the_corners():
+    """Weights that round would leave a plane of constant z."""
+    rng = np.random.default_rng(1)
+    off = 0
+    for _ in range(400):
+        xy, z = rng.uniform(-1, 1, (3, 2)), rng.uniform(-1, 1)
+        hit, depth, b, c = hit_triangle(0.0, 0.0, 0.0, 0.0, *(n for x, y in xy for n in (x, y, z)))
+        if hit:
+            assert depth == z
+            off += ((1 - b - c) * z + b * z) + c * z != z
+    assert off > 5
+
+
+# The tree
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 8, 9, 63, 64, 65, 1000])
+def test_every_triangle_is_in_one_leaf_and_in_all_boxes_above(n):
+    rng = np.random.default_rng(n)
+    vertices = rng.uniform(-3, 5, (3 * n, 3))
+    faces = rng.permutation(3 * n).reshape(n, 3).astype(np.int32)
+    tree = TriangleTree(vertices, faces)
+    leaves = bvh.leaf_count(n)
+    assert leaves & (leaves - 1) == 0
+    assert leaves * bvh.LEAF >= n
+    assert leaves == 1 or leaves // 2 * bvh.LEAF < n
+    assert tree.boxes.shape == (2 * leaves - 1, 6)
+    assert sorted(tree.order) == list(range(n))
+    assert tree.place_of[tree.order].tolist() == list(range(n))
+    for place, face in enumerate(tree.order):
+        np.testing.assert_array_equal(tree.corners[place], vertices[faces[face]].ravel())
+        node = leaves - 1 + place // bvh.LEAF
+        while True:
+            assert (tree.boxes[node, :3] < vertices[faces[face]]).all()
+            assert (tree.boxes[node, 3:] > vertices[faces[face]]).all()
+            if node == 0:
+                break
+            node = (node - 1) // 2
+    np.testing.assert_allclose(tree.boxes[0], [*vertices.min(axis=0), *vertices.max(axis=0)], atol=1e-11)
+
+
+def test_morton_order():
+    """The bits of the three coordinates in turn, 21 of each, x lowest, of the middle of each triangle's box."""
+    rng = np.random.default_rng(2)
+    vertices, faces = rng.uniform(-1, 1, (90, 3)), np.arange(90).reshape(30, 3).astype(np.int32)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    codes = np.empty(30, np.uint64)
+    bvh.morton_codes(vertices, faces, low, high - low, codes)
+    for face, code in zip(faces, codes.tolist(), strict=True):
+        corners = vertices[face]
+        cells = ((0.5 * (corners.min(axis=0) + corners.max(axis=0)) - low) / (high - low) * (2**21 - 1)).astype(int)
+        assert code == sum(
+            ((int(cells[axis]) >> bit) & 1) << (3 * bit + axis) for bit in range(21) for axis in range(3)
+        )
+
+
+# First hits against brute force
+
+
+def texel_rays(view):
+    return raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+
+
+def tiles(view):
+    """Shape of the proposals."""
+    return -(-view.height // visibility.TILE), -(-view.width // visibility.TILE)
+
+
+def first_hits(view, tree, proposal):
+    size = view.width * view.height
+    triangle, z, weights = np.full(size, -9, np.int32), np.full(size, np.nan), np.full((size, 2), np.nan)
+    visibility.first_hits(
+        view.ray_kind, view.lens, view.width, view.height, tree.corners, tree.order, tree.boxes, tree.place_of,
+        np.ascontiguousarray(proposal, np.int32), triangle, z, weights,
+    )  # fmt: skip
+    return triangle, z, weights
+
+
+def check(view, vertices, faces, rng, each=False):
+    """Without proposals, with right ones, with such as are drawn by lot; if asked with each triangle everywhere.
+
+    And by rasterisation.
+    """
+    want = raycast.first_hits(texel_rays(view), vertices[faces])
+    tree = TriangleTree(vertices, faces)
+    step, shape = visibility.TILE, tiles(view)
+    textures = want.triangle.reshape(view.height, view.width)
+    near = rng.integers(0, step, shape) + np.mgrid[: shape[0], : shape[1]] * step
+    right = textures[np.minimum(near[0], view.height - 1), np.minimum(near[1], view.width - 1)]
+    proposals = [np.full(shape, -1), right, rng.integers(-1, len(faces), shape)]
+    # A wrong one that is hit: a triangle that some texel sees.
+    proposals.append(rng.permutation(right.ravel()).reshape(shape))
+    if each:
+        proposals += [np.full(shape, face) for face in range(len(faces))]
+    for proposal in proposals:
+        triangle, z, weights = first_hits(view, tree, proposal)
+        assert np.array_equal(triangle, want.triangle)
+        assert np.array_equal(bits(z), bits(want.z))
+        assert np.array_equal(bits(weights), bits(want.weights))
+    triangle, z, weights = scenes.rasterized(view, tree)
+    seen = want.triangle >= 0
+    assert np.array_equal(triangle, want.triangle)
+    assert np.array_equal(bits(z[seen]), bits(want.z[seen]))
+    assert np.array_equal(bits(weights[seen]), bits(want.weights[seen]))
+    return want
+
+
+sizes = st.sampled_from([(20, 15), (24, 16), (17, 23), (33, 9), (21, 19)])
+
+
+@pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
+@settings(max_examples=20)
+@given(view=st.sampled_from(VIEWS), size=sizes, seed=st.integers(0, 2**32))
+def test_first_hits_are_those_of_brute_force(scene, view, size, seed):
+    rng = np.random.default_rng(seed)
+    view = scenes.VIEWS[view](*size)
+    check(view, *scene(view, rng), rng)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize(
+    "scene", [scenes.soup, scenes.sheet, scenes.pits, scenes.rows], ids=lambda scene: scene.__name__
+)
+def test_first_hits_of_larger_textures(name, scene):
+    view = scenes.VIEWS[name](64, 48)
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        check(view, *scene(view, rng), rng)
+
+
+@settings(max_examples=250)
+@given(
+    view=st.sampled_from(VIEWS),
+    size=st.tuples(st.integers(1, 3), st.integers(1, 3)),
+    scene=st.sampled_from([scenes.pits, scenes.rows, scenes.duplicates, scenes.coplanar]),
+    seed=st.integers(0, 2**32),
+)
+def test_no_proposal_hides_a_triangle(view, size, scene, seed):
+    """Textures of few texels: what is proposed bounds how deep all their rays look, to the last bit."""
+    rng = np.random.default_rng(seed)
+    view = scenes.VIEWS[view](*size)
+    vertices, faces = scene(view, rng)
+    check(view, vertices, faces, rng, each=len(faces) < 90)
+
+
+def test_fans_around_a_texels_centre_with_each_triangle_proposed():
+    """Ties that rounding decides: of a first version, that cut bundles off at the proposal's depth, 7 failed."""
+    tried = 0
+    for seed in range(3000):
+        rng = np.random.default_rng(seed)
+        width, height = rng.integers(1, 4, 2).tolist()
+        view = scenes.display("sample-a", int(rng.integers(0, 21)))(width, height)
+        ox, oy, dx, dy, _, _ = (n[rng.integers(0, width * height)] for n in texel_rays(view))
+        z = rng.uniform(-0.5, 0.5)
+        middle = np.array([ox + dx * z, oy + dy * z, z])
+        angle = np.sort(rng.uniform(0, 2 * np.pi, 6))
+        ring = middle + np.column_stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), rng.uniform(-0.4, 0.4, 6)])
+        for axis in (0, 1):  # edges along x and y
+            if rng.random() < 0.7:
+                ring[rng.integers(0, 6), axis] = middle[axis]
+        faces = [(0, 1 + k, 1 + (k + 1) % 6) for k in range(6)]
+        want = check(view, *scenes.shuffled(np.vstack([middle, ring]), faces, rng), rng, each=True)
+        tried += int(want.met.max() > 2)
+    assert tried > 1000
+
+
+def test_equal_depths_go_to_the_lower_number():
+    view = scenes.VIEWS["virtual"](20, 15)
+    one = np.array([[-2.0, -2.0, 0.1], [2.0, -2.0, 0.1], [0.0, 3.0, 0.1]])
+    other = np.array([[-2.0, 2.0, 0.1], [2.0, 2.0, 0.1], [0.0, -3.0, 0.1]])
+    for corners in ([one, other], [other, one], [one, one, one[::-1]]):
+        vertices = np.concatenate(corners)
+        tree = TriangleTree(vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3))
+        both = check(view, vertices, np.arange(len(vertices)).reshape(-1, 3).astype(np.int32), np.random.default_rng(0))
+        assert both.met.max() == len(corners)
+        triangle, z, _ = first_hits(view, tree, np.full(tiles(view), len(corners) - 1))
+        assert (triangle[both.met > 1] == 0).all()
+        assert (z[both.met > 0] == 0.1).all()
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_the_ends_of_a_ray_are_not_on_it(name):
+    view = scenes.VIEWS[name](5, 4)
+    *_, near, far = texel_rays(view)
+    for z, seen in (
+        (near[0], False), (np.nextafter(near[0], 9), True), (far[0], False), (np.nextafter(far[0], -9), True),
+    ):  # fmt: skip
+        vertices = np.array([[-90.0, -90.0, z], [90.0, -90.0, z], [0.0, 90.0, z]])
+        want = check(view, vertices, np.array([[0, 1, 2]], np.int32), np.random.default_rng(0), each=True)
+        assert (want.triangle >= 0).any() == seen
+    # Corners on rays, where signs are in doubt.
+    ox, oy, dx, dy, _, _ = texel_rays(view)
+    ends = [0, view.width - 1, len(ox) - 1]
+    for z in (near[0], 0.9 * near[0] + 0.1 * far[0]):
+        vertices = np.column_stack([ox + dx * z, oy + dy * z, np.full_like(ox, z)])[ends]
+        want = check(view, vertices, np.array([[0, 1, 2]], np.int32), np.random.default_rng(0))
+        assert (want.triangle[ends] >= 0).all() == (z > near[0])
+
+
+# No cracks
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_sheet_over_the_view_has_no_cracks(name):
+    """Corners dead centre on texels, edges through others."""
+    for seed, size in enumerate([(64, 48), (61, 43), (32, 24), (17, 9), (64, 48), (8, 8)]):
+        view = scenes.VIEWS[name](*size)
+        for bumpy in (0.0, 0.05, 0.8):
+            rng = np.random.default_rng(seed)
+            vertices, faces = scenes.sheet(view, rng, step=1 + seed % 4, bumpy=bumpy)
+            triangle, _, _ = first_hits(view, TriangleTree(vertices, faces), np.full(tiles(view), -1))
+            assert (triangle >= 0).all()
+
+
+CLOSED = {"box": scenes.box(), "sphere": scenes.sphere(2), "torus": scenes.torus()}
+
+
+@pytest.mark.parametrize("shape", CLOSED)
+@settings(max_examples=30)
+@given(view=st.sampled_from(VIEWS), seed=st.integers(0, 2**32), size=st.floats(0.05, 0.3))
+def test_rays_meet_closed_meshes_an_even_number_of_times(shape, view, seed, size):
+    """Moved and turned anywhere, so that no ray meets a corner or an edge exactly."""
+    rng = np.random.default_rng(seed)
+    view = scenes.VIEWS[view](32, 24)
+    corners, faces = CLOSED[shape]
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    vertices = scenes.anywhere(view, rng, 1, 0.3) + size * corners @ turn.T
+    *_, near, far = texel_rays(view)
+    assert near[0] < vertices[:, 2].min() < vertices[:, 2].max() < far[0]
+    want = check(view, vertices, np.ascontiguousarray(faces, np.int32), rng)
+    assert (want.met % 2 == 0).all()
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("dead_centre", [False, True])
+def test_the_silhouette_of_a_ball(name, dead_centre):
+    """Rays that pass its middle nearer than the inner radius all hit, those beyond the outer all miss."""
+    view = scenes.VIEWS[name](61, 45)
+    corners, faces = scenes.sphere(3)
+    inner = np.linalg.norm(corners[faces].mean(axis=1), axis=1).min()
+    ox, oy, dx, dy, _, _ = texel_rays(view)
+    direction = np.column_stack([dx, dy, np.ones_like(dx)])
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    for k in range(3):
+        middle, radius = scenes.at(view, 20.5 + 10 * k, 22.5, 0.2 * k), 0.1 + 0.05 * k
+        vertices = middle + radius * corners
+        if dead_centre:  # each corner to the ray of the nearest texel, half a texel at most
+            vertices = moved_to_centres(view, vertices)
+            inner = 0.9 - 0.04 / radius
+        tree = TriangleTree(vertices, faces.astype(np.int32))
+        triangle, _, _ = first_hits(view, tree, np.full(tiles(view), -1))
+        away = middle - np.column_stack([ox, oy, np.zeros_like(ox)])
+        distance = np.linalg.norm(away - (away * direction).sum(axis=1)[:, None] * direction, axis=1)
+        assert (triangle[distance < radius * inner * (1 - 1e-9)] >= 0).all()
+        assert (distance < radius * inner).sum() > 10
+        outer = radius * (1 + 1e-9) if not dead_centre else radius * 1.1 + 0.04
+        assert (triangle[distance > outer] == -1).all()
+
+
+def moved_to_centres(view, vertices):
+    """Points of the same z on the rays of texels' centres near by."""
+    ox, oy, dx, dy, _, _ = texel_rays(view)
+    moved = vertices.copy()
+    for point in moved:
+        x, y = ox + dx * point[2], oy + dy * point[2]
+        k = np.argmin((x - point[0]) ** 2 + (y - point[1]) ** 2)
+        point[:2] = x[k], y[k]
+    return moved

@@ -1,0 +1,287 @@
+"""One batch of inputs through every kernel, and the SHA-256 of each output: the same code for every process.
+
+As a program it takes the name of a group of kernels and prints a JSON list: its digests with one thread, with two, and
+where a kernel that it had to compile widens float32 without saying so.
+"""
+
+import gc
+import hashlib
+import json
+import sys
+from dataclasses import replace
+
+import analytic_scenes
+import numba
+import numpy as np
+import raycast_scenes
+import widening
+
+from lfssao import Camera, Display, Mesh, Module, Occluders, estimate, make_samples, ray_cast_occlusion
+from lfssao.ao import passes
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.kernels import ssao, truth_batches
+from lfssao.core import elementary, philox
+from lfssao.gbuffer.bvh import TriangleTree
+from lfssao.gbuffer.kernels import albedo as paint
+from lfssao.gbuffer.kernels import first_hit as visibility
+from lfssao.gbuffer.kernels import surface as hits
+from lfssao.gbuffer.kernels import triangle
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.kernels import rays
+from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
+from lfssao.samples.kernels import ball, spiral
+from lfssao.verify.bounds import bounds
+from lfssao.verify.bounds.kernels import depth_bounds as depth_ranges
+from lfssao.verify.bounds.points import point_bounds
+from lfssao.verify.bounds.texels import Surfaces
+from lfssao.verify.kit.cases import RECIPES
+from lfssao.verify.kit.stages import STAGES
+
+HEIGHT, WIDTH = 43, 85
+FACES = np.arange(90, dtype=np.int32).reshape(30, 3)
+ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
+DISPLAY = Display("batch", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 0.7, WIDTH, HEIGHT),), ROI)
+WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.5, 0.05, 0.0], [0.0, 0.1, -0.5, 0.05]])  # world -> physical
+CAMERA = Camera("perspective", (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 1.0, 9.0)
+
+
+def depth_texture(rng, dtype, low, high):
+    """Rows of waves with noise, a tenth background, some subnormal numbers."""
+    wave = np.linspace(low, high, HEIGHT * WIDTH).reshape(HEIGHT, WIDTH) + rng.uniform(-0.02, 0.02, (HEIGHT, WIDTH))
+    depth = wave.astype(dtype)
+    chance = rng.random(depth.shape)
+    depth[chance < 0.1] = np.inf
+    depth[chance > 0.97] = np.finfo(dtype).smallest_subnormal * 3
+    return depth
+
+
+def occlusions(dtype):
+    rng = np.random.default_rng(1)
+    samples = make_samples("latin", 12, 9, 0.2, 1.0)
+    module, camera = DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)
+    depth = depth_texture(rng, dtype, -0.3, 0.3)
+    positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3)).astype(dtype)
+    forth = camera.world_to_image.numbers.reshape(4, 4)
+    layers = []
+    for radius in (0.05, 0.4):
+        layers.append(passes.algorithm2(depth, positions, module.world_to_image, samples, radius))
+        layers.append(passes.algorithm2(depth, positions, camera.world_to_image, samples, radius))
+        screen = depth_texture(rng, dtype, 0.2, 0.8)
+        layers.append(passes.algorithm1(screen, camera.screen_to_world, forth, samples, radius))
+    others = [
+        (camera.world_to_image, screen),
+        (replace(DISPLAY, diffuser="conical").view(0, WORLD).world_to_image, depth),
+    ]
+    layers.append(passes.algorithm2_with_neighbours(depth, positions, module.world_to_image, others, samples, 0.4))
+    merged = passes.merge([layer.texture for layer in layers])
+    rgb = rng.random((HEIGHT, WIDTH, 3)).astype(dtype)
+    yield "ssao", np.array([layer.texture for layer in layers])
+    yield "outside", np.array([layer.outside for layer in layers])
+    yield "no samples", no_samples(depth, positions, module.world_to_image.numbers.astype(dtype))
+    yield "merge", merged
+    yield "blur", np.array([passes.blur(merged, sigma) for sigma in (0.7, 2.0)])
+    yield "shade", passes.shade(rgb, merged)
+    yield "shade white", passes.shade_white(depth, merged)
+
+
+def no_samples(depth, positions, m):
+    occlusion, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, HEIGHT), np.int64)
+    ssao.algorithm2(
+        depth, positions, np.empty((1, 0, 3), depth.dtype), mapping.CROSSED_SLITS, m, occlusion, outside
+    )  # fmt: skip
+    return occlusion
+
+
+def accepted():
+    """The oracle's bounds: of AO for each kind of mapping and both algorithms, of the blur, of the depth stage."""
+    rng = np.random.default_rng(7)
+    samples, camera = make_samples("latin", 12, 9, 0.2, 1.0), CAMERA.view(WIDTH, HEIGHT)
+    general = replace(DISPLAY, diffuser="conical").view(0, WORLD)
+    depth = depth_texture(rng, np.float32, -0.3, 0.3)
+    positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3)).astype(np.float32)
+    for view in (DISPLAY.view(0, WORLD), general, camera):
+        for back in (None,) if view.screen_to_world is None else (None, view.screen_to_world):
+            found = bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
+            kind = f"{view.world_to_image.kind} {back is None}"
+            yield f"accepted {kind}", np.array([found.lower, found.upper, found.undecided])
+    given = Surfaces(depth, positions, general.world_to_image, general.cast_from_world)
+    found = point_bounds("point", given, 0.4, samples, None, {"range_check": True, "surface": "positions"})
+    yield "accepted points", np.array([found.lower, found.upper, found.undecided])
+    blurred = bounds.blur_bounds(found, 0.7)
+    yield "accepted blur", np.array([blurred.lower, blurred.upper])
+    vertices, faces = rng.uniform(-0.3, 0.3, (40, 3)), rng.integers(0, 40, (30, 3)).astype(np.int32)
+    triangles = rng.integers(0, 30, (9, HEIGHT * WIDTH)).astype(np.int32)
+    lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
+    view = DISPLAY.view(0, WORLD)
+    depth_ranges.depth_ranges(view.ray_kind, view.lens, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
+    yield "depth ranges", np.array([lower, upper])
+
+
+def mapped(dtype):
+    points = np.random.default_rng(2).uniform(-3, 3, (200, 3)).astype(dtype)
+    for view in (DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)):
+        kind, m = view.world_to_image.kind, view.world_to_image.numbers.astype(dtype)
+        yield f"world_to_image {kind}", np.array([mapping.world_to_image(kind, m, *p) for p in points])
+
+
+def scalars():
+    rng = np.random.default_rng(3)
+    yield "weights", np.concatenate([passes.gaussian_kernel(sigma) for sigma in (0.01, 0.3, 1.0, 2.5)])
+    yield "sincospi", np.array([elementary.sincospi(x) for x in rng.uniform(-20, 20, 500)])
+    yield "cbrt", np.array([elementary.cbrt(x) for x in 2.0 ** rng.uniform(-1074, 1000, 500)])
+    yield "exp", np.array([elementary.exp(x) for x in rng.uniform(-745, 709, 500)])
+    yield "philox", np.array([philox.random_below(np.uint64(2**63 + 5), 2, k, 1000) for k in range(500)])
+    yield "ball", np.array([ball.algorithm3(x, y) for x, y in rng.uniform(-1, 1, (500, 2))])
+    texels = rng.integers(-100, 20_000, (500, 2))
+    yield "hash_angle", np.array([[spiral.hash_angle(x, y, v) for v in (0, 1)] for x, y in texels])
+    yield "spiral_tap", np.array([spiral.spiral_tap(i, 99, 27, a) for i, a in enumerate(rng.uniform(0, 2, 99))])
+    for domain, methods in METHODS.items():
+        for method in methods:
+            yield f"{method}, {domain}", sample_set(domain, method, 60, 4).points
+    for method in METHODS["ball"]:
+        yield f"{method}, shell", make_samples(method, 60, 4, 0.1, 1.0)
+    for name in DECORRELATIONS:
+        yield f"angles {name}", texel_angles(name, 64, 64)
+
+
+def triangles():
+    """Rays that hit triangles, miss them, and that meet corners and edges of a grid of eighths."""
+    rng = np.random.default_rng(5)
+    cases = np.concatenate([rng.uniform(-1, 1, (400, 13)), rng.integers(-8, 9, (400, 13)) / 8])
+    yield "hit_triangle", np.array([triangle.hit_triangle(*case) for case in cases], np.float64)
+    near = rng.uniform(0.5, 1, (400, 2))
+    nearly = np.column_stack([near, near[:, ::-1] * (1 + 2.0**-52 * rng.integers(-2, 3, (400, 2)))])
+    yield "edge_function", np.array([triangle.edge_function(*four) for four in nearly])
+
+
+def rays_into(view, box):
+    """What Embree is handed for a box, of every second texel."""
+    step, columns = 2, -(-WIDTH // 2)
+    counts = np.empty(-(-HEIGHT // step), np.int64)
+    grid = view.ray_kind, view.lens, box, WIDTH, HEIGHT, step, columns
+    rays.count_rays(*grid, counts)
+    n = int(counts.sum())
+    assert n > 50
+    cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+    origins, directions = np.empty((2, n, 3), np.float32)
+    rays.make_rays(*grid, np.cumsum(counts) - counts, cells, origins, directions, lengths)
+    return np.column_stack([cells, origins, directions, lengths])
+
+
+def casts():
+    """The kernels of the ray caster, Embree's proposals replaced by triangles drawn by lot."""
+    rng = np.random.default_rng(4)
+    vertices, faces = rng.uniform(-0.4, 0.4, (50, 3)), rng.integers(0, 50, (60, 3)).astype(np.int32)
+    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])]
+    box = np.array([[-0.4, -0.4, -0.4], [0.4, 0.4, 0.4]])
+    table = np.array([[0, 3, 4], [12, 0, 0]], np.int64)
+    colors, uv, texels = rng.random((50, 3), np.float32), rng.uniform(-2, 2, (50, 2)), rng.random((12, 3), np.float32)
+    factors, material = rng.random((2, 3), np.float32), rng.integers(0, 2, len(faces)).astype(np.int32)
+    cameras = [CAMERA, Camera("orthographic", CAMERA.eye, CAMERA.target, CAMERA.up, 2.0, 1.0, 9.0)]
+    for view in [DISPLAY.view(0, WORLD), *(camera.view(WIDTH, HEIGHT) for camera in cameras)]:
+        moved = np.empty_like(vertices)
+        rays.transform_points(np.ravel(view.world_from_cast), vertices, moved)
+        yield f"points {view.ray_kind}", moved
+        away = np.array([0.0, 0.0, 0.0 if view.ray_kind == rays.FLAT_LINEAR else 3.0])
+        yield f"rays {view.ray_kind}", rays_into(view, box + away)
+        size = HEIGHT * WIDTH
+        number, z, weights = np.empty(size, np.int32), np.zeros(size), np.zeros((size, 2))
+        tree = TriangleTree(vertices + away, faces)
+        yield f"tree {view.ray_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
+        shape = -(-HEIGHT // visibility.TILE), -(-WIDTH // visibility.TILE)
+        visibility.first_hits(
+            view.ray_kind, view.lens, WIDTH, HEIGHT, tree.corners, tree.order, tree.boxes, tree.place_of,
+            rng.integers(-1, len(faces), shape).astype(np.int32), number, z, weights,
+        )  # fmt: skip
+        assert 100 < (number >= 0).sum() < size
+        rasterized = raycast_scenes.rasterized(view, tree)
+        assert all(
+            (a[number >= 0] == b[number >= 0]).all() for a, b in zip(rasterized, (number, z, weights), strict=True)
+        )
+        yield f"rasterised {view.ray_kind}", np.column_stack(rasterized)[number >= 0]
+        depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
+        hits.write_surface(view.ray_kind, view.lens, np.ravel(view.world_from_cast), WIDTH, number, z, depth, positions)
+        rgb = np.empty((size, 3), np.float32)
+        paint.paint_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
+        yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])
+
+
+def estimates():
+    """Every estimator of the registry by its own samples, float32 only: compiling them is what takes the time."""
+    for name in ESTIMATORS:
+        for sight in ("display", "perspective"):
+            seen = analytic_scenes.buffers("sphere on a plane", analytic_scenes.SIGHTS[sight](17, 13), np.float32)
+            made = estimate(name, seen, 0.3)
+            assert made.texture.max() > 0
+            yield f"{name}, {sight}", np.append(made.texture, made.outside)
+    for mip in ESTIMATORS["sao"].choices["mip"]:  # its bytes would hide small differences
+        made = estimate("sao", seen, 0.3, mip=mip, log_q=0, packed=False)
+        yield f"sao, {mip}", np.append(made.texture, made.outside)
+
+
+def truth():
+    """Ray-cast occlusion of a crease and of triangles anywhere."""
+    rng = np.random.default_rng(6)
+    seen = analytic_scenes.buffers("concave crease", analytic_scenes.SIGHTS["perspective"](9, 7))
+    meshes = [analytic_scenes.SURFACES["concave crease"].mesh(), Mesh(rng.uniform(-0.4, 0.4, (90, 3)), FACES)]
+    for mesh in meshes:
+        for weighting, falloff in (("cosine", "constant"), ("uniform", "quadratic")):
+            made = ray_cast_occlusion(Occluders(mesh), seen, 0.2, weighting, falloff, rounds=(2, 4), strata=4)
+            assert made.texture.max() > 0
+            yield f"truth {len(mesh.faces)} {weighting}", np.stack([made.texture, made.error, made.rays])
+
+
+def batches():
+    """Rays of rounds as arrays, and the sums of distances that are drawn."""
+    rng = np.random.default_rng(7)
+    seen = analytic_scenes.buffers("tilted plane", analytic_scenes.SIGHTS["perspective"](9, 7))
+    positions, normals = seen.positions.reshape(-1, 3), seen.normals.reshape(-1, 3)
+    texels, points, axes = np.empty(63, np.int64), np.empty((63, 3)), np.empty((63, 3, 3))
+    assert truth_batches.begin_texels(np.arange(63), positions, normals, 0.01, texels, points, axes) == 63
+    totals, squares, errors = np.zeros(63), np.zeros(63), np.zeros(63)
+    for number, weighting in ((0, 0), (1, 1)):
+        rays_of = np.empty((2, 63 * 16, 3), np.float32)
+        truth_batches.write_round(
+            np.arange(63), texels, points, axes, number, 4, np.uint64(5), weighting, np.ones(3), 0.5, *rays_of
+        )  # fmt: skip
+        yield f"batch {number}", rays_of
+        distances = rng.uniform(0, 2, 63 * 16).astype(np.float32)
+        truth_batches.add_round(np.arange(63), number, 4, distances, 1.5, 2, totals, squares, errors)
+    yield "batch sums", np.stack([totals, squares, errors])
+
+
+def conformance():
+    """The conformance kit's main passes: textures, every kind of display, every singularity."""
+    for recipe in RECIPES.values():
+        if recipe.stage in ("algorithm1", "algorithm2", "frame") and not recipe.name.startswith("table_"):
+            parameters, inputs = recipe.build(*recipe.arguments)
+            outputs = STAGES[recipe.stage](parameters, inputs)
+            yield f"kit, {recipe.name}", np.concatenate([np.ravel(a) for a in (*inputs.values(), *outputs.values())])
+
+
+GROUPS = {
+    "scalars": lambda: (*scalars(), *triangles()),
+    "rays": lambda: (*casts(), *truth(), *batches()),
+    "kit": lambda: (*conformance(), *accepted()),
+    "float32": lambda: (*occlusions(np.float32), *mapped(np.float32)),
+    "float64": lambda: (*occlusions(np.float64), *mapped(np.float64)),
+    "estimators": estimates,  # last: by then the run's other process has compiled them for this CPU
+}
+
+
+def digests(group, threads):
+    """SHA-256 of the bytes of every output of a group, by its name."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(threads)
+    named = list(GROUPS[group]())
+    numba.set_num_threads(before)
+    assert not any(np.isnan(a).any() for _, a in named)
+    made = {name: hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for name, a in named}
+    assert len(made) == len(named)
+    return made
+
+
+if __name__ == "__main__":
+    assert numba.config.NUMBA_NUM_THREADS >= 2
+    gc.set_threshold(20_000, 20, 20)  # as in the tests' own processes
+    print(json.dumps([digests(sys.argv[1], 1), digests(sys.argv[1], 2), widening.widened()]))

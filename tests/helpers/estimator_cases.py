@@ -1,0 +1,83 @@
+"""Textures for estimators and their reference: analytic surfaces in all kinds of view, with holes and wild numbers."""
+
+import analytic_scenes as scenes
+import numpy as np
+from hypothesis import strategies as st
+from reference.kit import solve
+
+from lfssao import Buffers
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.sao.kernels.reconstruct import TABLE
+from lfssao.ao.estimators.sao.texel_rays import texel_lines
+from lfssao.optics.view import KINDS
+
+WILD = [0.0, -0.0, 0.5, -1.0, 2.0, 1e-30, -1e-30, 1e6, -1e30, 1e38]
+
+
+@st.composite
+def buffers(draw, dtype, most=9):
+    """Buffers of up to most x most texels: some without a surface, some with a normal of 0, some with wild numbers."""
+    width, height = draw(st.sampled_from([(1, 1), (1, 7), (most, 1)]) | st.tuples(*[st.integers(2, most)] * 2))
+    sight = scenes.SIGHTS[draw(st.sampled_from(list(scenes.SIGHTS)))](width, height)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    hole = rng.random((height, width)) < draw(st.sampled_from([0.0, 0.1, 0.5, 1.0]))
+    seen = scenes.buffers(draw(st.sampled_from(list(scenes.SURFACES))), sight, dtype, hole)
+    if draw(st.booleans()):
+        return seen
+    depth, positions, normals = seen.depth.copy(), seen.positions.copy(), seen.normals.copy()
+    there = ~np.isinf(depth)
+    for texture in (depth, positions, normals):
+        wild = there & (rng.random((height, width)) < 0.2)
+        texture[wild] = rng.choice(np.array(WILD, dtype), texture[wild].shape)
+    normals[there & (rng.random((height, width)) < 0.2)] = 0
+    return Buffers(seen.view, depth, positions, normals)
+
+
+radii = st.sampled_from([0.0, 1e-3, 0.05, 0.2, 2.0, 1e3])
+
+
+@st.composite
+def offsets(draw, dimensions):
+    """Points of the ball or disk, the middle among them now and then."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    points = rng.uniform(-1, 1, (draw(st.integers(1, 9)), dimensions)) / np.sqrt(dimensions)
+    points[rng.random(len(points)) < 0.1] = 0
+    return points
+
+
+def assert_same_bits(actual, expected):
+    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
+    assert not np.isnan(actual).any()
+    integer = np.int32 if actual.dtype == np.float32 else np.int64
+    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
+
+
+def view_numbers(view):
+    """A view as the kit's specification describes it to the reference."""
+    return {
+        "ray_kind": view.ray_kind, "lens": [number if np.isfinite(number) else None for number in view.lens.tolist()],
+        "world_from_cast": view.world_from_cast.tolist(), "cast_from_world": view.cast_from_world.tolist(),
+    }  # fmt: skip
+
+
+def texel_table(view, dtype):
+    """Lines of a view's texels, (H, W, 4); None where the view's numbers say them all."""
+    lines = texel_lines(view, np.dtype(dtype))
+    return lines.table.T.reshape(view.height, view.width, 4) if lines.kind == TABLE else None
+
+
+def assert_equals_reference(name, seen, radius, result, points=None, weights=None, **options):
+    """Occlusion and the number of samples outside, by the specification; options have the estimator's defaults."""
+    view, mapping = seen.view, seen.view.world_to_image
+    parameters = {
+        "estimator": name, "radius": radius, "options": {**ESTIMATORS[name].parameters, **options},
+        "mapping": {"kind": KINDS[mapping.kind], "numbers": mapping.numbers.tolist()},
+        "viewer_distance": view.viewer_distance().tolist(), "view": view_numbers(view),
+    }  # fmt: skip
+    inputs = {
+        "depth": seen.depth, "positions": seen.positions, "normals": seen.normals, "directions": seen.directions,
+        "points": points, "weights": weights, "lines": texel_table(view, seen.depth.dtype),
+    }  # fmt: skip
+    made = solve("estimator", parameters, {key: value for key, value in inputs.items() if value is not None})
+    assert_same_bits(result.texture, made["occlusion"])
+    assert result.outside == made["outside"].item()

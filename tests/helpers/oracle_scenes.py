@@ -1,0 +1,81 @@
+"""Views of every kind, and scenes on them in which rounding matters."""
+
+import numpy as np
+import random_renderer as rr
+from hypothesis import strategies as st
+
+from lfssao import Camera, Display, Module, fit_roi
+from lfssao.optics.kernels import display as display_kernels
+
+ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
+WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
+
+
+def drawn_view(draw, height, width):
+    """A view of any kind: a module of any display, or a camera."""
+    kind = draw(st.sampled_from(["slits", "slits", "camera", "conical", "curved", "optics"]))
+    if kind == "camera":
+        eye = tuple(draw(st.floats(2, 6)) * draw(st.sampled_from([-1, 1])) for _ in range(3))
+        projection = draw(st.sampled_from(["perspective", "orthographic"]))
+        extent = draw(st.floats(0.5, 4))
+        return Camera(projection, eye, (0.0, 0.1, 0.2), (0.0, 1.0, 0.0), extent, 1.0, 20.0).view(width, height)
+    m_x, m_y, y_o = (draw(st.floats(-0.5, 0.5)) for _ in range(3))
+    extra = {}
+    optics = {}
+    if kind == "conical":
+        extra["diffuser"] = "conical"
+    elif kind == "curved":
+        extra = {"screen_curvature": draw(st.sampled_from([0.5, -0.5, 0.0])), "observer_curvature": 0.4}
+    elif kind == "optics":
+        optics = {"k1": draw(st.floats(-0.05, 0.05)), "k2": 0.01, "field_of_view": 80.0, "yaw": 5.0, "pitch": 3.0}
+    module = Module(m_x, m_y, draw(st.floats(0.9, 2)), width, height, **optics)
+    display = Display("drawn", 1.0, 0.75, y_o, draw(st.floats(-3, -1.5)), (module,), ROI, **extra)
+    return display.view(0, fit_roi(WORLD_BOX, display.roi))
+
+
+def world_points(view, u, v, z):
+    """World points that land on image points (u, v) at image depth z, float64."""
+    if view.screen_to_world is not None:
+        homogeneous = np.stack([u, v, z, np.ones_like(u)], axis=-1) @ view.screen_to_world.T
+        return homogeneous[..., :3] / homogeneous[..., 3:]
+    m = view.world_to_image.numbers
+    if view.world_to_image.kind == rr.CROSSED_SLITS:
+        rows = np.stack([(u - m[14]) * (m[12] - z), (v - m[15]) * (m[13] - z), z], axis=-1)
+        return (rows - m[[3, 7, 11]]) @ np.linalg.inv(m[:12].reshape(3, 4)[:, :3]).T
+    lines = np.empty((u.size, 6))
+    display_kernels.trace_texels(m[12:], u.ravel(), v.ravel(), lines)
+    o_x, o_y, d_x, d_y = lines[:, :4].T.reshape(4, *u.shape)
+    physical = np.stack([o_x + d_x * z, o_y + d_y * z, z, np.ones_like(z)], axis=-1)
+    return physical @ view.world_from_cast.T
+
+
+def critical_scene(rng, view, n, radius, moved=None):
+    """Depth, positions and samples: the point of each texel less one of its offsets is next to a decision.
+
+    ``moved(samples, number)``: the offsets of the samples numbered, one a texel, in units of the radius; they are the
+    samples themselves by default. With it there are always positions.
+    """
+    shape = view.height, view.width
+    camera = view.screen_to_world is not None
+    levels = rng.uniform(0.3, 0.7, 4) if camera else rng.uniform(-0.2, 0.2, 4)
+    depth = rng.choice(levels, shape).astype(np.float32)
+    depth[rng.random(shape) < 0.1] = np.inf
+    samples = rng.uniform(-1, 1, (n, 3))
+    u = rng.uniform(0.5, view.width - 0.5, shape)
+    v = rng.uniform(0.5, view.height - 0.5, shape)
+    u, v = (np.where(rng.random(shape) < 0.5, np.round(c), c) for c in (u, v))
+    j, i = np.minimum(v.astype(int), shape[0] - 1), np.minimum(u.astype(int), shape[1] - 1)
+    surface = np.where(np.isfinite(depth[j, i]), depth[j, i], levels[0])
+    z = np.where(rng.random(shape) < 0.5, surface, rng.uniform(levels.min(), levels.max(), shape))
+    jitter = 1 + rng.uniform(-3e-7, 3e-7, (3, *shape))
+    target = world_points(view, u * jitter[0], v * jitter[1], z * jitter[2])
+    if (
+        moved is None and camera and rng.random() < 0.5
+    ):  # Algorithm 1 makes the points from depth: offsets are placed for some texels
+        here = world_points(view, *(np.mgrid[: shape[0], : shape[1]][::-1] + 0.5), np.where(depth < 9, depth, 0.5))
+        offsets = (target - here).reshape(-1, 3)[rng.choice(depth.size, n)]
+        return depth, None, offsets / radius
+    number = rng.integers(0, n, shape)
+    positions = target - radius * (samples[number] if moved is None else moved(samples, number))
+    positions[~np.isfinite(depth)] = np.inf
+    return depth, positions.astype(np.float32), samples

@@ -1,0 +1,393 @@
+"""Float32 renderers that round, fuse and order as they like within an error model, many at a time; nothing of lfssao.
+
+Arrays have the renderers as first axis. Each operation draws for each renderer how it rounds: always down, always up,
+to nearest, or by lot for each number. All numbers are held in float64 and are float32 numbers.
+"""
+
+import numpy as np
+
+CROSSED_SLITS, MATRIX, DISPLAY = 0, 1, 2
+
+
+def single(x):
+    """A number as a renderer is given it."""
+    return np.asarray(x, np.float64).astype(np.float32).astype(np.float64)
+
+
+class Arithmetic:
+    """Operations of so many renderers.
+
+    ``directed``: + - * give either neighbour of the exact result; else the nearest. ``quotient``, ``root``: ulp.
+    """
+
+    def __init__(self, rng, renderers, directed=True, quotient=2.5, root=2.0):
+        self.rng, self.renderers, self.directed = rng, renderers, directed
+        self.quotient_ulp, self.root_ulp = quotient, root
+        self.flushes = self.lot(0.5)
+        self.habit = rng.integers(0, 8, renderers)  # 0: always down, 1: always up, else anew for each operation
+
+    def lot(self, chance):
+        """By lot for each renderer, (R,) bool."""
+        return self.rng.random(self.renderers) < chance
+
+    def per_renderer(self, values, like):
+        return values.reshape((self.renderers,) + (1,) * (np.ndim(like) - 1))
+
+    def choose(self, chosen, a, b):
+        """a for the renderers chosen, b for the others."""
+        a, b = np.broadcast_arrays(a, b)
+        return np.where(self.per_renderer(chosen, a), a, b)
+
+    def align(self, *numbers):
+        """Scalars, and arrays with the renderers as first axis and as many axes as the one with most."""
+        arrays = [np.asarray(x, np.float64) if np.ndim(x) == 0 else self.full(x) for x in numbers]
+        axes = max(x.ndim for x in arrays)
+        return [x.reshape(x.shape + (1,) * (axes - x.ndim)) if x.ndim else x for x in arrays]
+
+    def flush(self, x):
+        return np.where(self.per_renderer(self.flushes, x) & (np.abs(x) < 2.0**-126), 0.0, x)
+
+    def full(self, x):
+        """An array with the renderers as first axis, of one that may have none."""
+        x = np.asarray(x, np.float64)
+        return x if x.ndim and x.shape[0] == self.renderers else np.broadcast_to(x, (self.renderers, *x.shape))
+
+    def correctly(self, x):
+        """A correct rounding of exact results: what is representable stays."""
+        x = self.full(x)
+        near = x.astype(np.float32)
+        if self.directed:
+            mode = np.where(self.habit < 2, self.habit, self.rng.integers(0, 4, self.renderers))
+            mode = self.per_renderer(mode, x)
+            coin = self.rng.random(x.shape) < 0.5
+            down = (mode == 0) | ((mode == 3) & coin)
+            away = (near != x) & (mode != 2) & ((near > x) == down)  # on the other side than it should be
+            near = np.where(away, np.nextafter(near, np.where(down, np.float32(-np.inf), np.float32(np.inf))), near)
+        return self.flush(near.astype(np.float64))
+
+    def within(self, x, ulps):
+        """A float32 number within so many ulp of exact results; half an ulp: the nearest."""
+        x = self.full(x)
+        if np.ndim(ulps) == 0 and ulps <= 0.5:
+            return self.flush(x.astype(np.float32).astype(np.float64))
+        room = np.where(x == 0.0, 0.0, ulps * np.ldexp(1.0, np.frexp(x)[1] - 24))
+        mode = self.per_renderer(self.rng.integers(0, 3, self.renderers), x)
+        share = np.select([mode == 0, mode == 1], [-1.0, 1.0], self.rng.uniform(-1, 1, x.shape))
+        near = (x + share * room).astype(np.float32)
+        back = np.nextafter(near, np.where(near > x, np.float32(-np.inf), np.float32(np.inf)))
+        return self.flush(np.where(np.abs(near - x) > room, back, near).astype(np.float64))
+
+    def add(self, a, b):
+        a, b = self.align(a, b)
+        return self.correctly(a + b)
+
+    def subtract(self, a, b):
+        a, b = self.align(a, b)
+        return self.correctly(a - b)
+
+    def multiply(self, a, b):
+        a, b = self.align(a, b)
+        return self.correctly(a * b)
+
+    def fused(self, a, b, c):
+        """a b + c, rounded once by some renderers and twice by others."""
+        a, b, c = self.align(a, b, c)
+        once, twice = self.correctly(a * b + c), self.add(self.multiply(a, b), c)
+        return self.choose(self.lot(0.5), once, twice)
+
+    def divide(self, a, b):
+        """a / b, or a (1 / b)."""
+        a, b = self.align(a, b)
+        quotient = self.within(a / b, self.quotient_ulp)
+        product = self.multiply(a, self.within(1.0 / b, self.quotient_ulp))
+        return self.choose(self.lot(0.6), quotient, product)
+
+    def root(self, x):
+        if self.root_ulp <= 0.5:
+            return self.within(np.sqrt(x), 0.5)
+        return self.within(1.0 / self.within(1.0 / np.sqrt(x), self.root_ulp), self.quotient_ulp)
+
+    def total(self, factors, values):
+        """Sum of factors times values, in an order of each renderer's own, cut into two sums or not, fused or not."""
+        values = np.stack(np.broadcast_arrays(*(v if np.ndim(v) == 0 else self.full(v) for v in values)))
+        factors = np.stack([np.broadcast_to(self.align(self.full(f), values[0])[0], values[0].shape) for f in factors])
+        order = self.rng.permuted(np.tile(np.arange(len(values)), (self.renderers, 1)), axis=1)
+        of = np.arange(self.renderers)
+        cut = int(self.rng.integers(1, len(values) + 1))
+        sums = []
+        for part in (range(cut), range(cut, len(values))):
+            total = None
+            for k in part:
+                f, v = factors[order[:, k], of], values[order[:, k], of]
+                total = self.multiply(f, v) if total is None else self.fused(f, v, total)
+            if total is not None:
+                sums.append(total)
+        return sums[0] if len(sums) == 1 else self.add(*sums)
+
+
+def row(ar, m, k, point, offset):
+    """A row of M applied to point and offset, to their sum or to each."""
+    a = m[4 * k : 4 * k + 4]
+    together = [ar.add(p, o) for p, o in zip(point, offset, strict=True)]
+    first = ar.total(a, [*together, 1.0])
+    second = ar.total([*a[:3], *a], [*np.broadcast_arrays(*offset, *point), 1.0])
+    return ar.choose(ar.lot(0.5), first, second)
+
+
+def quotient_from(ar, start, a, b):
+    """start + a / b, or a (1 / b) + start in one."""
+    return ar.choose(ar.lot(0.7), ar.add(start, ar.divide(a, b)), ar.fused(a, ar.within(1 / b, ar.quotient_ulp), start))
+
+
+@np.errstate(all="ignore")
+def to_image(ar, kind, m, point, offset):
+    """World -> image of point + offset: u, v, z, whether it is valid."""
+    rows = [row(ar, m, k, point, offset) for k in range(4 if kind == MATRIX else 3)]
+    return project(ar, kind, m, *rows)
+
+
+@np.errstate(all="ignore")
+def project(ar, kind, m, a, b, c, q=None):
+    """World -> image from the sums of the mapping's rows."""
+    if kind == CROSSED_SLITS:
+        u = quotient_from(ar, m[14], a, ar.subtract(m[12], c))
+        v = quotient_from(ar, m[15], b, ar.subtract(m[13], c))
+        return u, v, c, (c < m[12]) & (c > m[13])
+    if kind == MATRIX:
+        return ar.divide(a, q), ar.divide(b, q), ar.divide(c, q), q > 0
+    u, v, valid = physical_to_image(ar, m[12:], a, b, c)
+    return u, v, c, valid
+
+
+def crossing(ar, curvature, x, z, dx, dz):
+    """Where a line leaves a circle, and the discriminant."""
+    a = ar.multiply(curvature, ar.fused(dx, dx, ar.multiply(dz, dz)))
+    b = ar.subtract(ar.multiply(curvature, ar.fused(x, dx, ar.multiply(z, dz))), dz)
+    c = ar.subtract(ar.multiply(curvature, ar.fused(x, x, ar.multiply(z, z))), ar.add(z, z))
+    discriminant = ar.fused(b, b, -ar.multiply(a, c))
+    root = np.where(discriminant > 0, ar.root(np.maximum(discriminant, 0)), 0.0)
+    return ar.divide(-c, ar.add(b, root)), discriminant
+
+
+def physical_to_image(ar, d, x, y, z):
+    """The mapping of any display, as it is written in ``lfssao.optics.kernels.display``."""
+    m_x, m_y, m_z, y_o, z_o = d[:5]
+    dx, dz = ar.subtract(x, m_x), ar.subtract(z, m_z)
+    t_s, meets_screen = crossing(ar, d[5], m_x, m_z, dx, dz)
+    t_v, meets_observers = crossing(ar, d[6], m_x, ar.subtract(m_z, z_o), dx, dz)
+    valid = (z < m_z) & (meets_observers >= 0) & (t_v > 1) & (meets_screen >= 0) & (t_s > 0) & (t_s < t_v)
+    share = ar.divide(ar.subtract(t_v, t_s), ar.subtract(t_v, 1.0))
+    s_y = ar.fused(ar.subtract(y, y_o), share, y_o)
+    if d[7] == 0:
+        s_x = ar.fused(t_s, dx, m_x)
+        if d[5] != 0:
+            s_z = ar.fused(t_s, dz, m_z)
+            scale = ar.divide(m_z, ar.subtract(m_z, s_z))
+            s_x, s_y = ar.fused(ar.subtract(s_x, m_x), scale, m_x), ar.fused(ar.subtract(s_y, m_y), scale, m_y)
+            valid = valid & (scale > 0)
+    else:
+        a, b = ar.subtract(s_y, m_y), ar.subtract(s_y, y_o)
+        h_m = ar.root(ar.fused(a, a, ar.multiply(m_z, m_z)))
+        h_e = ar.root(ar.fused(b, b, ar.multiply(z_o, z_o)))
+        kappa = ar.multiply(ar.divide(z, z_o), ar.divide(h_e, h_m))
+        room = ar.add(1.0, kappa)
+        valid = valid & (room > 0)
+        s_x = ar.divide(ar.fused(m_x, kappa, x), room)
+    w = ar.total(d[14:17], [s_x, s_y, 1.0])
+    valid = valid & (w > 0)
+    u, v = (ar.divide(ar.total(d[8 + 3 * k : 11 + 3 * k], [s_x, s_y, 1.0]), w) for k in range(2))
+    if d[20] != 0 or d[21] != 0:
+        a, b = ar.divide(ar.subtract(u, d[17]), d[19]), ar.divide(ar.subtract(v, d[18]), d[19])
+        r2 = ar.fused(a, a, ar.multiply(b, b))
+        factor = ar.fused(r2, ar.fused(r2, d[21], d[20]), 1.0)
+        u, v = ar.fused(d[19], ar.multiply(a, factor), d[17]), ar.fused(d[19], ar.multiply(b, factor), d[18])
+        valid = valid & (r2 < d[22])
+    return u, v, valid
+
+
+def unproject(ar, back, depth):
+    """LF Algorithm 1, lines 1 to 3, of every texel: three arrays (R, H, W)."""
+    height, width = depth.shape
+    v, u = np.mgrid[:height, :width] + 0.5
+    rows = [ar.total(back[4 * k : 4 * k + 4], [u, v, depth, 1.0]) for k in range(4)]
+    return [ar.divide(a, rows[3]) for a in rows[:3]]
+
+
+@np.errstate(all="ignore")
+def image_points(ar, depth, positions, kind, m, samples, radius, back=None):
+    """Image points of all samples, four arrays (R, H, W, n): u, v, z, whether valid; LF Algorithm 2, or 1 with back."""
+    depth = depth.astype(np.float64)
+    finite = np.where(np.isfinite(depth), depth, 0.0)
+    if back is None:
+        point = [np.where(np.isfinite(depth), positions[..., k].astype(np.float64), 0.0) for k in range(3)]
+    else:
+        point = unproject(ar, single(back), finite)
+    point = [ar.full(p)[..., None] for p in point]
+    offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
+    return to_image(ar, kind, single(m), point, [offsets[:, None, None, :, k] for k in range(3)])
+
+
+def occlusion(ar, depth, u, v, z, valid):
+    """AO of every renderer, (R, H, W), from the image points of its samples."""
+    depth = depth.astype(np.float64)
+    height, width = depth.shape
+    inside = valid & (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    i, j = (np.where(inside, np.floor(c), 0).astype(int) for c in (u, v))
+    count = np.count_nonzero(inside & (ar.flush(ar.full(depth[j, i])) < ar.flush(z)), axis=-1)
+    return np.where(np.isfinite(depth), share(ar, count, u.shape[-1]), 0.0)
+
+
+def inside(depth, u, v, valid):
+    """Where image points lie in the texture, and the row and column that they read."""
+    height, width = depth.shape
+    there = valid & (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    return there, *(np.where(there, np.floor(c), 0).astype(int) for c in (v, u))
+
+
+def spread(texture):
+    """A texture's coordinates as arrays (1, H, W, 1), 0 where there is no surface."""
+    values = np.where(np.isfinite(texture), texture, 0.0).astype(np.float64)
+    return [values[None, ..., None, k] for k in range(texture.shape[-1])]
+
+
+def dot(ar, a, b):
+    """Dot products of vectors, in any order, fused or not."""
+    a, b = ([ar.full(np.broadcast_to(x, np.broadcast_shapes(*map(np.shape, (*a, *b))))) for x in v] for v in (a, b))
+    return ar.total(a, b)
+
+
+@np.errstate(all="ignore")
+def points_behind(ar, depth, positions, normals, kind, m, samples, radius, range_check, forward, remap):
+    """The estimators point and, with normals, hemisphere, of every renderer: (R, H, W)."""
+    m, n = single(m), len(samples)
+    point = [ar.full(np.broadcast_to(p, (ar.renderers, *depth.shape, 1))) for p in spread(positions)]
+    offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
+    offset = [np.broadcast_to(offsets[:, None, None, :, k], (ar.renderers, *depth.shape, n)) for k in range(3)]
+    if normals is not None:
+        turn = np.where(dot(ar, offset, spread(normals)) < 0, -1.0, 1.0)
+        offset = [turn * o for o in offset]
+    u, v, z, valid = to_image(ar, kind, m, point, offset)
+    there, j, i = inside(depth, u, v, valid)
+    surface = ar.full(depth.astype(np.float64))
+    if forward:
+        still = [np.zeros_like(p) for p in point]
+        *_, again, sighted = to_image(ar, kind, m, point, still)
+        again = np.where(sighted, again, np.inf) if kind == MATRIX else again
+        surface = np.where(np.isfinite(surface), again[..., 0], np.inf)
+    of = np.arange(ar.renderers)[:, None, None, None]
+    hidden = there & (ar.flush(surface[of, j, i]) < ar.flush(z)) & np.isfinite(depth[j, i])
+    if range_check:
+        away = [ar.subtract(p[of, j, i, 0], p) for p in point]
+        square = dot(ar, away, away)
+        reach = ar.choose(ar.lot(0.5), single(radius * radius), ar.multiply(single(radius), single(radius)))
+        near = ar.choose(ar.lot(0.5), square <= ar.per_renderer(ar.full(reach).reshape(ar.renderers, -1)[:, 0], square),
+                         ar.root(square) <= single(radius))  # fmt: skip
+        hidden &= near.astype(bool)
+    made = share(ar, np.count_nonzero(hidden, axis=-1), n)
+    if remap:
+        made = ar.choose(ar.lot(0.5), 2 * np.maximum(ar.subtract(made, 0.5), 0),
+                         np.maximum(ar.subtract(2 * made, 1.0), 0))  # fmt: skip
+    return np.where(np.isfinite(depth), made, 0.0)
+
+
+@np.errstate(all="ignore")
+def hidden_volume(ar, depth, positions, normals, directions, kind, m, axis, points, shares, radius, thickness, mirrors):
+    """VO's hidden share of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
+    m, axis, n = single(m), np.append(single(axis), np.zeros(12)), len(points)
+    shape = (ar.renderers, *depth.shape, n)
+    point = [ar.full(np.broadcast_to(p, shape)) for p in spread(positions)]
+    o = [ar.full(np.broadcast_to(single(points)[:, k], shape)) for k in range(3)]
+    mirror, normal = ([ar.full(np.broadcast_to(c, shape)) for c in spread(t)] for t in (mirrors, normals))
+    rows = range(4 if kind == MATRIX else 3)
+    still, r = [np.zeros(shape)] * 3, single(radius)
+    along = dot(ar, o, mirror)
+    if ar.rng.random() < 0.5:  # reflected in the world
+        o = [ar.subtract(a, ar.multiply(2 * along, b)) for a, b in zip(o, mirror, strict=True)]
+        lift = np.minimum(dot(ar, o, normal), 0)
+        o = [ar.fused(-2 * lift, b, a) for a, b in zip(o, normal, strict=True)]
+        o = [ar.multiply(r, a) for a in o]
+        sums = [row(ar, m, k, point, o) for k in rows]
+        deep = row(ar, axis, 0, point, o)
+    else:  # row by row, as the specification has it
+        across = 2 * dot(ar, mirror, normal)
+        lift = np.minimum(ar.subtract(dot(ar, o, normal), ar.multiply(along, across)), 0)
+
+        def reflected(m, k):
+            linear = [m[4 * k], m[4 * k + 1], m[4 * k + 2]]
+            s = ar.fused(r, ar.total(linear, o), row(ar, m, k, point, still))
+            s = ar.fused(-along, ar.multiply(2 * r, ar.total(linear, mirror)), s)
+            return ar.subtract(s, ar.multiply(lift, ar.multiply(2 * r, ar.total(linear, normal))))
+
+        sums, deep = [reflected(m, k) for k in rows], reflected(axis, 0)
+    u, v, z, valid = project(ar, kind, m, *sums)
+    z = deep if kind == MATRIX else z
+    there, j, i = inside(depth, u, v, valid)
+    surface = ar.full(depth.astype(np.float64))
+    if kind == MATRIX:
+        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, still)[..., 0], np.inf)
+    before = ar.subtract(z, surface[np.arange(ar.renderers)[:, None, None, None], j, i])
+    hidden = there & (before > 0) & np.isfinite(depth[j, i])
+    if thickness > 0:
+        steep = ar.total(list(axis[:3]), [ar.full(np.broadcast_to(d, shape)) for d in spread(directions)])
+        reach = ar.choose(ar.lot(0.5), ar.multiply(ar.multiply(single(thickness / radius), r), steep),
+                          ar.multiply(single(thickness), steep))  # fmt: skip
+        hidden &= before <= reach
+    total = np.zeros(shape[:-1])
+    for s in ar.rng.permutation(n):
+        total = ar.add(total, np.where(hidden[..., s], single(shares)[s], 0.0))
+    return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)
+
+
+def dual(ar, a, b, combine):
+    """Two radii's occlusions as one."""
+    if combine == "minimum":
+        return np.maximum(a, b)
+    product = ar.subtract(1.0, ar.multiply(ar.subtract(1.0, a), ar.subtract(1.0, b)))
+    return ar.choose(ar.lot(0.5), ar.fused(b, ar.subtract(1.0, a), a), product)
+
+
+def share(ar, count, n):
+    """count / n, or count (1 / n), or 1 / n added so often."""
+    once = ar.within(np.full((ar.renderers, 1, 1), 1 / n), ar.quotient_ulp)
+    sums = [np.zeros_like(once)]
+    for _ in range(n):
+        sums.append(ar.add(sums[-1], once))
+    added = np.take_along_axis(np.concatenate(sums, axis=1)[..., 0], count.reshape(ar.renderers, -1), axis=1)
+    return ar.choose(ar.lot(0.6), ar.divide(count.astype(float), float(n)), added.reshape(count.shape))
+
+
+def weights(ar, sigma, radius, table):
+    """Weights of the blur and what the sum is divided by: the table, or made anew, normalised before or after."""
+    k = np.arange(-radius, radius + 1, dtype=float)
+    t = ar.divide(k, single(sigma))
+    x = ar.multiply(-0.5, ar.multiply(t, t))
+    raw = ar.within(np.exp(x), 3 + 2 * np.abs(x) if ar.directed else 0.5)
+    total = ar.total([1.0] * len(k), list(np.moveaxis(raw, 1, 0)))
+    before = ar.divide(raw, total[:, None])
+    table = ar.full(single(table))
+    own, late = ar.lot(0.5), ar.lot(0.3)
+    made = ar.choose(own, ar.choose(late, raw, before), table)
+    return made, np.where(own & late, total, 1.0)
+
+
+def blur(ar, occlusion, sigma, radius, table):
+    """Gaussian blur of every renderer, (R, H, W)."""
+    made, divisor = weights(ar, sigma, radius, table)
+    occlusion = ar.full(occlusion)
+    for axis in (2, 1):
+        pad = [(0, 0)] * 3
+        pad[axis] = (radius, radius)
+        padded = np.pad(occlusion, pad, mode="edge")
+        n = occlusion.shape[axis]
+        taps = [np.take(padded, range(k, k + n), axis=axis) for k in range(2 * radius + 1)]
+        total = ar.total(list(np.moveaxis(made, 1, 0)), taps)
+        divided = ar.divide(total, ar.per_renderer(divisor, total))
+        occlusion = ar.choose(divisor == 1.0, total, divided)
+    return occlusion
+
+
+def shade(ar, rgb, occlusion):
+    rgb, ao = rgb.astype(np.float64), occlusion[..., None]
+    first = ar.multiply(rgb, ar.subtract(1.0, ao))
+    second = ar.fused(-rgb, ao, rgb)
+    return ar.choose(ar.lot(0.5), first, second)

@@ -1,0 +1,257 @@
+"""World -> image and the rays of texels: the reference, DESIGN section 2's geometry, every module of every preset."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference import mapping as reference
+from reference import raycast
+
+from lfssao import Camera, Display, Module, find_display, fit_roi
+from lfssao.gbuffer.kernels import albedo as paint
+from lfssao.optics.display import crossed_slits
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.kernels import rays
+from lfssao.optics.view import KINDS
+
+RAY_KINDS = (rays.FLAT_LINEAR, rays.PERSPECTIVE, rays.ORTHOGRAPHIC)
+ROI = ((-0.4, -0.3, -0.1), (0.4, 0.3, 0.1))  # between the nearest observers and modules that are drawn
+WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
+presets = pytest.mark.parametrize("display", [find_display("virtual"), find_display("sample-a")], ids=str)
+unit = st.floats(-1, 1)
+
+
+def bits(values, dtype=np.float64):
+    return np.array(values, dtype).view(np.int32 if dtype == np.float32 else np.int64)
+
+
+def flat_displays():
+    """A display of one module; its distances within a factor of ten of the screen's size."""
+    module = st.builds(Module, unit, unit, st.floats(0.2, 2), st.integers(1, 2000), st.integers(1, 2000))
+    size = st.floats(0.3, 3)
+    return st.builds(
+        lambda w, h, y, z, m: Display("drawn", w, h, y, z, (m,), ROI),
+        size, size, unit, st.floats(-3, -0.3), module,
+    )  # fmt: skip
+
+
+def textbook(display, m, x, y, z):
+    """DESIGN section 2, with the screen-aligned grid of texels."""
+    s_x = m.x + (x - m.x) * m.z / (m.z - z)
+    y_o, z_o = display.observer_height, display.observer_z
+    s_y = y_o + (y - y_o) * z_o / (z_o - z)
+    return m.width * (0.5 + s_x / display.screen_width), m.height * (0.5 - s_y / display.screen_height)
+
+
+# The reference
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@given(data=st.data())
+def test_world_to_image_equals_the_reference(dtype, data):
+    width = 32 if dtype == np.float32 else 64
+    number = st.one_of(
+        st.floats(-8, 8, width=width), st.sampled_from([0.0, -0.0, 1.0, -2.0, 3.0]), st.floats(width=width)
+    )
+    m = np.array(data.draw(st.lists(number, min_size=16, max_size=16)), dtype)
+    x, y, z = np.array(data.draw(st.tuples(number, number, number)), dtype)
+    for kind in (mapping.CROSSED_SLITS, mapping.MATRIX):
+        actual, name = mapping.world_to_image(kind, m, x, y, z), KINDS[kind]
+        with np.errstate(all="ignore"):
+            want = reference.to_image(name, m, reference.affine_rows(name, m, (x, y, z)))
+        assert actual[3] == (want[3] == 0)
+        for a, b in zip(actual[:3], want[:3], strict=True):
+            assert type(b) is dtype
+            assert (math.isnan(a) and math.isnan(b)) or bits(a, dtype) == bits(b, dtype)
+
+
+@pytest.mark.parametrize("kind", RAY_KINDS)
+@given(st.lists(st.floats(-1e6, 1e6), min_size=8, max_size=8), st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))
+def test_texel_ray_equals_the_reference(kind, numbers, u, v):
+    lens = np.array([n if n != 0 else 1.0 for n in numbers])
+    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(kind, lens, u, v)
+    assert (oz, dz) == (0, 1)
+    want = raycast.rays_at(kind, lens, np.array([u]), np.array([v]))
+    np.testing.assert_array_equal(bits([ox, oy, dx, dy, near, far]), bits(np.ravel(want)))
+
+
+@given(st.integers(0, 99), st.integers(1, 4), st.integers(1, 4), st.integers(0, 5), st.floats(-5, 5), st.floats(-5, 5))
+def test_sample_texture_equals_the_reference(seed, wide, high, first, u, v):
+    texels = np.random.default_rng(seed).random((first + wide * high + 1, 3), np.float32)
+    texture = texels[first : first + wide * high].reshape(high, wide, 3)
+    for channel in range(3):
+        actual = paint.sample_texture(texels, first, wide, high, u, v, channel)
+        assert bits(actual) == bits(raycast.sample_texture(texture, u, v, channel))
+
+
+# Domains and textures by hand
+
+
+@pytest.mark.parametrize(("q", "valid"), [(2.0, True), (5e-324, True), (0.0, False), (-0.0, False), (-1.0, False)])
+def test_a_matrix_is_defined_for_positive_q(q, valid):
+    m = np.eye(4)
+    m[3] = [0, 0, 0, q]
+    assert mapping.world_to_image(mapping.MATRIX, m.ravel(), 0.0, 0.0, 0.0)[3] is valid
+
+
+@pytest.mark.parametrize(("z", "valid"), [(3.0, False), (2.5, True), (-1.5, True), (-2.0, False), (math.nan, False)])
+def test_crossed_slits_are_defined_between_the_slits(z, valid):
+    m = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -2, 10, 20])  # z_m = 3, z_o = -2
+    u, v, depth, defined = mapping.world_to_image(mapping.CROSSED_SLITS, m, 1.0, 7.0, z)
+    assert defined is valid
+    if z == 2.5:
+        assert (u, v, depth) == (10 + 1 / 0.5, 20 + 7 / -4.5, 2.5)
+
+
+def test_sample_texture_by_hand():
+    texels = np.zeros((5, 3), np.float32)
+    texels[1:, 0] = [1, 2, 3, 4]  # from number 1 on: upper row 1 2, lower row 3 4; v = 1 is the upper edge
+
+    def at(u, v):
+        return paint.sample_texture(texels, 1, 2, 2, u, v, 0)
+
+    assert [at(0.25, 0.75), at(0.75, 0.75), at(0.25, 0.25), at(0.75, 0.25)] == [1, 2, 3, 4]  # centres
+    assert at(0.5, 0.75) == 1.5
+    assert at(0.5, 0.5) == 2.5
+    assert at(0.0, 0.75) == at(1.0, 0.75) == at(-3.0, 0.75) == 1.5  # repeated: between 2 and 1
+    assert at(0.25, 0.0) == at(0.25, 7.0) == 2  # between 3 and 1
+
+
+# The geometry of displays
+
+
+@given(display=flat_displays(), data=st.data())
+def test_world_to_image_is_the_textbook_formula(display, data):
+    m, world = display.modules[0], fit_roi(WORLD_BOX, display.roi)
+    z = data.draw(st.floats(0.9 * display.observer_z, 0.9 * m.z))
+    x, y = data.draw(unit), data.draw(unit)
+    point = (np.array([x, y, z]) - world[:, 3]) / np.diag(world)
+    u, v, depth = display.view(0, world).world_to_image(point)
+    # 1e-9 texel, or that share of coordinates far outside the texture
+    np.testing.assert_allclose([u, v], textbook(display, m, x, y, z), rtol=1e-12, atol=1e-9)
+    assert depth == pytest.approx(z, abs=1e-14)
+
+
+@presets
+def test_points_of_a_texels_ray_land_on_its_centre(display):
+    """All modules; texels at the corners, the middle and anywhere; z from 0.9 z_o to 0.9 m_z."""
+    world = fit_roi(WORLD_BOX, display.roi)
+    rng = np.random.default_rng(11)
+    for number, m in enumerate(display.modules):
+        view = display.view(number, world)
+        u = np.array([0.5, m.width - 0.5, 0.5, m.width - 0.5, m.width / 2, *(rng.integers(0, m.width, 20) + 0.5)])
+        v = np.array([0.5, 0.5, m.height - 0.5, m.height - 0.5, m.height / 2, *(rng.integers(0, m.height, 20) + 0.5)])
+        for z in np.linspace(0.9 * display.observer_z, 0.9 * m.z, 12):
+            points = []
+            for centre in zip(u.tolist(), v.tolist(), strict=True):
+                ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.ray_kind, view.lens, *centre)
+                assert (oz, dz, near, far) == (0, 1, display.observer_z, m.z)
+                points.append([ox + z * dx, oy + z * dy, z])
+            image = view.world_to_image((np.array(points) - world[:, 3]) / np.diag(world))
+            assert np.abs(image - np.stack([u, v, np.full_like(u, z)], axis=1)).max() < 1e-9
+
+
+@presets
+def test_what_the_formulas_leave_where_it_is(display):
+    """On the screen s = (x, y) for every module; x = m_x keeps s_x, y = y_o keeps s_y, at any z."""
+    rng = np.random.default_rng(12)
+    for number, m in enumerate(display.modules):
+        mapped = display.view(number, np.eye(3, 4)).world_to_image
+        for x, y, share in rng.uniform(-1, 1, (10, 3)) * [display.screen_width / 2, display.screen_height / 2, 0.9]:
+            on_screen = m.width * (0.5 + x / display.screen_width), m.height * (0.5 - y / display.screen_height), 0.0
+            np.testing.assert_allclose(mapped([x, y, 0.0]), on_screen, rtol=0, atol=1e-9)
+            z = share * (m.z if share > 0 else -display.observer_z)
+            u = m.width * (0.5 + m.x / display.screen_width)
+            v = m.height * (0.5 - display.observer_height / display.screen_height)
+            assert mapped([m.x, y, z])[0] == pytest.approx(u, abs=1e-9)
+            assert mapped([x, display.observer_height, z])[1] == pytest.approx(v, abs=1e-9)
+
+
+@given(m_x=unit, y_o=unit, z_o=st.floats(-3, -0.3), data=st.data())
+def test_a_module_on_the_observer_line_is_a_pinhole(m_x, y_o, z_o, data):
+    """With m_z = z_o all points of a line through (m_x, y_o, z_o) have one image."""
+    lens = np.array([m_x, z_o, y_o, z_o, 100.0, 50.0, -120.0, 40.0])
+    m = crossed_slits(np.eye(3, 4), lens).numbers
+    d_x, d_y = data.draw(unit), data.draw(unit)
+    for t in (0.25, 1.0, 7.0):
+        u, v, _, _ = mapping.world_to_image(mapping.CROSSED_SLITS, m, m_x + t * d_x, y_o + t * d_y, z_o + t)
+        assert u == pytest.approx(50 + 100 * (m_x - z_o * d_x), abs=1e-9)  # where the line meets the screen
+        assert v == pytest.approx(40 - 120 * (y_o - z_o * d_y), abs=1e-9)
+
+
+@given(display=flat_displays(), x=unit, y=unit, share=st.floats(-0.9, 0.9))
+def test_a_mirrored_module_gives_mirrored_coordinates(display, x, y, share):
+    m = display.modules[0]
+    mirrored = replace(display, modules=(replace(m, x=-m.x),))
+    z = share * (m.z if share > 0 else -display.observer_z)
+    one = display.view(0, np.eye(3, 4)).world_to_image([x, y, z])
+    other = mirrored.view(0, np.eye(3, 4)).world_to_image([-x, y, z])
+    assert one[0] + other[0] == pytest.approx(m.width, rel=1e-12, abs=1e-12 * (abs(one[0]) + m.width))
+    assert other[1:].tolist() == one[1:].tolist()
+
+
+@given(display=flat_displays())
+def test_behind_the_module_and_the_observers_there_is_no_image(display):
+    mapped = display.view(0, np.eye(3, 4)).world_to_image
+    m_z, z_o = display.modules[0].z, display.observer_z
+    for z in (m_z, 2 * m_z, z_o, 2 * z_o):
+        assert np.isnan(mapped([0.1, 0.1, z])).all()
+    for z in (np.nextafter(m_z, 0), np.nextafter(z_o, 0)):
+        assert not np.isnan(mapped([0.1, 0.1, z])).any()
+
+
+def test_a_line_at_constant_z_stays_straight():
+    mapped = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
+    a, b, middle = mapped([[0.1, -0.2, 0.25], [0.5, 0.4, 0.25], [0.3, 0.1, 0.25]])
+    np.testing.assert_allclose(0.5 * (a + b), middle, rtol=0, atol=1e-10)
+
+
+# The geometry of cameras
+
+
+@st.composite
+def cameras(draw):
+    direction = st.tuples(unit, unit, unit).filter(lambda d: math.dist((0, 0, 0), d) > 0.1)
+    eye, forward = np.array(draw(st.tuples(unit, unit, unit))) * 5, np.array(draw(direction)) * 3
+    up = np.array(draw(direction.filter(lambda d: np.linalg.norm(np.cross(d, forward)) > 0.1)))
+    near = draw(st.floats(0.05, 1))
+    kind = draw(st.sampled_from(["perspective", "orthographic"]))
+    extent, far = draw(st.floats(0.1, 10)), near * draw(st.floats(1.5, 100))
+    return Camera(kind, tuple(eye), tuple(eye + forward), tuple(up), extent, near, far)
+
+
+@given(cameras(), st.tuples(*[st.floats(0, 1)] * 3), st.integers(1, 2000), st.integers(1, 2000))
+def test_screen_to_world_undoes_world_to_image(camera, share, width, height):
+    view = camera.view(width, height)
+    u, v = share[0] * width, share[1] * height
+    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.ray_kind, view.lens, u, v)
+    assert (near, far) == (camera.near, camera.far)
+    z = near + share[2] * (far - near)
+    back = view.world_from_cast
+    world = back[:, :3] @ np.array([ox + z * dx, oy + z * dy, oz + z * dz]) + back[:, 3]
+    image = view.world_to_image(world)
+    size = max(width, height)
+    np.testing.assert_allclose(image[:2], [u, v], rtol=0, atol=1e-9 * size)
+    assert image[2] == pytest.approx(rays.image_depth(view.ray_kind, view.lens, z), abs=1e-9)
+    assert -1e-9 <= image[2] <= 1 + 1e-9
+    a = view.screen_to_world @ np.array([*image, 1.0])
+    np.testing.assert_allclose(a[:3] / a[3], world, rtol=0, atol=1e-9 * np.abs(world - camera.eye).max())
+
+
+@given(camera=cameras())
+def test_a_camera_sees_its_target_in_the_middle_and_its_extent_from_top_to_bottom(camera):
+    view = camera.view(300, 200)
+    forward = np.subtract(camera.target, camera.eye)
+    right = np.cross(forward, camera.up)
+    up = np.cross(right, forward)
+    top = np.array(camera.target) + up / np.linalg.norm(up) * camera.extent / 2
+    np.testing.assert_allclose(view.world_to_image(camera.target)[:2], [150, 100], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(view.world_to_image(top)[:2], [150, 0], rtol=0, atol=1e-8)
+    aside = np.array(camera.target) + right / np.linalg.norm(right) * camera.extent / 2
+    np.testing.assert_allclose(view.world_to_image(aside)[:2], [250, 100], rtol=0, atol=1e-8)
+    for distance, depth in ((camera.near, 0), (camera.far, 1)):
+        point = np.array(camera.eye) + forward / np.linalg.norm(forward) * distance
+        assert view.world_to_image(point)[2] == pytest.approx(depth, abs=1e-9)

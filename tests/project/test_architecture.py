@@ -1,0 +1,242 @@
+"""What the modules may import, how kernels are compiled, that docstrings tell the truth, and equal bits."""
+
+import ast
+import dataclasses
+import importlib
+import inspect
+import json
+import os
+import pkgutil
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import batch
+import numba
+import numpy as np
+import pytest
+import widening
+from numba import prange
+
+import lfssao
+from lfssao.ao.kernels import merge, ssao
+from lfssao.core import jit
+from lfssao.samples.kernels import ball
+
+TESTS = Path(__file__).parents[1]
+PACKAGE = Path(lfssao.__file__).parent
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+KERNELS = sorted((PACKAGE / "kernels").glob("*.py"))
+BELOW = {"jit.py", "intrinsics.py"}  # what makes kernels
+COMPILERS = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc", "generated_jit", "jit_module"}
+
+
+def imports(path):
+    """Every module that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield "." * node.level + (node.module or "")
+
+
+def run(*command, env=None):
+    done = subprocess.run(command, env={**os.environ, **(env or {})}, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+# Layers
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
+def test_kernels_import_nothing_from_above(path):
+    allowed = {"numpy", "numba", "math", "typing", "__future__"}
+    if path.name == "intrinsics.py":
+        allowed |= {"numba.core", "llvmlite"}
+    if path.name == "jit.py":
+        allowed |= {"functools", "hashlib", "os", "tempfile", "collections.abc", "pathlib", "typing"}
+    strangers = [m for m in imports(path) if m not in allowed and not m.startswith("lfssao.kernels.")]
+    assert not strangers
+
+
+@pytest.mark.parametrize("path", [p for p in KERNELS if p.name not in BELOW], ids=lambda path: path.name)
+def test_all_functions_of_the_numba_layer_are_kernels(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        assert not isinstance(node, ast.AsyncFunctionDef | ast.Lambda)
+        if isinstance(node, ast.ClassDef):
+            assert [ast.unparse(base) for base in node.bases] == ["NamedTuple"], node.name
+        if isinstance(node, ast.FunctionDef):
+            decorators = [d.func if isinstance(d, ast.Call) else d for d in node.decorator_list]
+            assert [ast.unparse(d) for d in decorators] == ["kernel"], node.name
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_only_the_decorator_calls_numba(path):
+    if path == PACKAGE / "kernels" / "jit.py":
+        return
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Attribute):
+            assert node.attr not in COMPILERS, f"line {node.lineno}"
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "numba":
+            assert not COMPILERS & {alias.name for alias in node.names}, f"line {node.lineno}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_only_public_names_of_numba_are_used(path):
+    if path.name == "intrinsics.py":
+        return
+    for module in imports(path):
+        assert not re.match(r"llvmlite|numba\.(?!extending)", module)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Attribute):
+            assert not re.match(r"numba\.(core|np|_)", ast.unparse(node)), f"line {node.lineno}"
+            assert path not in KERNELS or not node.attr.startswith("_"), f"line {node.lineno}"
+
+
+def test_no_fastmath():
+    assert jit.FLAGS["fastmath"] is False
+    assert jit.FLAGS["error_model"] == "numpy"
+    for kernel in (ssao.algorithm2, ball.algorithm3, merge.merge_maximum):
+        assert kernel.targetoptions["fastmath"] is False
+
+
+@pytest.mark.parametrize("path", sorted((TESTS / "reference").glob("*.py")), ids=lambda path: path.name)
+def test_the_reference_of_the_tests_imports_nothing_from_lfssao(path):
+    found = {name.split(".")[0] for name in imports(path)}
+    assert found <= {"numpy", "reference", *sys.stdlib_module_names} - {"importlib"}
+
+
+def test_import_lfssao_alone_loads_nothing_heavy():
+    modules = json.loads(run(sys.executable, "-c", "import lfssao, json, sys; print(json.dumps(list(sys.modules)))"))
+    heavy = {"numpy", "numba", "llvmlite", "trimesh", "embreex", "skimage", "scipy", "OpenImageIO", "PIL", "tqdm"}
+    assert "lfssao" in modules
+    assert not heavy & {name.split(".")[0] for name in modules}
+
+
+def test_the_top_folder_holds_what_it_may():
+    top = TESTS.parent
+    if not (top / ".git").exists():
+        pytest.skip("not a git checkout")
+    entries = {line.split("/")[0] for line in run("git", "-C", str(top), "ls-files").splitlines()}
+    allowed = {"pyproject.toml", "lfssao", "tests", "benchmarks", "notebooks", "README.md", "LICENSE"}
+    assert {"pyproject.toml", "lfssao", "tests", "LICENSE"} <= entries
+    assert {entry for entry in entries if not entry.startswith(".")} <= allowed
+
+
+# Docstrings
+
+
+def public_objects():
+    """Every public function, kernel, class and method defined in lfssao, by its full name."""
+    for info in pkgutil.walk_packages([str(PACKAGE)], "lfssao."):
+        if info.name.endswith("__main__"):
+            continue
+        module = importlib.import_module(info.name)
+        for name, value in vars(module).items():
+            plain = getattr(value, "py_func", value)
+            if name.startswith("_") or getattr(plain, "__module__", None) != info.name:
+                continue
+            if inspect.isclass(plain):
+                yield f"{info.name}.{name}", plain
+                for method, attribute in vars(plain).items():
+                    function = getattr(attribute, "__func__", getattr(attribute, "fget", attribute))
+                    if not method.startswith("_") and inspect.isfunction(function):
+                        yield f"{info.name}.{name}.{method}", function
+            elif inspect.isfunction(plain):
+                yield f"{info.name}.{name}", plain
+
+
+OBJECTS = dict(public_objects())
+
+
+def section(doc, title):
+    """Names that a numpydoc section lists, or None where there is no such section."""
+    found = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-+\n|\Z)", doc, re.MULTILINE | re.DOTALL)
+    if not found:
+        return None
+    entries = [line.split(" : ")[0] for line in found[1].splitlines() if line and not line.startswith(" ")]
+    return [name.strip().lstrip("*") for entry in entries for name in entry.split(",")]
+
+
+def check_docstring(thing):
+    doc = inspect.getdoc(thing)
+    assert doc
+    assert not doc.startswith(f"{thing.__name__}("), "a dataclass without a docstring"
+    documented = section(doc, "Parameters")
+    if documented is not None:
+        names = [name for name in inspect.signature(thing).parameters if name not in ("self", "cls")]
+        assert documented == names
+    if dataclasses.is_dataclass(thing) and section(doc, "Attributes") is not None:
+        assert section(doc, "Attributes") == [field.name for field in dataclasses.fields(thing)]
+
+
+def test_there_are_public_objects():
+    assert {"lfssao.ao.passes.blur", "lfssao.ao.kernels.ssao.algorithm2", "lfssao.optics.view.View"} <= set(OBJECTS)
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_documented_parameters_are_those_of_the_signature(name):
+    check_docstring(OBJECTS[name])
+
+
+def test_the_check_of_docstrings_notices_a_missing_parameter():
+    def wrong(a, b, c):
+        """Something.
+
+        Parameters
+        ----------
+        a, c : int
+            Two of three.
+
+        Returns
+        -------
+        b : int
+        """
+
+    with pytest.raises(AssertionError):
+        check_docstring(wrong)
+
+
+def test_all_names_resolve_and_are_described():
+    assert sorted(set(lfssao.__all__)) == sorted(lfssao.__all__)
+    for name in lfssao.__all__:
+        assert inspect.getdoc(getattr(lfssao, name)), name
+        assert name in dir(lfssao)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = lfssao.nothing
+
+
+# Equal bits
+
+
+@pytest.mark.parametrize("group", batch.GROUPS)
+def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
+    """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""
+    path = os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
+    env = {**generic_cpu, "PYTHONPATH": path}
+    program = str(TESTS / "helpers" / "batch.py")
+    one_generic, two_generic, widened = json.loads(run(sys.executable, program, group, env=env))
+    one = batch.digests(group, 1)
+    most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)
+    assert len(one) >= 8
+    assert one == most
+    assert one == one_generic
+    assert one == two_generic
+    assert widened == []  # a run's groups compile each kernel once among them
+
+
+def times_column(texture, out):
+    for j in prange(texture.shape[0]):
+        for i in range(texture.shape[1]):
+            wide = texture[j, i] * i  # float64: an integer has as many bits
+            out[j, i] = wide + np.float64(texture[j, i])
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_widening_that_is_not_asked_for_is_found(parallel):
+    function = numba.njit(times_column, parallel=parallel)
+    function(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
+    (found,) = set(widening.widened_in(function))
+    assert re.fullmatch(r"times_column, line \d+: wide = .* \* .*", found)

@@ -1,0 +1,275 @@
+"""The same job on other processes: dask's workers, one of which is killed, and any executor; equal digests."""
+
+import json
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import warnings
+import weakref
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import pytest
+
+import lfssao.rendering.run
+from lfssao.cli.main import main
+from lfssao.errors import InputError
+from lfssao.optics.display_file import find_display
+from lfssao.rendering.manifest import describe_scene
+from lfssao.rendering.passes import Settings, module_views
+from lfssao.rendering.run import run_here, run_item, run_on
+from lfssao.rendering.work import Item, Renderer, Work
+from lfssao.scene.builtin import builtin_scene
+
+COMMAND = ["render", "ammonite", "--display", "sample-a", "--resolution", "160x96", "--radii", "0.05,0.1"]
+COUNT = 21
+
+
+def digests(folder):
+    views = json.loads((folder / "manifest.json").read_text())["views"]
+    assert [view["name"] for view in views] == [f"module_{k:03d}" for k in range(COUNT)]
+    return [{name: t["sha256"] for name, t in view["textures"].items()} for view in views]
+
+
+@pytest.fixture(scope="module")
+def local(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("local")
+    assert main([*COMMAND, "-o", str(folder)]) == 0
+    return digests(folder)
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """A scheduler and two worker processes of this machine."""
+    from distributed import LocalCluster
+
+    with warnings.catch_warnings():  # dask's own: they are not what is tested, and nothing of ours runs here
+        warnings.simplefilter("ignore")
+        with LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
+        ) as made:
+            yield made
+
+
+def processes(cluster):
+    """Process number of each worker."""
+    from distributed import Client
+
+    with Client(cluster.scheduler_address) as client:
+        return sorted(client.run(os.getpid).values())
+
+
+def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys):
+    folder, before = tmp_path / "out", processes(cluster)
+    assert len(set(before)) == 2
+    killed = []
+    # What a worker leaves that is killed while it writes.
+    folder.mkdir()
+    (folder / f".module_020.{before[0]}.part.exr").write_text("half")
+
+    def kill_one():
+        while not folder.exists() or sum(name.startswith("module_") for name in os.listdir(folder)) < 3:
+            time.sleep(0.002)
+        os.kill(before[0], signal.SIGKILL)
+        killed.append(sum(name.startswith("module_") for name in os.listdir(folder)))
+
+    killer = threading.Thread(target=kill_one)
+    killer.start()
+    assert main([*COMMAND, "-o", str(folder), "--scheduler", cluster.scheduler_address]) == 0
+    killer.join()
+    assert killed[0] < COUNT  # in the middle
+    assert before[0] not in processes(cluster)
+    assert digests(folder) == local
+    names = [f"module_{k:03d}.exr" for k in range(COUNT)]
+    assert sorted(os.listdir(folder)) == ["contact.png", "manifest.json", *names]
+    captured = capsys.readouterr()
+    assert captured.out == f"{folder}: {COUNT} EXR files, manifest.json, contact.png\n"
+
+
+def test_what_a_worker_refuses_is_said_here(cluster, tmp_path, capsys):
+    (tmp_path / "module_004.exr").mkdir()
+    assert main([*COMMAND, "-o", str(tmp_path), "--scheduler", cluster.scheduler_address]) == 2
+    error = capsys.readouterr().err.splitlines()
+    assert [line for line in error if line.startswith("lfssao: ")] == error[-1:]
+    assert f"{tmp_path / 'module_004.exr'}: it cannot be written" in error[-1]
+    assert not (tmp_path / "manifest.json").exists()
+
+
+def test_a_scheduler_of_this_job_alone(local, tmp_path):
+    """In a process of its own, with warnings as errors from its start."""
+    command = [sys.executable, "-W", "error::UserWarning", "-m", "lfssao", *COMMAND, "-o", str(tmp_path / "out")]
+    done = subprocess.run([*command, "--scheduler", "local"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.count("\n") == 1
+    assert digests(tmp_path / "out") == local
+
+
+def test_no_scheduler_answers(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("lfssao.rendering.cluster._SECONDS_TO_ANSWER", 0.3)
+    words = [*COMMAND, "-o", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]
+    assert main(words) == 2
+    assert "--scheduler: no dask scheduler answers at tcp://127.0.0.1:1" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("value", ["", "remote", "127.0.0.1:8786", "tcp://", "tcp://a", "tcp://a b:1", "http://a:1"])
+def test_addresses_that_are_none(tmp_path, capsys, value):
+    assert main([*COMMAND, "-o", str(tmp_path / "out"), "--scheduler", value]) == 2
+    assert "--scheduler: " in capsys.readouterr().err
+
+
+def test_threads_of_workers_are_their_own(tmp_path, capsys):
+    words = [*COMMAND, "-o", str(tmp_path / "out"), "--threads", "1", "--scheduler", "tcp://127.0.0.1:1"]
+    assert main(words) == 2
+    assert "--threads does not go with a scheduler's address" in capsys.readouterr().err
+
+
+def test_without_the_package(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert main([*COMMAND, "-o", str(tmp_path / "out"), "--scheduler", "local"]) == 2
+    assert "pip install 'lfssao[dask]'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+# Any executor
+
+
+def work_in(folder, count=COUNT):
+    mesh, display = builtin_scene("ammonite"), find_display("sample-a").with_resolution(160, 96)
+    views = tuple(module_views(mesh, display, range(count)))
+    return Work(mesh, views, Settings((0.05, 0.1)), folder, describe_scene(mesh))
+
+
+def textures_of(results):
+    return [{name: t["sha256"] for name, t in result.entry["textures"].items()} for _, result in results]
+
+
+@pytest.mark.parametrize("kind", ["threads", "processes"])
+def test_any_executor_makes_the_same(local, tmp_path, kind):
+    work = work_in(tmp_path, 6)
+    context = get_context("spawn")
+    with ThreadPoolExecutor(3) if kind == "threads" else ProcessPoolExecutor(1, mp_context=context) as executor:
+        results = list(run_on(executor, work, work.items(), 1))
+    assert [item for item, _ in results] == work.items()
+    assert textures_of(results) == local[:6]
+    assert sorted(os.listdir(tmp_path)) == [f"module_{k:03d}.exr" for k in range(6)]
+
+
+class Backwards:
+    """An executor that completes the last item first, when the first is asked for."""
+
+    def __init__(self):
+        self.todo = []
+
+    def submit(self, function, *arguments):
+        owner = self
+
+        class Late(Future):
+            def result(self, timeout=None):
+                for future, call, values in reversed(owner.todo):
+                    future.set_result(call(*values))
+                owner.todo = []
+                return super().result(timeout)
+
+        future = Late()
+        self.todo.append((future, function, arguments))
+        return future
+
+
+def test_results_come_by_item_not_by_completion(local, tmp_path):
+    work = work_in(tmp_path, 4)
+    results = list(run_on(Backwards(), work, work.items(), 1))
+    assert [item.view for item, _ in results] == [0, 1, 2, 3]
+    assert textures_of(results) == local[:4]
+
+
+def test_a_worker_of_another_version_or_without_the_folder(tmp_path):
+    work = work_in(tmp_path, 1)
+    with pytest.raises(InputError, match=r"a worker runs lfssao \S+, the job 9\.9"):
+        run_item(str(tmp_path / "work"), work.items()[0], 1, "9.9")
+    with pytest.raises(InputError, match=r"a worker cannot read it .*it needs the same folder"):
+        run_item(str(tmp_path / "work"), work.items()[0], 1, lfssao.__version__)
+
+
+# In this process
+
+
+@pytest.mark.parametrize("threads", [1, 2, 4])
+def test_overlapped_files_are_the_same_and_come_in_order(local, tmp_path, threads):
+    work = work_in(tmp_path, 6)
+    results = list(run_here(Renderer(work, threads), work.items(), threads, threads + 1))
+    assert [item for item, _ in results] == [Item(0, k) for k in range(6)]
+    assert textures_of(results) == local[:6]
+
+
+class Untouched:
+    """A view's textures, of which only their number is told apart."""
+
+    def __init__(self, item):
+        self.item = item
+
+
+@pytest.fixture
+def untouched(monkeypatch):
+    """Passes and files that do nothing but what a test puts into their place."""
+    monkeypatch.setattr(Renderer, "textures", lambda _, item: Untouched(item))
+    monkeypatch.setattr(lfssao.rendering.run, "write_view", lambda _work, item, _textures: item)
+    return monkeypatch
+
+
+@pytest.mark.parametrize("ahead", [1, 3, 5])
+def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
+    """Writing is held until no more items come."""
+    gate, alive, most = threading.Event(), weakref.WeakSet(), []
+    work = work_in(tmp_path, 8)
+
+    def textures(_, item):
+        made = Untouched(item)
+        alive.add(made)
+        return made
+
+    untouched.setattr(Renderer, "textures", textures)
+
+    def write(_work, item, _textures):
+        gate.wait(0.2 + 0.3 * (item.view % 2))  # each second one is written much later
+        most.append(len(alive))
+        return item
+
+    untouched.setattr(lfssao.rendering.run, "write_view", write)
+    assert len(list(run_here(Renderer(work, 2), work.items(), 2, ahead))) == 8
+    assert max(most) == ahead
+
+
+def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
+    """The passes of the second view end once the first one's file is begun, and that once they have begun."""
+    begun, computing = threading.Event(), threading.Event()
+    work, real = work_in(tmp_path, 4), lfssao.rendering.run.write_view
+
+    def textures(_, item):
+        if item.view == 1:
+            computing.set()
+            assert begun.wait(20)
+        return Untouched(item)
+
+    def write(*arguments):
+        begun.set()
+        assert computing.wait(20)
+        return real(*arguments)
+
+    untouched.setattr(Renderer, "textures", textures)
+    untouched.setattr(lfssao.rendering.run, "write_view", write)
+    assert len(list(run_here(Renderer(work, 2), work.items(), 2, 2))) == 4
+
+
+def test_files_that_were_begun_are_finished_when_the_job_is_stopped(tmp_path):
+    work = work_in(tmp_path, 6)
+    results = run_here(Renderer(work, 2), work.items(), 2, 3)
+    next(results)
+    results.close()
+    names = sorted(os.listdir(tmp_path))
+    assert names == [f"module_{k:03d}.exr" for k in range(len(names))]
+    assert len(names) < 6

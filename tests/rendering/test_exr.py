@@ -1,0 +1,204 @@
+"""EXR files: every bit kept, read back by OpenImageIO alone; what cannot be written is refused whole."""
+
+import os
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from exr_parts import by_channel, read_parts
+
+from lfssao.errors import InputError
+from lfssao.rendering import exr
+from lfssao.rendering.exr import Part, read_exr, write_exr
+
+ODD = np.array(
+    [np.inf, -np.inf, 0.0, -0.0, 1e-45, -1e-40, 3.4028235e38, 1.1754942e-38, 1 / 3, 1 + 2**-23], np.float32
+)  # infinities, zeros, subnormals, the largest number, and ones that half floats lose
+
+
+def bits(array):
+    return np.ascontiguousarray(array, np.float32).view(np.uint32)
+
+
+def pixels(height, width, channels):
+    return np.resize(ODD, height * width * channels).reshape(height, width, channels)
+
+
+def parts_of():
+    return [
+        Part("shaded", ("R", "G", "B"), pixels(3, 4, 3), {"depth": "metres"}),
+        Part("depth", ("Z",), pixels(3, 4, 1)),
+        Part("positions", ("P.X", "P.Y", "P.Z"), pixels(3, 4, 3)[::-1]),
+        Part("color", ("color.R", "color.G", "color.B"), pixels(3, 4, 3)[..., ::-1]),
+        Part("ao_1", ("ao_1.AO",), pixels(3, 4, 1), {"radius": 0.25}),
+    ]
+
+
+def independent(path):
+    """Part name -> channel name -> (H, W) array, by OpenImageIO alone."""
+    parts = read_parts(path)
+    assert all(pixels.dtype == np.float32 for _, pixels in parts)
+    return {spec["name"]: by_channel(spec, pixels) for spec, pixels in parts}
+
+
+def test_every_bit_and_name_is_kept(tmp_path):
+    write_exr(tmp_path / "a.exr", parts_of())
+    found = independent(tmp_path / "a.exr")
+    assert list(found) == ["shaded", "depth", "positions", "color", "ao_1"]
+    for part in parts_of():
+        assert set(found[part.name]) == set(part.channels)
+        for k, channel in enumerate(part.channels):
+            assert np.array_equal(bits(found[part.name][channel]), bits(part.pixels[..., k])), channel
+
+
+def test_read_exr_gives_parts_back(tmp_path):
+    write_exr(tmp_path / "a.exr", parts_of())
+    found = read_exr(tmp_path / "a.exr")
+    assert found["shaded"].attributes == {"depth": "metres"}
+    assert found["ao_1"].attributes == {"radius": 0.25}
+    for part in parts_of():
+        order = [found[part.name].channels.index(channel) for channel in part.channels]
+        assert np.array_equal(bits(found[part.name].pixels[..., order]), bits(part.pixels))
+
+
+def test_file_is_lossless_float(tmp_path):
+    write_exr(tmp_path / "a.exr", parts_of())
+    spec = oiio.ImageInput.open(str(tmp_path / "a.exr")).spec()
+    assert (spec["compression"], str(spec.format)) == ("zip", "float")
+
+
+@pytest.mark.parametrize("height", [1, 15, 16, 17, 48, 50])
+def test_any_number_of_lines_and_any_bits(tmp_path, height):
+    """Random bits, and constants; chunks are of 16 lines."""
+    rng = np.random.default_rng(height)
+    noise = rng.integers(0, 2**32, (height, 7, 2), np.uint32).view(np.float32)
+    parts = [
+        Part("noise", ("b.X", "a.X"), noise),
+        Part("one channel", ("Y",), noise[..., :1]),
+        Part("flat", ("Y",), np.full((height, 7, 1), np.inf, np.float32)),
+    ]
+    write_exr(tmp_path / "a.exr", parts)
+    found = independent(tmp_path / "a.exr")
+    for part in parts:
+        for k, channel in enumerate(part.channels):
+            assert np.array_equal(bits(found[part.name][channel]), bits(part.pixels[..., k]))
+
+
+def test_windows_long_names_and_attributes_are_read_as_written(tmp_path):
+    long = "a channel whose name has more than thirty-one letters, \u03b1"
+    attributes = {"text": "\u03b2 = 1", "whole": -(2**31), "part": 0.5}
+    write_exr(tmp_path / "a.exr", [Part("p", (long,), pixels(20, 9, 1), attributes, guard=3)])
+    source = oiio.ImageInput.open(str(tmp_path / "a.exr"))
+    spec = source.spec()
+    assert spec.channelnames == (long,)
+    assert (spec.x, spec.y, spec.width, spec.height) == (-3, -3, 9, 20)
+    assert (spec.full_x, spec.full_y, spec.full_width, spec.full_height) == (0, 0, 3, 14)
+    assert {name: spec[f"lfssao:{name}"] for name in attributes} == attributes
+    assert np.array_equal(bits(source.read_image(0, 0, 0, 1, oiio.FLOAT)), bits(pixels(20, 9, 1)))
+    assert source.close()
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        (Part("a", ("R",), np.zeros((2, 2, 1), np.float64)), "part a is of float64, expected float32"),
+        (Part("a", ("R", "G"), np.zeros((2, 2, 1), np.float32)), r"expected \(H, W, 2\)"),
+        (Part("a", ("R",), np.zeros((2, 2), np.float32)), r"has shape \(2, 2\)"),
+        (Part("a", ("R",), np.zeros((0, 2, 1), np.float32)), r"has shape \(0, 2, 1\)"),
+        (Part("depth", ("Z",), np.zeros((2, 2, 1), np.float32)), "names must differ"),
+        (Part("a", ("Z", "Z"), np.zeros((2, 2, 2), np.float32)), "two channels of one name: Z, Z"),
+        (Part("a", ("",), np.zeros((2, 2, 1), np.float32)), "'' is no name"),
+        (Part("a", ("x" * 256,), np.zeros((2, 2, 1), np.float32)), "'x+' is no name"),
+        (Part("a", ("a\0b",), np.zeros((2, 2, 1), np.float32)), "is no name"),
+        (Part("a", ("Z",), np.zeros((2, 2, 1), np.float32), {"n": 2**31}), "attribute n is 2147483648, beyond 32 bits"),
+    ],
+)
+def test_what_would_change_bits_is_refused(tmp_path, part, words):
+    good = Part("depth", ("Z",), np.zeros((2, 2, 1), np.float32))
+    with pytest.raises(InputError, match=words):
+        write_exr(tmp_path / "a.exr", [good, part])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parts_of_several_display_windows_are_refused(tmp_path):
+    """OpenEXR's reader in C++ does not open them."""
+    parts = [Part("a", ("Z",), pixels(8, 9, 1), guard=2), Part("b", ("Z",), pixels(4, 6, 1))]
+    with pytest.raises(InputError, match="display windows differ: 5x4, 6x4"):
+        write_exr(tmp_path / "a.exr", parts)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("step", ["write_parts", "fsync"])
+def test_failing_write_leaves_the_old_file_alone(tmp_path, monkeypatch, step):
+    path, real = tmp_path / "a.exr", exr.write_parts
+    path.write_bytes(b"old")
+
+    def fail(*arguments):
+        if step == "write_parts":
+            real(*arguments)
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(*((exr, step) if step == "write_parts" else (os, step)), fail)
+    with pytest.raises(InputError, match=r"a\.exr: it cannot be written \(Input/output error\)"):
+        write_exr(path, parts_of())
+    assert [file.name for file in tmp_path.iterdir()] == ["a.exr"]
+    assert path.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("lost", [1, 100, 2000])
+def test_an_end_that_is_lost_while_the_file_is_closed_is_missed(tmp_path, monkeypatch, lost):
+    """As OpenEXR loses it on a full disk, without an error."""
+    real = oiio.ImageOutput.create
+
+    class Losing:
+        def __init__(self, name):
+            self.output = real(name)
+
+        def __getattr__(self, name):
+            return getattr(self.output, name)
+
+        def open(self, path, *more):
+            self.path = path
+            return self.output.open(path, *more)
+
+        def close(self):
+            assert self.output.close()
+            os.truncate(self.path, os.stat(self.path).st_size - lost)
+            return True
+
+    monkeypatch.setattr(oiio.ImageOutput, "create", Losing)
+    with pytest.raises(InputError, match=r"a\.exr: it cannot be written \("):
+        write_exr(tmp_path / "a.exr", parts_of())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_line_that_openimageio_does_not_read_is_refused(tmp_path):
+    with pytest.raises(InputError, match="1048577x1 exceeds"):
+        write_exr(tmp_path / "a.exr", [Part("a", ("Z",), np.zeros((1, 2**20 + 1, 1), np.float32))])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folder_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match="cannot be written"):
+        write_exr(tmp_path / "no" / "a.exr", parts_of())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unreadable_files_are_refused(tmp_path):
+    with pytest.raises(InputError, match="there is no such file"):
+        read_exr(tmp_path / "a.exr")
+    write_exr(tmp_path / "a.exr", parts_of())
+    whole = (tmp_path / "a.exr").read_bytes()
+    (tmp_path / "half.exr").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "garbage.exr").write_bytes(b"garbage" * 99)
+    for name in ("half.exr", "garbage.exr"):
+        with pytest.raises(InputError, match=f"{name}: .*cannot be read"):
+            read_exr(tmp_path / name)
+
+
+def test_other_formats_are_not_exr(tmp_path):
+    from PIL import Image
+
+    Image.new("RGB", (2, 2)).save(tmp_path / "a.png")
+    with pytest.raises(InputError, match="of format png, not an EXR file"):
+        read_exr(tmp_path / "a.png")

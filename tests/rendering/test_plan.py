@@ -1,0 +1,354 @@
+"""What a plan leaves out changes no bit: with and without it, on displays of every kind, cameras and estimators."""
+
+import itertools
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import raycast_scenes as scenes
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import raycast
+
+from lfssao import (
+    Buffers,
+    Camera,
+    Mesh,
+    RayCaster,
+    Settings,
+    Textures,
+    builtin_scene,
+    display_names,
+    estimate,
+    find_display,
+)
+from lfssao.ao import passes
+from lfssao.ao.estimators.neighbours import DepthCache
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.bench import savings
+from lfssao.cli.main import main
+from lfssao.optics.kernels.rays import FLAT_LINEAR
+from lfssao.optics.view import WorldToImage
+from lfssao.optics.window import seen_rows
+from lfssao.rendering.passes import module_views, neighbour_views, occlusions, render_view
+from lfssao.rendering.plan import RULES, LeftOut, background, other_radii, planned, subpixel_radii, without_background
+
+pytestmark = pytest.mark.usefixtures("one_thread")
+
+
+@pytest.fixture(scope="module")
+def statue():
+    return builtin_scene("statue")
+
+
+def bits(array):
+    return array.view(np.int32) if array.dtype == np.float32 else array
+
+
+def assert_same(one, other):
+    """All textures bit for bit, their shapes and dtypes, and what they count."""
+    layers = [(t.merged, t.blurred, t.image, t.shaded, *t.ao, t.gbuffer.depth, t.gbuffer.positions, t.gbuffer.triangle,
+               t.gbuffer.color, t.gbuffer.normals) for t in (one, other)]  # fmt: skip
+    for a, b in zip(*layers, strict=True):
+        assert (a is None) == (b is None)
+        if a is not None:
+            assert (a.shape, a.dtype, a.flags.c_contiguous) == (b.shape, b.dtype, True)
+            np.testing.assert_array_equal(bits(a), bits(b))
+    assert one.outside == other.outside
+
+
+def everything(caster, view, options, neighbours=()):
+    """The textures that all passes make one by one: of every row, of every radius by all its samples."""
+    g = caster.gbuffer(view, options.color_filter, options.normals)
+    if neighbours:
+        given = g.depth, g.positions, view.world_to_image, neighbours, options.samples
+        ao = [passes.algorithm2_with_neighbours(*given, radius) for radius in options.radii]
+    else:
+        given = options.samples, options.weights
+        buffers = Buffers.of(g, view)
+        ao = [estimate(options.estimator, buffers, r, *given, **options.parameters) for r in options.radii]
+    merged = passes.merge([each.texture for each in ao])
+    blurred = passes.blur(merged, options.blur)
+    shaded = passes.shade_white(g.depth, blurred) if g.color is None else passes.shade(g.color, blurred)
+    inner = [slice(view.guard, size - view.guard) for size in (view.height, view.width)]
+    made = [np.ascontiguousarray(texture[*inner]) for texture in (merged, blurred, shaded)]
+    ao_textures = tuple(np.ascontiguousarray(each.texture[*inner]) for each in ao)
+    seen = int((g.triangle >= 0).sum())
+    return Textures(view, g, ao_textures, *made, tuple(each.outside for each in ao), seen, options.kept, {})
+
+
+def check(caster, view, options, neighbours=()):
+    """Render with and without what is left out; the cover, and the rows that are cast."""
+    made = render_view(caster, view, options, neighbours)
+    assert_same(made, everything(caster, view, options, neighbours))
+    return (made.gbuffer.triangle >= 0).mean(), seen_rows(view, caster.bounds)
+
+
+def placed(box, size, moved):
+    """A box ``size`` times as large around the scene's, moved by shares of the scene's size: the scene gets smaller."""
+    middle = 0.5 * (box[0] + box[1])
+    return middle + (box - middle) * size + np.array(moved) * (box[1] - box[0])
+
+
+# Where the scene is in the texture: all over it, in a corner, across its border, beside it.
+PLACES = {"fitted": (1, (0, 0, 0)), "corner": (4, (1, 1, 0.3)), "border": (3, (-1.5, 0, 0)), "beside": (3, (40, 0, 0))}
+
+
+@pytest.mark.parametrize("name", display_names())
+@pytest.mark.parametrize("place", PLACES)
+def test_displays_of_every_kind(statue, name, place):
+    display, guard = find_display(name).with_resolution(48, 36), 5 * (place == "corner")
+    views = module_views(statue, display, None, guard, placed(statue.bounds, *PLACES[place]))
+    radii = 0.0, 2e-4, 0.05, 0.05, 0.2
+    options = Settings(radii, blur=1.4, normals="smooth" if place == "border" else None)
+    caster = RayCaster(statue, views[0].cast_from_world)
+    for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
+        cover, rows = check(caster, view, options)
+        assert (cover > 0) == (place != "beside")
+        assert (not rows) == (place == "beside" and view.ray_kind == FLAT_LINEAR)
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+@pytest.mark.parametrize("place", PLACES)
+def test_cameras(statue, projection, place):
+    view = Camera.looking_at(placed(statue.bounds, *PLACES[place]), projection).view(48, 36, 3)
+    options = Settings((0.1, 0.0, 1e-3), blur=0.5 * (place != "border"))
+    cover, rows = check(RayCaster(statue, view.cast_from_world), view, options)
+    assert (cover > 0) == bool(rows) == (place != "beside")
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_every_estimator(statue, name):
+    view = module_views(statue, find_display("sample-a").with_resolution(32, 24), range(4, 5), 0,
+                        placed(statue.bounds, 2, (0.5, 0.2, 0)))[0]  # fmt: skip
+    cover, _ = check(RayCaster(statue, view.cast_from_world), view, Settings((0.0, 0.1, 0.1), estimator=name))
+    assert 0.01 < cover < 0.3
+
+
+@pytest.mark.parametrize("place", ["border", "beside"])
+def test_neighbours_whose_rays_are_cut_and_modules_that_see_nothing(statue, place):
+    display = find_display("sample-a").with_resolution(40, 30)
+    box = placed(statue.bounds, *PLACES[place])
+    views, asked = module_views(statue, display, None, 0, box), neighbour_views(statue, display, 3, None, 0, box)
+    caster, options = RayCaster(statue, views[0].cast_from_world), Settings((0.0, 0.2), neighbours=3)
+    for index in (0, 10):
+        whole = [(other.world_to_image, caster.gbuffer(other).depth) for other in asked[index]]
+        made = render_view(caster, views[index], options, DepthCache(caster, 7).neighbours(asked[index]))
+        assert_same(made, everything(caster, views[index], options, whole))
+
+
+def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
+    """A mapping that is shifted by more than the texture, so that every sample is outside."""
+    view = module_views(statue, find_display("virtual").with_resolution(48, 36))[0]
+    gbuffer = RayCaster(statue, view.cast_from_world).gbuffer(view)
+    numbers = view.world_to_image.numbers.copy()
+    numbers[14] += 99
+    shifted = replace(view, world_to_image=WorldToImage(view.world_to_image.kind, numbers))
+    options = Settings((0.0,))
+    (made,) = occlusions(Buffers.of(gbuffer, shifted), options)
+    right = passes.algorithm2(gbuffer.depth, gbuffer.positions, shifted.world_to_image, options.samples, 0.0)
+    assert made.outside == right.outside == 8 * (gbuffer.triangle >= 0).sum()
+    np.testing.assert_array_equal(bits(made.texture), bits(right.texture))
+
+
+# The bench
+
+
+def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
+    display = find_display("virtual").with_resolution(48, 36)
+    box = savings.at_a_tenth(statue, display)
+    case = savings.Case("a tenth", statue, box, Settings((0.0, 0.2, 0.2)))
+    (made,) = savings.savings([case], display, 2)
+    assert made.same
+    assert abs(made.cover - 0.1) < 0.02
+    assert set(made.ratios) == {"all", *savings.RULES}
+    assert all(low <= middle <= high for low, middle, high in made.ratios.values())
+    monkeypatch.setattr(savings, "other_radii", lambda radii: (0.1, *radii[1:]))
+    monkeypatch.setattr(savings, "cases", lambda *_: [case])
+    table = tmp_path / "plan.json"
+    assert main(["bench", "plan", "--quick", "--repeats", "1", "--json", str(table)]) == 1
+    assert "BITS DIFFER" in capsys.readouterr().out
+    (scene,) = json.loads(table.read_text())["scenes"]
+    assert (scene["scene"], scene["same"]) == ("a tenth", False)
+
+
+# Rows
+
+
+def cast(view, vertices, faces):
+    hits = raycast.first_hits(raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height), vertices[faces])
+    return hits.triangle.reshape(view.height, view.width) >= 0
+
+
+BOX_FACES = np.array([(0, 1, 3), (0, 3, 2), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 3, 7), (2, 7, 6),
+                      (0, 2, 6), (0, 6, 4), (1, 3, 7), (1, 7, 5)])  # fmt: skip
+
+
+@settings(max_examples=80)
+@given(
+    name=st.sampled_from(list(scenes.VIEWS)),
+    size=st.sampled_from([(20, 15), (33, 9), (1, 1), (24, 18)]),
+    seed=st.integers(0, 2**32),
+)
+def test_no_ray_outside_the_rows_hits_what_is_in_the_box(name, size, seed):
+    """Boxes anywhere, drawn as their six sides, by brute force; at most 3 rows too many on each side."""
+    view, rng = scenes.VIEWS[name](*size), np.random.default_rng(seed)
+    points = scenes.anywhere(view, rng, 2, 0.6)
+    points = points[0] + (points - points[0]) * rng.choice([1.0, 0.3, 0.02])
+    bounds = scenes.to_world(view, points)
+    bounds = np.stack([bounds.min(axis=0), bounds.max(axis=0)])
+    corners = np.array(list(itertools.product(*bounds.T)))
+    hit = cast(view, np.stack(raycast.affine(view.cast_from_world, *corners.T), axis=1), BOX_FACES)
+    rows, seen = seen_rows(view, bounds), np.flatnonzero(hit.any(axis=1))
+    if len(seen):
+        assert rows.start <= seen[0] <= seen[-1] < rows.stop
+        if rows.start > 0 and rows.stop < view.height:  # not cut off by the texture's border
+            assert seen[0] - rows.start <= 3
+            assert rows.stop - 1 - seen[-1] <= 3
+
+
+def test_all_rows_are_cast_for_a_box_at_a_singular_plane():
+    """A box that reaches the eye, the lens or the observers' line, or lies where rounding is not small."""
+    for name in scenes.VIEWS:
+        view = scenes.VIEWS[name](20, 15)
+        end = 9.0 + (0.0 if name in ("perspective", "orthographic") else float(view.lens[1]))
+        around = scenes.to_world(view, np.array([[-9.0, -9.0, -9.0], [9.0, 9.0, end]]))
+        assert seen_rows(view, np.sort(around, axis=0)) == range(view.height), name
+    view = scenes.VIEWS["virtual"](20, 15)
+    middle = np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]])
+    assert seen_rows(view, middle) != range(view.height)
+    for axis in range(2):
+        box = middle.copy()
+        box[:, axis] = 1e14 * (1 - 1e-3), 1e14
+        assert seen_rows(view, box) == range(view.height)
+
+
+@pytest.mark.parametrize("way", scenes.WAYS)
+@pytest.mark.parametrize("name", scenes.VIEWS)
+def test_gbuffers_of_some_rows(way, name):
+    """In them the texture of the whole, elsewhere nothing; by the tree and by rasterisation."""
+    rng = np.random.default_rng(2)
+    view = scenes.VIEWS[name](37, 26)
+    vertices, faces = scenes.sheet(view, rng, 3)
+    caster = RayCaster(Mesh(scenes.to_world(view, vertices), faces, normals=vertices), view.cast_from_world)
+    whole = caster.gbuffer(view, normals="smooth")
+    for rows in (range(9, 22), range(26), range(25, 26), range(0)):
+        with scenes.way(way):
+            seen = caster.gbuffer(view, normals="smooth", rows=rows)
+        inside = np.zeros((26, 37), np.bool_)
+        inside[rows.start : rows.stop] = True
+        for part, nothing in (("depth", np.inf), ("positions", np.inf), ("normals", 0), ("triangle", -1)):
+            got, want = getattr(seen, part), getattr(whole, part).copy()
+            want[~inside] = nothing
+            np.testing.assert_array_equal(bits(got), bits(want))
+
+
+# The command and the manifest
+
+RENDER = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii",
+          "0,0.1,0.1", "--blur", "0.7", "--threads", "1"]  # fmt: skip
+
+
+def test_the_manifest_lists_what_is_left_out(tmp_path):
+    assert main([*RENDER, "-o", str(tmp_path)]) == 0
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    left = {each["what"]: (each["left_out"], each["of"]) for each in manifest["plan"]}
+    assert left["radii"] == (1, 3)
+    assert left["samples of radius 0"] == (7, 8)
+    assert left["normals"] == (2, 2)
+    surface = sum(view["surface_texels"] for view in manifest["views"])
+    assert left["background"] == (2 * 48 * 36 - surface, 2 * 48 * 36)
+    assert set(left) == {"radii", "samples of radius 0", "normals", "background"}
+    assert all(each["why"] == RULES[each["what"]] for each in manifest["plan"])
+
+
+def test_nothing_is_said_of_what_is_not_left_out(statue):
+    """A view that the scene fills, each radius once, normals asked for, a colour."""
+    (view,) = module_views(statue, find_display("virtual"), None, 0, placed(statue.bounds, 0.01, (0, 0, 0)))
+    options = Settings((0.1, 0.2), normals="smooth")
+    assert planned([view], [statue.bounds], options, True) == []
+    assert background(options, 100, 100) == []
+    assert background(Settings((0.1,), estimator="sao"), 100, 40) == []
+    assert background(options, 100, 40) == [LeftOut("background", 60, 100)]
+
+
+def test_modules_that_miss_the_scene_are_left_out(statue):
+    display = find_display("sample-a").with_resolution(48, 36)
+    views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["beside"]))
+    middle = placed(statue.bounds, *PLACES["beside"])
+    left = planned(views, [statue.bounds, middle], Settings((0.1,), normals="smooth"), False)
+    assert left[0] == LeftOut("modules", 21, 42)
+    assert left[-1] == LeftOut("colour", 21, 21)
+    assert planned(views, [statue.bounds], Settings((0.1,)), True) == [LeftOut("modules", 21, 21)]
+    views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["corner"]))
+    cast = [len(seen_rows(view, statue.bounds)) for view in views]
+    assert planned(views, [statue.bounds], Settings((0.1,), normals="smooth"), True) == [
+        LeftOut("rows", 21 * 36 - sum(cast), 21 * 36)
+    ]
+
+
+def test_a_plan_takes_a_renders_options_and_writes_nothing(tmp_path, capsys):
+    before = sorted(tmp_path.iterdir())
+    assert main(["plan", *RENDER[1:], "-o", str(tmp_path / "never")]) == 0
+    text = capsys.readouterr().out
+    assert "radii: 1 of 3; a radius that comes again has the texture of the first" in text
+    assert "texels of module_003; AO of a texel without a surface is 0" in text
+    assert "module_003: AO takes" in text
+    assert main(["plan", *RENDER[1:], "--json", "--neighbours", "1"]) == 0
+    made = json.loads(capsys.readouterr().out)
+    assert {each["what"] for each in made["left_out"]} >= {"radii", "samples of radius 0", "normals"}
+    assert made["view"] == "module_003"
+    assert min(made["seconds"], made["ao_seconds"], made["ao_seconds_with_all"]) > 0
+    assert sorted(tmp_path.iterdir()) == before
+    assert main(["plan", "--why"]) == 0
+    assert capsys.readouterr().out.splitlines() == [f"{what}: {why}" for what, why in RULES.items()]
+
+
+def test_ao_with_all_that_is_left_out_computes_every_texel_by_other_radii(statue):
+    (view,) = module_views(statue, find_display("virtual").with_resolution(24, 18))
+    gbuffer = RayCaster(statue, view.cast_from_world).gbuffer(view)
+    seen, filled = gbuffer.triangle >= 0, without_background(gbuffer)
+    assert np.isfinite(filled.positions).all()
+    assert filled.depth[~seen].min() == filled.depth.max() == gbuffer.depth[seen].max()
+    np.testing.assert_array_equal(filled.positions[seen], gbuffer.positions[seen])
+    samples = np.random.default_rng(1).uniform(-1, 1, (9, 3))
+    radii = (0.0, 0.1, 0.1, 0.0, 0.1)
+    other = other_radii(radii)
+    assert len(set(other)) == 5
+    assert 0.0 not in other
+    for one, two in zip(radii, other, strict=True):
+        np.testing.assert_array_equal((one * samples).astype(np.float32), (two * samples).astype(np.float32))
+    nothing = replace(gbuffer, triangle=np.full_like(gbuffer.triangle, -1))
+    assert not without_background(nothing).depth.any()
+
+
+def test_radii_below_half_a_texel_everywhere(statue):
+    """Of an orthographic camera half a texel is the same everywhere, of a module largest where the box is nearest."""
+    camera = Camera.looking_at(statue.bounds, "orthographic")
+    half = 0.5 * camera.extent / 36
+    radii, boxes = (0.0, 0.5 * half, 0.999 * half, 1.001 * half, 1.0), [statue.bounds]
+    assert subpixel_radii([camera.view(48, 36)], boxes, radii) == radii[1:3]
+    assert subpixel_radii([camera.view(48, 36), camera.view(64, 48)], boxes, radii) == radii[1:2]
+    for name in display_names():
+        (view,) = module_views(statue, find_display(name).with_resolution(48, 36), range(1))
+        corners = np.array([[x, y, z] for x, y, z in itertools.product(*statue.bounds.T)])
+        aside = np.random.default_rng(1).normal(size=(400, 3))
+        ball = view.world_to_image(corners[:, None] + 1e-4 * aside / np.linalg.norm(aside, axis=1)[:, None])
+        moved = np.abs(ball - view.world_to_image(corners)[:, None])[..., :2].max()
+        limit = 1e-4 * 0.5 / moved  # from below: 400 directions miss the farthest by little
+        assert subpixel_radii([view], boxes, (0.9 * limit, 1.01 * limit)) == (0.9 * limit,)
+        assert subpixel_radii([view], [*boxes, statue.bounds * 100], (0.9 * limit,)) == ()  # behind the lens too
+
+
+def test_a_job_warns_of_such_radii_once(tmp_path, capsys):
+    job = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "32x24", "--frames", "2",
+           "-o", str(tmp_path)]  # fmt: skip
+    assert main([*job, "--radii", "0.0001,0.1"]) == 0
+    said = capsys.readouterr().err
+    assert said.count("radius 0.0001 is less than half a texel everywhere: its AO says nothing") == 1
+    assert said.count("half a texel") == 1
+    assert main([*job, "--radii", "0.0002,0.0001,0.1"]) == 0
+    assert "radii 0.0002, 0.0001 are less than half a texel everywhere: their AO says" in capsys.readouterr().err
+    assert main([*job, "--radii", "0,0.1"]) == 0
+    assert "half a texel" not in capsys.readouterr().err

@@ -1,0 +1,378 @@
+"""Nothing is lost: whatever ends a job, its files are whole or absent, and --resume ends as an undisturbed run."""
+
+import hashlib
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from exr_parts import read_parts, write_parts
+
+import lfssao.rendering.run
+from lfssao.cli.main import main
+from lfssao.core.files import remove_leftovers
+from lfssao.errors import InputError
+from lfssao.rendering.exr import Part, write_exr
+
+NEEDS_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
+COUNT = 6
+COMMAND = ["render", "ammonite", "--display", "sample-a", "--modules", f"3:{3 + COUNT}", "--resolution", "64x48",
+           "--radii", "0.05,0.1", "--blur", "1.5"]  # fmt: skip
+FILES = [f"module_{3 + k:03d}.exr" for k in range(COUNT)]
+
+
+def run(folder, *more, code=0):
+    assert main([*COMMAND, "-o", str(folder), *more]) == code
+    return folder
+
+
+def manifest(folder):
+    return json.loads((folder / "manifest.json").read_text())
+
+
+def digests(folder):
+    """What a manifest says of the textures' bits."""
+    return [{n: t["sha256"] for n, t in view["textures"].items()} for view in manifest(folder)["views"]]
+
+
+def without_seconds(folder):
+    return [{name: value for name, value in view.items() if name != "seconds"} for view in manifest(folder)["views"]]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("undisturbed") / "out")
+
+
+def pixels_digest(path):
+    """SHA-256 over all parts' pixels of a file, by OpenImageIO alone; it must be readable to its end."""
+    parts = read_parts(path)
+    assert len(parts) == 8
+    return hashlib.sha256(b"".join(pixels.tobytes() for _, pixels in parts)).hexdigest()
+
+
+def check_whole_or_absent(folder, undisturbed):
+    """How many textures are there, each as it should be; a manifest only when all are."""
+    names = [name for name in os.listdir(folder) if not name.startswith(".")] if folder.exists() else []
+    assert set(names) <= {*FILES, "contact.png", "manifest.json"}
+    there = [name for name in names if name in FILES]
+    for name in there:
+        assert pixels_digest(folder / name) == pixels_digest(undisturbed / name)
+    if "manifest.json" in names:
+        assert len(there) == COUNT
+        assert digests(folder) == digests(undisturbed)
+    return len(there)
+
+
+def check_resumes(folder, undisturbed):
+    run(folder, "--resume")
+    assert sorted(os.listdir(folder)) == sorted([*FILES, "contact.png", "manifest.json"])
+    assert digests(folder) == digests(undisturbed)
+    assert without_seconds(folder) == without_seconds(undisturbed)
+    for name in FILES:
+        assert pixels_digest(folder / name) == pixels_digest(undisturbed / name)
+    assert (folder / "contact.png").read_bytes() == (undisturbed / "contact.png").read_bytes()
+
+
+# SIGKILL
+
+
+@pytest.fixture(scope="module")
+def server():
+    # The layer whose threads a child can start again.
+    environment = {**os.environ, "NUMBA_THREADING_LAYER": "workqueue"}
+    command = [sys.executable, str(Path(__file__).parents[1] / "helpers" / "fork_server.py")]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": environment}
+    with subprocess.Popen(command, **pipes) as process:
+        assert process.stdout.readline() == "ready\n"
+        yield process
+        process.stdin.close()
+
+
+def count_files(folder):
+    return sum(name in FILES for name in os.listdir(folder)) if folder.exists() else 0
+
+
+def test_killed_at_fifty_random_moments(server, undisturbed, tmp_path):
+    """Moments are spread over the job by how many files are there, not by the clock, which differs between machines."""
+    random_ = random.Random(8)
+    stopped_between = 0
+    for kill in range(50):
+        folder = tmp_path / f"{kill}"
+        server.stdin.write(json.dumps([*COMMAND, "-o", str(folder)]) + "\n")
+        server.stdin.flush()
+        child = int(server.stdout.readline())
+        wanted, rest = random_.randrange(COUNT + 1), 0.02 * random_.random()
+        # A job that is over before that has all its files or failed, which check_whole_or_absent tells.
+        while count_files(folder) < wanted:
+            time.sleep(0.0005)
+        time.sleep(rest)
+        os.kill(child, signal.SIGKILL)
+        assert server.stdout.readline() == "over\n"
+        stopped_between += 0 < check_whole_or_absent(folder, undisturbed) < COUNT
+        check_resumes(folder, undisturbed)
+        shutil.rmtree(folder)
+    assert stopped_between > 10  # else the moments would not be where files are written
+
+
+def test_leftovers_of_the_dead_go_and_those_of_the_living_stay(tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    names = [f".a.{dead.pid}.part.exr", f".work-0.{dead.pid}.part", f".a.{os.getpid()}.part.exr", ".mine.part", "a.exr"]
+    for name in names:
+        (tmp_path / name).write_text("x")
+    remove_leftovers(tmp_path)
+    assert sorted(os.listdir(tmp_path)) == sorted(names[2:])
+
+
+# Full disks, unwritable folders
+
+
+@contextmanager
+def small_disk(folder, size):
+    """A file system in memory of so many bytes, which only root can make: as root a failure is a failure."""
+    folder.mkdir()
+    done = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)], capture_output=True, check=False
+    )
+    if done.returncode != 0 and os.geteuid() != 0:
+        pytest.skip("only root can mount a small disk")
+    assert done.returncode == 0, done.stderr
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def remount(folder, option):
+    """True once it took effect: while a file is being written a file system cannot become read-only."""
+    done = subprocess.run(["mount", "-o", f"remount,{option}", str(folder)], capture_output=True, check=False)
+    return done.returncode == 0
+
+
+def test_full_disk_ends_the_job_and_more_room_lets_it_go_on(undisturbed, tmp_path, capsys):
+    size = sum((undisturbed / name).stat().st_size for name in FILES)
+    with small_disk(tmp_path / "disk", size * 6 // 10) as disk:
+        run(disk / "out", code=2)
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert "it cannot be written" in error
+        assert "the disk is full" in error
+        assert not [name for name in os.listdir(disk / "out") if name.startswith(".")]
+        assert 0 < check_whole_or_absent(disk / "out", undisturbed) < COUNT
+        assert remount(disk, f"size={4 * size}")
+        check_resumes(disk / "out", undisturbed)
+
+
+def test_every_amount_of_room_gives_a_whole_file_or_an_error(tmp_path):
+    """What is written last, when the file is closed, must not be lost either."""
+    random_ = np.random.default_rng(3)
+    failed = 0
+    with small_disk(tmp_path / "disk", 96 * 1024) as disk:
+        for rows in range(40, 70):
+            parts = [Part(name, ("Z",), random_.random((rows, 250, 1), np.float32)) for name in ("a", "b")]
+            said = ""
+            try:
+                write_exr(disk / "a.exr", parts)
+            except InputError as error:
+                said = str(error)
+            if said:
+                failed += 1
+                assert "the disk is full" in said
+                assert os.listdir(disk) == []
+                continue
+            source = oiio.ImageInput.open(str(disk / "a.exr"))
+            for number, part in enumerate(parts):
+                assert source.read_image(number, 0, 0, 1, oiio.FLOAT).tobytes() == part.pixels.tobytes()
+            source.close()
+            os.unlink(disk / "a.exr")
+    assert 0 < failed < 30
+
+
+def test_a_limit_of_the_files_size(undisturbed, tmp_path):
+    """What a full disk does, for those who cannot mount one."""
+    limit = max((undisturbed / name).stat().st_size for name in FILES) * 2 // 3
+    done = subprocess.run(
+        [sys.executable, "-m", "lfssao", *COMMAND, "-o", str(tmp_path / "out")],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert "it cannot be written" in done.stderr
+    assert check_whole_or_absent(tmp_path / "out", undisturbed) == 0
+    check_resumes(tmp_path / "out", undisturbed)
+
+
+@contextmanager
+def lockable(folder):
+    """A folder, and a call that makes it unwritable or writable, for root too, whom permissions do not stop."""
+    if os.geteuid() == 0:
+        with small_disk(folder, "4m") as disk:
+            yield disk, lambda writable: remount(disk, "rw" if writable else "ro")
+    else:
+        folder.mkdir()
+        yield folder, lambda writable: folder.chmod(0o755 if writable else 0o555) is None
+
+
+def test_folder_becomes_unwritable(undisturbed, tmp_path, monkeypatch, capsys):
+    with lockable(tmp_path / "disk") as (disk, lock):
+        real, written = lfssao.rendering.run.write_view, []
+
+        def write_view(*arguments):
+            if len(written) == 2:
+                assert lock(False)
+            written.append(arguments)
+            return real(*arguments)
+
+        monkeypatch.setattr(lfssao.rendering.run, "write_view", write_view)
+        run(disk, "--threads", "1", code=2)
+        assert f"{disk / FILES[2]}: it cannot be written" in capsys.readouterr().err
+        assert check_whole_or_absent(disk, undisturbed) == 2
+        run(disk, "--resume", code=2)  # and it cannot go on either
+        assert "cannot be written" in capsys.readouterr().err
+        assert check_whole_or_absent(disk, undisturbed) == 2
+        assert lock(True)
+        monkeypatch.undo()
+        check_resumes(disk, undisturbed)
+
+
+# Ctrl-C
+
+
+@pytest.mark.parametrize("after", [1, 3])
+def test_interrupted(server, undisturbed, tmp_path, after):
+    folder = tmp_path / "out"
+    server.stdin.write(json.dumps([*COMMAND, "-o", str(folder)]) + "\n")
+    server.stdin.flush()
+    child = int(server.stdout.readline())
+    while count_files(folder) < after:
+        time.sleep(0.0005)
+    os.kill(child, signal.SIGINT)
+    assert server.stdout.readline() == "over\n"
+    assert check_whole_or_absent(folder, undisturbed) >= after
+    assert not [name for name in os.listdir(folder) if name.startswith(".")]
+    check_resumes(folder, undisturbed)
+
+
+# What --resume keeps, makes anew and refuses
+
+
+def stamps(folder):
+    return {name: (folder / name).stat().st_mtime_ns for name in FILES}
+
+
+def test_a_finished_job_is_left_as_it_is(undisturbed, tmp_path):
+    folder = shutil.copytree(undisturbed, tmp_path / "out")
+    before = stamps(folder)
+    check_resumes(folder, undisturbed)
+    assert stamps(folder) == before
+    assert all(set(view["seconds"]) == {"verify"} for view in manifest(folder)["views"])
+
+
+def test_resume_begins_a_job_where_there_is_none(undisturbed, tmp_path):
+    check_resumes(tmp_path / "new" / "out", undisturbed)
+
+
+def flip(path):
+    """Change one bit of a file's pixels but not their length: reading may or may not notice."""
+    data = bytearray(path.read_bytes())
+    data[len(data) * 3 // 4] ^= 16
+    path.write_bytes(data)
+
+
+def other_pixels(path):
+    """A whole EXR file of ours whose pixels are not those that its metadata speak of."""
+    parts = read_parts(path)
+    parts[6][1][5, 7, 0] += 0.25
+    write_parts(path, parts)
+
+
+def without_an_attribute(path):
+    """A whole file with right digests whose metadata do not say all that the manifest does."""
+    parts = read_parts(path)
+    parts[0][0].erase_attribute("lfssao:surface_texels")
+    write_parts(path, parts)
+
+
+DAMAGES = {
+    "bit": flip,
+    "pixels": other_pixels,
+    "attribute": without_an_attribute,
+    "cut": lambda path: os.truncate(path, path.stat().st_size // 2),
+    "empty": lambda path: path.write_bytes(b""),
+    "absent": lambda path: path.unlink(),
+    "foreign": lambda path: write_exr(path, [Part("a", ("Z",), np.zeros((2, 2, 1), np.float32))]),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_what_is_damaged_is_made_anew_and_the_rest_kept(undisturbed, tmp_path, damage):
+    folder = shutil.copytree(undisturbed, tmp_path / "out")
+    before = stamps(folder)
+    DAMAGES[damage](folder / FILES[2])
+    check_resumes(folder, undisturbed)
+    after = stamps(folder)
+    assert [name for name in FILES if after[name] != before[name]] == [FILES[2]]
+
+
+@pytest.mark.parametrize(
+    ("more", "name"),
+    [
+        (["--radii", "0.05,0.11"], "radii"),
+        (["--samples", "9"], "samples"),
+        (["--seed", "1"], "samples"),
+        (["--blur", "1"], "blur_sigma"),
+        (["--guard", "2"], "guard"),
+        (["--resolution", "64x50"], "resolution"),
+        (["--filter", "nearest"], "color_filter"),
+        (["--normals"], "normals"),
+        pytest.param(
+            ["--caster", "embree"],
+            "caster",
+            marks=pytest.mark.skipif(find_spec("embreex") is None, reason="no embreex"),
+        ),
+    ],
+)
+def test_resume_refuses_another_job(undisturbed, tmp_path, capsys, more, name):
+    folder = shutil.copytree(undisturbed, tmp_path / "out")
+    os.unlink(folder / FILES[0])
+    before = {file: (folder / file).read_bytes() for file in os.listdir(folder)}
+    run(folder, *more, "--resume", code=2)
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"{FILES[1]}: it was rendered with other parameters (" in error
+    assert name in error.split("(")[1].split(")")[0].split(", ")
+    assert {file: (folder / file).read_bytes() for file in os.listdir(folder)} == before
+
+
+def test_resume_refuses_another_scene_and_another_version(undisturbed, tmp_path, capsys, monkeypatch):
+    folder = shutil.copytree(undisturbed, tmp_path / "out")
+    words = [word if word != "ammonite" else "statue" for word in COMMAND]
+    assert main([*words, "-o", str(folder), "--resume"]) == 2
+    assert "other parameters (scene, view)" in capsys.readouterr().err
+    monkeypatch.setattr(lfssao, "__version__", "9.9.9")
+    run(folder, "--resume", code=2)
+    assert "other parameters (version)" in capsys.readouterr().err
+
+
+def test_resume_notices_another_colour(tmp_path, capsys):
+    for name, color in (("a", "1 0 0"), ("b", "0 1 0")):
+        lines = "".join(f"v {x} {y} 0 {color}\n" for x, y in ((0, 0), (1, 0), (0, 1)))
+        (tmp_path / f"{name}.obj").write_text(lines + "f 1 2 3\n")
+    words = ["--resolution", "16x12", "-o", str(tmp_path / "out")]
+    assert main(["render", str(tmp_path / "a.obj"), *words]) == 0
+    assert main(["render", str(tmp_path / "b.obj"), *words, "--resume"]) == 2
+    assert "other parameters (scene)" in capsys.readouterr().err

@@ -1,0 +1,491 @@
+"""The virtual viewer: against the reference, against direct ray casts, and ``lfssao view``."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import bench_edges
+import numba
+import numpy as np
+import pytest
+from PIL import Image
+from reference import viewer as reference
+
+from lfssao import InputError, LightField, Mesh, Paint, RayCaster, eye_point, eye_range, eye_view, find_display
+from lfssao.cli.main import main
+from lfssao.optics.display import Module
+from lfssao.rendering.exr import read_exr, write_exr
+from lfssao.rendering.viewer import BLENDS
+
+IDENTITY = np.eye(3, 4)
+PRESETS = ("sample-a", "sample-b", "convex", "picoarray")
+SIZE = 32, 20
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    """Hundreds of small pictures: threads would wait for each other most of the time."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    yield
+    numba.set_num_threads(before)
+
+
+def odd(display):
+    """The display with calibrated, distorted optics in one module and another turned away."""
+    modules = list(display.modules)
+    m = modules[9]
+    modules[9] = replace(m, homography=(30.0, 1.0, 15.0, -1.0, -31.0, 9.5, 0.05, -0.02, 1.0), k1=-0.05, k2=0.01)
+    modules[12] = replace(modules[12], field_of_view=50.0, yaw=25.0, roll=3.0)
+    return replace(display, modules=tuple(modules))
+
+
+DISPLAYS = {name: find_display(name).with_resolution(*SIZE) for name in PRESETS}
+DISPLAYS["odd"] = odd(DISPLAYS["sample-a"])
+# Lenses above the observers' height and nearer to the screen than they are: the cone differs from the straight line.
+CONICAL = DISPLAYS["sample-b"]
+DISPLAYS["conical"] = replace(CONICAL, modules=tuple(replace(m, y=0.2, z=0.3) for m in CONICAL.modules))
+DISPLAYS["concave"] = replace(DISPLAYS["sample-a"], screen_curvature=-0.4, observer_curvature=0.3)
+
+
+def random_field(display, rng, missing=(), channels=3):
+    """Random textures on a display, and their list with None for those missing."""
+    count = len(display.modules)
+    field = LightField(display, [k for k in range(count) if k not in missing], channels)
+    textures = [None] * count
+    for k in range(count):
+        if k not in missing:
+            m = display.modules[k]
+            textures[k] = rng.random((m.height, m.width, channels), np.float32)
+            field.put(k, textures[k])
+    return field, textures
+
+
+@pytest.mark.parametrize("name", DISPLAYS)
+def test_the_reference_composes_the_same_bits(name):
+    display, rng = DISPLAYS[name], np.random.default_rng(5)
+    missing = (7, 8, len(display.modules) - 1)
+    field, textures = random_field(display, rng, missing, channels=2)
+    numbers = [display.module_numbers(k) for k in range(len(display.modules))]
+    screen = display.screen_width, display.screen_height
+    dark = dict.fromkeys(BLENDS, 0)
+    for share in (-0.9, 0.0, 0.37, 1.1):
+        eye_x = share * eye_range(display)[1]
+        shots = {blend: field.photograph(eye_x, 41, blend) for blend in BLENDS}
+        height = shots[BLENDS[0]].image.shape[0]
+        pixels = reference.seen_by(numbers, textures, eye_point(display, eye_x), screen, 41, height)
+        for number, blend in enumerate(BLENDS):
+            shot = shots[blend]
+            expected, missed = reference.compose(pixels, textures, number, 41, height)
+            assert shot.image.tobytes() == expected.tobytes(), blend
+            assert shot.dark == missed
+            assert 0 <= shot.image.min() <= shot.image.max() <= 1
+            dark[blend] += missed
+    for missed in dark.values():
+        assert 0 < missed < 4 * 41 * height  # the modules that shine reach some of it and not all
+
+
+def test_the_texel_read_is_the_one_the_display_shows_the_screen_point_at():
+    """The composing kernel projects screen points by itself: against physical_to_image and texel_ray."""
+    shown = 0
+    for display in DISPLAYS.values():
+        eye = eye_point(display, 0.2)
+        for k in (9, 12):
+            s = reference.screen_point(
+                display.screen_curvature, (display.screen_width, display.screen_height), 0.03, 0.02, eye
+            )
+            image, answer = display.physical_to_image(k, np.array(s))
+            d = display.module_numbers(k).tolist()
+            place = reference.texel(d, (display.modules[k].height, display.modules[k].width), s)
+            if place is None:
+                assert answer == 5  # outside the texture
+                continue
+            assert answer == 0
+            u, v = place
+            shown += 1
+            assert (u, v) == pytest.approx(image[:2], abs=1e-9)
+            origin, direction, _ = display.texel_ray(k, u, v)
+            a, b = origin[0] + direction[0] * eye[2] - s[0], eye[0] - s[0]
+            forward = eye[2] - s[2]
+            expected = math.sin(math.atan2(a, -forward) - math.atan2(b, -forward))
+            assert reference.sine(d, s, eye) == pytest.approx(expected, abs=1e-12)
+    assert shown >= 2 * len(DISPLAYS) - 1
+
+
+def one_module_display():
+    """Only the middle module's rays pass near an eye at 0: the others are 5 m away."""
+    modules = tuple(Module(x, 0.0, 0.7, 60, 36) for x in (-5.0, 0.0, 5.0))
+    return replace(DISPLAYS["sample-a"], modules=modules)
+
+
+def test_one_module_alone_shows_its_texture():
+    field, textures = random_field(one_module_display(), np.random.default_rng(1))
+    shot = field.photograph(0.0, 60, "nearest")
+    assert np.array_equal(shot.image, textures[1])
+    assert shot.dark == 0
+    double = field.photograph(0.0, 120, "nearest").image  # between the texels' centres
+    inner = 0.75 * textures[1][:, :-1] + 0.25 * textures[1][:, 1:]
+    middle = 0.75 * inner[:-1] + 0.25 * inner[1:]
+    assert double[1:-1:2, 1:-1:2] == pytest.approx(middle, abs=1e-6)
+
+
+def test_nothing_is_seen_where_no_module_reaches():
+    display = DISPLAYS["sample-a"]
+    field, _ = random_field(display, np.random.default_rng(2))
+    for blend in BLENDS:
+        assert not field.photograph(8.0, 40, blend).image.any()
+        assert field.photograph(8.0, 40, blend).dark == 40 * 24
+        left, right = eye_range(display)
+        for eye_x in (left, 0.0, right):
+            assert field.photograph(eye_x, 40, blend).dark == 0
+        assert field.photograph(right + 0.3, 40, blend).dark > 0
+
+
+@pytest.mark.parametrize("name", ["sample-a", "sample-b", "convex", "picoarray"])
+@pytest.mark.parametrize("blend", BLENDS)
+def test_a_mirrored_scene_gives_a_mirrored_picture(name, blend):
+    display, rng = DISPLAYS[name], np.random.default_rng(3)
+    field, textures = random_field(display, rng)
+    mirrored = LightField(display, range(len(textures)))
+    for k, texture in enumerate(reversed(textures)):
+        mirrored.put(k, np.ascontiguousarray(texture[:, ::-1]))
+    eye_x = 0.31 * display.screen_width
+    a, b = field.photograph(eye_x, 41, blend), mirrored.photograph(-eye_x, 41, blend)
+    assert a.image.any()
+    assert a.image[:, ::-1] == pytest.approx(b.image, abs=1e-5)
+
+
+# Against direct ray casts
+
+
+def line(count):
+    """sample-a with so many modules on its line and a low screen, 100 x 2 texels: what is measured is horizontal."""
+    display = replace(find_display("sample-a"), screen_height=0.02).with_resolution(100, 2)
+    modules = tuple(replace(display.modules[0], x=-1 + 2 * k / (count - 1)) for k in range(count))
+    return replace(display, modules=modules)
+
+
+def sheet(z, wave=0.0):
+    """A sheet across the whole screen at depth z with a smooth colour, world = physical space."""
+    n = 8001  # its facets are smaller than the displacements measured
+    x, y = np.meshgrid(np.linspace(-2, 2, n), [-2.0, 0.0, 2.0])
+    vertices = np.stack([x, y, z + wave * np.cos(5 * x)], axis=-1).reshape(-1, 3)
+    i = (np.arange(2)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.concatenate([np.stack([i, i + 1, i + n], 1), np.stack([i + 1, i + n + 1, i + n], 1)]).astype(np.int32)
+    wave_of = [0.5 + 0.4 * np.sin(k * vertices[:, 0] + 0.7) for k in (4, 6, 9)]
+    return Mesh(vertices, faces, Paint.from_vertex_colors(np.stack(wave_of, 1).astype(np.float32), len(faces)))
+
+
+def layers(mesh, display, texture):
+    """What the modules of a display show of a mesh in physical space: one of the G-buffer's textures."""
+    caster = RayCaster(mesh, IDENTITY)
+    field = LightField(display, range(len(display.modules)))
+    for k in range(len(display.modules)):
+        field.put(k, getattr(caster.gbuffer(display.view(k, IDENTITY)), texture))
+    return field
+
+
+def direct(mesh, display, eye_x, texture, width=100):
+    view = eye_view(display, IDENTITY, eye_x, width)
+    return getattr(RayCaster(mesh, view.cast_from_world).gbuffer(view), texture)
+
+
+def rms(difference):
+    return float(np.sqrt(np.mean(np.square(difference.astype(np.float64)))))
+
+
+def slope(counts, errors):
+    return np.polyfit(np.log(1 / (np.array(counts) - 1)), np.log(errors), 1)[0]
+
+
+COUNTS = (17, 33, 65)
+
+
+@pytest.mark.parametrize(("z", "wave"), [(0.25, 0.0), (-0.25, 0.0), (0.2, 0.03)])
+def test_the_picture_approaches_the_direct_ray_cast(z, wave):
+    """First order in the modules' pitch for the nearest module, second order for two neighbours, and as foretold."""
+    mesh, eye_x = sheet(z, wave), 0.123
+    errors = {blend: [] for blend in BLENDS}
+    for count in COUNTS:
+        display = line(count)
+        field, true = layers(mesh, display, "color"), direct(mesh, display, eye_x, "color")
+        for blend in BLENDS:
+            shot = field.photograph(eye_x, 100, blend)
+            assert shot.dark == 0
+            errors[blend].append(rms(shot.image - true))
+    assert slope(COUNTS, errors["nearest"]) == pytest.approx(1, abs=0.05)
+    assert slope(COUNTS, errors["linear"]) == pytest.approx(2, abs=0.05)
+    assert slope(COUNTS, errors["gaussian"]) == pytest.approx(2, abs=0.3)
+    # Of colours 0.4 sin(k x): f' shift / sqrt(12) and f'' shift^2 / (2 sqrt(30)), root mean squares over one pitch.
+    shift = abs(z) / 0.7 * 2 / (COUNTS[-1] - 1)
+    first, second = (0.4 * math.sqrt(sum(k ** (2 * n) for k in (4, 6, 9)) / 6) for n in (1, 2))
+    assert errors["nearest"][-1] == pytest.approx(first * shift / math.sqrt(12), rel=0.1)
+    assert errors["linear"][-1] == pytest.approx(second * shift**2 / (2 * math.sqrt(30)), rel=0.2)
+
+
+@pytest.mark.parametrize("z", [-0.25, -0.1, 0.1, 0.25])
+def test_points_are_displaced_by_as_much_as_the_angular_resolution_says(z):
+    """|z| p / (m_z sqrt(12)) in the root mean square and at most |z| p / (2 m_z), horizontally only."""
+    display, mesh, eye_x = line(33), sheet(z), 0.123
+    found = layers(mesh, display, "positions").photograph(eye_x, 100, "nearest").image
+    error = found.astype(np.float64) - direct(mesh, display, eye_x, "positions")
+    pitch, m_z = 2 / 32, 0.7
+    assert rms(error[..., 0]) == pytest.approx(abs(z) * pitch / (m_z * math.sqrt(12)), rel=0.1)
+    # The nearest module is the nearest in angle, which differs a little from the nearest in x.
+    assert np.abs(error[..., 0]).max() < 1.02 * abs(z) * pitch / (2 * m_z)
+    assert np.abs(error[..., 1:]).max() < 1e-6
+
+
+@pytest.mark.parametrize("blend", BLENDS)
+def test_the_screen_plane_itself_is_sharp(blend):
+    display, mesh = line(9), sheet(0.0)
+    shot = layers(mesh, display, "color").photograph(0.3, 100, blend)
+    assert shot.image == pytest.approx(direct(mesh, display, 0.3, "color"), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_all_presets_show_what_the_eye_would_see(name):
+    display = find_display(name).with_resolution(120, 80)
+    box = np.array(display.roi)
+    mesh, eye_x = sheet(0.5 * box[1, 2], 0.0), 0.25 * eye_range(display)[1]
+    shot = layers(mesh, display, "color").photograph(eye_x, 120)
+    true = direct(mesh, display, eye_x, "color", 120)
+    assert np.isfinite(shot.image).all()
+    lit = shot.image.any(axis=2)
+    # Modules on an arc inside a convex screen's circle: no eye is reached from all of it.
+    assert lit.mean() > (0.45 if name == "convex" else 0.95)
+    assert rms((shot.image - true)[lit]) < 0.01
+
+
+def test_the_eye_view_looks_along_the_pixels_lines():
+    display = find_display("convex")
+    eye, view = eye_point(display, 0.4), eye_view(display, IDENTITY, 0.4, 70)
+    for i, j in ((0, 0), (33, 7), (69, 39)):
+        x = display.screen_width * ((i + 0.5) / 70 - 0.5)
+        y = display.screen_height * (0.5 - (j + 0.5) / view.height)
+        for t in (0.5, 1.0, 1.4):
+            point = np.array(eye) + t * (np.array([x, y, 0.0]) - eye)
+            assert view.world_to_image(point)[:2] == pytest.approx([i + 0.5, j + 0.5], abs=1e-9)
+
+
+def test_eyes_are_on_the_line_or_the_arc():
+    assert eye_point(find_display("sample-a"), 0.4) == (0.4, 0.0, -2.0)
+    x, _, z = eye_point(find_display("picoarray"), 0.6)
+    assert math.hypot(x, z) == pytest.approx(1.0)
+    for eye_x in (1.0, 2.0, -1.5, math.nan, math.inf):
+        with pytest.raises(InputError):
+            eye_point(find_display("picoarray"), eye_x)
+
+
+def test_what_a_light_field_refuses():
+    display = DISPLAYS["sample-a"]
+    with pytest.raises(InputError, match="one module"):
+        LightField(find_display("virtual"), [0])
+    field = LightField(display, [3, 4])
+    good = np.zeros((SIZE[1], SIZE[0], 3), np.float32)
+    for index, texture in ((5, good), (3, good[1:]), (3, good[..., :2]), (3, good + np.float32(np.inf))):
+        with pytest.raises(InputError):
+            field.put(index, texture)
+    field.put(3, good)
+    for values in ((0.0, 0, "linear"), (0.0, 10, "cubic"), (math.nan, 10, "linear")):
+        with pytest.raises(InputError):
+            field.photograph(*values)
+
+
+# Straight edges (benchmarks/bench_edges.py)
+
+
+@pytest.mark.parametrize("index", [10, 20])
+def test_straight_edges_bend_with_the_square_of_their_length(index):
+    display, lengths = find_display("sample-a"), (0.001, 0.004, 0.016)
+    errors = [
+        bench_edges.chord_errors(display, index, *bench_edges.edges(display, length, 60), points=65).max()
+        for length in lengths
+    ]
+    assert bench_edges.slope(lengths, errors) == pytest.approx(2, abs=0.02)
+    flat = bench_edges.chord_errors(display, index, *bench_edges.edges(display, 0.1, 0), points=65)
+    assert flat.max() < 1e-9
+
+
+def test_an_edges_error_is_that_of_its_curve():
+    """In the plane y = y_o no edge bends; across it, a short one is farthest off near its middle."""
+    display = find_display("sample-a")
+    starts, ends = np.array([[0.1, 0.0, -0.1], [0.1, 0.1, -0.1]]), np.array([[0.2, 0.0, 0.1], [0.2, 0.2, 0.1]])
+    level, bent = bench_edges.chord_errors(display, 20, starts, ends)
+    assert level < 1e-9
+    images = [display.physical_to_image(20, (1 - t) * starts[1] + t * ends[1])[0][:2] for t in (0.0, 0.5, 1.0)]
+    chord, beside = images[2] - images[0], images[1] - images[0]
+    sagitta = abs(chord[0] * beside[1] - chord[1] * beside[0]) / math.hypot(*chord)
+    assert bent == pytest.approx(sagitta, rel=0.02)
+    behind = bench_edges.chord_errors(display, 20, starts, ends + np.array([0.0, 0.0, 0.7]))
+    assert np.isnan(behind).all()
+
+
+# The command
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("view") / "out"
+    words = ["render", "statue", "-o", str(folder), "--display", "sample-a", "--resolution", "64x38", "--radii", "5%"]
+    assert main([*words, "--samples", "4", "--guard", "3"]) == 0
+    return folder
+
+
+@pytest.fixture
+def folder(rendered, tmp_path):
+    """A copy of the rendered folder that a test may spoil."""
+    for path in rendered.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    return tmp_path
+
+
+def view(*words):
+    return main(["view", *map(str, words)])
+
+
+def pixels(path):
+    return np.asarray(Image.open(path).convert("RGB"))
+
+
+def test_view_writes_what_the_library_composes(folder, capsys):
+    assert view(folder, "--eye-x", "0.4", "--width", "50") == 0
+    assert capsys.readouterr().out == f"{folder / 'view.png'}\n"
+    field = LightField(find_display("sample-a").with_resolution(64, 38), range(21))
+    for k in range(21):
+        part = read_exr(folder / f"module_{k:03d}.exr")["shaded"]
+        field.put(k, part.pixels[..., [part.channels.index(c) for c in "RGB"]])
+    from lfssao.core.srgb import to_codes
+
+    expected = to_codes(field.photograph(0.4, 50).image)
+    assert expected.any()
+    assert np.array_equal(pixels(folder / "view.png"), expected)
+
+
+@pytest.mark.parametrize(("layer", "blend"), [("color", "nearest"), ("ao_1", "gaussian"), ("blurred", "linear")])
+def test_layers_and_blends(folder, layer, blend):
+    target = folder / "other.png"
+    words = ["--eye-x", "-0.4", "--layer", layer, "--blend", blend, "--width", "40", "-o", target]
+    assert view(folder, *words) == 0
+    found = pixels(target)
+    assert found.shape == (24, 40, 3)
+    grey = np.array_equal(found[..., 0], found[..., 2])
+    assert grey == (layer != "color")
+    assert len(np.unique(found)) > 3
+    # Where there is no surface: no colour, but all of the light.
+    assert (found[0, 0] == (0 if layer == "color" else 255)).all()
+
+
+@pytest.mark.parametrize(("count", "name"), [(2, "a.png"), (6, "a.gif"), (6, "a.webp")])
+def test_orbit_has_as_many_frames_and_comes_back(folder, count, name):
+    assert view(folder, "--orbit", count, "--width", "48", "-o", folder / name) == 0
+    with Image.open(folder / name) as image:
+        assert image.n_frames == count
+        assert image.size == (48, 29)
+        frames = []
+        for k in range(count):
+            image.seek(k)
+            frames.append(np.asarray(image.convert("RGB")).astype(int))
+    for k in range(1, count // 2):
+        assert np.abs(frames[k] - frames[count - k]).max() <= (12 if name.endswith("gif") else 0)
+    assert view(folder, "--eye-x", eye_range(find_display("sample-a"))[1], "--width", "48") == 0
+    if not name.endswith("gif"):
+        assert np.array_equal(frames[count // 2], pixels(folder / "view.png"))
+
+
+def test_orbit_has_24_frames_by_default(folder):
+    assert view(folder, "--orbit", "--width", "48") == 0
+    with Image.open(folder / "orbit.png") as image:
+        assert image.n_frames == 24
+
+
+def test_a_part_of_the_modules_is_dark_elsewhere(tmp_path, capsys):
+    words = ["render", "statue", "-o", str(tmp_path), "--display", "sample-a", "--modules", "8:13"]
+    assert main([*words, "--resolution", "32x20", "--radii", "5%", "--samples", "2"]) == 0
+    capsys.readouterr()
+    assert view(tmp_path, "--width", "40") == 0
+    assert "of the screen is black" in capsys.readouterr().err
+    assert view(tmp_path, "--orbit", "2", "--width", "40") == 0
+
+
+def edit(folder, change):
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest = change(manifest) or manifest
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+
+
+def set_in(*path, value):
+    def change(manifest):
+        for key in path[:-1]:
+            manifest = manifest[key]
+        manifest[path[-1]] = value
+
+    return change
+
+
+SPOILED = {
+    "no manifest": lambda f: (f / "manifest.json").unlink(),
+    "a folder": lambda f: ((f / "manifest.json").unlink(), (f / "manifest.json").mkdir()),
+    "no JSON": lambda f: (f / "manifest.json").write_text("{"),
+    "bytes": lambda f: (f / "manifest.json").write_bytes(b"\xff\xfe\x00"),
+    "a list": lambda f: (f / "manifest.json").write_text("[1]"),
+    "format": lambda f: edit(f, set_in("format", value=99)),
+    "camera": lambda f: edit(f, set_in("display", value=None)),
+    "no views": lambda f: edit(f, set_in("views", value=[])),
+    "strange view": lambda f: edit(f, set_in("views", 0, "name", value="module_999")),
+    "text": lambda f: edit(f, set_in("display", "screen_width", value="wide")),
+    "negative": lambda f: edit(f, set_in("display", "screen_width", value=-1)),
+    "unknown key": lambda f: edit(f, set_in("display", "more", value=1)),
+    "no modules": lambda f: edit(f, set_in("display", "modules", value=None)),
+    "texture size": lambda f: edit(f, set_in("views", 3, "view", "width", value=90)),
+    "missing EXR": lambda f: (f / "module_007.exr").unlink(),
+    "corrupt EXR": lambda f: (f / "module_007.exr").write_bytes(b"v/1\x01rubbish"),
+    "cut EXR": lambda f: (f / "module_007.exr").write_bytes((f / "module_007.exr").read_bytes()[:3000]),
+    "other EXR": lambda f: (f / "module_007.exr").write_bytes((f / "module_008.exr").read_bytes()),
+    "no layer": lambda f: write_exr(f / "module_007.exr", [read_exr(f / "module_007.exr")["depth"]]),
+}
+
+
+@pytest.mark.parametrize("what", SPOILED)
+def test_a_spoiled_folder_is_refused_in_one_sentence(folder, capsys, what):
+    SPOILED[what](folder)
+    assert view(folder, "--width", "20") == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("lfssao: ")
+    assert captured.err.count("\n") == 1
+    assert not (folder / "view.png").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--eye-x", "nan"), ("--eye-x", "inf"), ("--eye-x", "left"), ("--width", "0"), ("--width", "99999"),
+        ("--orbit", "3"), ("--orbit", "0"), ("--orbit", "1.5"), ("--orbit", "4", "--eye-x", "0"), ("--blend", "cubic"),
+        ("--layer", "depth"), ("--layer", "nothing"), ("-o", "view.jpg"), ("-o", ""), ("-o", "/nowhere/view.png"),
+        ("--orbit", "-o", "view.bmp"),
+    ],
+)  # fmt: skip
+def test_bad_options_are_refused_in_one_sentence(rendered, capsys, words):
+    before = sorted(rendered.iterdir())
+    assert view(rendered, *words) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith("lfssao: ")
+    assert captured.err.count("\n") == 1
+    assert len(captured.err) < 300
+    assert sorted(rendered.iterdir()) == before
+
+
+def test_a_camera_and_a_display_of_one_module_are_refused(tmp_path, capsys):
+    small = ["--resolution", "32x24", "--radii", "5%", "--samples", "2"]
+    for words, reason in ((["--camera"], "--camera"), ([], "one module")):
+        assert main(["render", "statue", *words, "-o", str(tmp_path), *small]) == 0
+        capsys.readouterr()
+        assert view(tmp_path) == 2
+        assert reason in capsys.readouterr().err
+
+
+def test_a_missing_folder_is_refused(tmp_path, capsys):
+    assert view(Path(tmp_path / "none")) == 2
+    assert "there is no folder" in capsys.readouterr().err

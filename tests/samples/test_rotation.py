@@ -1,0 +1,83 @@
+"""Angles from texel to texel: the tiles' ranks, the spectrum of the blue noise, what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import dither, spiral
+
+from lfssao.errors import InputError
+from lfssao.samples import DECORRELATIONS, texel_angles
+from lfssao.samples.kernels import dither as tiles
+
+
+@pytest.mark.parametrize("name", DECORRELATIONS)
+@pytest.mark.parametrize("size", [(1, 1), (3, 70), (130, 65)])
+def test_every_decorrelation_gives_every_texel_an_angle(name, size):
+    angles = texel_angles(name, *size)
+    assert angles.shape == size
+    assert angles.dtype == np.float64
+    assert angles.min() >= 0
+    assert angles.max() < 2
+    tile = DECORRELATIONS[name].tile
+    if tile is not None:
+        whole = texel_angles(name, 2 * tile, tile)
+        np.testing.assert_array_equal(whole[:tile], whole[tile:])
+        np.testing.assert_array_equal(angles[:tile, :tile], whole[: size[0], : size[1]][:tile, :tile])
+    angles[:] = 5  # a texture of one's own
+    assert texel_angles(name, *size).max() < 2
+
+
+@pytest.mark.parametrize(("name", "variant"), [("hash", "paper"), ("common-hash", "common")])
+def test_hashes_are_equation_8(name, variant):
+    want = [[spiral.half_turns(spiral.hash_word(x, y, variant)) for x in range(20)] for y in range(10)]
+    np.testing.assert_array_equal(texel_angles(name, 10, 20), want)
+
+
+def test_interleaved_tiles_hold_sixteen_angles_in_bayers_order():
+    ranks = texel_angles("interleaved", 4, 4) * 8
+    np.testing.assert_array_equal(ranks, dither.bayer(4))
+    assert sorted(ranks.ravel()) == list(range(16))
+
+
+@pytest.mark.parametrize("side", [1, 2, 8])
+def test_ordered_ranks_equal_the_reference(side):
+    ranks = np.empty((side, side), np.int64)
+    tiles.ordered(ranks)
+    np.testing.assert_array_equal(ranks, dither.bayer(side))
+
+
+@settings(max_examples=8)
+@given(height=st.integers(1, 7), width=st.integers(1, 7), seed=st.integers(0, 2**64 - 1))
+def test_void_and_cluster_equals_the_reference(height, width, seed):
+    """The reference runs Ulichney's third phase as he wrote it: on what is empty."""
+    ranks = np.empty((height, width), np.int64)
+    tiles.void_and_cluster(np.uint64(seed), ranks)
+    np.testing.assert_array_equal(ranks, dither.void_and_cluster(seed, height, width))
+
+
+def low_share(pattern):
+    """Mean power of a pattern of 64 x 64 at frequencies below 8, over that of white noise of the same variance."""
+    power = np.abs(np.fft.fft2(pattern - pattern.mean())) ** 2 / (pattern.var() * pattern.size)
+    f = np.fft.fftfreq(64) * 64
+    radius = np.hypot(*np.meshgrid(f, f))
+    return power[(radius > 0) & (radius < 8)].mean()
+
+
+def test_the_blue_noise_tile_is_a_permutation_without_low_frequencies():
+    """White noise has share 1, sigma 0.1 (about 100 pairs of frequencies)."""
+    ranks = texel_angles("blue-noise", 64, 64) * 2048 - 0.5
+    assert sorted(ranks.ravel()) == list(range(4096))
+    for threshold in (300, 1000, 2048, 3500):
+        assert low_share((ranks < threshold) * 1.0) < 0.15
+    assert low_share(np.cos(np.pi * ranks / 2048)) < 0.05
+    shuffled = np.random.default_rng(1).permutation(4096).reshape(64, 64)
+    assert low_share((shuffled < 1000) * 1.0) > 0.6
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("hsh", 4, 4), "nearest is 'hash'"), (("none", 0, 4), "at least one"), (("none", 4, -1), "at least one"),
+])  # fmt: skip
+def test_what_is_refused(arguments, words):
+    with pytest.raises(InputError, match=words):
+        texel_angles(*arguments)

@@ -1,0 +1,151 @@
+"""The embedded scenes: their size, that they are closed, how they stand, and that they are modelled with these bits."""
+
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lfssao
+from lfssao.errors import InputError
+from lfssao.scene.builtin import BUILTIN, builtin_scene
+
+MAKE = Path(__file__).resolve().parents[2] / "benchmarks" / "scenes" / "make.py"
+MESHES = Path(lfssao.__file__).parent / "scene" / "meshes"
+
+MODELS = ("statue", "ammonite", "armadillo")
+ALL = ("gallery", *MODELS)
+
+# The paper's counts (section 7), and how far ours may be away.
+PAPER_FACES = {"statue": (5011, 0.02), "ammonite": (29520, 0.0), "armadillo": (212574, 0.02)}
+
+# After a wanted change of a scene, write the new ones down.
+DIGESTS = {
+    "statue": "55fb4fc0aaf582c40124b7fc6763c6910b7c22349257123b4850935addb3b2c3",
+    "ammonite": "9cb46cefbc185d1b900902581db92baa190d5d60498ee12059358f4bac94b383",
+    "armadillo": "53d903642a85f69bc877b5c05b86f4c78d85dc83c7b5f1e0b42005f7c518ef12",
+    "gallery": "cf5c0888f925abb38ee2d9f69a288732fa5bb01482a762f5db7ac7e3e62fd9a0",
+}
+
+
+@pytest.fixture(scope="module")
+def scenes():
+    return {name: builtin_scene(name) for name in ALL}
+
+
+def digest(mesh):
+    found = hashlib.sha256()
+    found.update(mesh.vertices.astype("<f8").tobytes())
+    found.update(mesh.faces.astype("<i4").tobytes())
+    if mesh.paint is not None:
+        found.update(mesh.paint.vertex_colors.astype("<f4").tobytes())
+    return found.hexdigest()
+
+
+def edges_used_once_each_way(faces):
+    """Whether each edge belongs to two faces that run along it in opposite directions."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    there = edges[:, 0] << 32 | edges[:, 1]
+    back = edges[:, 1] << 32 | edges[:, 0]
+    return len(np.unique(there)) == len(there) and np.array_equal(np.sort(there), np.sort(back))
+
+
+def volume(vertices, faces):
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float((np.cross(a, b) * c).sum() / 6.0)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_face_count_is_near_the_papers(scenes, name):
+    wanted, tolerance = PAPER_FACES[name]
+    assert abs(len(scenes[name].faces) - wanted) <= tolerance * wanted
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_no_face_is_degenerate(scenes, name):
+    assert scenes[name].degenerate == 0
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_surface_is_closed_and_consistently_wound(scenes, name):
+    assert edges_used_once_each_way(scenes[name].faces)
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"), [("statue", 0.40, 0.60), ("ammonite", 0.15, 0.30), ("armadillo", 0.55, 0.75)]
+)
+def test_faces_look_outwards(scenes, name, least, most):
+    # A surface turned inside out encloses a negative volume.
+    assert least < volume(scenes[name].vertices, scenes[name].faces) < most
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_model_stands_on_the_ground(scenes, name):
+    (left, bottom, back), (right, top, front) = scenes[name].bounds
+    assert bottom == 0.0
+    assert 1.0 < top < 2.1
+    assert -1.0 < left < 0.0 < right < 1.0
+    assert -1.0 < back < 0.0 < front < 1.0
+
+
+def test_gallery_holds_all_models_and_three_boxes(scenes):
+    gallery = scenes["gallery"]
+    assert len(gallery.faces) == sum(len(scenes[name].faces) for name in MODELS) + 3 * 12
+    (left, bottom, back), (right, top, front) = gallery.bounds
+    assert (bottom, top) == (-0.1, scenes["statue"].bounds[1, 1])
+    assert (left, right, back, front) == (-2.4, 2.4, -1.05, 1.05)
+
+
+def test_gallery_boxes_look_outwards(scenes):
+    gallery = scenes["gallery"]
+    boxes = gallery.faces[-36:].reshape(3, 12, 3)
+    sizes = (4.8 * 0.1 * 2.1, 4.8 * 1.25 * 0.12, 1.24 * 0.34 * 0.60)
+    for faces, size in zip(boxes, sizes, strict=True):
+        assert volume(gallery.vertices, faces) == pytest.approx(size, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["gallery", "statue", "ammonite"])
+def test_paint_is_a_colour_at_each_vertex(scenes, name):
+    mesh = scenes[name]
+    colors = mesh.paint.vertex_colors
+    assert colors.shape == mesh.vertices.shape
+    assert colors.dtype == np.float32
+    assert colors.min() > 0.0
+    assert colors.max() < 1.0  # nothing is clipped
+    assert colors.max() - colors.min() > 0.3  # shaded, not plain
+
+
+def test_armadillo_has_no_paint(scenes):
+    assert scenes["armadillo"].paint is None
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_scene_has_these_bits(scenes, name):
+    assert digest(scenes[name]) == DIGESTS[name]
+
+
+def test_modelling_makes_the_same_arrays_again(tmp_path):
+    subprocess.run([sys.executable, MAKE, tmp_path], check=True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in MESHES.iterdir())
+    for path in MESHES.iterdir():
+        with np.load(path) as stored, np.load(tmp_path / path.name) as made:
+            assert made.files == stored.files
+            for key in stored.files:
+                assert made[key].dtype == stored[key].dtype
+                assert made[key].shape == stored[key].shape
+                assert made[key].tobytes() == stored[key].tobytes()
+
+
+def test_default_scene_is_the_gallery(scenes):
+    assert digest(builtin_scene()) == digest(scenes["gallery"])
+
+
+def test_registry_has_the_documented_names():
+    assert set(BUILTIN) == set(ALL)
+
+
+def test_unknown_name_is_refused_with_the_names_there_are():
+    with pytest.raises(InputError, match=r"'teapot'.*gallery, statue, ammonite, armadillo"):
+        builtin_scene("teapot")

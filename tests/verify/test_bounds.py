@@ -1,0 +1,269 @@
+"""The oracle's bounds: the kernels against the reference, the later stages by hand, how sharp they are, and reasons."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracle_scenes import critical_scene, drawn_view
+from reference import bounds as reference
+
+from lfssao import (
+    Camera,
+    InputError,
+    RayCaster,
+    WorldToImage,
+    builtin_scene,
+    default_radii,
+    find_display,
+    make_samples,
+    module_views,
+)
+from lfssao.ao import passes
+from lfssao.verify.bounds import bounds as oracle
+from lfssao.verify.bounds.error_model import MODELS, find_model
+from lfssao.verify.bounds.explain import explain
+from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+
+pytestmark = pytest.mark.usefixtures("one_thread")
+IDENTITY = WorldToImage(1, np.eye(4).ravel())
+ULP = Fraction(1, 2**23)
+
+
+# The kernels
+
+
+@st.composite
+def small_cases(draw):
+    """Scenes next to decisions, and the same with numbers that no scene has."""
+    height, width = draw(st.sampled_from([(3, 4), (1, 9), (1, 1), (5, 2)]))
+    view = drawn_view(draw, height, width)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    n, radius = draw(st.sampled_from([1, 3, 5])), draw(st.sampled_from([0.01, 0.3, 2.0, 1e-40]))
+    depth, positions, samples = critical_scene(rng, view, n, radius)
+    if draw(st.booleans()):
+        odd = np.array([0.0, -0.0, 1e-40, -1e-40, 1e30, -np.inf, 3.0], np.float32)
+        depth = np.where(rng.random(depth.shape) < 0.3, rng.choice(odd, depth.shape), depth)
+        if positions is not None:
+            positions[rng.random(depth.shape) < 0.3] = rng.choice([0.0, 1e-40, -2.5, 1e30, 40.0], 3)
+    if draw(st.booleans()):
+        samples = np.round(8 * samples) / 8  # exact offsets, on a lattice
+    return view, depth, positions, samples, radius, draw(st.sampled_from(["shader", "sampler", "nearest"]))
+
+
+@settings(max_examples=60)
+@given(small_cases())
+def test_outcomes_equal_the_reference(case):
+    view, depth, positions, samples, radius, model = case
+    back = view.screen_to_world if positions is None else None
+    inputs, errors = (
+        oracle.sample_inputs(depth, positions, view.world_to_image, samples, radius, back),
+        find_model(model).errors,
+    )
+    _, places, inverse, offsets, exact, kind, m = inputs
+    by = reference.Errors(*errors)
+    fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
+    outcomes.count_outcomes(inputs, errors, fewest, most)
+    found = np.empty((len(samples), 9))
+    for j, i in np.ndindex(depth.shape):
+        if not depth[j, i] < np.inf:
+            assert fewest[j, i] == most[j, i] == 0
+            continue
+        outcomes.trace_samples(inputs, errors, i, j, found)
+        if back is None:
+            pairs = [reference.number(c, by) for c in places[j, i]]
+        else:
+            pairs = reference.texel_point(inverse, i, j, depth[j, i], by)
+        sets = []
+        for o, certain, row in zip(offsets, exact, found, strict=True):
+            u, v, z, truths, answers = reference.sample(depth, pairs, o, certain, kind, m, by, back is None)
+            sets.append(answers)
+            assert (bool(row[6]), bool(row[7])) == (True in truths, truths == {True})
+            assert row[8] == (2 if len(answers) == 2 else float(True in answers))
+            if True in truths:
+                numbers = np.array([u.x, u.e, v.x, v.e, z.x, z.e])
+                np.testing.assert_array_equal(row[:6], numbers)
+        assert fewest[j, i] == sum(a == {True} for a in sets)
+        assert most[j, i] == sum(True in a for a in sets)
+
+
+# Counts
+
+
+def row_of(depth, samples, model="shader", radius=1.0, kind=IDENTITY):
+    """Fewest and most of one row of texels whose points are their centres, in samples."""
+    depth = np.array([depth], np.float32)
+    width = depth.shape[1]
+    positions = np.stack([np.arange(width) + 0.5, np.full(width, 0.5), depth[0]], axis=-1).astype(np.float32)[None]
+    found = oracle.ao_bounds(depth, positions, kind, np.array(samples, float).reshape(-1, 3), radius, model)
+    n = len(np.array(samples).reshape(-1, 3))
+    return (found.lower[0] * n).tolist(), (found.upper[0] * n).tolist(), found.undecided[0].tolist()
+
+
+def test_a_sample_on_an_edge_is_undecided_where_the_texels_differ_and_only_there():
+    # u = 1 lies in texel 1, or a rounding before it in texel 0: surfaces at 0 and 5 differ, 0 and 1 do not at z = 3.
+    assert row_of([0, 5, np.inf], [(0.5, 0, 3)])[2][0] == 1
+    assert row_of([0, 1, np.inf], [(0.5, 0, 3)])[2][0] == 0
+    assert row_of([0, 5, np.inf], [(0.5, 0, -3)])[2][0] == 0
+    assert row_of([0, 5, np.inf], [(0.499, 0, 3)])[2][0] == 0
+
+
+def test_the_border_of_the_texture_is_an_edge_with_nothing_beyond():
+    assert row_of([0.0], [(0.5, 0, 3)])[2] == [1]  # u = 1: outside, or in the last digits before
+    assert row_of([0.0], [(0.5, 0, -3)])[2] == [0]
+    assert row_of([0.0], [(0.6, 0, 3)])[:2] == ([0.0], [0.0])
+
+
+def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undecided():
+    slits = WorldToImage(0, np.array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -2, 0.5, 0.5], float))
+    depth, position = np.zeros((1, 1), np.float32), np.zeros((1, 1, 3), np.float32)
+    for z, undecided in ((0.0, 0), (0.125, 0), (0.1, 1)):  # 0.1 in float64, rounded, or a rounded 1 times a rounded 0.1
+        depth[:], position[..., 2] = np.float32(z) * 2, np.float32(z)
+        found = oracle.ao_bounds(depth, position, slits, np.array([[0.0, 0.0, z]]), 1.0)
+        assert found.undecided.tolist() == [[undecided]]
+        assert found.lower.tolist() == [[0.0]]
+
+
+def test_fractions_hold_every_quotient_and_are_apart():
+    for n in (1, 3, 8, 64):
+        low, high = oracle.fraction_bounds(n, MODELS["shader"])
+        for k in range(n + 1):
+            exact = Fraction(k, n)
+            assert Fraction(float(low[k])) <= exact * (1 - Fraction(5, 2) * ULP) + ULP * exact
+            assert Fraction(float(low[k])) <= exact <= Fraction(float(high[k]))
+            assert np.float32(k) / np.float32(n) <= high[k]
+            assert np.float32(k) * (np.float32(1) / np.float32(n)) <= high[k]
+        assert (high[:-1] < low[1:]).all()
+        assert (low[0], high[0]) == (0, 0)
+
+
+# Models
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
+    rng = np.random.default_rng(seed)
+    view = module_views(builtin_scene("ammonite"), find_display("virtual").with_resolution(12, 9))[0]
+    depth, positions, samples = critical_scene(rng, view, 5, 0.3)
+    given = depth, positions, view.world_to_image, samples, 0.3
+    found = {name: oracle.ao_bounds(*given, name) for name in MODELS}
+    texture = passes.algorithm2(*given).texture
+    np.testing.assert_array_equal(found["strict"].lower.view(np.int32), texture.view(np.int32))
+    np.testing.assert_array_equal(found["strict"].upper.view(np.int32), texture.view(np.int32))
+    for inner, outer in (("strict", "nearest"), ("nearest", "shader"), ("shader", "sampler")):
+        assert (found[outer].lower <= found[inner].lower).all()
+        assert (found[inner].upper <= found[outer].upper).all()
+    for sigma in (0.0, 0.7):
+        blurred = oracle.blur_bounds(oracle.exactly(texture), sigma, "strict")
+        np.testing.assert_array_equal(blurred.lower, passes.blur(texture, sigma))
+        assert blurred.lower is blurred.upper or (blurred.lower == blurred.upper).all()
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("sigma", [0.0, 1e-9, 0.05, 0.4, 1.0, 6.0])
+def test_blur_bounds_hold_the_blur_and_black_stays_black(model, sigma):
+    rng = np.random.default_rng(5)
+    texture = (rng.integers(0, 9, (7, 9)) / 8).astype(np.float32)
+    found = oracle.blur_bounds(oracle.exactly(texture), sigma, model)
+    assert not found.outside(passes.blur(texture, sigma)).any()
+    assert (found.upper - found.lower).max() <= 5e-5
+    black = oracle.blur_bounds(oracle.exactly(0 * texture), sigma, model)
+    assert not black.lower.any()
+    assert not black.upper.any()
+
+
+def test_shade_bounds_turn_with_the_sign_of_the_colour():
+    occlusion = oracle.Bounds(np.float32([[0.25]]), np.float32([[0.5]]))
+    found = oracle.shade_bounds(np.float32([[[1.0, -1.0, 0.0]]]), occlusion)
+    np.testing.assert_allclose(found.lower, [[[0.5, -0.75, 0.0]]], rtol=1e-6)
+    np.testing.assert_allclose(found.upper, [[[0.75, -0.5, 0.0]]], rtol=1e-6)
+    assert found.lower[0, 0, 0] < 0.5
+    assert found.upper[0, 0, 0] > 0.75
+
+
+def test_merge_bounds_are_maxima_and_undecided_samples_add_up():
+    a = oracle.Bounds(np.float32([[0.1, 0.5]]), np.float32([[0.3, 0.5]]), np.int32([[2, 0]]))
+    b = oracle.Bounds(np.float32([[0.2, 0.1]]), np.float32([[0.2, 0.9]]), np.int32([[0, 1]]))
+    found = oracle.merge_bounds([a, b])
+    np.testing.assert_array_equal(found.lower, np.float32([[0.2, 0.5]]))
+    np.testing.assert_array_equal(found.upper, np.float32([[0.3, 0.9]]))
+    assert found.undecided.tolist() == [[2, 1]]
+
+
+def test_a_number_that_is_none_is_outside():
+    found = oracle.exactly(np.float32([[0.5, 0.5]])).outside(np.float32([[np.nan, 0.5]]))
+    assert found.tolist() == [[True, False]]
+
+
+# Sharpness
+
+
+@pytest.mark.parametrize("name", ["gallery", "statue", "armadillo", "ammonite"])
+def test_few_samples_are_undecided_in_the_embedded_scenes(name):
+    """At most 0.5 % of the samples at visible points, at least 95 % of the visible texels certain, in every radius."""
+    mesh = builtin_scene(name)
+    display = find_display("virtual").with_resolution(256, 192)
+    for view in (module_views(mesh, display)[0], Camera.looking_at(mesh.bounds).view(256, 192)):
+        gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view, color=None)
+        samples, surface = make_samples(), gbuffer.depth < np.inf
+        for radius in default_radii(mesh):
+            given = gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius
+            undecided = oracle.ao_bounds(*given, screen_to_world=view.screen_to_world).undecided[surface]
+            assert undecided.sum() <= 0.005 * undecided.size * len(samples)
+            assert (undecided == 0).mean() >= 0.95
+
+
+# Reasons
+
+
+def test_explain_names_the_texel_the_edge_and_the_error():
+    depth = np.float32([[0, 5, np.inf]])
+    positions = np.zeros((1, 3, 3), np.float32)
+    positions[0, 0] = 0.5, 0.5, 0.0
+    samples = np.array([(0.25, 0, -3), (0.5, 0, 3), (2, 0, 9), (9, 0, 9)])
+    found = explain((0, 0), depth, positions, IDENTITY, samples, 1.0)
+    assert found[0].number == 1
+    assert [(s.number, s.outcome) for s in sorted(found, key=lambda s: s.number)] == [
+        (0, "clear"), (1, "undecided"), (2, "clear"), (3, "clear"),
+    ]  # fmt: skip
+    by_number = {s.number: s for s in found}
+    assert by_number[1].texel == (1, 0)
+    assert by_number[1].from_edge == 0.0
+    assert by_number[1].behind == -2.0
+    assert by_number[0].from_edge == 0.25
+    assert by_number[2].behind == -np.inf
+    assert by_number[3].texel is None
+    assert 0 < by_number[1].error_uv < 1e-5
+    texts = {s.number: str(s) for s in found}
+    assert texts[0].startswith("sample 0 is clear: it reads texel (0, 0), 2.5e-01 from its edge")
+    assert "3.0e+00 before its surface" in texts[0]
+    assert "sees no surface" in texts[2]
+    assert "outside the texture" in texts[3]
+    assert explain((2, 0), depth, positions, IDENTITY, samples, 1.0) == []
+
+
+def test_explain_of_algorithm_1_has_its_points_from_depth():
+    found = explain((1, 0), np.float32([[0, 2, 0]]), None, IDENTITY, np.array([(1, 0, 1.0)]), 1.0, "strict", np.eye(4))
+    assert [(s.u, s.v, s.z, s.texel, s.outcome) for s in found] == [(2.5, 0.5, 3.0, (2, 0), "occluded")]
+
+
+def test_what_does_not_fit_is_refused():
+    depth, positions, samples = np.zeros((2, 3), np.float32), np.zeros((2, 3, 3), np.float32), np.zeros((1, 3))
+    good = {"depth": depth, "positions": positions, "world_to_image": IDENTITY, "samples": samples, "radius": 1.0}
+    slits = WorldToImage(0, np.ones(16))
+    bad = [
+        {"depth": depth.astype(float)}, {"depth": depth[0]}, {"positions": None}, {"positions": positions[:1]},
+        {"samples": samples[:, :2]}, {"samples": samples + np.nan}, {"radius": -1.0}, {"model": "vague"},
+        {"screen_to_world": np.eye(3)}, {"screen_to_world": np.eye(4), "world_to_image": slits},
+    ]  # fmt: skip
+    oracle.ao_bounds(**good)
+    for change in bad:
+        with pytest.raises(InputError):
+            oracle.ao_bounds(**{**good, **change})
+    with pytest.raises(InputError, match="shader, sampler, nearest, strict"):
+        find_model("vague")
+    with pytest.raises(InputError):
+        oracle.shade_bounds(positions, oracle.exactly(depth[:1]))
+    with pytest.raises(InputError):
+        oracle.merge_bounds([])

@@ -1,0 +1,611 @@
+"""Planted bugs: every one is rejected, and the verdict names the stage in which it was planted.
+
+A renderer here is this program's passes with one thing wrong, on a wall and a block seen by the second of two modules,
+14 x 14 texels; a bug that needs another scene to show brings its own. Its arithmetic is float32, so all that the bounds
+allow it they would allow anybody.
+"""
+
+import functools
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lfssao import Display, Mesh, Module, Paint, RayCaster, Settings, WorldToImage, fit_roi, make_samples, render_view
+from lfssao.ao import passes
+from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.core.srgb import to_codes, to_linear
+from lfssao.optics.kernels import projection as kinds
+from lfssao.rendering.manifest import describe_settings, describe_view
+from lfssao.samples import square_points
+from lfssao.verify.bounds.depth import color_bounds, depth_bounds, displaced
+from lfssao.verify.bounds.judge import judge
+from lfssao.verify.case import Case
+from lfssao.verify.compare.intervals import view_case
+from lfssao.verify.verdict import Verdict
+
+SIZE = 14
+ROI = ((-0.3, -0.3, -0.2), (0.3, 0.3, 0.2))
+DISPLAY = Display(
+    "small", 0.6, 0.6, 0.15, -2.0, (Module(0.1, 0, 0.8, SIZE, SIZE), Module(0.35, 0, 0.8, SIZE, SIZE)), ROI
+)
+
+
+def wall_and_block():
+    """A slanted wall that fills the upper part of the view, and a block in front of it; a colour a vertex."""
+    wall = [(-3, -1.2, -0.7), (3, -1.2, -1.4), (3, 4, -1.9), (-3, 4, -1.2)]
+    block = [(x, y, z) for x in (-0.9, 0.8) for y in (-0.8, 0.7) for z in (-0.6, 0.4)]
+    squares = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [(0, 1, 2), (0, 2, 3)] + [tuple(4 + n for n in t) for a, b, c, d in squares for t in ((a, b, c), (a, c, d))]
+    colors = np.random.default_rng(3).uniform(0.2, 0.9, (12, 3)).astype(np.float32)
+    return Mesh(np.array(wall + block, float), np.array(faces, np.int32), Paint.from_vertex_colors(colors, len(faces)))
+
+
+WORLD_BOX = np.array([[-2.0, -2.0, -2.0], [2.0, 2.0, 2.0]])
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The textures of one view that a renderer made; None where it has none."""
+
+    depth: np.ndarray | None = None
+    positions: np.ndarray | None = None
+    color: np.ndarray | None = None
+    ao: tuple[np.ndarray, ...] = ()
+    merged: np.ndarray | None = None
+    blurred: np.ndarray | None = None
+    shaded: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, made):
+        seen = made.gbuffer
+        return cls(seen.depth, seen.positions, seen.color, made.ao, made.merged, made.blurred, made.shaded)
+
+    def named(self):
+        made = {"depth": self.depth, "positions": self.positions, "color": self.color}
+        made |= {f"ao_{k + 1}": texture for k, texture in enumerate(self.ao)}
+        made |= {"merged": self.merged, "blurred": self.blurred, "shaded": self.shaded}
+        return {name: texture for name, texture in made.items() if texture is not None}
+
+
+def case_of(textures, settings, **from_mesh):
+    """The case that a manifest describes."""
+    described = view_case(Path(), {"settings": describe_settings(settings)}, {"view": describe_view(textures.view)})
+    return replace(described, outputs=Stages.of(textures).named(), bounds=from_mesh)
+
+
+def verdicts(mine, case, model="shader"):
+    return {name: judged.verdict for name, judged in judge(mine.named(), case, model).items()}
+
+
+def failing(mine, case, model="shader"):
+    """The stages that are not accepted, in the order of the passes."""
+    return [name for name, verdict in verdicts(mine, case, model).items() if verdict.code]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a renderer is given, and what is right."""
+
+    mesh: Mesh
+    view: object
+    settings: Settings
+    right: Stages
+    case: Case
+
+    @functools.cached_property
+    def caster(self):
+        return RayCaster(self.mesh, self.view.cast_from_world)
+
+
+@functools.cache
+def small_scene(samples=8, sigma=0.8):
+    mesh = wall_and_block()
+    view = DISPLAY.view(1, fit_roi(WORLD_BOX, ROI))
+    table = make_samples("latin", samples, 1, 0.3, 1.0)
+    settings = Settings(radii=(0.5, 0.9), samples=table, blur=sigma)
+    caster = RayCaster(mesh, view.cast_from_world)
+    textures = render_view(caster, view, settings)
+    case = case_of(textures, settings, depth=depth_bounds(caster, view), color=color_bounds(caster, view))
+    return Scene(mesh, view, settings, Stages.of(textures), case)
+
+
+def seen_by(scene, view, mesh=None):
+    """All stages of a renderer that looks from another view, or at another mesh, but is right otherwise."""
+    caster = scene.caster if mesh is None else RayCaster(mesh, view.cast_from_world)
+    return Stages.of(render_view(caster, view, scene.settings))
+
+
+def after_depth(scene, depth=None, positions=None):
+    """Stages of a renderer whose depth and positions are these, but which is right otherwise."""
+    right = scene.right
+    depth = right.depth if depth is None else np.ascontiguousarray(depth, np.float32)
+    positions = right.positions if positions is None else np.ascontiguousarray(positions, np.float32)
+    mapping, samples = scene.view.world_to_image, scene.settings.samples
+    ao = tuple(passes.algorithm2(depth, positions, mapping, samples, r).texture for r in scene.settings.radii)
+    return after_ao(scene, ao, depth=depth, positions=positions)
+
+
+def after_ao(scene, ao, **others):
+    """Stages of a renderer whose AO is this, but which is right otherwise."""
+    ao = tuple(np.ascontiguousarray(a, np.float32) for a in ao)
+    return after_merge(scene, passes.merge(list(ao)), ao=ao, **others)
+
+
+def after_merge(scene, merged, **others):
+    merged = np.ascontiguousarray(merged, np.float32)
+    return after_blur(scene, passes.blur(merged, scene.settings.blur), merged=merged, **others)
+
+
+def after_blur(scene, blurred, **others):
+    blurred = np.ascontiguousarray(blurred, np.float32)
+    shaded = passes.shade(scene.right.color, blurred)
+    return replace(scene.right, blurred=blurred, shaded=shaded, **others)
+
+
+def ao_with(scene, radius_factor=1.0, samples=None, mapping=None):
+    """AO of other parameters."""
+    samples = scene.settings.samples if samples is None else samples
+    mapping = scene.view.world_to_image if mapping is None else mapping
+    right = scene.right
+    layers = [
+        passes.algorithm2(right.depth, right.positions, mapping, samples, radius_factor * r)
+        for r in scene.settings.radii
+    ]
+    return after_ao(scene, [layer.texture for layer in layers])
+
+
+def own_ao(scene, look_up=None, behind=None, offset=None, divisor=None):
+    """AO by a plain loop in float32 with one line replaced."""
+    right, m = scene.right, scene.view.world_to_image.as_type(np.float32)
+    kind = scene.view.world_to_image.kind
+    depth = right.depth
+    height, width = depth.shape
+    n = len(scene.settings.samples)
+    layers = []
+    for radius in scene.settings.radii:
+        offsets = (radius * scene.settings.samples).astype(np.float32)
+        offsets = offsets if offset is None else offset(offsets)
+        out = np.zeros_like(depth)
+        for j, i in np.argwhere(depth < np.inf):
+            for o in offsets:
+                u, v, z, valid = kinds.world_to_image(kind, m, *(right.positions[j, i] + o))
+                if look_up is not None:
+                    surface = look_up(depth, u, v)
+                else:
+                    inside = 0 <= u < width and 0 <= v < height
+                    surface = depth[math.floor(v), math.floor(u)] if inside else None
+                if valid and surface is not None and (surface < z if behind is None else behind(surface, z)):
+                    out[j, i] += 1
+        layers.append(out / np.float32(n if divisor is None else divisor))
+    return after_ao(scene, layers)
+
+
+def test_a_renderer_without_a_bug_is_accepted():
+    """The reference, and a plain loop that adds before it multiplies."""
+    scene = small_scene()
+    assert failing(scene.right, scene.case, "strict") == []
+    for mine in (scene.right, own_ao(scene), after_depth(scene), ao_with(scene)):
+        found = verdicts(mine, scene.case)
+        assert set(found.values()) <= {Verdict.EQUAL_BITS, Verdict.INSIDE}
+        assert list(found) == list(scene.right.named())
+    surface = scene.right.depth < np.inf
+    assert 0 < (~surface).sum() < surface.sum()
+    assert all(len(np.unique(a)) > 5 for a in scene.right.ao)
+
+
+# Depth: what a renderer of these sees
+
+
+def observer_too_high(scene):
+    return seen_by(scene, replace(DISPLAY, observer_height=0.2).view(1, fit_roi(WORLD_BOX, ROI)))
+
+
+def observers_too_near(scene):
+    return seen_by(scene, replace(DISPLAY, observer_z=-1.6).view(1, fit_roi(WORLD_BOX, ROI)))
+
+
+def half_texel_shift(scene):
+    return seen_by(scene, displaced(scene.view, -0.5, -0.5))
+
+
+def hundredth_texel_shift(scene):
+    return seen_by(scene, displaced(scene.view, 0.01, 0.0))
+
+
+def module_off_by_one(scene):
+    return seen_by(scene, DISPLAY.view(0, fit_roi(WORLD_BOX, ROI)))
+
+
+def flipped_v(scene):
+    return after_depth(scene, scene.right.depth[::-1], scene.right.positions[::-1])
+
+
+def transposed(scene):
+    return after_depth(scene, scene.right.depth.T, scene.right.positions.transpose(1, 0, 2))
+
+
+def half_floats_in_depth(scene):
+    return after_depth(scene, scene.right.depth.astype(np.float16))
+
+
+def background_at_zero(scene):
+    return after_depth(scene, np.where(scene.right.depth < np.inf, scene.right.depth, 0))
+
+
+def distance_for_depth(scene):
+    """The way along the ray from the screen, for z."""
+    depth = scene.right.depth
+    j, i = np.mgrid[:SIZE, :SIZE] + 0.5
+    m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = scene.view.lens
+    s_x, s_y = (i - u_0) / u_scale, (j - v_0) / v_scale
+    return after_depth(scene, depth * np.sqrt(((m_x - s_x) / m_z) ** 2 + ((y_o - s_y) / z_o) ** 2 + 1))
+
+
+def depth_towards_the_viewers(scene):
+    return after_depth(scene, np.where(scene.right.depth < np.inf, -scene.right.depth, np.inf))
+
+
+def back_faces_only(scene):
+    """Front faces of the block culled: its far sides are seen."""
+    keep = [k for k in range(len(scene.mesh.faces)) if k not in (12, 13)]
+    paint = replace(scene.mesh.paint, face_material=scene.mesh.paint.face_material[keep])
+    return seen_by(scene, scene.view, replace(scene.mesh, faces=scene.mesh.faces[keep], paint=paint))
+
+
+def depth_in_ten_bits(scene):
+    depth = scene.right.depth
+    return after_depth(scene, np.where(depth < np.inf, np.round((depth + 0.2) / 0.4 * 1023) / 1023 * 0.4 - 0.2, depth))
+
+
+# Positions
+
+
+def positions_in_physical_space(scene):
+    world, m = scene.right.positions.astype(float), scene.view.cast_from_world
+    physical = np.where(np.isfinite(world), np.nan_to_num(world, posinf=0) @ m[:, :3].T + m[:, 3], np.inf)
+    return after_depth(scene, positions=physical)
+
+
+def positions_of_the_next_texel(scene):
+    return after_depth(scene, positions=np.roll(scene.right.positions, -1, axis=1))
+
+
+def half_floats_in_positions(scene):
+    return after_depth(scene, positions=scene.right.positions.astype(np.float16))
+
+
+def positions_zero_without_surface(scene):
+    return after_depth(scene, positions=np.where(np.isfinite(scene.right.positions), scene.right.positions, 0))
+
+
+# Color
+
+
+def with_color(scene, color):
+    return replace(scene.right, color=color, shaded=passes.shade(color, scene.right.blurred))
+
+
+def color_not_decoded(scene):
+    """SRGB codes taken for linear light."""
+    return with_color(scene, (to_codes(scene.right.color) / 255).astype(np.float32))
+
+
+def red_and_blue_exchanged(scene):
+    return with_color(scene, np.ascontiguousarray(scene.right.color[..., ::-1]))
+
+
+# AO
+
+
+def radius_one_percent_too_large(scene):
+    return ao_with(scene, radius_factor=1.01)
+
+
+def last_sample_dropped(scene):
+    return own_ao(scene, offset=lambda offsets: offsets[:-1])
+
+
+def divided_by_one_less(scene):
+    return own_ao(scene, divisor=len(scene.settings.samples) - 1)
+
+
+def radius_not_cubed(scene):
+    """Radii of the samples uniform in r instead of in r^3."""
+    table = scene.settings.samples
+    t = (np.linalg.norm(table, axis=1) ** 3 - 0.3**3) / (1 - 0.3**3)
+    return ao_with(scene, samples=table * ((0.3 + 0.7 * t) / np.linalg.norm(table, axis=1))[:, None])
+
+
+def samples_mirrored_in_z(scene):
+    return ao_with(scene, samples=scene.settings.samples * [1, 1, -1])
+
+
+def another_seed(scene):
+    assert len(square_points("latin", 8, 2)) == 8
+    return ao_with(scene, samples=make_samples("latin", 8, 2, 0.3, 1.0))
+
+
+def samples_in_physical_space(scene):
+    """Offsets of R metres, not scaled to world units."""
+    scale = 1 / abs(scene.view.cast_from_world[0, 0])
+    return ao_with(scene, samples=scene.settings.samples * scale)
+
+
+def pinhole_for_two_slits(scene):
+    """Both coordinates divided by the distance from the module."""
+    m = scene.view.world_to_image.numbers.copy()
+    m_z, z_o = m[12], m[13]
+    m[4:8] *= -m_z / z_o  # so that points on the screen still land where they should, mirrored denominators aside
+    m[13] = -m_z
+    return ao_with(scene, mapping=WorldToImage(kinds.CROSSED_SLITS, m))
+
+
+def look_up_half_a_texel_off(scene):
+    """Rounded to the nearest integer instead of to the floor."""
+
+    def look_up(depth, u, v):
+        i, j = math.floor(u + 0.5), math.floor(v + 0.5)
+        return depth[j, i] if 0 <= i < SIZE and 0 <= j < SIZE else None
+
+    return own_ao(scene, look_up)
+
+
+def look_up_truncated(scene):
+    """Rounded towards zero: what lies a little left of the texture reads its first column."""
+
+    def look_up(depth, u, v):
+        i, j = math.trunc(u), math.trunc(v)
+        return depth[j, i] if 0 <= i < SIZE and 0 <= j < SIZE else None
+
+    return own_ao(scene, look_up)
+
+
+def look_up_clamped(scene):
+    """Samples outside the texture read its border."""
+    return own_ao(scene, lambda depth, u, v: depth[min(max(int(v), 0), SIZE - 1), min(max(int(u), 0), SIZE - 1)])
+
+
+def look_up_row_and_column_exchanged(scene):
+    def look_up(depth, u, v):
+        return depth[math.floor(u), math.floor(v)] if 0 <= u < SIZE and 0 <= v < SIZE else None
+
+    return own_ao(scene, look_up)
+
+
+def look_up_bilinear(scene):
+    def look_up(depth, u, v):
+        if not (0 <= u < SIZE and 0 <= v < SIZE):
+            return None
+        x, y = min(max(u - 0.5, 0), SIZE - 1), min(max(v - 0.5, 0), SIZE - 1)
+        i, j = min(int(x), SIZE - 2), min(int(y), SIZE - 2)
+        a, b, c, d = depth[j, i], depth[j, i + 1], depth[j + 1, i], depth[j + 1, i + 1]
+        upper, lower = (p if x == i else p + (q - p) * (x - i) for p, q in ((a, b), (c, d)))
+        return upper if y == j else upper + (lower - upper) * (y - j)
+
+    with np.errstate(invalid="ignore"):
+        return own_ao(scene, look_up)
+
+
+def depth_bias(scene):
+    """A bias against self-occlusion, as renderers with a depth test have it."""
+    return own_ao(scene, behind=lambda surface, z: surface + 0.01 < z)
+
+
+def less_or_equal(scene):
+    """<= for <: see tie_scene."""
+    return own_ao(scene, behind=lambda surface, z: surface <= z)
+
+
+def visibility_for_occlusion(scene):
+    return after_ao(scene, [np.where(scene.right.depth < np.inf, 1 - a, 0) for a in scene.right.ao])
+
+
+def background_occluded(scene):
+    return after_ao(scene, [np.where(scene.right.depth < np.inf, a, 1) for a in scene.right.ao])
+
+
+def ao_in_eight_bits(scene):
+    return after_ao(scene, [np.round(a * 255) / 255 for a in scene.right.ao])
+
+
+def radii_exchanged(scene):
+    return after_ao(scene, scene.right.ao[::-1])
+
+
+def second_radius_is_the_first(scene):
+    return after_ao(scene, scene.right.ao[:1] * 2)
+
+
+# Merge
+
+
+def sum_for_maximum(scene):
+    return after_merge(scene, np.sum(scene.right.ao, axis=0))
+
+
+def minimum_for_maximum(scene):
+    return after_merge(scene, np.min(scene.right.ao, axis=0))
+
+
+def mean_for_maximum(scene):
+    return after_merge(scene, np.mean(scene.right.ao, axis=0))
+
+
+def last_radius_not_merged(scene):
+    return after_merge(scene, scene.right.ao[0])
+
+
+# Blur
+
+
+def blurred_with(
+    scene, weights=None, mode="edge", passes_of=(blur_kernels.blur_horizontal, blur_kernels.blur_vertical)
+):
+    weights = passes.gaussian_kernel(scene.settings.blur) if weights is None else weights
+    radius = len(weights) // 2
+    source = np.pad(scene.right.merged, radius + 1, mode=mode)
+    for run in passes_of:
+        target = np.empty_like(source)
+        run(source, weights.astype(np.float32), target)
+        source = target
+    return after_blur(scene, source[radius + 1 : -radius - 1, radius + 1 : -radius - 1])
+
+
+def kernel_not_normalised(scene):
+    k = np.arange(-3, 4)
+    return blurred_with(scene, np.exp(-(k**2) / (2 * scene.settings.blur**2)))
+
+
+def vertical_pass_missed(scene):
+    return blurred_with(scene, passes_of=(blur_kernels.blur_horizontal,))
+
+
+def horizontal_pass_twice(scene):
+    return blurred_with(scene, passes_of=(blur_kernels.blur_horizontal,) * 2)
+
+
+def zeros_beyond_the_border(scene):
+    return blurred_with(scene, mode="constant")
+
+
+def wrapped_border(scene):
+    return blurred_with(scene, mode="wrap")
+
+
+def mirrored_border(scene):
+    return blurred_with(scene, mode="reflect")
+
+
+def variance_for_sigma(scene):
+    return blurred_with(scene, passes.gaussian_kernel(scene.settings.blur**2))
+
+
+def kernel_one_tap_short(scene):
+    inner = passes.gaussian_kernel(scene.settings.blur)[1:-1]
+    return blurred_with(scene, inner / inner.sum())
+
+
+def blur_of_the_first_radius(scene):
+    return after_blur(scene, passes.blur(scene.right.ao[0], scene.settings.blur))
+
+
+# Shading
+
+
+def shaded(scene, factor):
+    return replace(scene.right, shaded=(scene.right.color * factor[..., None]).astype(np.float32))
+
+
+def encoded_twice(scene):
+    """SRGB codes of the shaded image, taken for linear light and encoded once more on the way out."""
+    return replace(scene.right, shaded=(to_codes(scene.right.shaded) / np.float32(255)).astype(np.float32))
+
+
+def decoded_twice(scene):
+    return replace(scene.right, shaded=to_linear(np.round(scene.right.shaded * 255).astype(np.uint8)))
+
+
+def multiplied_by_occlusion(scene):
+    return shaded(scene, scene.right.blurred)
+
+
+def occlusion_applied_twice(scene):
+    return shaded(scene, (1 - scene.right.blurred) ** 2)
+
+
+def not_blurred_before_shading(scene):
+    return shaded(scene, 1 - scene.right.merged)
+
+
+BUGS = {
+    "depth": (
+        half_texel_shift, hundredth_texel_shift, flipped_v, transposed, observer_too_high, observers_too_near,
+        module_off_by_one, half_floats_in_depth, depth_in_ten_bits, background_at_zero, distance_for_depth,
+        depth_towards_the_viewers, back_faces_only,
+    ),
+    "positions": (
+        positions_in_physical_space, positions_of_the_next_texel, half_floats_in_positions,
+        positions_zero_without_surface,
+    ),
+    "color": (color_not_decoded, red_and_blue_exchanged),
+    "ao_1": (
+        radius_one_percent_too_large, last_sample_dropped, divided_by_one_less, radius_not_cubed, samples_mirrored_in_z,
+        another_seed, samples_in_physical_space, pinhole_for_two_slits, look_up_half_a_texel_off, look_up_truncated,
+        look_up_clamped, look_up_row_and_column_exchanged, look_up_bilinear, depth_bias, less_or_equal,
+        visibility_for_occlusion, background_occluded, ao_in_eight_bits, radii_exchanged,
+    ),
+    "ao_2": (second_radius_is_the_first,),
+    "merged": (sum_for_maximum, minimum_for_maximum, mean_for_maximum, last_radius_not_merged),
+    "blurred": (
+        kernel_not_normalised, vertical_pass_missed, horizontal_pass_twice, zeros_beyond_the_border, wrapped_border,
+        mirrored_border, variance_for_sigma, kernel_one_tap_short, blur_of_the_first_radius,
+    ),
+    "shaded": (
+        encoded_twice, decoded_twice, multiplied_by_occlusion, occlusion_applied_twice, not_blurred_before_shading,
+    ),
+}  # fmt: skip
+PLANTED = [(stage, bug) for stage, bugs in BUGS.items() for bug in bugs]
+
+
+# Bugs that change so little that few samples may all fall as before.
+MANY_SAMPLES = {radius_one_percent_too_large}
+
+
+@functools.cache
+def tie_scene():
+    """One texel of a wall at the depth 1/8, and one sample beside it at the same depth: no rounding decides this."""
+    display = Display("tie", 0.5, 0.5, 0.0, -2.0, (Module(0.0, 0.0, 1.0, 2, 1),), ROI)
+    view = display.view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
+    wall = np.array([(-1.0, -1, -0.125), (1, -1, -0.125), (1, 1, -0.125), (-1, 1, -0.125)])
+    colors = Paint.from_vertex_colors(np.full((4, 3), 0.5, np.float32), 2)
+    mesh = Mesh(wall, np.array([(0, 1, 2), (0, 2, 3)], np.int32), colors)
+    settings = Settings(radii=(0.125, 0.25), samples=np.array([[0.125, 0.0, 0.0]]), blur=0.8)
+    caster = RayCaster(mesh, view.cast_from_world)
+    textures = render_view(caster, view, settings)
+    case = case_of(textures, settings, depth=depth_bounds(caster, view))
+    return Scene(mesh, view, settings, Stages.of(textures), case)
+
+
+def test_there_are_at_least_25_bugs():
+    assert len({bug for _, bug in PLANTED}) == len(PLANTED) >= 25
+
+
+@pytest.mark.parametrize(("stage", "bug"), PLANTED, ids=lambda value: getattr(value, "__name__", value))
+def test_every_bug_is_named_by_the_stage_that_it_was_planted_in(stage, bug):
+    scene = tie_scene() if bug is less_or_equal else small_scene(64 if bug in MANY_SAMPLES else 8)
+    found = failing(bug(scene), scene.case)
+    assert found[0] == stage
+    if stage not in ("depth", "positions", "ao_1"):  # one error is named once; these are textures others must fit
+        assert found == [stage]
+
+
+def test_missing_stages_and_other_sizes_are_failures_and_later_stages_are_judged_on_the_reference():
+    scene = small_scene()
+    right = scene.right
+    found = verdicts(replace(right, merged=None), scene.case)
+    assert found["merged"] is Verdict.MISSING
+    assert found["blurred"] is found["shaded"] is Verdict.EQUAL_BITS
+    found = verdicts(replace(right, depth=right.depth[:-1]), scene.case)
+    assert found["depth"] is Verdict.MISMATCH
+    assert found["ao_1"] is Verdict.EQUAL_BITS
+    holed = right.depth.copy()
+    holed[0, 0] = np.nan
+    assert failing(replace(right, depth=holed), scene.case)[0] == "depth"
+    assert failing(Stages(), scene.case) == list(right.named())
+
+
+@pytest.mark.parametrize("guard", [0, 3])
+def test_a_guard_band_and_no_mesh_are_no_bugs(guard):
+    scene = small_scene()
+    view = DISPLAY.view(1, fit_roi(WORLD_BOX, ROI), guard)
+    textures = render_view(RayCaster(scene.mesh, view.cast_from_world), view, scene.settings)
+    case = case_of(textures, scene.settings)
+    for model in ("shader", "sampler", "nearest", "strict"):
+        assert set(verdicts(Stages.of(textures), case, model).values()) == {Verdict.EQUAL_BITS}
+    up = np.where(textures.blurred > 0, np.nextafter(textures.blurred, np.float32(2)), textures.blurred)
+    beside = replace(Stages.of(textures), blurred=up)
+    assert failing(beside, case, "strict")[0] == "blurred"
+    assert verdicts(beside, case)["blurred"] is Verdict.INSIDE

@@ -1,0 +1,300 @@
+"""Bounds of the other estimators that count points: float32 renderers stay inside, and few points are undecided.
+
+As in ``test_oracle_sound`` scenes are drawn so that rounding matters. Normals are drawn at right angles to an offset
+but for the last digits, so that the half ball's turn is next to its decision, too.
+"""
+
+from functools import partial
+
+import numpy as np
+import pytest
+import random_renderer as rr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracle_scenes import critical_scene, drawn_view
+from reference import bounds as reference
+from test_sound import arithmetic, assert_inside
+
+from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, find_display, module_views
+from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
+from lfssao.ao.estimators.vo.local_frame import ball_mirrors
+from lfssao.ao.textures import Buffers
+from lfssao.verify.bounds import points as point_oracle
+from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.judge import occlusion_bounds
+from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+from lfssao.verify.bounds.points import BOUNDED, NORMALS, is_bounded, point_bounds
+from lfssao.verify.bounds.texels import Surfaces, Texels
+
+RENDERERS = 40
+pytestmark = pytest.mark.usefixtures("one_thread")
+
+
+def unit(vectors):
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return vectors / np.sqrt(x * x + y * y + z * z)[..., None]
+
+
+def across(rng, offsets):
+    """Unit vectors, float32, half of them at right angles to offsets (H, W, 3) but for rounding."""
+    made = unit(rng.normal(size=offsets.shape))
+    beside = unit(np.cross(offsets, made))
+    return np.where(rng.random(offsets.shape[:-1])[..., None] < 0.5, made, beside).astype(np.float32)
+
+
+@st.composite
+def drawn_problems(draw):
+    height, width = draw(st.sampled_from([(3, 4), (1, 11), (4, 4)]))
+    view = drawn_view(draw, height, width)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    model = draw(st.sampled_from(["shader", "shader", "nearest"]))
+    return view, rng, model, float(draw(st.sampled_from([0.01, 0.3, 1.0]))), draw(st.sampled_from([1, 3, 6]))
+
+
+def check_shares(drawn, options, half, alter=lambda model: model):
+    """Renderers of point or hemisphere against the bounds of an altered model."""
+    view, rng, name, radius, n = drawn
+    normals = np.zeros((view.height, view.width, 3), np.float32)
+
+    def moved(samples, number):
+        if half:
+            normals[:] = across(rng, samples[number])
+        turn = np.where(np.einsum("ijk,ijk->ij", samples[number], normals) < 0, -1, 1)
+        return samples[number] * turn[..., None]
+
+    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    normals[~np.isfinite(depth)] = 0
+    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals if half else None)
+    found = point_bounds("hemisphere" if half else "point", given, radius, samples, None, options, alter(MODELS[name]))
+    ar = arithmetic(name, rng, RENDERERS)
+    mapping = view.world_to_image
+    made = rr.points_behind(
+        ar, depth, positions, normals if half else None, mapping.kind, mapping.numbers, samples, radius,
+        options["range_check"], options["surface"] == "positions", options.get("remap", False),
+    )  # fmt: skip
+    assert_inside(made, found, "share")
+    right = estimate("hemisphere" if half else "point", Buffers(view, depth, positions, normals), radius, samples,
+                     **options).texture  # fmt: skip
+    assert not found.outside(right).any()
+    return int(found.undecided.sum()), int((np.rint(made * n).max(0) - np.rint(made * n).min(0)).sum())
+
+
+@settings(max_examples=20)
+@given(drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]), st.booleans())
+def test_no_renderer_of_point_leaves_its_bounds(drawn, check, surface, remap):
+    check_shares(drawn, {"remap": remap, "range_check": check, "surface": surface}, half=False)
+
+
+@settings(max_examples=20)
+@given(drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]))
+def test_no_renderer_of_the_half_ball_leaves_its_bounds(drawn, check, surface):
+    check_shares(drawn, {"range_check": check, "surface": surface}, half=True)
+
+
+def check_volume(drawn, options, tangent):
+    """Renderers of VO's points against the bounds."""
+    view, rng, name, radius, n = drawn
+    shape = view.height, view.width
+    tiles = ball_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))
+    j, i = np.indices(shape)
+    mirrors = np.moveaxis(tiles[:, j % 4, i % 4], 0, -1)
+    normals = np.zeros((*shape, 3), np.float32)
+    directions = np.broadcast_to(unit(rng.normal(size=3)), (*shape, 3)).astype(np.float32)
+    deep = float(directions[0, 0] @ view.cast_from_world[2, :3])
+
+    def moved(samples, number):
+        o = samples[number].astype(np.float32).astype(float)
+        o = o - 2 * np.einsum("ijk,ijk->ij", o, mirrors)[..., None] * mirrors
+        if tangent:
+            normals[:] = across(rng, o)
+        o = o - 2 * np.minimum(np.einsum("ijk,ijk->ij", o, normals), 0)[..., None] * normals
+        back = options["thickness"] * deep * view.world_from_cast[:, 2] if rng.random() < 0.5 else 0.0
+        return o - back / radius
+
+    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    normals[~np.isfinite(depth)] = 0
+    weights = rng.uniform(0.2, 3, n)
+    kind, m = view.world_to_image.kind, view.world_to_image.numbers
+    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals, directions)
+    ar = arithmetic(name, rng, RENDERERS)
+    shares, made = (weights / np.cumsum(weights)[-1]).astype(np.float32), []
+    for r in (radius, options["second"] * radius) if options["second"] else (radius,):
+        made.append(rr.hidden_volume(
+            ar, depth, positions, normals, directions, kind, m, view.cast_from_world[2], samples, shares, r,
+            options["thickness"], mirrors,
+        ))  # fmt: skip
+    volume = rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
+    estimator = "vo-points-normal" if tangent else "vo-points"
+    found = point_bounds(estimator, given, radius, samples, weights, options, name)
+    assert_inside(volume, found, "volume")
+    return int(found.undecided.sum()), int((made[0].max(0) - made[0].min(0) > 1e-3).sum())
+
+
+@settings(max_examples=20)
+@given(
+    drawn_problems(), st.booleans(), st.sampled_from([0.0, 0.02, 0.2]), st.sampled_from([0.0, 0.5]),
+    st.sampled_from(["product", "minimum"]), st.booleans(),
+)  # fmt: skip
+def test_no_renderer_of_points_in_the_ball_leaves_its_bounds(drawn, tangent, thickness, second, combine, randomize):
+    options = {"thickness": thickness, "second": second, "combine": combine, "randomize": randomize, "seed": 3}
+    check_volume(drawn, options, tangent)
+
+
+def test_renderers_differ_where_points_are_undecided():
+    """Else these scenes would prove nothing: bounds that are a point would be as sound."""
+    display = find_display("sample-a").with_resolution(4, 3)
+    view = module_views(builtin_scene("statue"), display, range(4, 5))[0]
+    drawn = [(view, np.random.default_rng(seed), "shader", 1.0, 3) for seed in range(12)]
+    plain = {"range_check": False, "surface": "depth"}
+    vo = {"thickness": 0.1, "second": 0.0, "combine": "product", "randomize": True, "seed": 0}
+    for check in (
+        partial(check_shares, options={**plain, "remap": False}, half=False),
+        partial(check_shares, options=plain, half=True),
+        partial(check_volume, options=vo, tangent=True),
+    ):
+        undecided, differing = np.sum([check(problem) for problem in drawn], axis=0)  # fmt: skip
+        assert undecided >= differing > 10
+
+
+@pytest.mark.parametrize("model", ["shader", "nearest"])
+def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
+    """Pairs of places just as far apart as R, and offsets just at right angles to normals, but for the last digits."""
+    rng, n, radius = np.random.default_rng(5), 400, 0.3
+    ways, spread = unit(rng.normal(size=(n, 3))), 2e-6 if model == "shader" else 4e-7
+    places = rng.uniform(-1, 1, (n, 3)).astype(np.float32)
+    far = (places + radius * (1 + rng.uniform(-spread, spread, (n, 1))) * ways).astype(np.float32)
+    positions = np.stack([places, far], axis=1).reshape(1, 2 * n, 3)
+    depth = np.zeros((1, 2 * n), np.float32)
+    display = find_display("virtual").with_resolution(2 * n, 1)
+    view = module_views(builtin_scene("statue"), display)[0]
+    texels = Texels(Surfaces(depth, positions, view.world_to_image, view.cast_from_world), MODELS[model])
+    may, must = point_oracle.range_check(texels, radius)(np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2))
+    ar = arithmetic(model, rng, RENDERERS)
+    away = [ar.subtract(far[None, :, k].astype(float), places[None, :, k].astype(float)) for k in range(3)]
+    square = rr.dot(ar, away, away)
+    for near in (square <= rr.single(radius * radius), ar.root(square) <= rr.single(radius)):
+        assert not (near & ~may).any()
+        assert not (~near & must).any()
+        assert (near.any(0) & ~near.all(0)).sum() > n / 50
+    assert (~may).any()
+    assert must.any()
+    offset = ways[7].astype(np.float32).astype(float)
+    normals = across(rng, np.broadcast_to(offset, (1, n, 3)))
+    texels = Texels(
+        Surfaces(depth[:, :n], positions[:, :n], view.world_to_image, view.cast_from_world, normals), MODELS[model]
+    )
+    below, surely = point_oracle.below_surface(texels, offset, 0.0)
+    parts = list(offset)
+    turned = rr.dot(ar, parts, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
+    assert not (turned & ~below).any()
+    assert not (~turned & surely).any()
+    assert (turned.any(0) & ~turned.all(0)).sum() > 10
+    assert n / 4 < (below & ~surely).sum() < 3 * n / 4
+
+
+@settings(max_examples=20)
+@given(st.data())
+def test_image_points_equal_the_reference(data):
+    view = drawn_view(data.draw, 2, 3)
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
+    places = rng.uniform(-3, 3, (6, 3))
+    off = rng.choice([0.0, 1e-6, 0.1], (6, 3))
+    kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).astype(np.float64)
+    model = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))]
+    image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
+    outcomes.map_positions(places, off, kind, m, model.errors, image, error, sure)
+    by = reference.Errors(*model.errors)
+    for place in range(6):
+        pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
+        with np.errstate(all="ignore"):
+            rows = [reference.point_row(m, k, pairs, by) for k in range(4 if kind == reference.MATRIX else 3)]
+            u, v, z, truths = reference.image(kind, m, *rows, *[None] * (4 - len(rows)), by)
+        assert sure[place] == (truths == {True})
+        assert (error[place][0] == -np.inf) == (True not in truths)
+        if True in truths:
+            np.testing.assert_array_equal(image[place], [u.x, v.x, z.x])
+            np.testing.assert_array_equal(error[place], [u.e, v.e, z.e])
+
+
+# How sharp, and what has none
+
+
+@pytest.fixture(scope="module")
+def seen():
+    """The gallery from a module and by a camera."""
+    mesh = builtin_scene("gallery")
+    module = module_views(mesh, find_display("sample-a").with_resolution(64, 48), range(4, 5))[0]
+    views = module, Camera.looking_at(mesh.bounds).view(64, 48)
+    return [Buffers.of(RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric"), view) for view in views]
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_few_points_are_undecided(name, seen):
+    estimator, radius = find_estimator(name), default_radii(builtin_scene("gallery"))[1]
+    points, weights = estimator.default_samples()
+    changes = {"range_check": True, "surface": "positions"} if "surface" in estimator.parameters else {"second": 0.5}
+    for buffers in seen:
+        view, depth = buffers.view, buffers.depth
+        given = Surfaces(
+            depth, buffers.positions, view.world_to_image, view.cast_from_world, buffers.normals, buffers.directions
+        )
+        for options in (estimator.parameters, {**estimator.parameters, **changes}):
+            found = point_bounds(name, given, radius, points, weights, options)
+            assert not found.outside(estimate(name, buffers, radius, points, weights, **options).texture).any()
+            undecided = found.undecided[depth < np.inf]
+            assert undecided.mean() / len(points) < 0.005
+            assert (undecided == 0).mean() > 0.95
+            assert found.upper.max() > 0.2
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_bounds_are_those_of_the_arguments(name):
+    """By a camera, whose axis VO reads; of another axis, or in another model, they would be others."""
+    mesh, rng = builtin_scene("statue"), np.random.default_rng(4)
+    view = Camera.looking_at(mesh.bounds).view(5, 4)
+    depth, positions, points = critical_scene(rng, view, 6, 0.3, lambda samples, number: samples[number])
+    normals = unit(rng.normal(size=positions.shape)).astype(np.float32)
+    options, weights = ESTIMATORS[name].parameters, rng.uniform(0.2, 3, 6)
+    described = {
+        "mapping": {"kind": "matrix", "numbers": view.world_to_image.numbers}, "estimator": name, "options": options,
+        "view": {"cast_from_world": view.cast_from_world},
+    }  # fmt: skip
+    inputs = {"depth": depth, "positions": positions, "normals": normals, "points": points, "weights": weights}
+    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals)
+
+    def same(a, b):
+        return all(np.array_equal(getattr(a, end), getattr(b, end)) for end in ("lower", "upper", "undecided"))
+
+    found = [occlusion_bounds(described, inputs, 0.3, MODELS[m]) for m in ("shader", "nearest")]
+    right = [point_bounds(name, given, 0.3, points, weights, options, m) for m in ("shader", "nearest")]
+    assert same(found[0], right[0])
+    assert same(found[1], right[1])
+    assert not same(*right)
+    assert same(point_bounds(name, given, 0.3, points, weights, options), right[0])
+    away = Surfaces(depth, positions, view.world_to_image, -view.cast_from_world, normals)
+    assert same(right[0], point_bounds(name, away, 0.3, points, weights, options)) == (not name.startswith("vo-"))
+
+
+def test_estimators_know_whether_they_have_bounds():
+    for name, estimator in ESTIMATORS.items():
+        for thickness in (0.0, 0.1):
+            options = {**estimator.parameters, "thickness": thickness}
+            assert is_bounded(name, options) == (name in BOUNDED and thickness == 0)
+            assert is_bounded(name, options, directions=True) == (name in BOUNDED)
+        assert is_bounded(name, {}) == (name in BOUNDED)
+
+
+def test_other_estimators_have_no_bounds():
+    """Nor have those whose textures are not given; every estimator is either bounded or not, LF's elsewhere."""
+    view = module_views(builtin_scene("statue"), find_display("virtual").with_resolution(2, 2))[0]
+    zeros = np.zeros((2, 2, 3), np.float32)
+    given = Surfaces(zeros[..., 0], zeros, view.world_to_image, view.cast_from_world)
+    for name in ESTIMATORS:
+        options = {**ESTIMATORS[name].parameters, "thickness": 0.0}
+        found = point_bounds(name, given, 0.1, np.zeros((1, 3)), None, options)
+        assert (found is None) == (name not in BOUNDED or name in NORMALS)
+    assert {name for name in BOUNDED if ESTIMATORS[name].normals} == set(NORMALS)
+    thick = {**ESTIMATORS["vo-points"].parameters, "thickness": 1.0}
+    assert point_bounds("vo-points", given, 0.1, np.zeros((1, 3)), None, thick) is None
+    with pytest.raises(InputError, match="there is no error model 'loose'"):
+        point_bounds("point", given, 0.1, np.zeros((1, 3)), None, ESTIMATORS["point"].parameters, "loose")

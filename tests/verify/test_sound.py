@@ -1,0 +1,189 @@
+"""The oracle's bounds hold: 10,000 float32 renderers that round, fuse and order as they like, none outside.
+
+Scenes are drawn so that rounding matters: every texel's point is placed so that one of its samples falls on a texel's
+edge or at a surface's depth but for the last digits.
+"""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import random_renderer as rr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracle_scenes import ROI, WORLD_BOX, critical_scene, drawn_view, world_points
+
+from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
+from lfssao.ao import passes
+from lfssao.verify.bounds import bounds as oracle
+from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
+from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+
+EXAMPLES, RENDERERS = 100, 100
+pytestmark = pytest.mark.usefixtures("one_thread")
+
+
+def arithmetic(model, rng, renderers):
+    if model == "nearest":
+        return rr.Arithmetic(rng, renderers, directed=False, quotient=0.5, root=0.5)
+    return rr.Arithmetic(rng, renderers)
+
+
+@st.composite
+def drawn_scenes(draw):
+    height, width = draw(st.sampled_from([(3, 4), (1, 11), (5, 2), (4, 4)]))
+    view = drawn_view(draw, height, width)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    model = draw(st.sampled_from(["shader", "shader", "nearest"]))
+    radius = float(draw(st.sampled_from([0.01, 0.3, 1.0])))
+    n = draw(st.sampled_from([1, 3, 4, 7]))
+    sigma = draw(st.sampled_from([0.3, 0.6, 1.0]))
+    return view, rng, model, radius, n, sigma
+
+
+def assert_inside(values, bound, name):
+    low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
+    outside = ~((values >= low) & (values <= high))
+    assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"
+
+
+def assert_points_inside(points, depth, inputs, errors):
+    """Image points of renderers, u, v, z, valid, lie in the boxes of the kernel, and so do their validities."""
+    u, v, z, valid = points
+    found = np.empty((u.shape[-1], 9))
+    for j, i in np.argwhere(np.isfinite(depth)):
+        outcomes.trace_samples(inputs, errors, i, j, found)
+        may, must = found[:, 6] > 0, found[:, 7] > 0
+        assert not (valid[:, j, i] & ~may).any(), "valid where nothing may be"
+        assert not (~valid[:, j, i] & must).any(), "not valid where all must be"
+        for name, k, values in (("u", 0, u), ("v", 2, v), ("z", 4, z)):
+            off = np.abs(values[:, j, i] - found[:, k])
+            beyond = valid[:, j, i] & ~(off <= found[:, k + 1])
+            assert not beyond.any(), f"{name}: off by {off[beyond].max()}"
+
+
+def check(drawn, renderers, alter=lambda model: model):
+    """Let renderers draw a scene, and hold every stage against the bounds of an altered model.
+
+    Returns how many samples are undecided, and of how many the renderers counted some and some did not.
+    """
+    view, rng, name, radius, n, sigma = drawn
+    depth, positions, samples = critical_scene(rng, view, n, radius)
+    back = None if positions is not None else view.screen_to_world
+    model, mapping = alter(MODELS[name]), view.world_to_image
+    ar = arithmetic(name, rng, renderers)
+    made, allowed = [], []
+    for r in (radius, 0.7 * radius):
+        inputs = oracle.sample_inputs(depth, positions, mapping, samples, r, back)
+        numbers = None if back is None else back.ravel()
+        points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers)
+        assert_points_inside(points, depth, inputs, model.errors)
+        made.append(rr.occlusion(ar, depth, *points))
+        allowed.append(oracle.ao_bounds(depth, positions, mapping, samples, r, model, back))
+        assert_inside(made[-1], allowed[-1], "ao")
+    merged, merged_bounds = np.maximum(*made), oracle.merge_bounds(allowed)
+    assert_inside(merged, merged_bounds, "merged")
+    table = passes.gaussian_kernel(sigma)
+    blurred = rr.blur(ar, merged, sigma, len(table) // 2, table)
+    blurred_bounds = oracle.blur_bounds(merged_bounds, sigma, model)
+    assert_inside(blurred, blurred_bounds, "blurred")
+    rgb = rng.random((*depth.shape, 3)).astype(np.float32)
+    assert_inside(rr.shade(ar, rgb, blurred), oracle.shade_bounds(rgb, blurred_bounds, model), "shaded")
+    # The later stages by themselves, all renderers on one texture.
+    one = merged[0].astype(np.float32)
+    assert_inside(
+        rr.blur(ar, one, sigma, len(table) // 2, table), oracle.blur_bounds(oracle.exactly(one), sigma, model), "blur"
+    )
+    one = blurred[0].astype(np.float32)
+    assert_inside(rr.shade(ar, rgb, ar.full(one)), oracle.shade_bounds(rgb, oracle.exactly(one), model), "shade")
+    counts = [np.rint(m * n) for m in made]
+    return int(sum(a.undecided.sum() for a in allowed)), sum(int((c.max(0) - c.min(0)).sum()) for c in counts)
+
+
+@settings(max_examples=EXAMPLES)
+@given(drawn_scenes())
+def test_no_renderer_of_a_model_leaves_its_bounds(drawn):
+    check(drawn, RENDERERS)
+
+
+def test_half_the_errors_would_be_too_few():
+    """The renderers come near enough to the bounds to tell: with half of every error some scene is refused."""
+
+    def halved(model):
+        return dataclasses.replace(
+            model,
+            operation=model.operation / 2,
+            quotient=model.quotient / 2,
+            root=model.root / 2,
+            exponential=tuple(e / 2 for e in model.exponential),
+        )
+
+    display = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
+    view = display.view(0, fit_roi(WORLD_BOX, display.roi))
+    refused = 0
+    for seed in range(20):
+        try:
+            check((view, np.random.default_rng(seed), "shader", 0.3, 4, 0.6), RENDERERS, halved)
+        except AssertionError:
+            refused += 1
+    assert refused > 0
+
+
+def test_renderers_of_a_model_differ_where_samples_are_undecided():
+    """Bounds that are a point would be sound as well if all renderers agreed: they do not."""
+    display = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
+    view = display.view(0, fit_roi(WORLD_BOX, display.roi))
+    found = np.array([check((view, np.random.default_rng(s), "shader", 0.3, 4, 0.6), RENDERERS) for s in range(10)])
+    undecided, differing = found.sum(axis=0)
+    assert undecided >= differing > undecided / 4 > 10
+
+
+@settings(max_examples=15)
+@given(st.data())
+def test_no_ray_beside_a_centre_leaves_the_depth_bounds(data):
+    """G-buffers of rays up to ``centre`` texels off, rounded to float32, against depth, positions and colour bounds."""
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
+    view = drawn_view(data.draw, 24, 32)
+    depths = (0.4, 0.6) if view.screen_to_world is not None else (-0.2, 0.2)
+    corners = world_points(view, rng.uniform(-3, 35, 60), rng.uniform(-3, 27, 60), rng.uniform(*depths, 60))
+    faces = rng.integers(0, 60, (40, 3)).astype(np.int32)
+    colors = Paint.from_vertex_colors(rng.random((60, 3), np.float32), len(faces))
+    caster = RayCaster(Mesh(corners, faces, colors), view.cast_from_world)
+    allowed, allowed_color = depth_bounds(caster, view), color_bounds(caster, view)
+    assert not allowed.outside(caster.gbuffer(view).depth).any()
+    reach = MODELS["shader"].centre
+    for _ in range(4):
+        seen = caster.gbuffer(displaced(view, *rng.uniform(-reach, reach, 2)))
+        # A sliver that shows between the nine rays is the bounds' stated limit.
+        assert np.count_nonzero(allowed.outside(seen.depth)) <= 1
+        assert np.count_nonzero(allowed_color.outside(seen.color).any(axis=-1)) <= 1
+        fitting = PositionBounds(view.world_to_image, seen.depth, MODELS["shader"])
+        assert not fitting.outside(seen.positions).any()
+
+
+def test_triangles_smaller_than_a_texel_leave_no_depth_out():
+    """Where two surfaces show in a texel, the triangles of the limb between them may show, too: between the rays."""
+    mesh = builtin_scene("gallery")
+    view = module_views(mesh, find_display("sample-a").with_resolution(96, 64))[4]
+    caster = RayCaster(mesh, view.cast_from_world)
+    seen = caster.gbuffer(displaced(view, 0.9 * 2.0**-8, -0.7 * 2.0**-8), color=None).depth
+    assert not depth_bounds(caster, view).outside(seen).any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_edges_are_met_beside_centres_on_average_no_more_often_than_the_limit_says(seed):
+    """Straight edges in every direction: texels whose box of half width c an edge crosses, against the mean's bound."""
+    rng, reach, size = np.random.default_rng(seed), 2.0**-4, 64
+    model = dataclasses.replace(MODELS["shader"], centre=reach)
+    v, u = np.indices((size, size)) + 0.5
+    met = limits = 0
+    for _ in range(40):
+        angle = rng.uniform(0, 2 * np.pi)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        away = cosine * u + sine * v - (cosine + sine) * size / 2 - rng.uniform(-10, 10)
+        depth = np.where(away > 0, np.float32(1), np.float32(2))
+        crossed = np.abs(away) <= reach * (abs(cosine) + abs(sine))
+        met, limits = met + np.count_nonzero(crossed), limits + stray_limit(depth, model)
+    assert met <= limits < 16 * met
+    assert stray_limit(np.ones((9, 9), np.float32)) == stray_limit(depth, "strict") == 0

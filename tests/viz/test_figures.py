@@ -1,0 +1,151 @@
+"""What the figures compute; that they are drawn is seen where the notebooks are run."""
+
+import numpy as np
+import pytest
+
+import lfssao
+from lfssao.errors import InputError
+from lfssao.optics.display import crossed_slits
+from lfssao.rendering.passes import Settings, diagonal, module_views, render_view
+from lfssao.rendering.viewer import eye_view
+from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.explain import explain
+from lfssao.viz import agreement, mapping, radii, sampling_error, texel, truth, verdict
+from lfssao.viz import explore as sliders
+
+WORLD = np.eye(3, 4)
+DISPLAY = lfssao.find_display("sample-a").with_resolution(48, 32)
+
+
+@pytest.fixture(scope="module")
+def statue():
+    return lfssao.builtin_scene("statue")
+
+
+@pytest.fixture(scope="module")
+def seen(statue):
+    view = module_views(statue, DISPLAY)[10]
+    return view, lfssao.RayCaster(statue, view.cast_from_world).gbuffer(view)
+
+
+# The matrix that fits a mapping best
+
+
+def test_a_pinhole_is_a_matrix():
+    points = mapping.roi_lattice(DISPLAY)
+    fit = mapping.best_matrix(eye_view(DISPLAY, WORLD, 0.3, 48).world_to_image, points)
+    assert fit.distance.max() < 1e-9
+    assert np.linalg.norm(fit.matrix) == pytest.approx(1)
+
+
+def test_slits_far_away_are_a_parallel_projection_and_come_off_it_as_they_draw_near():
+    """The two slits of a module, before and behind what it shows, never meet, so this is the matrix they come near."""
+    points, rmse = mapping.roi_lattice(DISPLAY, (5, 5, 5)), []
+    for far in (1e9, 1e3, 10.0, 0.7):
+        lens = np.array([0.2, far, 0.1, -2 * far, 48.0, 24.0, -53.0, 16.0])
+        rmse.append(mapping.best_matrix(crossed_slits(WORLD, lens), points).rmse)
+    assert rmse[0] < 1e-6
+    assert 1e-6 < rmse[1] < 0.1 * rmse[2] < 0.1 * rmse[3]
+
+
+def test_no_module_of_a_display_is_a_matrix():
+    fits = mapping.matrix_fits(DISPLAY)
+    assert len(fits) == 21
+    assert min(fit.rmse for fit in fits) > 1
+
+
+def test_no_matrix_nearby_fits_better():
+    fit = mapping.matrix_fits(DISPLAY)[4]
+    rows = np.hstack([fit.points, np.ones((len(fit.points), 1))])
+    rng = np.random.default_rng(1)
+    for size in (1e-2, 1e-3, 1e-4):
+        for _ in range(20):
+            image = rows @ (fit.matrix * (1 + size * rng.standard_normal((3, 4)))).T
+            away = image[:, :2] / image[:, 2:] - fit.image
+            assert np.sqrt((away**2).sum(axis=1).mean()) >= fit.rmse * (1 - 1e-9)
+
+
+def test_five_points_are_too_few():
+    with pytest.raises(InputError, match="at least 6 points, and 5 are"):
+        mapping.best_matrix(DISPLAY.view(3, WORLD).world_to_image, mapping.roi_lattice(DISPLAY)[:5])
+
+
+# One texel
+
+
+def test_the_share_of_occluded_samples_is_what_algorithm_2_writes(seen, statue):
+    view, gbuffer = seen
+    samples, radius = lfssao.make_samples("latin", 8), 0.05 * diagonal(statue)
+    ao = lfssao.algorithm2(gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius).texture
+    rows, columns = np.nonzero(np.isfinite(gbuffer.depth))
+    for i, j in list(zip(columns.tolist(), rows.tolist(), strict=True))[::23]:
+        traced = explain((i, j), gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)
+        assert texel.occluded_share(traced) == ao[j, i]
+    figure = texel.draw_texel((i, j), gbuffer.depth, traced)
+    assert f"{ao[j, i]:.3g} of 8" in figure.get_suptitle()
+
+
+# Errors of samplers
+
+
+def test_a_power_law_has_its_exponent():
+    counts = np.array([4, 8, 16])
+    found = sampling_error.SamplingError(counts, {"a": 3.0 * counts**-0.7}, "")
+    assert found.slope("a") == pytest.approx(-0.7)
+
+
+def test_the_error_of_the_reference_itself_is_none_and_random_falls_as_a_root(seen, statue):
+    """Independent samples err by sqrt(p (1 - p) / n). The exponent of 16 seeds is off by 0.1 in one run of 20."""
+    buffers = lfssao.Buffers.of(seen[1], seen[0])
+    radius = 0.05 * diagonal(statue)
+    itself = sampling_error.sampling_error(buffers, radius, ["sobol"], [64], (0,), reference=("sobol", 64))
+    assert itself.rmse["sobol"] == [0]
+    found = sampling_error.sampling_error(buffers, radius, ["random"], [4, 16, 64], range(16))
+    assert found.slope("random") == pytest.approx(-0.5, abs=0.2)
+
+
+# Radii, the truth, modules, verdicts
+
+
+def test_the_first_of_the_largest_decides():
+    layers = [np.array([[0.0, 0.5, 0.25]]), np.array([[0.0, 0.5, 0.75]])]
+    assert radii.deciding_radius(layers).tolist() == [[-1, 0, 1]]
+
+
+def test_deviation_by_hand():
+    mine, exact = np.array([[0.0, 1.0, 9.0]]), np.array([[0.5, 1.0, 0.0]])
+    found = truth.deviation(mine, exact, np.array([[True, True, False]]))
+    assert (found.bias, found.rmse) == (-0.25, pytest.approx(np.sqrt(0.125)))
+    assert found.correlation == pytest.approx(1)
+    assert np.isnan(truth.deviation(exact, exact, exact == 1.0).correlation)
+    assert truth.half_space(np.array([0.25, 0.5, 0.75, 1.0])).tolist() == [0, 0, 0.5, 1]
+
+
+def test_deviations_of_points_are_those_of_the_table():
+    values = np.array([[0.0, 1.0, np.nan], [0.5, 0.5, 0.5], [np.nan, np.nan, 7.0], [0.0, 0.0, 0.3]])
+    found = agreement.point_deviations(values)
+    assert found[[0, 1, 3]].tolist() == pytest.approx([0.5, 0.0, np.sqrt(0.02)])
+    assert np.isnan(found[2])
+    assert np.nanmean(found) == pytest.approx(agreement.spread(values).deviation)
+
+
+def test_numbers_inside_bounds():
+    right, mine = np.zeros(5), np.array([0.0, 0.1, 0.2, -0.1, np.nan])
+    found = verdict.inside_bounds(mine, right, Bounds(np.full(5, -0.05), np.full(5, 0.1)))
+    assert found.tolist() == [verdict.EQUAL, verdict.INSIDE, *[verdict.OUTSIDE] * 3]
+
+
+# Sliders
+
+
+def test_sliders_show_what_their_values_say(statue):
+    box = sliders.explore(statue, DISPLAY)
+    columns, picture = box.children
+    by_name = {control.description: control for column in columns.children for control in column.children}
+    before = picture.value
+    by_name["module"].value, by_name["samples"].value, by_name["radius"].value = 3, 5, 0.1
+    by_name["sampler"].value, by_name["seed"].value, by_name["blur"].value = "jittered", 2, 0.0
+    view = module_views(statue, DISPLAY)[3]
+    settings = Settings((0.1 * diagonal(statue),), lfssao.make_samples("jittered", 5, 2), 0.0)
+    made = render_view(lfssao.RayCaster(statue, view.cast_from_world), view, settings)
+    assert picture.value == made._repr_png_() != before

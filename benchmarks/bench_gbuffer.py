@@ -15,6 +15,7 @@ import numba
 import numpy as np
 
 from lfssao import builtin_scene, find_display, load_scene, module_views
+from lfssao.core.points import transform_points
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels import rays
 from lfssao.rendering.manifest import describe_machine
@@ -39,7 +40,7 @@ def trimesh_run(mesh, view, origins, directions):
     import trimesh
 
     vertices = np.empty_like(mesh.vertices)
-    rays.transform_points(np.ravel(view.cast_from_world), mesh.vertices, vertices)
+    transform_points(np.ravel(view.cast_from_world), mesh.vertices, vertices)
     plain = trimesh.Trimesh(vertices, mesh.faces, process=False)
     return lambda: plain.ray.intersects_location(origins, directions)
 

@@ -9,6 +9,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix
+from lfssao.core.points import transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
@@ -96,7 +97,7 @@ class RayCaster:
         self.bounds = mesh.bounds
         self.threads = threads
         vertices = np.empty_like(mesh.vertices)
-        rays.transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
+        transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
         _check_range(mesh.name, vertices)
         self._tree = TriangleTree(vertices, mesh.faces)
         self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)

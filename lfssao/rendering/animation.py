@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lfssao.core.affine import Matrix, cofactors, determinant
+from lfssao.core.points import transform_points
 from lfssao.errors import InputError
-from lfssao.optics.kernels.rays import transform_points
 from lfssao.scene.mesh import Mesh
 
 MOST_FRAMES = 10_000

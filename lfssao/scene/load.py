@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import cofactors
+from lfssao.core.points import transform_points
 from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
-from lfssao.optics.kernels.rays import transform_points
 from lfssao.scene.mesh import Mesh, Paint
 
 _GLTF = (".glb", ".gltf")

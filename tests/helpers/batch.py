@@ -21,6 +21,7 @@ from lfssao.ao import passes
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.kernels import ssao, truth_batches
 from lfssao.core import elementary, philox
+from lfssao.core.points import transform_points
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.kernels import albedo as paint
 from lfssao.gbuffer.kernels import first_hit as visibility
@@ -180,7 +181,7 @@ def casts():
     cameras = [CAMERA, Camera("orthographic", CAMERA.eye, CAMERA.target, CAMERA.up, 2.0, 1.0, 9.0)]
     for view in [DISPLAY.view(0, WORLD), *(camera.view(WIDTH, HEIGHT) for camera in cameras)]:
         moved = np.empty_like(vertices)
-        rays.transform_points(np.ravel(view.world_from_cast), vertices, moved)
+        transform_points(np.ravel(view.world_from_cast), vertices, moved)
         yield f"points {view.ray_kind}", moved
         away = np.array([0.0, 0.0, 0.0 if view.ray_kind == rays.FLAT_LINEAR else 3.0])
         yield f"rays {view.ray_kind}", rays_into(view, box + away)

@@ -27,8 +27,19 @@ from lfssao.samples.kernels import ball
 TESTS = Path(__file__).parents[1]
 PACKAGE = Path(lfssao.__file__).parent
 SOURCES = sorted(PACKAGE.rglob("*.py"))
-KERNELS = sorted((PACKAGE / "kernels").glob("*.py"))
-BELOW = {"jit.py", "intrinsics.py"}  # what makes kernels
+# Kernels are the files of a folder of that name, and the arithmetic below them.
+ARITHMETIC = {"elementary.py", "orthonormal.py", "philox.py", "points.py", "power.py"}
+KERNELS = [p for p in SOURCES if p.parent.name == "kernels" or (p.parent.name == "core" and p.name in ARITHMETIC)]
+# A package imports only from floors below its own.
+FLOORS = {
+    "errors": 0, "core": 1, "scene": 2, "optics": 2, "samples": 2, "gbuffer": 3, "ao": 4, "rendering": 5, "verify": 6,
+    "testing": 7, "viz": 7, "bench": 8, "cli": 9, "__main__": 10, "__init__": 10,
+}  # fmt: skip
+# Each third-party package that only one room names.
+ROOMS = {
+    "trimesh": "scene", "embreex": "gbuffer", "OpenImageIO": "rendering", "distributed": "rendering",
+    "hypothesis": "verify", "ipywidgets": "viz", "tqdm": "cli",
+}  # fmt: skip
 COMPILERS = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc", "generated_jit", "jit_module"}
 
 
@@ -50,18 +61,45 @@ def run(*command, env=None):
 # Layers
 
 
-@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.name)
-def test_kernels_import_nothing_from_above(path):
-    allowed = {"numpy", "numba", "math", "typing", "__future__"}
-    if path.name == "intrinsics.py":
-        allowed |= {"numba.core", "llvmlite"}
-    if path.name == "jit.py":
-        allowed |= {"functools", "hashlib", "os", "tempfile", "collections.abc", "pathlib", "typing"}
-    strangers = [m for m in imports(path) if m not in allowed and not m.startswith("lfssao.kernels.")]
-    assert not strangers
+def name_of(path):
+    return str(path.relative_to(PACKAGE))
 
 
-@pytest.mark.parametrize("path", [p for p in KERNELS if p.name not in BELOW], ids=lambda path: path.name)
+def room_of(path):
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def test_every_room_has_a_floor():
+    rooms = {room_of(path) for path in SOURCES}
+    assert rooms == set(FLOORS)
+    assert len([path for path in PACKAGE.glob("*.py") if not path.name.startswith("__")]) <= 4
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_imports_go_down(path):
+    own = room_of(path)
+    for module in imports(path):
+        if module.startswith("lfssao."):
+            other = module.split(".")[1]
+            assert other == own or FLOORS[other] < FLOORS[own] or own == "__init__", module
+
+
+@pytest.mark.parametrize("package", ROOMS)
+def test_a_package_is_named_in_one_room(package):
+    named = {room_of(path) for path in SOURCES for module in imports(path) if module.split(".")[0] == package}
+    assert named == {ROOMS[package]}
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=name_of)
+def test_kernels_import_arithmetic_and_kernels_only(path):
+    for module in imports(path):
+        if module.startswith("lfssao."):
+            assert module.startswith("lfssao.core.") or ".kernels" in module, module
+        else:
+            assert module in {"numpy", "numba", "math", "typing"}, module
+
+
+@pytest.mark.parametrize("path", [p for p in KERNELS if p.name != "__init__.py"], ids=name_of)
 def test_all_functions_of_the_numba_layer_are_kernels(path):
     for node in ast.walk(ast.parse(path.read_text())):
         assert not isinstance(node, ast.AsyncFunctionDef | ast.Lambda)
@@ -72,9 +110,9 @@ def test_all_functions_of_the_numba_layer_are_kernels(path):
             assert [ast.unparse(d) for d in decorators] == ["kernel"], node.name
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(PACKAGE)))
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
 def test_only_the_decorator_calls_numba(path):
-    if path == PACKAGE / "kernels" / "jit.py":
+    if path == PACKAGE / "core" / "jit.py":
         return
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Attribute):
@@ -83,7 +121,7 @@ def test_only_the_decorator_calls_numba(path):
             assert not COMPILERS & {alias.name for alias in node.names}, f"line {node.lineno}"
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(PACKAGE)))
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
 def test_only_public_names_of_numba_are_used(path):
     if path.name == "intrinsics.py":
         return

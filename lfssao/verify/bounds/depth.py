@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.points import transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels import rays
@@ -76,7 +77,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     for k, (v, u) in enumerate(product((-reach, 0.0, reach), repeat=2)):
         triangles[k] = caster.gbuffer(displaced(view, u, v), color=None).triangle.ravel()
     vertices = np.empty_like(caster.mesh.vertices)
-    rays.transform_points(np.ravel(view.cast_from_world), caster.mesh.vertices, vertices)
+    transform_points(np.ravel(view.cast_from_world), caster.mesh.vertices, vertices)
     lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
     depth_ranges.depth_ranges(
         view.ray_kind, view.lens, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lfssao.ao import reference
     from lfssao.ao.estimators.registry import estimate
     from lfssao.ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
     from lfssao.ao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
@@ -97,6 +98,7 @@ __all__ = [
     "parse_display",
     "ray_cast_occlusion",
     "read_exr",
+    "reference",
     "render",
     "render_view",
     "shade",
@@ -106,6 +108,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "reference":
+        return import_module("lfssao.ao.reference")
     if name not in _MODULE_OF:
         raise AttributeError(f"module 'lfssao' has no attribute '{name}'")
     return getattr(import_module(f"lfssao.{_MODULE_OF[name]}"), name)

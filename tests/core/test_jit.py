@@ -19,11 +19,10 @@ from lfssao.core import jit
 from lfssao.samples.kernels import ball
 
 PACKAGE = Path(lfssao.__file__).parent
-KERNELS = PACKAGE / "kernels"
 
 # Calls a kernel of ball.py, which calls sincospi of elementary.py.
 SCRIPT = """import json, numba
-from lfssao.kernels import ball
+from lfssao.samples.kernels import ball
 stats = (ball.algorithm3(0.0, 1.0)[0], ball.algorithm3.stats)
 print(json.dumps([stats[0], sum(stats[1].cache_hits.values()), stats[1].cache_path, numba.config.CACHE_DIR]))"""
 
@@ -47,7 +46,7 @@ def package(tmp_path):
 
 def test_the_cache_folder_is_named_by_all_kernel_sources():
     digest = hashlib.sha256()
-    for path in sorted(KERNELS.glob("*.py")):
+    for path in sorted([*PACKAGE.glob("core/*.py"), *PACKAGE.rglob("kernels/*.py")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     assert jit.source_digest() == digest.hexdigest()
     for compiled in (ball.algorithm3, merge.merge_maximum):
@@ -63,7 +62,7 @@ def test_a_change_of_a_callee_is_not_hidden_by_the_cache(package, tmp_path):
     assert (result, hits, restored) == (-1, 0, str(cache))
     assert Path(folder).is_relative_to(cache)
     assert first_call(env) == [-1, 1, folder, str(cache)]
-    callee = copy / "kernels" / "elementary.py"
+    callee = copy / "core" / "elementary.py"
     source = callee.read_text()
     assert source.count("-cosine if") == 1
     callee.write_text(source.replace("-cosine if", "-7.0 if"))
@@ -76,7 +75,7 @@ def test_a_change_of_a_callee_is_not_hidden_by_the_cache(package, tmp_path):
 
 def test_code_is_kept_beside_the_sources_else_in_the_users_cache_folder_else_nowhere(package, tmp_path):
     copy, env = package
-    beside, home = copy / "kernels" / "__pycache__", tmp_path / "home"
+    beside, home = copy / "core" / "__pycache__", tmp_path / "home"
     assert Path(first_call(env)[2]).is_relative_to(beside)
     shutil.rmtree(beside)
     beside.write_text("a file, in which nobody can make a folder")

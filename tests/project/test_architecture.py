@@ -14,10 +14,7 @@ from pathlib import Path
 
 import batch
 import numba
-import numpy as np
 import pytest
-import widening
-from numba import prange
 
 import lfssao
 from lfssao.ao.kernels import merge, ssao
@@ -255,26 +252,10 @@ def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
     path = os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
     env = {**generic_cpu, "PYTHONPATH": path}
     program = str(TESTS / "helpers" / "batch.py")
-    one_generic, two_generic, widened = json.loads(run(sys.executable, program, group, env=env))
+    one_generic, two_generic = json.loads(run(sys.executable, program, group, env=env))
     one = batch.digests(group, 1)
     most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)
     assert len(one) >= 8
     assert one == most
     assert one == one_generic
     assert one == two_generic
-    assert widened == []  # a run's groups compile each kernel once among them
-
-
-def times_column(texture, out):
-    for j in prange(texture.shape[0]):
-        for i in range(texture.shape[1]):
-            wide = texture[j, i] * i  # float64: an integer has as many bits
-            out[j, i] = wide + np.float64(texture[j, i])
-
-
-@pytest.mark.parametrize("parallel", [False, True])
-def test_a_widening_that_is_not_asked_for_is_found(parallel):
-    function = numba.njit(times_column, parallel=parallel)
-    function(np.ones((2, 3), np.float32), np.ones((2, 3), np.float32))
-    (found,) = set(widening.widened_in(function))
-    assert re.fullmatch(r"times_column, line \d+: wide = .* \* .*", found)

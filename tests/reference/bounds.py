@@ -179,6 +179,8 @@ def image(kind, m, a, b, c, q, by):
 
 def exact_depth(m, point, offset):
     """Whether all that row 2 of M (p + o, 1) can add up to is representable: by exact fractions."""
+    if not np.isfinite([*point, *offset]).all():
+        return False
     fits, terms = True, [Fraction(float(m[11]))]
     for a, p, o in zip(m[8:11], point, offset, strict=True):
         if a == 0:

@@ -475,7 +475,7 @@ def test_the_fixture_runs_a_test_for_each_case_of_its_stages(kit, tmp_path):
 def test_the_plugin_alone_loads_nothing_heavy(tmp_path):
     (tmp_path / "test_mine.py").write_text(
         "import sys\ndef test_nothing():\n"
-        "    heavy = {'numpy', 'numba', 'OpenImageIO', 'hypothesis', 'lfssao.kit'} & set(sys.modules)\n"
+        "    heavy = {'numpy', 'numba', 'OpenImageIO', 'hypothesis', 'lfssao.verify.kit'} & set(sys.modules)\n"
         "    assert 'lfssao.verify.testing.plugin' in sys.modules and not heavy, heavy\n"
     )
     done = run_pytest(tmp_path)

@@ -120,6 +120,17 @@ def nearest_texel(u, v, width, height):
 
 
 @kernel
+def project(kind, m, a, b, c, q):
+    """The half of a mapping that is not affine, of rows 0 to 3 of M (x, y, z, 1); q is read of kind MATRIX alone."""
+    if kind == CROSSED_SLITS:
+        return project_crossed_slits(a, b, c, m[12], m[13], m[14], m[15])
+    if kind == DISPLAY:
+        u, v, answer = physical_to_image(m[12:], a, b, c)
+        return u, v, c, answer == VALID
+    return project_matrix(a, b, c, q)
+
+
+@kernel
 def world_to_image(kind, m, x, y, z):
     """Image coordinates of a world point.
 
@@ -140,9 +151,4 @@ def world_to_image(kind, m, x, y, z):
         Whether the point lies in the mapping's domain (it may still lie outside the texture).
     """
     a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
-    if kind == CROSSED_SLITS:
-        return project_crossed_slits(a, b, c, m[12], m[13], m[14], m[15])
-    if kind == DISPLAY:
-        u, v, answer = physical_to_image(m[12:], a, b, c)
-        return u, v, c, answer == VALID
-    return project_matrix(a, b, c, affine_row(m, 3, x, y, z))
+    return project(kind, m, a, b, c, affine_row(m, 3, x, y, z) if kind == MATRIX else type(x)(0))

@@ -222,7 +222,7 @@ def test_what_an_estimator_cannot_take_is_refused(name):
 
 def test_names_are_those_of_the_families_entries():
     for family, names in registry._FAMILIES.items():
-        module = __import__(f"lfssao.estimators.{family}", fromlist=["ENTRIES"])
+        module = __import__(f"lfssao.ao.estimators.{family}", fromlist=["ENTRIES"])
         assert tuple(entry.name for entry in module.ENTRIES) == names
     assert len(ESTIMATORS) == len(set(ESTIMATORS))
     with pytest.raises(InputError, match="no estimator 'best': choose one of lf"):

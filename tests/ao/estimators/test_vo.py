@@ -16,8 +16,8 @@ from reference import raycast, volumetric
 
 from lfssao import Buffers, Camera, InputError, estimate
 from lfssao.ao.estimators.registry import ESTIMATORS
-from lfssao.ao.estimators.sao.pyramid import moment_pyramid
 from lfssao.ao.estimators.vo.kernels.axis_depth import write_axis_depth
+from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.core import elementary
 from lfssao.optics.kernels.directions import write_directions
 from lfssao.optics.kernels.display import trace_texels

@@ -30,11 +30,11 @@ import numpy as np
 
 from lfssao.ao import passes
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Run, Value
-from lfssao.ao.estimators.sao.pyramid import moment_pyramid
 from lfssao.ao.estimators.vo.kernels import area as volumetric_area
 from lfssao.ao.estimators.vo.kernels import lines as volumetric_lines
 from lfssao.ao.estimators.vo.kernels import points as volumetric_points
 from lfssao.ao.estimators.vo.local_frame import Surroundings, ball_mirrors, disk_turns
+from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels.merge import merge_product
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import log2

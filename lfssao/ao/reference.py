@@ -1,0 +1,151 @@
+"""LF's Algorithms 1 to 4, merge, blur and shading as the paper prints them: the text to read first.
+
+One texel and one sample at a time, in plain NumPy scalars of the depth texture's dtype. Comments number the lines of
+the paper's listings. The kernels that run (``lfssao.ao.kernels``, ``lfssao.samples.kernels.ball``) give these bits.
+
+Two readings of the paper are fixed here. A texture is read at the nearest texel. A sample that falls outside the
+texture, or where the mapping is not defined, is not occluded.
+"""
+
+from collections.abc import Sequence
+from math import ceil, floor, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.affine import Matrix
+from lfssao.core.elementary import cbrt, exp, sincospi
+from lfssao.optics.kernels.projection import MATRIX, project
+from lfssao.optics.view import WorldToImage
+
+Texture = NDArray[np.floating[Any]]
+Point = tuple[float, float, float]
+
+
+@np.errstate(all="ignore")
+def algorithm1(
+    depth: Texture, screen_to_world: Matrix, world_to_screen: Matrix, samples: Texture, radius: float
+) -> Texture:
+    """LF Algorithm 1: occlusion (H, W) of an ordinary view; arguments as of ``lfssao.algorithm1``."""
+    number, ao = depth.dtype.type, np.zeros_like(depth)
+    inverse = np.asarray(screen_to_world, depth.dtype).ravel()
+    mapping = WorldToImage(MATRIX, np.ravel(world_to_screen))
+    for j, i in np.ndindex(depth.shape):
+        if depth[j, i] < np.inf:
+            x, y = number(i) + number(0.5), number(j) + number(0.5)  # 1: pntScrn.xy
+            z = depth[j, i]  # 2: pntScrn.z
+            *pnt, w = (affine(inverse, row, (x, y, z)) for row in range(4))
+            pnt_wrld = [p / w for p in pnt]  # 3
+            ao[j, i] = occluded_share(depth, pnt_wrld, mapping, samples, radius)  # 4 to 10
+    return ao
+
+
+@np.errstate(all="ignore")
+def algorithm2(
+    depth: Texture, positions: Texture, world_to_image: WorldToImage, samples: Texture, radius: float
+) -> Texture:
+    """LF Algorithm 2: occlusion (H, W) of one module; arguments as of ``lfssao.algorithm2``."""
+    ao = np.zeros_like(depth)
+    for j, i in np.ndindex(depth.shape):  # 1: pntImg.xy
+        if depth[j, i] < np.inf:
+            pnt_wrld = positions[j, i]  # 2
+            ao[j, i] = occluded_share(depth, pnt_wrld, world_to_image, samples, radius)  # 3 to 9
+    return ao
+
+
+def occluded_share(depth: Texture, pnt_wrld: Any, mapping: WorldToImage, samples: Texture, radius: float) -> Any:
+    """Lines 3 to 9 of Algorithm 2 (4 to 10 of Algorithm 1): the share of samples behind the visible surface.
+
+    World to image is an affine map and a projection. The affine map is applied to the point and to the sample's offset,
+    and the two are added, so that a point is mapped once for all its samples.
+    """
+    number, m = depth.dtype.type, mapping.as_type(depth.dtype)
+    height, width = depth.shape
+    rows = range(4 if mapping.kind == MATRIX else 3)
+    pnt = [affine(m, row, pnt_wrld) for row in rows]
+    ao = 0
+    for offset in (radius * np.asarray(samples, np.float64)).astype(depth.dtype):  # 3, 4
+        smp = [pnt[row] + linear(m, row, offset) for row in rows]  # 5: smpWrld = pntWrld + offset
+        u, v, z, defined = project(mapping.kind, m, *smp, *[number(0)] * (4 - len(smp)))  # 6: smpImg
+        if defined and 0 <= u < width and 0 <= v < height:
+            sur_depth = depth[floor(v), floor(u)]  # 7
+            if sur_depth < z:  # 8
+                ao += 1  # 9
+    return number(ao) / number(len(samples))
+
+
+def affine(m: Any, row: int, p: Any) -> Any:
+    """One row of M (x, y, z, 1), M the rows of four of a mapping's numbers."""
+    return linear(m, row, p) + m[4 * row + 3]
+
+
+def linear(m: Any, row: int, p: Any) -> Any:
+    """One row of M (x, y, z, 0)."""
+    return (m[4 * row] * p[0] + m[4 * row + 1] * p[1]) + m[4 * row + 2] * p[2]
+
+
+def algorithm3(xi1: float, xi2: float) -> Point:
+    """LF Algorithm 3: a point of the unit sphere from xi_1 and xi_2 in [-1, 1]."""
+    z = xi1  # 2
+    sine, cosine = sincospi(xi2)  # 3: phi = pi xi_2
+    r = sqrt(max(1.0 - z * z, 0.0))  # 4
+    return r * cosine, r * sine, z  # 5, 6
+
+
+def algorithm4(point: Point, t: float, r_min: float, r_max: float) -> Point:
+    """LF Algorithm 4: a point of the sphere moved into the shell r_min <= r <= r_max; t is uniform on [0, 1].
+
+    The cubes are those of radii over r_max, so that no radius overflows.
+    """
+    if r_max == 0.0:
+        return 0.0, 0.0, 0.0
+    x, y, z = point  # 1, 2
+    inner = r_min / r_max
+    cube = inner * inner * inner
+    r = cbrt(cube + t * (1.0 - cube)) * r_max  # 3, 4
+    r = min(max(r, r_min), r_max)
+    return r * x, r * y, r * z  # 5
+
+
+def merge(layers: Sequence[Texture]) -> Texture:
+    """Section 6: the maximum over the textures of several radii."""
+    merged = layers[0].copy()
+    for layer in layers[1:]:
+        for texel in np.ndindex(merged.shape):
+            merged[texel] = max(merged[texel], layer[texel])
+    return merged
+
+
+def blur(ao: Texture, sigma: float) -> Texture:
+    """Passes 4 and 5: a horizontal and then a vertical Gaussian blur; the border's texels continue beyond it."""
+    weights = gaussian_weights(sigma).astype(ao.dtype)
+    return convolve_rows(convolve_rows(ao, weights).T, weights).T
+
+
+def gaussian_weights(sigma: float) -> NDArray[np.float64]:
+    """Weights of taps up to 3 sigma to each side, over their sum."""
+    radius = ceil(3 * sigma)
+    if radius == 0:
+        return np.ones(1)
+    weights = [exp(-0.5 * ((k / sigma) * (k / sigma))) for k in range(-radius, radius + 1)]
+    total = 0.0
+    for weight in weights:
+        total += weight
+    return np.array([weight / total for weight in weights])
+
+
+def convolve_rows(source: Texture, weights: Texture) -> Texture:
+    """Each texel as the weighted sum of its row's texels around it, added from left to right."""
+    width, radius = source.shape[1], len(weights) // 2
+    target = np.zeros_like(source)
+    for j, i in np.ndindex(source.shape):
+        for k, weight in enumerate(weights):
+            column = min(max(i + k - radius, 0), width - 1)
+            target[j, i] += weight * source[j, column]
+    return target
+
+
+def shade(rgb: Texture, ao: Texture) -> Texture:
+    """Section 4 and the last pass: each channel multiplied by 1 - ao."""
+    return rgb * (ao.dtype.type(1) - ao)[..., None]

@@ -304,7 +304,7 @@ def test_embrees_own_answers_differ_in_few_texels(name):
 
 
 def digests_of_a_process(*command, env):
-    path = os.pathsep.join([str(Path(lfssao.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join([str(Path(lfssao.__file__).parents[1]), str(TESTS.parent), os.environ.get("PYTHONPATH", "")])
     env = {**os.environ, "NUMBA_NUM_THREADS": "2", "PYTHONPATH": path, **env}
     command = [sys.executable, str(TESTS.parent / "helpers" / "raycast_scenes.py"), *command]
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
@@ -341,7 +341,7 @@ def test_a_cpu_without_extensions_sees_the_same(digests, generic_cpu):
 
 def test_without_embree_the_same_is_seen(digests, tmp_path):
     (tmp_path / "embreex.py").write_text("raise ImportError\n")
-    path = os.pathsep.join([str(tmp_path), str(Path(lfssao.__file__).parents[1])])
+    path = os.pathsep.join([str(tmp_path), str(Path(lfssao.__file__).parents[1]), str(TESTS.parent)])
     assert digests_of_a_process("2", env={"PYTHONPATH": path})[0] == digests
 
 

@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from test_golden import GOLDEN
+from golden import GOLDEN
 
 import lfssao
 
-TESTS = Path(__file__).parents[1] / "project"
+TESTS = Path(__file__).parents[1] / "helpers"
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def test_textures_have_the_golden_digests(hidden):
         "-c",
         """
 import json
-from test_golden import digests_of, scene, settings, through_a_camera, through_a_module
+from golden import digests_of, scene, settings, through_a_camera, through_a_module
 from lfssao.gbuffer.embree import embree_installed
 assert not embree_installed()
 mesh = scene("statue")

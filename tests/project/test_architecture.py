@@ -249,7 +249,7 @@ def test_all_names_resolve_and_are_described():
 @pytest.mark.parametrize("group", batch.GROUPS)
 def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
     """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""
-    path = os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join([str(PACKAGE.parent), str(TESTS), os.environ.get("PYTHONPATH", "")])
     env = {**generic_cpu, "PYTHONPATH": path}
     program = str(TESTS / "helpers" / "batch.py")
     one_generic, two_generic = json.loads(run(sys.executable, program, group, env=env))

@@ -1,122 +1,13 @@
 """No texture changes: SHA-256 digests of what the program itself made before it was rearranged.
 
 The digests are the program's own output, not an independent expectation: they say that bits stay, not that they are
-right. ``python tests/test_golden.py`` prints them anew; they change only in a commit whose message says why.
+right. ``python tests/helpers/golden.py`` prints them anew; they change only in a commit whose message says why.
 """
 
-import functools
-import hashlib
 import json
-import sys
-from pathlib import Path
 
-import numpy as np
 import pytest
-
-import lfssao
-
-GOLDEN = Path(__file__).parent / "golden" / "digests.json"
-WIDTH, HEIGHT = 160, 120
-DISPLAYS = ("c80", "convex", "picoarray", "sample-a", "sample-b", "virtual")
-SCENES = ("ammonite", "armadillo", "gallery", "statue")
-ESTIMATORS = (
-    "alchemy", "hbao", "hemisphere", "lf", "multiresolution", "point", "sao", "sao-equation-1", "vo-area",
-    "vo-area-normal", "vo-lines", "vo-lines-normal", "vo-points", "vo-points-normal",
-)  # fmt: skip
-SAMPLINGS = ("random", "rejection", "jittered", "latin", "poisson", "sobol", "halton")
-
-scene = functools.cache(lfssao.builtin_scene)
-
-
-def settings(mesh, **more):
-    return lfssao.Settings(lfssao.default_radii(mesh), normals="smooth", **more)
-
-
-def camera_view(mesh, projection, guard=0):
-    return lfssao.Camera.looking_at(mesh.bounds, projection).view(WIDTH, HEIGHT, guard)
-
-
-def through_a_camera(mesh, projection, chosen, guard=0):
-    view = camera_view(mesh, projection, guard)
-    return lfssao.render_view(lfssao.RayCaster(mesh, view.cast_from_world), view, chosen)
-
-
-def through_a_module(mesh, name, chosen, index=None):
-    """One module of a display, by default one a third from its end, which sees the scene from the side."""
-    display = lfssao.find_display(name).with_resolution(WIDTH, HEIGHT)
-    index = (2 * len(display.modules)) // 3 if index is None else index
-    (textures,) = lfssao.render(mesh, display, chosen, range(index, index + 1))
-    return textures
-
-
-def displays(name):
-    """Every embedded scene from one module of a display, the gallery from its first module too."""
-    for label in SCENES:
-        mesh = scene(label)
-        yield f"{name} {label}", through_a_module(mesh, name, settings(mesh))
-    yield f"{name} gallery first", through_a_module(scene("gallery"), name, settings(scene("gallery")), 0)
-
-
-def cameras():
-    """Both projections of every embedded scene, and a guard band."""
-    for label in SCENES:
-        mesh = scene(label)
-        for projection in ("perspective", "orthographic"):
-            yield f"{projection} {label}", through_a_camera(mesh, projection, settings(mesh))
-    yield "perspective statue guard", through_a_camera(scene("statue"), "perspective", settings(scene("statue")), 8)
-
-
-def estimators(where):
-    """Every estimator with its own samples, on a display or on a camera."""
-    mesh = scene("statue")
-    for name in ESTIMATORS:
-        chosen = settings(mesh, estimator=name)
-        seen = (
-            through_a_module(mesh, "sample-a", chosen)
-            if where == "display"
-            else through_a_camera(mesh, "perspective", chosen)
-        )
-        yield f"{name} {where}", seen
-
-
-def samplings():
-    """Seven sampling methods, neighbouring modules, a wide blur, and textures read at the nearest texel."""
-    mesh = scene("ammonite")
-    for name in SAMPLINGS:
-        chosen = settings(mesh, samples=lfssao.make_samples(name, 12, seed=5))
-        yield f"sampling {name}", through_a_module(mesh, "sample-a", chosen)
-    yield "neighbours", through_a_module(mesh, "sample-a", settings(mesh, neighbours=2))
-    yield "blur", through_a_module(mesh, "sample-a", settings(mesh, blur=2.5))
-    yield "few radii", through_a_module(mesh, "sample-a", lfssao.Settings((0.05, 0.0, 0.05, 1e-7)))
-    yield (
-        "many samples",
-        through_a_module(mesh, "sample-a", settings(mesh, samples=lfssao.make_samples("sobol", 256, seed=2))),
-    )
-
-
-GROUPS = {
-    **{name: functools.partial(displays, name) for name in DISPLAYS},
-    "cameras": cameras,
-    "estimators display": functools.partial(estimators, "display"),
-    "estimators camera": functools.partial(estimators, "camera"),
-    "samplings": samplings,
-}
-
-
-def digest(texture):
-    """SHA-256 of a texture's shape, dtype and bytes."""
-    texture = np.ascontiguousarray(texture)
-    return hashlib.sha256(f"{texture.shape} {texture.dtype} ".encode() + texture.tobytes()).hexdigest()
-
-
-def digests_of(textures):
-    """Digest of each texture of a view, by name."""
-    seen = textures.gbuffer
-    named = {"depth": seen.depth, "positions": seen.positions, "normals": seen.normals, "color": seen.color}
-    named |= {f"ao_{number}": texture for number, texture in enumerate(textures.ao, start=1)}
-    named |= {"merged": textures.merged, "blurred": textures.blurred, "shaded": textures.shaded}
-    found = {name: digest(texture) for name, texture in named.items() if texture is not None}
-    return {**found, "outside": [int(count) for count in textures.outside]}
+from golden import GOLDEN, GROUPS, digests_of
 
 
 @pytest.mark.parametrize("group", GROUPS)
@@ -127,8 +18,3 @@ def test_no_texture_changes(group):
     for name, textures in found.items():
         different = [layer for layer in expected[name] if textures.get(layer) != expected[name][layer]]
         assert textures == expected[name], f"{name}: {', '.join(different)}"
-
-
-if __name__ == "__main__":
-    json.dump({group: {n: digests_of(t) for n, t in make()} for group, make in GROUPS.items()}, sys.stdout, indent=1)
-    print()

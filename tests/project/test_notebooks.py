@@ -34,7 +34,7 @@ def executed(path, folder):
     target = folder / "executed.ipynb"
     command = [
         sys.executable,
-        str(FOLDER.parent / "tests" / "execute_notebook.py"),
+        str(FOLDER.parent / "tests" / "helpers" / "execute_notebook.py"),
         str(path),
         str(target),
         str(folder),

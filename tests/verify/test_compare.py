@@ -38,7 +38,7 @@ def light(tmp_path_factory):
     """Of a camera, with a guard band."""
     folder = tmp_path_factory.mktemp("compare") / "camera"
     words = ["render", "statue", "--camera", "--resolution", "48x32", "--radii", "4%", "--guard", "3", "--normals"]
-    assert lfssao.cli.main([*words, "-o", str(folder)]) == 0
+    assert lfssao.cli.main.main([*words, "-o", str(folder)]) == 0
     return folder
 
 
@@ -710,7 +710,7 @@ SMALL = ["render", "statue", "--display", "sample-a", "--modules", "4:5", "--res
 @pytest.mark.parametrize("estimator", ["hemisphere", "vo-points"])
 def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator):
     reference = tmp_path / "reference"
-    assert lfssao.cli.main([*SMALL, "--estimator", estimator, "-o", str(reference)]) == 0
+    assert lfssao.cli.main.main([*SMALL, "--estimator", estimator, "-o", str(reference)]) == 0
     inside = changed(reference, tmp_path / "inside", "module_004", nudge("ao_1"))
     report = lfssao.compare(inside, reference)
     assert different(report)["module_004", "ao_1"] is Verdict.INSIDE

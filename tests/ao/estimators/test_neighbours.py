@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reference.passes import algorithm2_with_neighbours
-from test_ssao import assert_same_bits, both, module_cases
+from ssao_cases import assert_same_bits, both, module_cases
 
 from lfssao import Mesh, RayCaster, Settings, find_display, fit_roi, make_samples, module_views, read_exr
 from lfssao.ao import passes

@@ -102,7 +102,7 @@ def test_wrong_options_are_said_before_anything_is_done(tmp_path, capsys, option
 
 
 def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path):
-    script = "import sys, lfssao.cli.main; assert lfssao.cli.main(sys.argv[1:]) == 0; print(*sys.modules)"
+    script = "import sys, lfssao.cli.main; assert lfssao.cli.main.main(sys.argv[1:]) == 0; print(*sys.modules)"
     command = [sys.executable, "-c", script, *SMALL, "-o", str(tmp_path / "out")]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     estimators = {name.removeprefix("lfssao.ao.estimators.") for name in loaded if "lfssao.ao.estimators." in name}

@@ -5,6 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
 from reference import passes as reference
@@ -20,14 +21,6 @@ shapes = st.one_of(
     st.tuples(st.integers(1, 9), st.integers(1, 9)), st.sampled_from([(1, 1), (1, 70), (40, 1), (2, 150)])
 )
 sigmas = st.one_of(st.floats(0.01, 4), st.sampled_from([5e-324, 1e-300, 1e-9, 1 / 3, 0.5, 1.0, 2.0]))
-
-
-def assert_same_bits(actual, expected):
-    assert actual.dtype == expected.dtype
-    assert actual.shape == expected.shape
-    assert not np.isnan(actual).any()
-    integer = np.int32 if actual.dtype == np.float32 else np.int64
-    np.testing.assert_array_equal(actual.view(integer), expected.view(integer))
 
 
 @st.composite

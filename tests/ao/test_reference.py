@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bits import assert_same_bits
 
 import lfssao
 from lfssao import reference
@@ -10,12 +11,6 @@ from lfssao.samples.kernels import ball
 SCENE = lfssao.builtin_scene("ammonite")
 SAMPLES = lfssao.make_samples("latin", 5, seed=3)
 RADIUS = 0.05
-
-
-def assert_same_bits(actual, expected):
-    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
-    integer = np.int32 if actual.dtype == np.float32 else np.int64
-    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
 
 
 def seen_by(display, index):

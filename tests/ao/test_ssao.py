@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bits import assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import passes as reference
@@ -12,7 +13,6 @@ from ssao_cases import (
     ROI,
     all_spans,
     assert_same,
-    assert_same_bits,
     both,
     by_hand,
     camera_cases,

@@ -12,7 +12,7 @@ import analytic_scenes as scenes
 import numba
 import numpy as np
 import pytest
-from estimator_cases import assert_same_bits
+from bits import assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import truth

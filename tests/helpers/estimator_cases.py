@@ -2,6 +2,7 @@
 
 import analytic_scenes as scenes
 import numpy as np
+from bits import assert_same_bits
 from hypothesis import strategies as st
 from reference.kit import solve
 
@@ -43,13 +44,6 @@ def offsets(draw, dimensions):
     points = rng.uniform(-1, 1, (draw(st.integers(1, 9)), dimensions)) / np.sqrt(dimensions)
     points[rng.random(len(points)) < 0.1] = 0
     return points
-
-
-def assert_same_bits(actual, expected):
-    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
-    assert not np.isnan(actual).any()
-    integer = np.int32 if actual.dtype == np.float32 else np.int64
-    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
 
 
 def view_numbers(view):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bits import assert_same_bits
 from hypothesis import strategies as st
 from numba import njit
 
@@ -19,13 +20,6 @@ ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
 
 
 WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
-
-
-def assert_same_bits(actual, expected):
-    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
-    assert not np.isnan(actual).any()
-    integer = np.int32 if actual.dtype == np.float32 else np.int64
-    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
 
 
 def unwritten(depth):

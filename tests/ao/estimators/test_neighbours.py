@@ -6,10 +6,11 @@ from inspect import signature
 
 import numpy as np
 import pytest
+from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
 from reference.passes import algorithm2_with_neighbours
-from ssao_cases import assert_same_bits, both, module_cases
+from ssao_cases import both, module_cases
 
 from lfssao import Mesh, RayCaster, Settings, find_display, fit_roi, make_samples, module_views, read_exr
 from lfssao.ao import passes

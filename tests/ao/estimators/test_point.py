@@ -3,7 +3,8 @@
 import analytic_scenes as scenes
 import numpy as np
 import pytest
-from estimator_cases import assert_equals_reference, assert_same_bits, buffers, offsets, radii
+from bits import assert_same_bits
+from estimator_cases import assert_equals_reference, buffers, offsets, radii
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,6 +3,7 @@
 import analytic_scenes as scenes
 import numpy as np
 import pytest
+from bits import assert_same_bits
 from estimator_cases import assert_equals_reference, texel_table, view_numbers
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -27,13 +28,6 @@ sizes = st.one_of(
     st.tuples(st.integers(1, 9), st.integers(1, 9)), st.sampled_from([(1, 1), (1, 23), (23, 1), (2, 40), (16, 8)])
 )
 wild = [0.0, -0.0, 1.0, 0.5, -1.0, 2.0, 3.0, 1e-3, 1e30, -1e30, 1e-30, np.inf]
-
-
-def assert_same_bits(actual, expected):
-    assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
-    assert not np.isnan(actual).any()
-    integer = {1: np.int8, 4: np.int32, 8: np.int64}[actual.dtype.itemsize]
-    np.testing.assert_array_equal(np.ascontiguousarray(actual).view(integer), expected.view(integer))
 
 
 @st.composite

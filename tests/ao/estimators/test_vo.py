@@ -8,7 +8,8 @@ import analytic_scenes as scenes
 import mpmath
 import numpy as np
 import pytest
-from estimator_cases import assert_equals_reference, assert_same_bits
+from bits import assert_same_bits
+from estimator_cases import assert_equals_reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import elementary as reference_functions

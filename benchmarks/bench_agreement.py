@@ -22,8 +22,10 @@ from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.ao.ground_truth import ray_cast_occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import diagonal, neighbour_views, render_view
+from lfssao.rendering.passes import render_view
+from lfssao.rendering.settings import diagonal
 from lfssao.rendering.viewer import LightField, eye_view
+from lfssao.rendering.views import neighbour_views
 from lfssao.viz import agreement
 
 RADII = (0.01, 0.035, 0.1)  # shares of the diagonal

@@ -22,7 +22,7 @@ from lfssao.ao.kernels import ssao
 from lfssao.bench.times import in_turn
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import diagonal
+from lfssao.rendering.settings import diagonal
 
 RADIUS = 0.02  # share of the scene's diagonal
 

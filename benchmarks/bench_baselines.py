@@ -28,7 +28,7 @@ from c_baselines import SOURCES
 from lfssao import Buffers, Camera, Mesh, Occluders, RayCaster, builtin_scene, estimate, ray_cast_occlusion
 from lfssao.bench.times import Milliseconds, turns
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import diagonal
+from lfssao.rendering.settings import diagonal
 from lfssao.samples import sample_set
 
 GROUP = 8  # texels a side of the shader's work groups

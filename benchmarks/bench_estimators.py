@@ -35,7 +35,7 @@ from stages import Arrays, Call, bytes_moved, copying, differing, in_c, interlea
 from lfssao import Occluders, builtin_scene, ray_cast_occlusion
 from lfssao.ao.ground_truth import INTERSECTORS
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import diagonal
+from lfssao.rendering.settings import diagonal
 
 FOLDER = Path(__file__).parent
 ORDER = ("vo-lines, 5", "vo-lines, 9", "vo-points, 12", "vo-points, 33", "hbao, 8 x 8")

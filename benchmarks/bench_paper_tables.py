@@ -41,7 +41,9 @@ from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_lines
 from lfssao.ao.kernels.blur import gaussian_weights
 from lfssao.bench.times import Milliseconds, turns
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import diagonal, module_views, render_view
+from lfssao.rendering.passes import render_view
+from lfssao.rendering.settings import diagonal
+from lfssao.rendering.views import module_views
 from lfssao.samples import sample_set
 
 MODELS = ("statue", "ammonite", "armadillo")

@@ -20,7 +20,7 @@ from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
 from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
 from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_lines
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import diagonal
+from lfssao.rendering.settings import diagonal
 
 FOLDER = Path(__file__).parent
 

@@ -15,7 +15,7 @@ import numpy as np
 from lfssao import Buffers, Camera, builtin_scene, estimate
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import diagonal
+from lfssao.rendering.settings import diagonal
 from lfssao.samples import repulsion_table
 
 RESULTS = Path(__file__).parent / "results"

@@ -13,7 +13,7 @@ from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_lines
 from lfssao.ao.estimators.vo.local_frame import Surroundings
 from lfssao.ao.passes import blur, merge
 from lfssao.optics.view import View
-from lfssao.rendering.passes import diagonal
+from lfssao.rendering.settings import diagonal
 from lfssao.samples import repulsion_table
 
 WIDTH, HEIGHT = 1024, 768

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from lfssao.optics.display_file import display_names, display_text, find_display, parse_display
     from lfssao.optics.view import View, WorldToImage
     from lfssao.rendering.exr import Part, read_exr, write_exr
-    from lfssao.rendering.passes import Settings, Textures, default_radii, module_views, render, render_view
+    from lfssao.rendering.passes import Textures, render, render_view
+    from lfssao.rendering.settings import Settings, default_radii
     from lfssao.rendering.viewer import LightField, Photograph, eye_point, eye_range, eye_view
+    from lfssao.rendering.views import module_views
     from lfssao.samples import make_samples, square_points
     from lfssao.scene.builtin import builtin_scene
     from lfssao.scene.load import load_scene
@@ -44,7 +46,9 @@ _HOME = {
     "ao.ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
     "ao.passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
     "gbuffer.caster": ("GBuffer", "RayCaster"),
-    "rendering.passes": ("Settings", "Textures", "default_radii", "module_views", "render", "render_view"),
+    "rendering.passes": ("Textures", "render", "render_view"),
+    "rendering.settings": ("Settings", "default_radii"),
+    "rendering.views": ("module_views",),
     "samples": ("make_samples", "square_points"),
     "scene.builtin": ("builtin_scene",),
     "scene.load": ("load_scene",),

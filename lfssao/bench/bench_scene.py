@@ -13,7 +13,8 @@ from lfssao.bench.sampling_error import rmse
 from lfssao.bench.settings_grid import Grid
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display_file import find_display
-from lfssao.rendering.passes import diagonal, module_views
+from lfssao.rendering.settings import diagonal
+from lfssao.rendering.views import module_views
 from lfssao.scene.mesh import Mesh
 from lfssao.viz.truth import half_space
 

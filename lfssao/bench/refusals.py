@@ -8,7 +8,7 @@ from lfssao.optics.display import Display, Module
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage
-from lfssao.rendering.passes import module_views
+from lfssao.rendering.views import module_views
 from lfssao.scene.mesh import Mesh
 
 _TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

@@ -25,8 +25,10 @@ from lfssao.bench.times import balanced_orders
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.view import View
-from lfssao.rendering.passes import Settings, Textures, default_radii, module_views, occlusions, render_view
+from lfssao.rendering.passes import Textures, occlusions, render_view
 from lfssao.rendering.plan import other_radii, without_background
+from lfssao.rendering.settings import Settings, default_radii
+from lfssao.rendering.views import module_views
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 

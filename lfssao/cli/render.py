@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lfssao.core.affine import Matrix
     from lfssao.optics.display import Display
     from lfssao.optics.view import View
-    from lfssao.rendering.passes import Settings
+    from lfssao.rendering.settings import Settings
     from lfssao.rendering.work import Work
     from lfssao.scene.mesh import Mesh
 
@@ -287,7 +287,7 @@ def _display(options: argparse.Namespace) -> "Display":
 def _check_size(options: argparse.Namespace, display: "Display") -> None:
     from lfssao.ao.estimators.registry import find_estimator
     from lfssao.rendering.job import check_memory
-    from lfssao.rendering.passes import DEFAULT_RADII
+    from lfssao.rendering.settings import DEFAULT_RADII
 
     radius_count = len(options.radii or DEFAULT_RADII)
     texel_bytes = find_estimator(options.estimator).texel_bytes
@@ -303,7 +303,7 @@ def _check_size(options: argparse.Namespace, display: "Display") -> None:
 def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Callable[[Mesh], Settings]]":
     """Make the samples now; return what the manifest says of them, and what makes the settings for a scene."""
     from lfssao.ao.estimators.registry import find_estimator
-    from lfssao.rendering.passes import Settings, default_radii, diagonal
+    from lfssao.rendering.settings import Settings, default_radii, diagonal
 
     try:
         estimator = find_estimator(options.estimator)
@@ -358,7 +358,7 @@ def _views(
 ) -> "list[View]":
     from lfssao.optics.camera import Camera
     from lfssao.optics.view import check_positions
-    from lfssao.rendering.passes import module_views
+    from lfssao.rendering.views import module_views
 
     if options.camera is not None:
         camera = Camera.looking_at(bounds, options.camera)
@@ -373,7 +373,7 @@ def _views(
 def _neighbours(
     options: argparse.Namespace, mesh: "Mesh", display: "Display", bounds: "NDArray[np.float64]"
 ) -> "list[tuple[View, ...]]":
-    from lfssao.rendering.passes import neighbour_views
+    from lfssao.rendering.views import neighbour_views
 
     if options.neighbours == 0:
         return []

@@ -16,7 +16,7 @@ from lfssao.ao.passes import gaussian_kernel
 from lfssao.optics.display import Display
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.digests import digest
-from lfssao.rendering.passes import Settings
+from lfssao.rendering.settings import Settings
 from lfssao.scene.mesh import Mesh, Paint
 
 FORMAT = 1

@@ -18,7 +18,8 @@ from lfssao.rendering.contact import sheet_rows, strip
 from lfssao.rendering.digests import digest
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.rendering.manifest import describe_view
-from lfssao.rendering.passes import Settings, Textures
+from lfssao.rendering.passes import Textures
+from lfssao.rendering.settings import Settings
 from lfssao.rendering.work import Item, Work
 
 if TYPE_CHECKING:

@@ -1,161 +1,34 @@
-"""The order of the passes, and nothing else: from a mesh and a view to all textures of that view (LF section 7)."""
+"""The order of the passes: from a mesh and a view to all textures of that view (LF section 7)."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from math import sqrt
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import passes
-from lfssao.ao.estimators.estimator import Value
-from lfssao.ao.estimators.neighbours import DepthCache, Neighbour, nearest_modules
-from lfssao.ao.estimators.registry import check_samples, estimate_radii, find_estimator, full_parameters
+from lfssao.ao.estimators.neighbours import DepthCache, Neighbour
+from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.textures import Buffers
 from lfssao.core.pictures import image_png
 from lfssao.errors import InputError
-from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS, GBuffer, RayCaster
-from lfssao.gbuffer.embree import require_embree
-from lfssao.optics.display import Display, fit_roi
-from lfssao.optics.view import View, check_positions
+from lfssao.gbuffer.caster import GBuffer, RayCaster
+from lfssao.optics.display import Display
+from lfssao.optics.view import View
 from lfssao.optics.window import seen_rows
 from lfssao.rendering import contact
+from lfssao.rendering.settings import Settings, default_radii
+from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.scene.mesh import Mesh
 
-# LF merges five radii and does not print them: shares of the scene's diagonal, each 1.6 to 2 times the last.
-DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
-
-# All textures of a view, in the order in which they are made.
-LAYERS = ("depth", "positions", "color", "normals", "ao", "merged", "blurred", "shaded")
-_READS = {"ao": ("positions",), "merged": ("ao",), "blurred": ("merged",), "shaded": ("color", "blurred")}
-
 FloatTexture = NDArray[np.float32]
-Result = TypeVar("Result")
+Made = TypeVar("Made")
 Kind = TypeVar("Kind", np.float32, np.int32)
 
-
-@dataclass(frozen=True, eq=False)
-class Settings:
-    """What the AO passes are run with.
-
-    Attributes
-    ----------
-    radii : tuple of float
-        Radii of the sampling ball, world units, at least one.
-    samples : (n, 3) or (n, 2) float64, or None
-        Offsets in the unit ball, or disk, the same for every texel and radius. Where none are given it is made the
-        estimator's own set, and stays None for an estimator that takes none.
-    blur : float
-        Sigma of the Gaussian blur, texels.
-    color_filter : str
-        How the mesh's textures are read, 'bilinear' or 'nearest'.
-    normals : str or None
-        Normals texture to make beside the others, 'geometric' or 'smooth'. None: none, or geometric normals where the
-        estimator reads normals.
-    estimator : str
-        Name of the estimator of occlusion (``lfssao estimators`` lists them).
-    parameters : mapping
-        The estimator's parameters by name; made complete with their defaults.
-    weights : (n,) float64 or None
-        Weights of the samples; as ``samples``.
-    neighbours : int
-        How many of a module's nearest modules are asked whether a sample lies in the open; of estimator 'lf' only.
-    caster : str
-        'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
-    layers : tuple of str, or None
-        Which of ``LAYERS`` are kept, 'ao' for those of all radii; what none of them reads is not computed. None: all,
-        normals if ``normals`` names a kind.
-
-    Raises
-    ------
-    InputError
-        If there is no radius, or one is negative or not finite, or the blur is; if there is no such estimator, or
-        it does not take these samples or parameters; if there is no such layer, or none at all.
-    MissingPackageError
-        If Embree is asked for and embreex is not installed.
-    """
-
-    radii: tuple[float, ...]
-    samples: NDArray[np.float64] | None = None
-    blur: float = 1.0
-    color_filter: str = "bilinear"
-    normals: str | None = None
-    estimator: str = "lf"
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    weights: NDArray[np.float64] | None = None
-    neighbours: int = 0
-    caster: str = "exact"
-    layers: tuple[str, ...] | None = None
-
-    def __post_init__(self) -> None:
-        if not self.radii:
-            raise InputError("radii: at least one is needed")
-        for radius in self.radii:
-            passes.check_radius(radius)
-        passes.gaussian_kernel(self.blur)
-        if self.color_filter not in COLOR_FILTERS:
-            raise InputError(f"color_filter is '{self.color_filter}': choose one of {', '.join(COLOR_FILTERS)}")
-        if self.normals is not None and self.normals not in NORMALS:
-            raise InputError(f"normals is '{self.normals}': choose one of {', '.join(NORMALS)}")
-        if self.caster not in CASTERS:
-            raise InputError(f"caster is '{self.caster}': choose one of {', '.join(CASTERS)}")
-        if self.caster == "embree":
-            require_embree()
-        estimator = find_estimator(self.estimator)
-        object.__setattr__(self, "parameters", full_parameters(estimator, self.parameters))
-        if self.samples is None:
-            points, weights = estimator.default_samples()
-            object.__setattr__(self, "samples", points)
-            object.__setattr__(self, "weights", weights)
-        else:
-            check_samples(estimator, self.samples, self.weights)
-        if self.neighbours < 0:
-            raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
-        if self.neighbours and self.estimator != "lf":
-            raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
-        if self.layers is not None:
-            _check_layers(self.layers)
-        if self.normals is None and (estimator.normals or "normals" in (self.layers or ())):
-            object.__setattr__(self, "normals", "geometric")
-
-    @property
-    def kept(self) -> tuple[str, ...]:
-        """The layers that are kept, in the order of ``LAYERS``."""
-        wanted = LAYERS if self.layers is None else self.layers
-        return tuple(name for name in LAYERS if name in wanted and (name != "normals" or self.normals is not None))
-
-    @property
-    def computed(self) -> tuple[str, ...]:
-        """The layers that are kept, or read by one that is."""
-        needed = {"depth", *self.kept}
-        for name in reversed(LAYERS):
-            if name in needed:
-                needed.update(_READS.get(name, ()))
-        if "ao" in needed and find_estimator(self.estimator).normals:
-            needed.add("normals")
-        return tuple(name for name in LAYERS if name in needed)
-
-
-def _check_layers(layers: tuple[str, ...]) -> None:
-    for name in layers:
-        if name not in LAYERS:
-            raise InputError(f"layers: there is no '{name}': choose some of {', '.join(LAYERS)}")
-    if not layers:
-        raise InputError("layers: at least one is needed")
-
-
-def diagonal(mesh: Mesh) -> float:
-    """Diagonal of a mesh's bounding box, world units."""
-    x, y, z = (mesh.bounds[1] - mesh.bounds[0]).tolist()
-    return sqrt((x * x + y * y) + z * z)
-
-
-def default_radii(mesh: Mesh) -> tuple[float, ...]:
-    """Five radii for a mesh, world units: DEFAULT_RADII times the diagonal of its bounding box."""
-    return tuple(share * diagonal(mesh) for share in DEFAULT_RADII)
+_LAYER_OF = {"ao": "ao", "merge": "merged", "blur": "blurred", "shade": "shaded"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +71,7 @@ class Textures:
 
     @cached_property
     def image(self) -> FloatTexture:
-        """What AO is multiplied into, (H, W, 3): the colour texture, or white on the surface; made when asked for.
+        """What AO is multiplied into, (H, W, 3): the colour texture, or white on the surface.
 
         Raises
         ------
@@ -224,7 +97,7 @@ class Textures:
 
 
 def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:
-    """Run all passes for one view, as far as the scene needs them (``lfssao.rendering.plan``).
+    """Run all passes for one view, as far as the scene and the layers need them (``lfssao.rendering.plan``).
 
     Parameters
     ----------
@@ -241,35 +114,21 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
     -------
     Textures
     """
-    seconds: dict[str, float] = {}
+    timed, computed, kept = _Timed(), settings.computed, settings.kept
+    gbuffer = timed("ray_cast", lambda: _cast(caster, view, settings))
+    surface_texels = int(np.count_nonzero(gbuffer.triangle >= 0))
 
-    def timed(name: str, work: Callable[[], Result]) -> Result:
-        start = time.perf_counter()
-        result = work()
-        seconds[name] = time.perf_counter() - start
-        return result
+    def run(name: str, work: Callable[[], Made], blank: Made) -> Made:
+        """A pass, or ``blank`` where the view sees no surface or nobody reads its layer."""
+        return timed(name, work) if surface_texels and _LAYER_OF[name] in computed else blank
 
-    computed, kept = settings.computed, settings.kept
-    color = settings.color_filter if "color" in computed else None
-    normals = settings.normals if "normals" in computed else None
-    look = color, normals, seen_rows(view, caster.bounds), settings.caster, "positions" in computed
-    gbuffer = timed("ray_cast", lambda: caster.gbuffer(view, *look))
-    texels = int(np.count_nonzero(gbuffer.triangle >= 0))
-    ao: list[passes.Occlusion] = []
-    made: dict[str, FloatTexture] = {}
-    if texels:
-        if "ao" in computed:
-            ao = timed("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours))
-        if "merged" in computed:
-            made["merged"] = timed("merge", lambda: passes.merge([each.texture for each in ao]))
-        if "blurred" in computed:
-            made["blurred"] = timed("blur", lambda: passes.blur(made["merged"], settings.blur))
-        if "shaded" in computed:
-            made["shaded"] = timed("shade", lambda: _shade(gbuffer, made["blurred"]))
-    elif "ao" in computed:
-        nothing = np.zeros_like(gbuffer.depth)
-        ao = [passes.Occlusion(nothing, 0)] * len(settings.radii)
-        made = {"merged": nothing, "blurred": nothing, "shaded": np.zeros((*nothing.shape, 3), np.float32)}
+    no_ao = np.zeros(gbuffer.depth.shape, np.float32)
+    black = np.zeros((*no_ao.shape, 3), np.float32)
+    nothing = [passes.Occlusion(no_ao, 0)] * len(settings.radii)
+    ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours), nothing)
+    merged = run("merge", lambda: passes.merge([each.texture for each in ao]), no_ao)
+    blurred = run("blur", lambda: passes.blur(merged, settings.blur), no_ao)
+    shaded = run("shade", lambda: _shade(gbuffer, blurred), black)
     return Textures(
         view=view,
         gbuffer=replace(
@@ -278,40 +137,57 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
             color=gbuffer.color if "color" in kept else None,
             normals=gbuffer.normals if "normals" in kept else None,
         ),
-        ao=tuple(_cropped(view, each.texture) for each in ao if "ao" in kept),
-        merged=_cropped(view, made["merged"]) if "merged" in kept else None,
-        blurred=_cropped(view, made["blurred"]) if "blurred" in kept else None,
-        shaded=_cropped(view, made["shaded"]) if "shaded" in kept else None,
-        outside=tuple(each.outside for each in ao),
-        surface_texels=texels,
+        ao=tuple(_cropped(view, each.texture) for each in ao) if "ao" in kept else (),
+        merged=_cropped(view, merged) if "merged" in kept else None,
+        blurred=_cropped(view, blurred) if "blurred" in kept else None,
+        shaded=_cropped(view, shaded) if "shaded" in kept else None,
+        outside=tuple(each.outside for each in ao) if "ao" in computed else (),
+        surface_texels=surface_texels,
         layers=kept,
-        seconds=seconds,
+        seconds=timed.seconds,
     )
 
 
-def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
-    """A texture without the view's guard band (SAO section 2.3)."""
-    g = view.guard
-    return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
+class _Timed:
+    """Runs passes and keeps the seconds that each took."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    def __call__(self, name: str, work: Callable[[], Made]) -> Made:
+        start = time.perf_counter()
+        made = work()
+        self.seconds[name] = time.perf_counter() - start
+        return made
 
 
-def occlusions(
-    buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()
-) -> list[passes.Occlusion]:  # fmt: skip
+def _cast(caster: RayCaster, view: View, settings: Settings) -> GBuffer:
+    """The textures of the G-buffer that are computed, cast in the rows that can see the scene."""
+    computed = settings.computed
+    return caster.gbuffer(
+        view,
+        settings.color_filter if "color" in computed else None,
+        settings.normals if "normals" in computed else None,
+        seen_rows(view, caster.bounds),
+        settings.caster,
+        "positions" in computed,
+    )
+
+
+def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[passes.Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
     radii = list(dict.fromkeys(settings.radii))
     found: dict[float, passes.Occlusion] = {}
     if settings.estimator == "lf" and settings.samples is not None and 0.0 in radii:
         radii.remove(0.0)
-        alone = replace(settings, samples=settings.samples[:1])
-        (one,) = _sampled(buffers, [0.0], alone, neighbours)
+        (one,) = _estimate(buffers, [0.0], replace(settings, samples=settings.samples[:1]), neighbours)
         found[0.0] = passes.Occlusion(one.texture, one.outside * len(settings.samples))
     if radii:
-        found |= zip(radii, _sampled(buffers, radii, settings, neighbours), strict=True)
+        found |= zip(radii, _estimate(buffers, radii, settings, neighbours), strict=True)
     return [found[radius] for radius in settings.radii]
 
 
-def _sampled(
+def _estimate(
     buffers: Buffers, radii: Sequence[float], settings: Settings, neighbours: Sequence[Neighbour]
 ) -> list[passes.Occlusion]:
     """Occlusion of some radii by all samples."""
@@ -322,73 +198,16 @@ def _sampled(
 
 
 def _shade(gbuffer: GBuffer, blurred: FloatTexture) -> FloatTexture:
-    """The shaded image; without colour none is made to be shaded."""
+    """The shaded image; a mesh without colour is white."""
     if gbuffer.color is None:
         return passes.shade_white(gbuffer.depth, blurred)
     return passes.shade(gbuffer.color, blurred)
 
 
-def module_views(
-    mesh: Mesh,
-    display: Display,
-    modules: range | None = None,
-    guard: int = 0,
-    bounds: NDArray[np.float64] | None = None,
-) -> list[View]:
-    """The views of a display's modules, a box of world space fitted into the display's ROI.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    display : Display
-        Where it is shown.
-    modules : range, optional
-        Which modules; all by default.
-    guard : int
-        Guard band, texels (``Display.view``).
-    bounds : (2, 3) float64, optional
-        Lower and upper corner of the box, world units; the mesh's own box by default.
-
-    Raises
-    ------
-    InputError
-        If the range holds a module that the display does not have, or none; if the box is too far from the world's
-        origin for float32 positions (``lfssao.optics.view.check_positions``).
-    """
-    count = len(display.modules)
-    wanted = range(count) if modules is None else modules
-    if len(wanted) == 0 or wanted[0] < 0 or wanted[-1] >= count:
-        raise InputError(
-            f"modules {wanted.start}:{wanted.stop} are not a part of 0:{count}, the modules of {display.name}"
-        )
-    box = mesh.bounds if bounds is None else bounds
-    physical_from_world = fit_roi(box, display.roi)
-    texels = max(display.modules[index].width for index in wanted) / display.screen_width
-    check_positions(box, texels * float(physical_from_world[0, 0]))
-    return [display.view(index, physical_from_world, guard) for index in wanted]
-
-
-def neighbour_views(
-    mesh: Mesh,
-    display: Display,
-    count: int,
-    modules: range | None = None,
-    guard: int = 0,
-    bounds: NDArray[np.float64] | None = None,
-) -> list[tuple[View, ...]]:
-    """The views of the nearest modules, so many, of each of the modules; arguments as of ``module_views``.
-
-    Raises
-    ------
-    InputError
-        If the display does not have so many other modules.
-    """
-    wanted = range(len(display.modules)) if modules is None else modules
-    if count == 0:
-        return [()] * len(wanted)
-    views = module_views(mesh, display, None, guard, bounds)
-    return [tuple(views[k] for k in nearest_modules(display, index, count)) for index in wanted]
+def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
+    """A texture without the view's guard band (SAO section 2.3)."""
+    g = view.guard
+    return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
 
 
 def render(

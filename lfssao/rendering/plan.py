@@ -15,7 +15,8 @@ from lfssao.ao.textures import Buffers
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
 from lfssao.optics.window import seen_rows
-from lfssao.rendering.passes import Settings, occlusions
+from lfssao.rendering.passes import occlusions
+from lfssao.rendering.settings import Settings
 
 RULES = {
     "modules": "the image of the scene's box misses the texture: nothing is cast, and no pass runs",

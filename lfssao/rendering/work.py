@@ -19,7 +19,8 @@ from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.view import View
 from lfssao.rendering.animation import frame_bounds, moved
 from lfssao.rendering.manifest import describe_settings, describe_view, short_digest
-from lfssao.rendering.passes import Settings, Textures, render_view
+from lfssao.rendering.passes import Textures, render_view
+from lfssao.rendering.settings import Settings
 from lfssao.scene.mesh import Mesh
 
 

@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Any
 from lfssao.errors import MissingPackageError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
-from lfssao.rendering.passes import Settings, diagonal, module_views, render_view
+from lfssao.rendering.passes import render_view
+from lfssao.rendering.settings import Settings, diagonal
+from lfssao.rendering.views import module_views
 from lfssao.samples import METHODS, make_samples
 from lfssao.scene.mesh import Mesh
 

@@ -12,7 +12,8 @@ import numba
 import lfssao.cli.run_items  # noqa: F401 (commands import it late)
 from lfssao.cli.main import main
 from lfssao.optics.display_file import find_display
-from lfssao.rendering.passes import Settings, render
+from lfssao.rendering.passes import render
+from lfssao.rendering.settings import Settings
 from lfssao.scene.builtin import builtin_scene
 
 

@@ -16,7 +16,9 @@ from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.animation import MOST_FRAMES, frame_bounds, moved, read_transforms, swept_bounds, turntable
 from lfssao.rendering.exr import read_exr
-from lfssao.rendering.passes import Settings, module_views, render_view
+from lfssao.rendering.passes import render_view
+from lfssao.rendering.settings import Settings
+from lfssao.rendering.views import module_views
 from lfssao.scene.builtin import builtin_scene
 from lfssao.scene.load import load_scene
 from lfssao.scene.mesh import Mesh

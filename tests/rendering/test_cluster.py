@@ -20,8 +20,9 @@ from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.manifest import describe_scene
-from lfssao.rendering.passes import Settings, module_views
 from lfssao.rendering.run import run_here, run_item, run_on
+from lfssao.rendering.settings import Settings
+from lfssao.rendering.views import module_views
 from lfssao.rendering.work import Item, Renderer, Work
 from lfssao.scene.builtin import builtin_scene
 

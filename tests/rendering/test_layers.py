@@ -24,7 +24,7 @@ from lfssao import (
     render_view,
 )
 from lfssao.cli.main import main
-from lfssao.rendering.passes import LAYERS
+from lfssao.rendering.settings import LAYERS
 
 RESOLUTION = (64, 48)
 

@@ -31,8 +31,9 @@ from lfssao.cli.main import main
 from lfssao.optics.kernels.rays import FLAT_LINEAR
 from lfssao.optics.view import WorldToImage
 from lfssao.optics.window import seen_rows
-from lfssao.rendering.passes import module_views, neighbour_views, occlusions, render_view
+from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import RULES, LeftOut, background, other_radii, planned, subpixel_radii, without_background
+from lfssao.rendering.views import module_views, neighbour_views
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 

@@ -6,8 +6,10 @@ import pytest
 import lfssao
 from lfssao.errors import InputError
 from lfssao.optics.display import crossed_slits
-from lfssao.rendering.passes import Settings, diagonal, module_views, render_view
+from lfssao.rendering.passes import render_view
+from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.viewer import eye_view
+from lfssao.rendering.views import module_views
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.explain import explain
 from lfssao.viz import agreement, mapping, radii, sampling_error, texel, truth, verdict

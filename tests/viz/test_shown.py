@@ -8,7 +8,8 @@ from PIL import Image
 
 from lfssao import GBuffer, Occlusion, Photograph, RayCaster, Settings, builtin_scene, find_display, render_view
 from lfssao.core import pictures
-from lfssao.rendering.passes import diagonal, module_views
+from lfssao.rendering.settings import diagonal
+from lfssao.rendering.views import module_views
 from lfssao.samples import sample_set
 
 DISPLAY = find_display("sample-a").with_resolution(40, 24)

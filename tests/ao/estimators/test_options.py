@@ -20,7 +20,7 @@ from lfssao import (
 )
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.cli.main import main
-from lfssao.rendering.passes import diagonal
+from lfssao.rendering.settings import diagonal
 
 SMALL = ["render", "ammonite", "--resolution", "24x18", "--radii", "2%"]
 

@@ -1,0 +1,141 @@
+"""What the AO passes are run with: radii, samples, estimator, layers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao import passes
+from lfssao.ao.estimators.estimator import Value
+from lfssao.ao.estimators.registry import check_samples, find_estimator, full_parameters
+from lfssao.errors import InputError
+from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
+from lfssao.gbuffer.embree import require_embree
+from lfssao.scene.mesh import Mesh
+
+# LF merges five radii and does not print them: fractions of the scene's diagonal, each 1.6 to 2 times the last.
+DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
+
+# All textures of a view, in the order in which they are made.
+LAYERS = ("depth", "positions", "color", "normals", "ao", "merged", "blurred", "shaded")
+_READS = {"ao": ("positions",), "merged": ("ao",), "blurred": ("merged",), "shaded": ("color", "blurred")}
+
+
+def diagonal(mesh: Mesh) -> float:
+    """Diagonal of a mesh's bounding box, world units."""
+    x, y, z = (mesh.bounds[1] - mesh.bounds[0]).tolist()
+    return sqrt((x * x + y * y) + z * z)
+
+
+def default_radii(mesh: Mesh) -> tuple[float, ...]:
+    """Five radii for a mesh, world units: DEFAULT_RADII times the diagonal of its bounding box."""
+    return tuple(fraction * diagonal(mesh) for fraction in DEFAULT_RADII)
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """Settings of the AO passes.
+
+    Attributes
+    ----------
+    radii : tuple of float
+        Radii of the sampling ball, world units, at least one.
+    samples : (n, 3) or (n, 2) float64, or None
+        Offsets in the unit ball, or disk, the same for every texel and radius. None becomes the estimator's own set,
+        and stays None for an estimator that takes none.
+    blur : float
+        Sigma of the Gaussian blur, texels.
+    color_filter : str
+        How the mesh's textures are read, 'bilinear' or 'nearest'.
+    normals : str or None
+        Kind of the normals texture, 'geometric' or 'smooth'. None: no such texture, or geometric normals where the
+        estimator or ``layers`` needs one.
+    estimator : str
+        Name of the estimator of occlusion (``lfssao estimators`` lists them).
+    parameters : mapping
+        The estimator's parameters by name; made complete with their defaults.
+    weights : (n,) float64 or None
+        Weights of the samples; as ``samples``.
+    neighbours : int
+        How many of a module's nearest modules are asked whether a sample lies in the open; for estimator 'lf' only.
+    caster : str
+        'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
+    layers : tuple of str, or None
+        Which of ``LAYERS`` are kept, 'ao' for those of all radii; what none of them reads is not computed. None: all,
+        normals if ``normals`` names a kind.
+
+    Raises
+    ------
+    InputError
+        If there is no radius or no layer, a value is out of its range, a name is unknown, or the estimator does not
+        take these samples, parameters or neighbours.
+    MissingPackageError
+        If Embree is asked for and embreex is not installed.
+    """
+
+    radii: tuple[float, ...]
+    samples: NDArray[np.float64] | None = None
+    blur: float = 1.0
+    color_filter: str = "bilinear"
+    normals: str | None = None
+    estimator: str = "lf"
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    weights: NDArray[np.float64] | None = None
+    neighbours: int = 0
+    caster: str = "exact"
+    layers: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if not self.radii:
+            raise InputError("radii: at least one is needed")
+        for radius in self.radii:
+            passes.check_radius(radius)
+        passes.gaussian_kernel(self.blur)
+        self._check_names()
+        if self.caster == "embree":
+            require_embree()
+        estimator = find_estimator(self.estimator)
+        object.__setattr__(self, "parameters", full_parameters(estimator, self.parameters))
+        if self.samples is None:
+            points, weights = estimator.default_samples()
+            object.__setattr__(self, "samples", points)
+            object.__setattr__(self, "weights", weights)
+        else:
+            check_samples(estimator, self.samples, self.weights)
+        if self.neighbours < 0:
+            raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
+        if self.neighbours and self.estimator != "lf":
+            raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
+        if self.normals is None and (estimator.normals or "normals" in (self.layers or ())):
+            object.__setattr__(self, "normals", "geometric")
+
+    def _check_names(self) -> None:
+        named = ("color_filter", COLOR_FILTERS), ("normals", (None, *NORMALS)), ("caster", CASTERS)
+        for name, choices in named:
+            value = getattr(self, name)
+            if value not in choices:
+                raise InputError(f"{name} is '{value}': choose one of {', '.join(filter(None, choices))}")
+        if self.layers == ():
+            raise InputError("layers: at least one is needed")
+        for name in self.layers or ():
+            if name not in LAYERS:
+                raise InputError(f"layers: there is no '{name}': choose some of {', '.join(LAYERS)}")
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """The layers that are kept, in the order of ``LAYERS``."""
+        wanted = LAYERS if self.layers is None else self.layers
+        return tuple(name for name in LAYERS if name in wanted and (name != "normals" or self.normals is not None))
+
+    @property
+    def computed(self) -> tuple[str, ...]:
+        """The layers that are kept, or read by one that is."""
+        needed = {"depth", *self.kept}
+        for name in reversed(LAYERS):
+            if name in needed:
+                needed.update(_READS.get(name, ()))
+        if "ao" in needed and find_estimator(self.estimator).normals:
+            needed.add("normals")
+        return tuple(name for name in LAYERS if name in needed)

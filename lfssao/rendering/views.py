@@ -1,0 +1,73 @@
+"""The views of a display's modules, the scene fitted into the display's region of interest."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.neighbours import nearest_modules
+from lfssao.errors import InputError
+from lfssao.optics.display import Display, fit_roi
+from lfssao.optics.view import View, check_positions
+from lfssao.scene.mesh import Mesh
+
+
+def module_views(
+    mesh: Mesh,
+    display: Display,
+    modules: range | None = None,
+    guard: int = 0,
+    bounds: NDArray[np.float64] | None = None,
+) -> list[View]:
+    """The views of a display's modules, a box of world space fitted into the display's ROI.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The scene.
+    display : Display
+        Where it is shown.
+    modules : range, optional
+        Which modules; all by default.
+    guard : int
+        Guard band, texels (``Display.view``).
+    bounds : (2, 3) float64, optional
+        Lower and upper corner of the box, world units; the mesh's own box by default.
+
+    Raises
+    ------
+    InputError
+        If the range holds no module, or one that the display does not have; if the box is too far from the world's
+        origin for float32 positions (``lfssao.optics.view.check_positions``).
+    """
+    count = len(display.modules)
+    wanted = range(count) if modules is None else modules
+    if len(wanted) == 0 or wanted[0] < 0 or wanted[-1] >= count:
+        raise InputError(
+            f"modules {wanted.start}:{wanted.stop} are not a part of 0:{count}, the modules of {display.name}"
+        )
+    box = mesh.bounds if bounds is None else bounds
+    physical_from_world = fit_roi(box, display.roi)
+    texels = max(display.modules[index].width for index in wanted) / display.screen_width
+    check_positions(box, texels * float(physical_from_world[0, 0]))
+    return [display.view(index, physical_from_world, guard) for index in wanted]
+
+
+def neighbour_views(
+    mesh: Mesh,
+    display: Display,
+    count: int,
+    modules: range | None = None,
+    guard: int = 0,
+    bounds: NDArray[np.float64] | None = None,
+) -> list[tuple[View, ...]]:
+    """The views of the ``count`` nearest modules of each module; other arguments as for ``module_views``.
+
+    Raises
+    ------
+    InputError
+        If the display does not have that many other modules.
+    """
+    wanted = range(len(display.modules)) if modules is None else modules
+    if count == 0:
+        return [()] * len(wanted)
+    views = module_views(mesh, display, None, guard, bounds)
+    return [tuple(views[k] for k in nearest_modules(display, index, count)) for index in wanted]

@@ -27,13 +27,13 @@ def add_to(benches: Any) -> None:
 def _stability(options: argparse.Namespace) -> int:
     if options.plot is not None and options.plot.suffix not in _PICTURES:
         raise InputError(f"{options.plot}: its name must end in one of {', '.join(_PICTURES)}")
-    from lfssao.bench import stability_report  # late: --help needs none of it
-    from lfssao.bench.cases import CASES
+    from lfssao.bench.stability import report  # late: --help needs none of it
+    from lfssao.bench.stability.cases import CASES
 
     rows = [row for case in CASES for row in case.rows()]
-    print(stability_report.as_text(rows))
+    print(report.as_text(rows))
     if options.json is not None:
-        stability_report.write_json(rows, options.json)
+        report.write_json(rows, options.json)
     if options.plot is not None:
-        stability_report.save_plot(options.plot)
+        report.save_plot(options.plot)
     return BROKEN if any(row.verdict == "broken" for row in rows) else 0

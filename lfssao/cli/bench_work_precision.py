@@ -50,9 +50,9 @@ def _measure(options: argparse.Namespace) -> None:
     import numba  # late: --help needs none of it
     from tqdm import tqdm
 
-    from lfssao.bench import page, plots, work_precision
-    from lfssao.bench.advise import read_result
-    from lfssao.bench.settings_grid import FULL, QUICK
+    from lfssao.bench.work_precision import page, plot, run
+    from lfssao.bench.work_precision.advise import read_result
+    from lfssao.bench.work_precision.settings import FULL, QUICK
     from lfssao.core.files import check_folder, output_folder, write_text
 
     if options.threads > numba.config.NUMBA_NUM_THREADS:
@@ -60,30 +60,30 @@ def _measure(options: argparse.Namespace) -> None:
     check_folder(options.output)
     mesh, grid = load(options.scene), QUICK if options.quick else FULL
     file = options.output / _JSON
-    result = _started(file, work_precision.start(mesh, grid, options.threads))
+    result = _started(file, run.start(mesh, grid, options.threads))
     numba.set_num_threads(options.threads)
 
     def save() -> None:
         write_text(file, json.dumps(result, indent=1, allow_nan=False) + "\n")
 
     with output_folder(options.output):
-        steps = work_precision.steps(grid, result)
+        steps = run.steps(grid, result)
         with tqdm(total=steps, unit="step", disable=None, leave=False, **bar_size()) as bar:
 
             def tick(what: str) -> None:
                 bar.set_postfix_str(what)
                 bar.update()
 
-            work_precision.run(mesh, grid, options.threads, result, save, tick)
+            run.run(mesh, grid, options.threads, result, save, tick)
         measured = read_result(file)
-        plots.save_plots(measured, options.output)
+        plot.save_plots(measured, options.output)
         write_text(file.with_suffix(".md"), page.as_text(measured) + "\n")
     print(page.as_text(measured))
 
 
 def _started(file: Path, fresh: dict[str, Any]) -> dict[str, Any]:
     """The file's result of the same run, to go on with; else a fresh result."""
-    from lfssao.bench.advise import read_result  # late: --help needs none of it
+    from lfssao.bench.work_precision.advise import read_result  # late: --help needs none of it
 
     if not file.exists():
         return fresh
@@ -94,7 +94,7 @@ def _started(file: Path, fresh: dict[str, Any]) -> dict[str, Any]:
 
 
 def _advise(options: argparse.Namespace) -> None:
-    from lfssao.bench.advise import advice, load_warning, read_result  # late: --help needs none of it
+    from lfssao.bench.work_precision.advise import advice, load_warning, read_result  # late: --help needs none of it
 
     result = read_result(options.file)
     print(f"{advice(result, options.error, options.max_error, options.max_ms)} {load_warning(result)}".rstrip())

@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import textbook
 
-from lfssao.bench import cases, mappings, measure, scalar_cases
-from lfssao.bench.cases import CASES
-from lfssao.bench.inputs import UNCHANGED, along_rays, display, near_lens, on_surface, scene
-from lfssao.bench.mappings import CameraAtOrigin, CrossedSlits, GeneralDisplay, exact_image
-from lfssao.bench.running_error import EXACT, Arithmetic
-from lfssao.bench.sequences import curves
-from lfssao.bench.stability import DEGRADED, REFUSED, WITHIN, Case, Refusal
+from lfssao.bench.stability import cases, exact, measure, scalar_cases
+from lfssao.bench.stability.cases import CASES
+from lfssao.bench.stability.exact import CameraAtOrigin, CrossedSlits, GeneralDisplay, exact_image
+from lfssao.bench.stability.inputs import UNCHANGED, along_rays, display, near_lens, on_surface, scene
+from lfssao.bench.stability.running_error import EXACT, Arithmetic
+from lfssao.bench.stability.sequences import curves
+from lfssao.bench.stability.table import DEGRADED, REFUSED, WITHIN, Case, Refusal
 from lfssao.cli.main import main
 from lfssao.optics.display_file import find_display
 
@@ -112,7 +112,7 @@ def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
         return u_0 + a / z_module / (one - c / z_module), v_0 + b / (z_observer - c)
 
     lossy.py_func = lossy
-    monkeypatch.setattr(mappings.mapping, "project_crossed_slits", lossy)
+    monkeypatch.setattr(exact.mapping, "project_crossed_slits", lossy)
     assert measure.measure(case, "float32").exceeded > 0
 
 
@@ -155,7 +155,7 @@ def test_a_picture_of_another_kind_is_refused(capsys):
 
 
 def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
-    real = mappings.landing.land
+    real = exact.landing.land
     case = along_rays(find_display("picoarray"), 0, 0.5)
     case = replace(case, texels=case.texels[:5])
     j, i = case.texels[3]
@@ -165,7 +165,7 @@ def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
         image[j * case.depth.shape[1] + i, 0] += 1e-9
 
     assert measure.measure(case, "float64").exceeded == 0
-    monkeypatch.setattr(mappings.landing, "land", off)
+    monkeypatch.setattr(exact.landing, "land", off)
     assert measure.measure(case, "float64").exceeded == 1
 
 

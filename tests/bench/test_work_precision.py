@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from lfssao.ao.estimators.registry import ESTIMATORS
-from lfssao.bench import page, plots, work_precision
-from lfssao.bench import settings_grid as grid
-from lfssao.bench.advise import FORMAT, advice, load_warning, pareto_front, points_of
-from lfssao.bench.bench_scene import BenchScene
-from lfssao.bench.sampling_error import Reference, combine, rmse
-from lfssao.bench.setting_times import setting_times
-from lfssao.bench.slopes import THEORY, fitted_slope
 from lfssao.bench.times import Times, balanced_orders, in_turn
+from lfssao.bench.work_precision import page, plot, run
+from lfssao.bench.work_precision import settings as grid
+from lfssao.bench.work_precision.advise import FORMAT, advice, load_warning, pareto_front, points_of
+from lfssao.bench.work_precision.references import Reference, combine, rmse
+from lfssao.bench.work_precision.scene import BenchScene
+from lfssao.bench.work_precision.setting_times import setting_times
+from lfssao.bench.work_precision.slopes import THEORY, fitted_slope
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.samples import METHODS, make_samples, sample_set
@@ -196,14 +196,12 @@ def test_no_sampler_is_compared_with_a_reference_of_its_own(monkeypatch):
         def of_surface(self, texture):
             return texture
 
-    monkeypatch.setattr(work_precision, "_finished", lambda layers, _radii, _blur: layers[0])
+    monkeypatch.setattr(run, "_finished", lambda layers, _radii, _blur: layers[0])
     sizes = replace(grid.FULL, radii=((0.02,),), blurs=(0.0,))
     many = {name: {0: np.full(3, float(k))} for k, name in enumerate(sizes.reference_samplers)}
     means = {}
     for sampler in (*many, "latin"):
-        ((means[sampler], _, _),) = (
-            r.texture for r in work_precision._references(Scene(), many, sizes, sampler).values()
-        )
+        ((means[sampler], _, _),) = (r.texture for r in run._references(Scene(), many, sizes, sampler).values())
     assert means == {"sobol": 1.5, "halton": 1.0, "fibonacci": 0.5, "latin": 1.0}
 
 
@@ -315,7 +313,7 @@ def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
         return {key: (7.0, np.arange(repeats) + ms[key[0]] * key[-1] if key[0] == "ao" else np.full(3, ms[key[0]]))
                 for key in passes}  # fmt: skip
 
-    monkeypatch.setattr("lfssao.bench.setting_times.turns", clocked)
+    monkeypatch.setattr("lfssao.bench.work_precision.setting_times.turns", clocked)
     made = setting_times(scene, ESTIMATORS["lf"], sizes, {"a": ((None, None), {})})
     assert len(made) == 2 * 2 * 2
     assert made["float32", "a", (0.02,), 1.0].median == pytest.approx(2 + 1 + 11)
@@ -369,7 +367,7 @@ def test_a_busy_machine_is_said(load, said):
 
 
 def test_plots_are_drawn_from_the_json_only(tmp_path):
-    figure = plots.draw(json.loads(json.dumps(MADE_UP)))
+    figure = plot.draw(json.loads(json.dumps(MADE_UP)))
     for axes, error in zip(figure.axes, ("model", "sampling"), strict=True):
         lines = {line.get_label(): line for line in axes.get_lines()}
         assert list(lines["Pareto front"].get_xdata()) == [1, 2, 4]
@@ -377,7 +375,7 @@ def test_plots_are_drawn_from_the_json_only(tmp_path):
         assert sorted(drawn) == sorted(p[error] for p in points_of(MADE_UP))
     hollow = [line for line in figure.axes[1].get_lines() if line.get_markerfacecolor() == "none"]
     assert [list(line.get_xdata()) for line in hollow] == [[3.0]]
-    plots.save_plots(MADE_UP, tmp_path)
+    plot.save_plots(MADE_UP, tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["work-precision.png", "work-precision.svg"]
 
 
@@ -413,8 +411,8 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
                    repeats=1, own_counts=True)  # fmt: skip
     monkeypatch.setattr(grid, "QUICK", tiny)
     names = ("lf", "vo-lines", "sao")
-    monkeypatch.setattr(work_precision, "ESTIMATORS", {name: ESTIMATORS[name] for name in names})
-    real, measured = work_precision.measure_estimator, []
+    monkeypatch.setattr(run, "ESTIMATORS", {name: ESTIMATORS[name] for name in names})
+    real, measured = run.measure_estimator, []
 
     def interrupted(scene, estimator, *rest):
         measured.append(estimator.name)
@@ -422,7 +420,7 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
             raise KeyboardInterrupt
         return real(scene, estimator, *rest)
 
-    monkeypatch.setattr(work_precision, "measure_estimator", interrupted)
+    monkeypatch.setattr(run, "measure_estimator", interrupted)
     file = tmp_path / "out" / "work-precision.json"
     command = ["bench", "work-precision", "statue", "--quick", "--threads", "1", "-o", str(file.parent)]
     assert main(command) == 130

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lfssao.bench.advise import ERRORS, pareto_front, points_of
-from lfssao.bench.page import TITLES
+from lfssao.bench.work_precision.advise import ERRORS, pareto_front, points_of
+from lfssao.bench.work_precision.page import TITLES
 from lfssao.core.files import write_whole
 
 if TYPE_CHECKING:

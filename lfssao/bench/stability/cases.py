@@ -6,8 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from lfssao.bench import scalar_cases
-from lfssao.bench.inputs import (
+from lfssao.bench.stability import scalar_cases
+from lfssao.bench.stability.exact import CameraAtOrigin
+from lfssao.bench.stability.inputs import (
     SIZE,
     STEPS,
     UNCHANGED,
@@ -25,9 +26,8 @@ from lfssao.bench.inputs import (
     seen_by,
     stored_as,
 )
-from lfssao.bench.mappings import CameraAtOrigin
-from lfssao.bench.refusals import REFUSALS
-from lfssao.bench.stability import Case, Refusal
+from lfssao.bench.stability.refusals import REFUSALS
+from lfssao.bench.stability.table import Case, Refusal
 from lfssao.optics.display import fit_roi
 from lfssao.optics.display_file import find_display
 

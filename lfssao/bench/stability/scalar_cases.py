@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao import passes
 from lfssao.ao.kernels import ssao
-from lfssao.bench.measure import Measured, error_of
+from lfssao.bench.stability.measure import Measured, error_of
 from lfssao.gbuffer.kernels import triangle
 
 _TEXELS = 8

@@ -11,9 +11,9 @@ import numpy as np
 
 from lfssao.ao import passes
 from lfssao.ao.estimators.estimator import Estimator, Value
-from lfssao.bench.bench_scene import BenchScene, Samples
-from lfssao.bench.settings_grid import Grid
 from lfssao.bench.times import Times, turns
+from lfssao.bench.work_precision.scene import BenchScene, Samples
+from lfssao.bench.work_precision.settings import Grid
 
 # Arithmetic, sample set, radii, blur.
 Setting = tuple[str, str, tuple[float, ...], float]

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.bench.mappings import CameraAtOrigin, CrossedSlits, GeneralDisplay
-from lfssao.bench.measure import Measured, Stiff, measure
+from lfssao.bench.stability.exact import CameraAtOrigin, CrossedSlits, GeneralDisplay
+from lfssao.bench.stability.measure import Measured, Stiff, measure
 from lfssao.core.affine import Matrix
 from lfssao.optics.display import Display, Module
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import passes
-from lfssao.bench.mappings import Mapping, Point, exact_image, rational
-from lfssao.bench.running_error import EXACT, PROBE, Arithmetic, Tracked
+from lfssao.bench.stability.exact import Mapping, Point, exact_image, rational
+from lfssao.bench.stability.running_error import EXACT, PROBE, Arithmetic, Tracked
 
 PATHS = ("float32", "float64")
 

@@ -4,8 +4,17 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 from typing import Any
 
-from lfssao.bench.advise import ERRORS, Point, advice, describe, load_warning, pareto_front, points_of, usable
-from lfssao.bench.slopes import BEFORE_THE_LIMIT, THEORY, fitted_slope
+from lfssao.bench.work_precision.advise import (
+    ERRORS,
+    Point,
+    advice,
+    describe,
+    load_warning,
+    pareto_front,
+    points_of,
+    usable,
+)
+from lfssao.bench.work_precision.slopes import BEFORE_THE_LIMIT, THEORY, fitted_slope
 
 TITLES = {"model": "model error: against ray-cast occlusion", "sampling": "sampling error: against many samples"}
 

@@ -7,8 +7,8 @@ from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
-from lfssao.bench.sequences import curves
-from lfssao.bench.stability import Row
+from lfssao.bench.stability.sequences import curves
+from lfssao.bench.stability.table import Row
 from lfssao.core.files import write_text, write_whole
 
 # The text has all inputs of a case up to this number; beyond it the worst of each path and verdict.

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.bench.running_error import DOUBLE, EXACT, Arithmetic, Tracked, all_of
+from lfssao.bench.stability.running_error import DOUBLE, EXACT, Arithmetic, Tracked, all_of
 from lfssao.core.affine import Matrix
 from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from lfssao.bench.inputs import Inputs, Run
-from lfssao.bench.measure import FINE, PATHS, Measured
+from lfssao.bench.stability.inputs import Inputs, Run
+from lfssao.bench.stability.measure import FINE, PATHS, Measured
 from lfssao.errors import InputError
 
 WITHIN = "within bound"

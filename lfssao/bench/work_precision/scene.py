@@ -9,8 +9,8 @@ from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
 from lfssao.ao.textures import Buffers, Texture
-from lfssao.bench.sampling_error import rmse
-from lfssao.bench.settings_grid import Grid
+from lfssao.bench.work_precision.references import rmse
+from lfssao.bench.work_precision.settings import Grid
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.settings import diagonal

@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 
-from lfssao.bench.inputs import STEPS, near_lens, near_observers
-from lfssao.bench.mappings import CrossedSlits, exact_image, rational
-from lfssao.bench.measure import PATHS, Stiff, computed, error_of
-from lfssao.bench.running_error import EXACT
+from lfssao.bench.stability.exact import CrossedSlits, exact_image, rational
+from lfssao.bench.stability.inputs import STEPS, near_lens, near_observers
+from lfssao.bench.stability.measure import PATHS, Stiff, computed, error_of
+from lfssao.bench.stability.running_error import EXACT
 
 SLITS = {"lens": (near_lens, 0), "observers": (near_observers, 1)}
 

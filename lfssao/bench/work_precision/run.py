@@ -20,11 +20,12 @@ from lfssao.ao import passes
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.textures import Texture
-from lfssao.bench.advise import FORMAT
-from lfssao.bench.bench_scene import BenchScene, Samples
-from lfssao.bench.sampling_error import Reference, combine, rmse
-from lfssao.bench.setting_times import Setting, setting_times
-from lfssao.bench.settings_grid import (
+from lfssao.bench.times import Times
+from lfssao.bench.work_precision.advise import FORMAT
+from lfssao.bench.work_precision.references import Reference, combine, rmse
+from lfssao.bench.work_precision.scene import BenchScene, Samples
+from lfssao.bench.work_precision.setting_times import Setting, setting_times
+from lfssao.bench.work_precision.settings import (
     FEW,
     REFERENCE_DTYPE,
     TIMED,
@@ -36,7 +37,6 @@ from lfssao.bench.settings_grid import (
     samples_for,
     takes_samples,
 )
-from lfssao.bench.times import Times
 from lfssao.rendering.manifest import describe_machine, describe_scene
 from lfssao.scene.mesh import Mesh
 
@@ -150,7 +150,7 @@ def start(mesh: Mesh, grid: Grid, threads: int) -> dict[str, Any]:
 
 def _commit() -> str | None:
     """The commit of the source, where it is a checkout."""
-    top = Path(__file__).parents[2]
+    top = Path(__file__).parents[3]
     command = ["git", "-C", str(top), "rev-parse", "HEAD"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False) if (top / ".git").exists() else None

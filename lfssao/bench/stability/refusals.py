@@ -3,7 +3,7 @@
 import numpy as np
 
 from lfssao.ao import passes
-from lfssao.bench.stability import Refusal
+from lfssao.bench.stability.table import Refusal
 from lfssao.optics.display import Display, Module
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels.projection import CROSSED_SLITS

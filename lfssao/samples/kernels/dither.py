@@ -9,7 +9,7 @@ from lfssao.samples.kernels.spiral import hash_angle
 
 _STREAM = 0
 _SIGMA = 1.5  # Ulichney's, texels
-_UNIT = 2.0**40  # energies are whole numbers, so that what is added can be taken away again without a rest
+_UNIT = 2.0**40  # energies are whole numbers, so that adding and taking away leaves no rounding error
 
 
 @kernel
@@ -63,10 +63,10 @@ def _extreme(wanted, sign, ones, energy):
 def void_and_cluster(seed, ranks):
     """Blue noise ranks 0 .. width * height - 1 on a tile that repeats; ranks: (height, width) int64, out.
 
-    Every threshold of it leaves texels that are spread evenly. A tenth of the texels start as a random set; the
-    tightest cluster goes to the largest void until that is the place it came from. The set's own ranks are given by
-    taking away tightest clusters, all others by filling largest voids: Ulichney's third phase, the tightest cluster of
-    what is empty, picks the same texels as his second, because the energies of set and rest sum to a constant.
+    The texels below any threshold are spread evenly. A tenth of the texels start as a random set; the tightest cluster
+    moves to the largest void until that is the place it came from. The set's own ranks come from taking away tightest
+    clusters, all others from filling largest voids. Ulichney's third phase, the tightest cluster of the empty texels,
+    picks the same texels as his second, because the energies of set and rest sum to a constant.
     """
     height, width = ranks.shape
     ones = np.zeros((height, width), np.int64)

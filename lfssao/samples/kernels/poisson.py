@@ -28,10 +28,10 @@ def distance_square(x0, y0, x1, y1):
 
 @kernel
 def bridson(seed, stream, r, points):
-    """Fill the square with points at least r apart until no more is found, or the array is full; how many.
+    """Fill the square with points at least r apart until no more is found, or the array is full; return their number.
 
     points: (most, 2), out. Candidates stand r to 2 r from a random point of the front, uniform on that ring; a point
-    around which 30 fail leaves the front.
+    leaves the front when 30 candidates around it have failed.
     """
     most = points.shape[0]
     columns = int(2.0 * sqrt(2.0) / r) + 1  # cells of a diagonal below r hold one point
@@ -92,10 +92,10 @@ def _is_free(x, y, square, points, grid, reach):
 
 @kernel
 def poisson(seed, out):
-    """Exactly n points at least r apart, in random order; r, which is returned, is the first of a row that will do.
+    """Fill out with exactly n points at least r apart, in random order, and return r.
 
-    The row starts at _START; a search that finds fewer points than n makes
-    the next r smaller accordingly. Points above n, a few in a hundred, are left out by lot.
+    The first r is _START; a search that finds fewer points than n makes the next r smaller accordingly. Points above n,
+    a few in a hundred, are left out at random.
     """
     n = out.shape[0]
     r = _START * sqrt(8.0 / (sqrt(3.0) * n))

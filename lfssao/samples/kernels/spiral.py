@@ -1,8 +1,7 @@
 """SAO's spiral of taps and its hashed rotation (SAO section 2.3, equations 6 to 8).
 
 Angles are in half-turns, so that no multiple of pi is rounded before it is reduced. A loop over texels calls
-``hash_angle`` and ``sincospi`` once a texel and turns the taps of one table (``unit_taps``) by that sine and cosine
-(``rotated``).
+``hash_angle`` and ``sincospi`` once a texel and turns one table of taps (``unit_taps``) by that sine and cosine.
 """
 
 import numpy as np
@@ -25,8 +24,8 @@ _11 = np.uint64(11)
 def hash_word(x, y, variant):
     """Equation 8: the integer, in radians, by which the spiral of texel (x, y) is turned; int64.
 
-    PAPER: (30 x) ^ (y + 10 x y). COMMON: 10 ((3 x) ^ (y + x y)). It wraps to 32 bits, signed, as a shader's int does,
-    which no texture of up to 14,000 texels a side comes to.
+    PAPER: (30 x) ^ (y + 10 x y). COMMON: 10 ((3 x) ^ (y + x y)). It wraps to 32 bits, signed, as a shader's int does;
+    textures of up to 14,000 texels a side stay below that.
     """
     x = np.int64(x)
     y = np.int64(y)

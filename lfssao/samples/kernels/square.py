@@ -1,7 +1,7 @@
-"""Point sets on the square [-1, 1]^2 (LF section 6), and the number beside each that Algorithm 4 makes its radius of.
+"""Point sets on the square [-1, 1]^2 (LF section 6), with a third number for the radius of Algorithm 4.
 
 Every function fills out, (n, 2) or (n, 3) float64: xi_1, xi_2 and, in a third column, a number t uniform on (0, 1).
-Numbers of one stream of the generator never meet those of another.
+Streams of the generator are independent.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ def unit(word):
 
 @kernel
 def random_radii(seed, out):
-    """The third column, if there is one, by independent numbers."""
+    """Fill the third column, if there is one, with independent numbers."""
     if out.shape[1] == 3:
         for k in range(out.shape[0]):
             out[k, 2] = random_unit(seed, RADIUS, k)

@@ -1,4 +1,4 @@
-"""From the square to the sphere, the ball and the disk, and the two other ways there: rejection and SAO's spiral.
+"""Maps from the square to the sphere, the ball and the disk, rejection, and SAO's spiral.
 
 All maps keep volumes: uniform numbers give uniform points.
 """

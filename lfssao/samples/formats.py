@@ -17,19 +17,19 @@ _AXES = {"square": ("xi_1", "xi_2"), "disk": ("x", "y"), "sphere": ("x", "y", "z
 
 
 def _table(made: SampleSet) -> FloatArray:
-    """Coordinates and, where there are any, weights: (n, d) or (n, d + 1)."""
+    """Coordinates and, if the set has them, weights: (n, d) or (n, d + 1)."""
     return made.points if made.weights is None else np.column_stack([made.points, made.weights])
 
 
 def to_csv(made: SampleSet) -> bytes:
-    """A line of names and a line a point; every number reads back to the same bits."""
+    """CSV: a line of names and a line for each point; every number reads back to the same bits."""
     names = [*_AXES[made.domain], *([] if made.weights is None else ["weight"])]
     lines = [",".join(map(repr, row)) for row in _table(made).tolist()]
     return "\n".join([",".join(names), *lines, ""]).encode()
 
 
 def to_json(made: SampleSet) -> bytes:
-    """An object with what is known of the set, its points and its weights (null where all weigh the same)."""
+    """JSON: an object with the fields of the set; weights are null where all weigh the same."""
     facts = {
         "domain": made.domain,
         "method": made.method,
@@ -42,14 +42,14 @@ def to_json(made: SampleSet) -> bytes:
 
 
 def to_glsl(made: SampleSet) -> bytes:
-    """Constant arrays SAMPLES and, where there are any, WEIGHTS, of the numbers rounded once to float32."""
+    """GLSL: constant arrays SAMPLES and, if the set has weights, WEIGHTS, rounded once to float32."""
     n, d = made.points.shape
     rows = ",\n".join(f"    vec{d}({', '.join(map(_literal, row))})" for row in made.points.tolist())
     text = f"// {made.method}, {made.domain}, seed {made.seed}\nconst int SAMPLE_COUNT = {n};\n"
     text += f"const vec{d} SAMPLES[{n}] = vec{d}[{n}](\n{rows}\n);\n"
     if made.weights is not None:
-        shares = ",\n".join(f"    {_literal(w)}" for w in made.weights.tolist())
-        text += f"const float WEIGHTS[{n}] = float[{n}](\n{shares}\n);\n"
+        weights = ",\n".join(f"    {_literal(w)}" for w in made.weights.tolist())
+        text += f"const float WEIGHTS[{n}] = float[{n}](\n{weights}\n);\n"
     return text.encode()
 
 
@@ -59,7 +59,7 @@ def _literal(number: float) -> str:
 
 
 def to_npy(made: SampleSet) -> bytes:
-    """NumPy's format: (n, d) float64, the weights, where there are any, as a last column."""
+    """NumPy's format: (n, d) float64; weights, if the set has them, as a last column."""
     stream = BytesIO()
     np.save(stream, _table(made))
     return stream.getvalue()
@@ -69,7 +69,7 @@ FORMATS: dict[str, Callable[[SampleSet], bytes]] = {"csv": to_csv, "json": to_js
 
 
 def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
-    """Points of anybody's file.
+    """Read points from a file.
 
     Parameters
     ----------

@@ -1,24 +1,21 @@
-"""A sample set in one picture: its points, its radii, its periodogram, its pair correlation."""
+"""Figure of a sample set: its points, its radii, its periodogram, its pair correlation."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError
 from lfssao.samples import statistics
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from lfssao.samples.sets import SampleSet
+from lfssao.samples.sets import SampleSet
 
 FORMATS = (".png", ".svg", ".pdf")
 _COORDINATES = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi"), "sphere": ("z", "phi"), "ball": ("z / r", "phi")}
 
 
-def draw_samples(made: "SampleSet", r_min: float = 0.0, r_max: float = 1.0) -> "Figure":
+def draw_samples(made: SampleSet, r_min: float = 0.0, r_max: float = 1.0) -> Figure:
     """A figure of four panels: points, radial histogram, periodogram, pair correlation.
 
     Parameters
@@ -30,20 +27,18 @@ def draw_samples(made: "SampleSet", r_min: float = 0.0, r_max: float = 1.0) -> "
 
     Notes
     -----
-    The last two are of the two coordinates that Algorithm 3 spreads evenly, as shares from 0 to 1, both of which wrap.
+    The last two take the two coordinates that Algorithm 3 spreads evenly, mapped to [0, 1]; both wrap.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     cube = statistics.unit_cube(made.points, made.domain, r_min, r_max)[:, :2]
     figure = Figure(figsize=(16, 4.4), layout="constrained")
     figure.suptitle(f"{made.method}, {len(made.points)} points, {made.domain}, seed {made.seed}")
     _draw_points(figure, made)
     _draw_radii(figure.add_subplot(1, 4, 2), made, r_min, r_max)
     first, second = _COORDINATES[made.domain]
-    axes = figure.add_subplot(1, 4, 3, title="periodogram (independent: 1)", xlabel=f"frequency in {first}",
-                              ylabel=f"frequency in {second}")  # fmt: skip
-    picture = axes.imshow(statistics.periodogram(cube), origin="lower", extent=(-32.5, 32.5, -32.5, 32.5), vmin=0,
-                          vmax=4, cmap="viridis")  # fmt: skip
+    axes = figure.add_subplot(1, 4, 3, title="periodogram (independent: 1)")
+    axes.set(xlabel=f"frequency in {first}", ylabel=f"frequency in {second}")
+    extent = (-32.5, 32.5, -32.5, 32.5)
+    picture = axes.imshow(statistics.periodogram(cube), origin="lower", extent=extent, vmin=0, vmax=4, cmap="viridis")
     figure.colorbar(picture, ax=axes, shrink=0.8, extend="max")
     axes = figure.add_subplot(1, 4, 4, title="pair correlation (independent: 1)", xlabel="distance x sqrt(n)")
     if len(cube) > 1:
@@ -53,7 +48,7 @@ def draw_samples(made: "SampleSet", r_min: float = 0.0, r_max: float = 1.0) -> "
     return figure
 
 
-def _draw_points(figure: "Figure", made: "SampleSet") -> None:
+def _draw_points(figure: Figure, made: SampleSet) -> None:
     size = max(2.0, min(30.0, 3000 / len(made.points)))
     weights = {} if made.weights is None else {"s": size * made.weights / float(np.mean(made.weights))}
     if made.points.shape[1] == 3:
@@ -67,19 +62,15 @@ def _draw_points(figure: "Figure", made: "SampleSet") -> None:
         turn = np.linspace(0, 2 * np.pi, 200)
         axes.plot(np.cos(turn), np.sin(turn), color="gray", linewidth=0.8)
     else:
-        axes.set_xlim(-1, 1)
-        axes.set_ylim(-1, 1)
-        axes.set_xlabel("xi_1")
-        axes.set_ylabel("xi_2")
+        axes.set(xlim=(-1, 1), ylim=(-1, 1), xlabel="xi_1", ylabel="xi_2")
 
 
-def _draw_radii(axes: Any, made: "SampleSet", r_min: float, r_max: float) -> None:
+def _draw_radii(axes: Any, made: SampleSet, r_min: float, r_max: float) -> None:
     """The histogram of the distances from the centre, over the density of a uniform set."""
     r = np.sqrt(np.sum(made.points**2, axis=1))
     reach = {"square": 2**0.5, "ball": r_max}.get(made.domain, 1.0)
     edges = np.linspace(0, reach * 1.0001, 31)
-    axes.set_title("distances from the centre")
-    axes.set_xlabel("r")
+    axes.set(title="distances from the centre", xlabel="r")
     axes.hist(r, edges, density=True, alpha=0.6)
     at = np.linspace(0, reach, 300)
     if made.domain == "disk":
@@ -91,7 +82,7 @@ def _draw_radii(axes: Any, made: "SampleSet", r_min: float, r_max: float) -> Non
         axes.plot(at, at * np.where(at > 1, corner, np.pi / 2), color="black", label="uniform")
 
 
-def save_samples(made: "SampleSet", path: Path, r_min: float = 0.0, r_max: float = 1.0) -> None:
+def save_samples(made: SampleSet, path: Path, r_min: float = 0.0, r_max: float = 1.0) -> None:
     """Draw a set into a file.
 
     Parameters

@@ -1,8 +1,8 @@
-"""What sampling methods promise, each as a check that anybody's points can be put to.
+"""The promises of sampling methods, each as a check of anybody's points.
 
-A check returns findings: what was counted or measured, and the most that it may be. Counts have the limit 0. Statistics
-exceed their limits by chance with a probability of at most ``ALARM`` for the whole check, where the points are
-independent; sets that are more even than that stay below them all the more.
+A check returns findings: a number that was counted or measured, and the most that it may be. Counts have the limit 0.
+Statistics of independent points exceed their limits with a probability of at most ``ALARM`` for the whole check; those
+of more even sets stay further below.
 """
 
 from collections.abc import Callable
@@ -21,38 +21,24 @@ ALARM = 1e-6
 
 @dataclass(frozen=True)
 class Points:
-    """A point set as a check sees it.
-
-    Attributes
-    ----------
-    points : (n, d) float64
-        In units of the domain's radius.
-    domain : str
-        'square', 'sphere', 'ball' or 'disk'.
-    weights : (n,) float64 or None
-        The points' weights, if they have any.
-    r_min, r_max : float
-        The ball's shell.
-    tolerance : float
-        How far outside the domain rounding may have put a point.
-    """
+    """A point set as a check takes it; the fields are the arguments of ``check_promise``."""
 
     points: FloatArray
     domain: str
-    weights: FloatArray | None = None
-    r_min: float = 0.0
-    r_max: float = 1.0
-    tolerance: float = 1e-6
+    weights: FloatArray | None
+    r_min: float
+    r_max: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a check looked at.
+    """One result of a check.
 
     Attributes
     ----------
     what : str
-        What was counted or measured.
+        The thing that was counted or measured.
     value, limit : float
         The result, and the most that it may be.
     """
@@ -69,14 +55,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class Promise:
-    """Something that a method may promise.
+    """A property that a method may promise.
 
     Attributes
     ----------
     title : str
         One line for lists.
     domains : tuple of str
-        Where it means something.
+        The domains it has a meaning on.
     check : callable
         ``check(Points) -> list of Finding``.
     """
@@ -95,7 +81,7 @@ def check_promise(
     r_max: float = 1.0,
     tolerance: float = 1e-6,
 ) -> list[Finding]:
-    """Put a point set to the check of a promise.
+    """Check a promise on a point set.
 
     Parameters
     ----------
@@ -110,7 +96,7 @@ def check_promise(
     r_min, r_max : float
         The ball's shell.
     tolerance : float
-        How far outside the domain rounding may have put a point; the default suits float32.
+        Distance outside the domain that rounding may have put a point at; the default suits float32.
 
     Returns
     -------
@@ -137,10 +123,10 @@ def check_promise(
         raise InputError(f"point {int(np.argmin(np.isfinite(table).all(axis=1)))} is not finite")
     if not (0 <= r_min <= r_max and 0 < r_max < np.inf):
         raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max and above 0")
-    shares = None if weights is None else np.asarray(weights, np.float64)
-    if shares is not None and shares.shape != table.shape[:1]:
-        raise InputError(f"there are {len(table)} points and weights of shape {shares.shape}")
-    return PROMISES[name].check(Points(table, domain, shares, r_min, r_max, tolerance))
+    weights = None if weights is None else np.asarray(weights, np.float64)
+    if weights is not None and weights.shape != table.shape[:1]:
+        raise InputError(f"there are {len(table)} points and weights of shape {weights.shape}")
+    return PROMISES[name].check(Points(table, domain, weights, r_min, r_max, tolerance))
 
 
 def _inside(of: Points) -> list[Finding]:
@@ -181,36 +167,34 @@ def _uniform(of: Points) -> list[Finding]:
     return found
 
 
-def _off(count: np.ndarray) -> int:
-    """How many of the cells do not hold exactly one point."""
-    return int(np.sum(count != 1))
-
-
 def _cells(values: FloatArray, count: int) -> np.ndarray:
     """Cell number of coordinates on [-1, 1], of count equal cells."""
     return np.clip(np.floor((values + 1) / 2 * count).astype(np.int64), 0, count - 1)
 
 
+def _not_one(place: np.ndarray, cells: int) -> int:
+    """The number of cells that do not hold exactly one of the points at these places."""
+    return int(np.sum(np.bincount(place, minlength=cells) != 1))
+
+
 def _stratified(of: Points) -> list[Finding]:
     columns, rows = grid(len(of.points))
     place = _cells(of.points[:, 0], columns) + columns * _cells(of.points[:, 1], rows)
-    wrong = _off(np.bincount(place, minlength=columns * rows))
-    return [Finding(f"cells of {columns} x {rows} without exactly one point", wrong, 0)]
+    return [Finding(f"cells of {columns} x {rows} without exactly one point", _not_one(place, columns * rows), 0)]
 
 
 def _rows(of: Points) -> list[Finding]:
     n = len(of.points)
     axis = 2 if of.domain == "sphere" else 0
-    wrong = _off(np.bincount(_cells(of.points[:, axis], n), minlength=n))
-    return [Finding(f"of {n} bands along {'z' if axis else 'xi_1'} those without exactly one point", wrong, 0)]
+    wrong = _not_one(_cells(of.points[:, axis], n), n)
+    return [Finding(f"bands of {n} along {'z' if axis else 'xi_1'} without exactly one point", wrong, 0)]
 
 
 def _latin(of: Points) -> list[Finding]:
     n = len(of.points)
-    wrong = [_off(np.bincount(_cells(column, n), minlength=n)) for column in of.points.T]
     return [
-        Finding(f"{what} without exactly one point", count, 0)
-        for what, count in zip(("columns", "rows"), wrong, strict=True)
+        Finding(f"{what} without exactly one point", _not_one(_cells(coordinate, n), n), 0)
+        for what, coordinate in zip(("columns", "rows"), of.points.T, strict=True)
     ]
 
 
@@ -220,13 +204,13 @@ def _net(of: Points) -> list[Finding]:
     wrong = 0
     for j in range(m + 1):
         place = _cells(first[:, 0], 2**j) * 2 ** (m - j) + _cells(first[:, 1], 2 ** (m - j))
-        wrong += _off(np.bincount(place, minlength=2**m))
+        wrong += _not_one(place, 2**m)
     return [Finding(f"elementary intervals of the first {2**m} points without exactly one", wrong, 0)]
 
 
 def _low_discrepancy(of: Points) -> list[Finding]:
     n = len(of.points)
-    value = statistics.discrepancy(statistics.unit_cube(of.points, "square"))
+    value = statistics.star_discrepancy(statistics.unit_cube(of.points, "square"))
     return [Finding("L2 star discrepancy", value, 0.8 * (1 + log(n)) / n)]
 
 
@@ -239,9 +223,8 @@ def _poisson(of: Points) -> list[Finding]:
 
 def _apart(of: Points) -> list[Finding]:
     least = 0.7 * len(of.points) ** (-1 / DIMENSIONS[of.domain])
-    return [
-        Finding(f"how much nearer than {least:.3g} two points are", least - statistics.nearest_distance(of.points), 0)
-    ]
+    found = statistics.nearest_distance(of.points)
+    return [Finding(f"how much nearer than {least:.3g} two points are", least - found, 0)]
 
 
 def _equal_area(of: Points) -> list[Finding]:
@@ -252,24 +235,18 @@ def _equal_area(of: Points) -> list[Finding]:
 def _radii(of: Points) -> list[Finding]:
     n = len(of.points)
     r = np.sort(np.sqrt(np.sum(of.points**2, axis=1)))
-    return [
-        Finding(
-            "how far a radius is from (i + 1/2) / n", float(np.abs(r - (np.arange(n) + 0.5) / n).max()), of.tolerance
-        )
-    ]
+    away = float(np.abs(r - (np.arange(n) + 0.5) / n).max())
+    return [Finding("how far a radius is from (i + 1/2) / n", away, of.tolerance)]
 
 
 def _weights(of: Points) -> list[Finding]:
     if of.weights is None:
         return [Finding("points without a weight", len(of.points), 0)]
     volume = 4 / 3 * pi
+    away = abs(float(np.sum(of.weights)) - volume)
     return [
         Finding("weights that are not positive", int(np.sum(~(of.weights > 0))), 0),
-        Finding(
-            "how far the weights are from the ball's volume",
-            abs(float(np.sum(of.weights)) - volume),
-            volume * of.tolerance,
-        ),
+        Finding("how far the weights are from the ball's volume", away, volume * of.tolerance),
     ]
 
 

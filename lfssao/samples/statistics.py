@@ -1,12 +1,10 @@
 """Statistics of point sets, and the limits that a uniform one exceeds with a stated probability.
 
-Points of the unit cube [0, 1]^d are what all but the last three take; ``unit_cube`` takes any domain there by a map
-that keeps volumes, so that uniform points stay uniform. These are for judging: they may differ in the last bit between
-machines.
+Most take points of the unit cube [0, 1]^d. ``unit_cube`` maps any domain there and keeps volumes, so that uniform
+points stay uniform. The last bit of a statistic may differ between machines.
 """
 
 from math import log, pi, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +48,7 @@ def ks_distance(values: FloatArray) -> float:
 
 
 def ks_limit(n: int, alarm: float) -> float:
-    """What n independent values exceed with a probability of at most ``alarm``, for every n (Massart 1990)."""
+    """Limit that n independent values exceed with a probability of at most ``alarm``, for every n (Massart 1990)."""
     return sqrt(log(2 / alarm) / (2 * n))
 
 
@@ -64,7 +62,7 @@ def chi_square(cube: FloatArray, cells: int) -> float:
 
 
 def chi_square_limit(freedom: int, alarm: float) -> float:
-    """What a chi-square of so many degrees of freedom exceeds at most so often (Laurent and Massart 2000)."""
+    """Limit that chi-square exceeds with a probability of at most ``alarm`` (Laurent and Massart 2000)."""
     x = log(1 / alarm)
     return freedom + 2 * sqrt(freedom * x) + 2 * x
 
@@ -78,55 +76,29 @@ def axes(count: int) -> FloatArray:
 
 
 def cap_discrepancy(points: FloatArray, count: int = 128) -> float:
-    """Largest difference between the share of points in a spherical cap and the cap's share of the sphere.
+    """Largest difference between the fraction of points in a spherical cap and the cap's fraction of the sphere.
 
     Parameters
     ----------
     points : (n, 3)
         On the unit sphere.
     count : int
-        The caps, of all sizes, have so many centres and those opposite.
+        Number of the caps' centres, to which those opposite are added; caps are of all sizes.
     """
     heights = np.asarray(points) @ axes(count).T
     return max(ks_distance((column + 1) / 2) for column in heights.T)
 
 
-def discrepancy(cube: FloatArray, kind: str = "star") -> float:
-    """The L2 discrepancy of points of the unit cube, squared as in ``scipy.stats.qmc.discrepancy`` but for 'star'.
-
-    Parameters
-    ----------
-    cube : (n, d)
-        The points.
-    kind : str
-        'star' (Warnock 1972; the root of the mean square), 'centred' or 'wraparound' (Hickernell 1998).
-    """
-    x = np.asarray(cube, np.float64)
-    n, d = x.shape
-    if kind == "star":
-        single = 2 ** (1 - d) / n * np.sum(np.prod(1 - x**2, axis=1))
-        return sqrt(max(3.0**-d - single + _pairs(x, lambda a, b: 1 - np.maximum(a, b)), 0.0))
-    if kind == "wraparound":
-        return float(_pairs(x, lambda a, b: 1.5 - np.abs(a - b) * (1 - np.abs(a - b))) - (4 / 3) ** d)
-    middle = np.abs(x - 0.5)
-    single = 2 / n * np.sum(np.prod(1 + 0.5 * middle - 0.5 * middle**2, axis=1))
-    centred = _pairs(x - 0.5, lambda a, b: 1 + 0.5 * np.abs(a) + 0.5 * np.abs(b) - 0.5 * np.abs(a - b))
-    return float((13 / 12) ** d - single + centred)
-
-
-def _pairs(x: FloatArray, factor: Any) -> float:
-    """The mean over all pairs of points of the product over the coordinates of a factor."""
-    total = 0.0
-    for row in x:
-        product = np.ones(len(x))
-        for a in range(x.shape[1]):
-            product *= factor(row[a], x[:, a])
-        total += float(np.sum(product))
-    return total / len(x) ** 2
+def star_discrepancy(cube: FloatArray) -> float:
+    """The L2 star discrepancy of points of the unit cube, (n, d) (Warnock 1972)."""
+    n, d = cube.shape
+    single = 2 ** (1 - d) / n * np.sum(np.prod(1 - cube**2, axis=1))
+    pairs = sum(float(np.sum(np.prod(1 - np.maximum(point, cube), axis=1))) for point in cube)
+    return sqrt(max(3.0**-d - single + pairs / n**2, 0.0))
 
 
 def nearest_distance(points: FloatArray, wraps: bool = False) -> float:
-    """The least distance of two points, infinite for one point; with ``wraps`` of LF's square, on the cylinder."""
+    """The least distance of two points, infinite for one point; with ``wraps`` on LF's square as a cylinder."""
     x = np.asarray(points, np.float64)
     least = np.inf
     for k in range(1, len(x)):
@@ -138,14 +110,14 @@ def nearest_distance(points: FloatArray, wraps: bool = False) -> float:
 
 
 def pair_correlation(cube: FloatArray, bins: int = 40, reach: float = 4.0) -> tuple[FloatArray, FloatArray]:
-    """How much more often than among independent points two points of the unit square are a distance apart.
+    """Return how much more often than independent points two points of the unit square are a distance apart.
 
     Parameters
     ----------
     cube : (n, 2)
         The points; distances wrap both ways, so that no edge thins them out.
     bins : int
-        Of distance.
+        Number of distances.
     reach : float
         The largest distance, in units of 1 / sqrt(n); half the square at most.
 
@@ -185,8 +157,3 @@ def periodogram(cube: FloatArray, most: int = 32) -> FloatArray:
     power = np.abs(second @ first.T) ** 2 / len(cube)
     power[most, most] = 0
     return np.asarray(power, np.float64)
-
-
-def periodogram_limit(frequencies: int, alarm: float) -> float:
-    """What the largest power of many independent points exceeds at most so often: each is exponential, of mean 1."""
-    return log(frequencies / alarm)

@@ -1,16 +1,14 @@
-"""What the registry knows of a sampling method."""
+"""The registry's entry of a sampling method, and the two calls that its files make tables with."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
 
 from lfssao.samples.sets import FloatArray, SampleSet
 
 Value = float | int | bool | None
-
-# fill(n, seed, columns) -> (n, columns): xi_1, xi_2 and, with three columns, t on (0, 1)
-Fill = Callable[[int, int, int], FloatArray]
-# make(n, seed, **options): the points, or a whole set that was made before
-Make = Callable[..., FloatArray | SampleSet]
 
 
 @dataclass(frozen=True)
@@ -20,15 +18,15 @@ class Method:
     Attributes
     ----------
     name : str
-        What the registry and the command line call it.
+        Its name in the registry and on the command line.
     title : str
         One line for lists.
     source : str
-        Where it is described.
+        The publication that describes it.
     domain : str
         'square', 'sphere', 'ball' or 'disk'.
     make : callable
-        ``make(n, seed, **options)``, n and seed checked before.
+        ``make(n, seed, **options)``, n and seed checked before: the points, or a whole set that was made before.
     promises : tuple of str
         Names of ``lfssao.testing.PROMISES`` that hold of every set.
     options : mapping
@@ -45,9 +43,20 @@ class Method:
     title: str
     source: str
     domain: str
-    make: Make
+    make: Callable[..., FloatArray | SampleSet]
     promises: tuple[str, ...]
     options: Mapping[str, Value] = field(default_factory=dict)
     prefix: bool = False
     seeded: bool = True
     most: int | None = None
+
+
+# The shell of every method of the ball, by default the whole ball; LF found one from 0.8 suitable.
+SHELL: Mapping[str, Value] = {"r_min": 0.0, "r_max": 1.0}
+
+
+def fill(kernel: Callable[..., Any], shape: tuple[int, int], *arguments: Any) -> FloatArray:
+    """Return the float64 array of a shape that a kernel fills as its last argument."""
+    out = np.empty(shape)
+    kernel(*arguments, out)
+    return out

@@ -5,15 +5,12 @@ from typing import Any
 import numpy as np
 
 from lfssao.errors import InputError, no_such
-from lfssao.samples import direct
-from lfssao.samples import square as cylinder
+from lfssao.samples import direct, square
 from lfssao.samples.method import Method, Value
 from lfssao.samples.sets import DIMENSIONS, FloatArray, SampleSet
 
 METHODS: dict[str, dict[str, Method]] = {
-    domain: {
-        name: domains[domain] for name, domains in {**cylinder.METHODS, **direct.METHODS}.items() if domain in domains
-    }
+    domain: {method.name: method for method in (*square.METHODS, *direct.METHODS) if method.domain == domain}
     for domain in DIMENSIONS
 }
 
@@ -21,7 +18,7 @@ MOST = 2**32 - 1  # the generator's counters have 32 bits
 
 
 def find_method(domain: str, name: str) -> Method:
-    """The method of a name on a domain.
+    """Return the method of a name on a domain.
 
     Raises
     ------
@@ -36,7 +33,7 @@ def find_method(domain: str, name: str) -> Method:
 
 
 def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value) -> SampleSet:
-    """A sample set by any method, a function of its arguments alone, with equal bits on every machine.
+    """Return a sample set by any method: a function of its arguments alone, with equal bits on every machine.
 
     Parameters
     ----------
@@ -45,7 +42,7 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
     method : str
         A name in ``METHODS[domain]``.
     n : int
-        How many points, at least 1.
+        Number of points, at least 1.
     seed : int
         0 to 2**64 - 1; repulsion and spiral do not depend on it.
     options : numbers
@@ -69,12 +66,11 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
         raise InputError(f"{method}: the number of samples is {n}, it must be a whole number of {limit}")
     if not _is_whole(seed) or not 0 <= seed < 2**64:
         raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
-    for name, value in options.items():
+    for name in options:
         if name not in chosen.options:
             raise no_such(f"option of {method} on the {domain}", name, chosen.options)
-        _check_option(name, value)
     values = {**chosen.options, **options}
-    _check_shell(values.get("r_min", 0.0), values.get("r_max", 1.0))
+    _check_options(**values)
     made = chosen.make(int(n), int(seed), **values)
     if isinstance(made, SampleSet):
         return made
@@ -85,19 +81,16 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def _check_shell(r_min: Any, r_max: Any) -> None:
+def _check_options(r_min: Any = 0.0, r_max: Any = 1.0, turns: Any = None, centre: Any = True) -> None:
     for name, value in (("r_min", r_min), ("r_max", r_max)):
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise InputError(f"{name} is {value}, it must be a number")
     if not 0 <= r_min <= r_max < np.inf:
         raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max")
-
-
-def _check_option(name: str, value: Any) -> None:
-    if name == "turns" and value is not None and (not _is_whole(value) or not 1 <= value <= 2**20):
-        raise InputError(f"turns is {value}, it must be a whole number of at least 1")
-    if name == "centre" and not isinstance(value, bool):
-        raise InputError(f"centre is {value}, it must be True or False")
+    if turns is not None and (not _is_whole(turns) or not 1 <= turns <= 2**20):
+        raise InputError(f"turns is {turns}, it must be a whole number of at least 1")
+    if not isinstance(centre, bool):
+        raise InputError(f"centre is {centre}, it must be True or False")
 
 
 def square_points(method: str, n: int, seed: int = 0) -> FloatArray:
@@ -108,7 +101,7 @@ def square_points(method: str, n: int, seed: int = 0) -> FloatArray:
     method : str
         'random', 'jittered', 'latin' or another method of the square.
     n : int
-        How many, at least 1.
+        Number of points, at least 1.
     seed : int
         0 to 2**64 - 1.
 

@@ -13,7 +13,7 @@ PROMISES = ("inside", "distinct", "weights", "apart")
 
 
 def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSet:
-    """N points that repel each other in the unit ball or disk, with the integrals over their Voronoi cells as weights.
+    """Return n points that repel each other in the unit ball or disk, weighted by integrals over their Voronoi cells.
 
     Parameters
     ----------
@@ -42,18 +42,15 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
         raise InputError(f"repulsion has tables of 1 to {MOST} points, not of {n}")
     if domain == "ball" and centre is not None:
         raise InputError("centre: only the disk has sets with and without a point in the centre")
-    made = _rows("ball" if domain == "ball" else "disk" if centre is False else "disk-centre", n)
+    table = _table("ball" if domain == "ball" else "disk" if centre is False else "disk-centre")
+    first = n * (n - 1) // 2  # the sets of 1, 2, ... points stand one after the other
+    made = table[first : first + n]
     return SampleSet(made[:, :-1].copy(), made[:, -1].copy(), domain, "repulsion", 0, PROMISES)
-
-
-def _rows(table: str, n: int) -> FloatArray:
-    """Coordinates and weights of the set of n points: the sets of 1, 2, ... stand one after the other."""
-    first = n * (n - 1) // 2
-    return _table(table)[first : first + n]
 
 
 @cache
 def _table(name: str) -> FloatArray:
+    """Coordinates and weights of all sets of a kind."""
     with resources.files("lfssao.samples").joinpath("tables", f"{name}.npy").open("rb") as stream:
         table: FloatArray = np.load(stream, allow_pickle=False)
     return table

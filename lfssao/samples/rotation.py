@@ -10,6 +10,9 @@ from functools import cache
 import numpy as np
 
 from lfssao.errors import InputError, no_such
+from lfssao.samples.kernels import dither
+from lfssao.samples.kernels.spiral import COMMON, PAPER
+from lfssao.samples.method import fill
 from lfssao.samples.sets import FloatArray
 
 TILE = 64  # texels a side of the blue noise tile
@@ -22,11 +25,11 @@ class Decorrelation:
     Attributes
     ----------
     name : str
-        What the registry and the command line call it.
+        Its name in the registry and on the command line.
     title : str
         One line for lists.
     source : str
-        Where it is described.
+        The publication that describes it.
     angles : callable
         ``angles(height, width) -> (height, width)`` float64, half-turns in [0, 2).
     tile : int or None
@@ -45,64 +48,57 @@ def _none(height: int, width: int) -> FloatArray:
 
 
 def _hashed(variant: int) -> Callable[[int, int], FloatArray]:
-    def angles(height: int, width: int) -> FloatArray:
-        from lfssao.samples.kernels import dither as tiles  # late: only who turns samples compiles it
+    return lambda height, width: fill(dither.hashed_angles, (height, width), variant)
 
-        out = np.empty((height, width))
-        tiles.hashed_angles(variant, out)
-        return out
+
+def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int], FloatArray]:
+    def angles(height: int, width: int) -> FloatArray:
+        made = tile()
+        return made[np.ix_(np.arange(height) % made.shape[0], np.arange(width) % made.shape[1])]
 
     return angles
 
 
-def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int], FloatArray]:
-    def repeated(height: int, width: int) -> FloatArray:
-        made = tile()
-        rows, columns = np.arange(height) % made.shape[0], np.arange(width) % made.shape[1]
-        angles: FloatArray = made[rows[:, None], columns]
-        return angles
-
-    return repeated
-
-
 @cache
 def _interleaved() -> FloatArray:
-    from lfssao.samples.kernels import dither as tiles  # late: as above
-
     ranks = np.empty((4, 4), np.int64)
-    tiles.ordered(ranks)
+    dither.ordered(ranks)
     return ranks / 8.0  # sixteenths of a turn, in half-turns
 
 
 @cache
 def _blue_noise() -> FloatArray:
-    from lfssao.samples.kernels import dither as tiles  # late: as above
-
     ranks = np.empty((TILE, TILE), np.int64)
-    tiles.void_and_cluster(np.uint64(0), ranks)
-    angles: FloatArray = np.asarray((ranks + 0.5) / (TILE * TILE / 2.0), np.float64)
-    return angles
+    dither.void_and_cluster(np.uint64(0), ranks)
+    return np.asarray((ranks + 0.5) / (TILE * TILE / 2.0), np.float64)
 
 
 DECORRELATIONS = {
     entry.name: entry
     for entry in (
         Decorrelation("none", "the same samples at every texel", "LF section 6", _none, 1),
-        Decorrelation("hash", "turned by a hash of the texel", "SAO equation 8", _hashed(0), None),
+        Decorrelation("hash", "turned by a hash of the texel", "SAO equation 8", _hashed(PAPER), None),
         Decorrelation(
-            "common-hash", "turned by the hash that other renderers ship", "SAO equation 8, varied", _hashed(1), None
+            "common-hash",
+            "turned by the hash that other renderers ship",
+            "SAO equation 8, varied",
+            _hashed(COMMON),
+            None,
         ),
         Decorrelation("interleaved", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_interleaved), 4),
         Decorrelation(
-            "blue-noise", f"4096 angles in a tile of {TILE} x {TILE} by void and cluster", "Ulichney 1993",
-            _repeated(_blue_noise), TILE,
+            "blue-noise",
+            f"4096 angles in a tile of {TILE} x {TILE} by void and cluster",
+            "Ulichney 1993",
+            _repeated(_blue_noise),
+            TILE,
         ),
     )
-}  # fmt: skip
+}
 
 
 def texel_angles(name: str, height: int, width: int) -> FloatArray:
-    """The angle by which the samples of each texel are turned: (height, width) float64, half-turns in [0, 2).
+    """Return the angle by which the samples of each texel are turned: (height, width) float64, half-turns in [0, 2).
 
     Parameters
     ----------

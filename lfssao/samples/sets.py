@@ -1,4 +1,4 @@
-"""What a sample set is, whoever made it."""
+"""The sample set: points of a domain, their weights, and the promises of the method that made them."""
 
 from dataclasses import dataclass
 
@@ -9,14 +9,13 @@ from lfssao.core.pictures import figure_png
 
 FloatArray = NDArray[np.float64]
 
-# Coordinates of a point of each domain: the square [-1, 1]^2, the unit sphere, the unit ball or a shell of it, the
-# unit disk.
+# Coordinates of a point on the square [-1, 1]^2, the unit sphere, in the unit ball or its shell, and on the unit disk.
 DIMENSIONS = {"square": 2, "sphere": 3, "ball": 3, "disk": 2}
 
 
 @dataclass(frozen=True, eq=False)
 class SampleSet:
-    """A table of points, and what is known of them.
+    """Points of a domain, and the method that made them.
 
     Attributes
     ----------
@@ -27,11 +26,11 @@ class SampleSet:
     domain : str
         'square', 'sphere', 'ball' or 'disk'.
     method : str
-        What made the points.
+        The method's name, or a file's.
     seed : int
-        What they were made with.
+        The seed they were made with.
     promises : tuple of str
-        What the method promises of every set; ``lfssao.testing.PROMISES`` says what each means.
+        What the method promises of every set, by the names of ``lfssao.testing.PROMISES``.
     """
 
     points: FloatArray

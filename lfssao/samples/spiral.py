@@ -2,8 +2,8 @@
 
 Taps i = 0 .. s - 1 stand at radius alpha_i = (i + 1/2) / s and at the angle alpha_i tau turns. SAO chooses tau "to
 ensure equal angular distribution" and prints no criterion. Ours: the mean square, over all sectors (radii up to a, an
-arc of the circle), of the difference between the share of taps in the sector and the share it ought to hold, a times
-the arc. tau and s - tau are mirror images; of equals the table has the smallest.
+arc of the circle), of the difference between the fraction of taps in the sector and the fraction it ought to hold,
+a times the arc. tau and s - tau are mirror images; the table has the smallest of equals.
 """
 
 from math import gcd, sqrt
@@ -22,7 +22,7 @@ BEST_TURNS = (
 
 
 def best_turns(s: int) -> int:
-    """The number of turns tau, 1 <= tau <= s, for which s taps are spread most evenly.
+    """Return the number of turns tau, 1 <= tau <= s, for which s taps are spread most evenly.
 
     SAO's tau = 7 for s = 9 is as good as the table's 2, its mirror image; the worst (3, 6) scores 1.47 times as much.
 
@@ -46,12 +46,12 @@ def best_turns(s: int) -> int:
 
 
 def find_turns(s: int) -> int:
-    """The smallest tau of the least spiral discrepancy, by trying 1 .. s / 2: how the table was made."""
+    """Return the smallest tau of the least spiral discrepancy, by trying 1 .. s / 2, as the table was made."""
     return min(range(1, max(s // 2, 1) + 1), key=lambda tau: _pairs(s, tau))
 
 
 def spiral_discrepancy(s: int, tau: int) -> float:
-    """Root mean square over all sectors of share of taps minus share of radius times arc: 0 is perfect.
+    """Root mean square over all sectors of the fraction of taps minus radius times arc: 0 is perfect.
 
     Over radii a in [0, 1], arcs of every start and length in [0, 1] turns: the square is
     1/9 - 2/s sum_i (1 - alpha_i^2) / 6 + 1/s^2 sum_ij (1 - max(alpha_i, alpha_j)) (1/2 - d (1 - d)), d the turns

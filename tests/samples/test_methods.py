@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference import samples as specification
 from reference import sequences as reference
 
 from lfssao.core import philox
 from lfssao.errors import InputError
-from lfssao.samples import METHODS, make_samples, sample_set
+from lfssao.samples import METHODS, make_samples, sample_set, square_points
 from lfssao.samples.kernels import ball, sequences, square
 from lfssao.testing import PROMISES, check_promise, sample_sets
 from lfssao.testing import radii as drawn_radii
@@ -20,6 +21,12 @@ EVERY = [(domain, name) for domain, methods in METHODS.items() for name in metho
 every_method = pytest.mark.parametrize(("domain", "name"), EVERY)
 seeds = st.one_of(st.integers(0, 2**64 - 1), st.sampled_from([0, 1, 2**32, 2**63, 2**64 - 1]))
 counts = st.one_of(st.integers(1, 64), st.integers(1, 4096), st.sampled_from([1, 2, 31, 64, 97, 256, 4096]))
+
+
+shells = st.tuples(
+    st.one_of(st.floats(0, 1), st.sampled_from([0.0, 0.8, 1.0])),
+    st.one_of(drawn_radii(), st.sampled_from([5e-324, 1e-310, 1.7e308])),
+).map(lambda pair: (pair[0] * pair[1], pair[1]))
 
 
 def bits(a):
@@ -47,13 +54,45 @@ def test_methods_equal_the_reference(domain, name, n, seed):
     np.testing.assert_array_equal(bits(points), bits(reference.point_set(domain, name, n, seed)))
 
 
-@pytest.mark.parametrize("name", ["sobol", "rejection", "latin"])
+@pytest.mark.parametrize("name", ["sobol", "rejection", "random", "jittered", "latin"])
 @settings(max_examples=20)
-@given(n=st.integers(1, 12), seed=seeds, shell=st.tuples(st.floats(0, 1), drawn_radii()))
+@given(n=st.integers(1, 12), seed=seeds, shell=shells)
 def test_shells_equal_the_reference(name, n, seed, shell):
-    r_min, r_max = shell[0] * shell[1], shell[1]
-    points = make_samples(name, n, seed, r_min, r_max)
-    np.testing.assert_array_equal(bits(points), bits(reference.point_set("ball", name, n, seed, r_min, r_max)))
+    np.testing.assert_array_equal(
+        bits(make_samples(name, n, seed, *shell)), bits(reference.point_set("ball", name, n, seed, *shell))
+    )
+
+
+@given(xi1=st.floats(-1, 1), xi2=st.floats(-1, 1), t=st.floats(0, 1), shell=shells)
+def test_algorithms_3_and_4_equal_the_reference(xi1, xi2, t, shell):
+    point = ball.algorithm3(xi1, xi2)
+    np.testing.assert_array_equal(bits(point), bits(specification.algorithm3(xi1, xi2)))
+    np.testing.assert_array_equal(
+        bits(ball.algorithm4(*point, t, *shell)), bits(specification.algorithm4(*point, t, *shell))
+    )
+
+
+def test_algorithms_3_and_4_by_hand():
+    assert ball.algorithm3(0.0, 0.0) == (1, 0, 0)  # phi = 0
+    assert ball.algorithm3(0.0, 0.5) == (0, 1, 0)  # phi = pi / 2
+    assert ball.algorithm3(0.0, -0.5) == (0, -1, 0)
+    assert ball.algorithm3(0.0, 1.0) == ball.algorithm3(0.0, -1.0) == (-1, 0, 0)
+    assert ball.algorithm3(0.6, 0.5) == (0, 0.8, 0.6)
+    assert ball.algorithm4(0.0, 0.0, 1.0, 0.0, 2.0, 4.0) == (0, 0, 2)
+    assert ball.algorithm4(0.0, 0.0, 1.0, 1.0, 2.0, 4.0) == (0, 0, 4)
+    assert ball.algorithm4(0.0, 1.0, 0.0, 19 / 56, 2.0, 4.0) == pytest.approx((0, 3, 0), rel=1e-15)  # r^3 = 8 + 19
+    assert ball.algorithm4(0.0, 1.0, 0.0, 0.125, 0.0, 4.0) == (0, 2, 0)
+
+
+@given(st.floats(-1, 1))
+def test_the_poles_of_the_cylinder_map(xi2):
+    assert ball.algorithm3(1.0, xi2) == (0, 0, 1)
+    assert ball.algorithm3(-1.0, xi2) == (0, 0, -1)
+
+
+def test_the_short_calls_are_sample_sets():
+    np.testing.assert_array_equal(square_points("jittered", 6, 3), sample_set("square", "jittered", 6, 3).points)
+    np.testing.assert_array_equal(make_samples(), sample_set("ball", "latin", 8, 0, r_min=0.8, r_max=1.0).points)
 
 
 def test_the_spiral_is_equations_6_and_7():
@@ -93,6 +132,12 @@ def test_sobol_words_equal_the_reference(index, dimension):
 # Promises
 
 
+def assert_kept(made, *left_out):
+    for promise in set(made.promises) - {"unbiased", *left_out}:  # unbiased are many sets: below
+        findings = check_promise(promise, made.points, made.domain, made.weights, tolerance=2e-15)
+        assert all(finding.holds for finding in findings), (promise, findings)
+
+
 @every_method
 @settings(max_examples=15)
 @given(data=st.data(), seed=seeds)
@@ -100,24 +145,16 @@ def test_every_set_keeps_its_methods_promises(domain, name, data, seed):
     made = sample_set(domain, name, number(data, domain, name), seed)
     assert made.points.dtype == np.float64
     assert made.promises == METHODS[domain][name].promises
-    for promise in made.promises:
-        if promise != "unbiased":  # of many sets: below
-            findings = check_promise(promise, made.points, domain, made.weights, tolerance=2e-15)
-            assert all(finding.holds for finding in findings), (promise, findings)
+    assert_kept(made)
 
 
 @pytest.mark.parametrize("n", [1000, 1024, 4093, 4096])
 @every_method
 def test_large_sets_keep_their_promises_too(domain, name, n):
-    if METHODS[domain][name].most is not None:
-        n = METHODS[domain][name].most
+    n = METHODS[domain][name].most or n
     made = sample_set(domain, name, n, n)
     assert len(made.points) == n
-    cheap = [p for p in made.promises if p not in ("unbiased", "poisson", "low-discrepancy") or n == 1000]
-    for promise in cheap:
-        if promise != "unbiased":
-            findings = check_promise(promise, made.points, domain, made.weights, tolerance=2e-15)
-            assert all(finding.holds for finding in findings), (promise, findings)
+    assert_kept(made, *(() if n == 1000 else ("poisson", "low-discrepancy")))  # both take the square of n
 
 
 SETS = 4000
@@ -167,16 +204,12 @@ def test_seeds_matter_where_the_method_says_so(domain, name):
 
 @pytest.mark.parametrize("name", METHODS["ball"])
 @settings(max_examples=25)
-@given(
-    data=st.data(),
-    seed=seeds,
-    share=st.one_of(st.floats(0, 1), st.sampled_from([0.0, 0.8, 1.0])),
-    r=drawn_radii(zero=False),
-)
-def test_every_method_fills_every_shell(name, data, seed, share, r):
+@given(data=st.data(), seed=seeds, shell=shells.filter(lambda shell: shell[1] >= 1e-30))
+def test_every_method_fills_every_shell(name, data, seed, shell):
+    r_min, r_max = shell
     n = number(data, "ball", name, st.integers(1, 60))
-    points = sample_set("ball", name, n, seed, r_min=share * r, r_max=r).points
-    findings = check_promise("inside", points, "ball", r_min=share * r, r_max=r, tolerance=2e-15)
+    points = sample_set("ball", name, n, seed, r_min=r_min, r_max=r_max).points
+    findings = check_promise("inside", points, "ball", r_min=r_min, r_max=r_max, tolerance=2e-15)
     assert all(finding.holds for finding in findings), findings
 
 
@@ -191,12 +224,6 @@ def test_shells_of_tables_keep_volumes():
     before, after = (np.sqrt(np.sum(p**2, axis=1)) for p in (whole, shell))
     np.testing.assert_allclose((after**3 - 0.8**3) / (1 - 0.8**3), before**3, atol=1e-14)
     np.testing.assert_allclose(shell / after[:, None], whole / before[:, None], atol=1e-14)
-
-
-@given(st.floats(-1, 1))
-def test_the_poles_of_the_cylinder_map(xi2):
-    assert ball.algorithm3(1.0, xi2) == (0, 0, 1)
-    assert ball.algorithm3(-1.0, xi2) == (0, 0, -1)
 
 
 @settings(max_examples=30)
@@ -219,7 +246,10 @@ def test_drawn_sets_are_what_they_say(made):
     (("ball", "latin", 8, -1), {}, "seed"),
     (("ball", "latin", 8, 2**64), {}, "seed"),
     (("ball", "latin", 8), {"rmin": 0.5}, "nearest is 'r_min'"),
+    (("ball", "latin", -3), {}, "at least 1"),
     (("ball", "latin", 8), {"r_min": 0.9, "r_max": 0.8}, "r_min <= r_max"),
+    (("ball", "latin", 8), {"r_min": -0.1}, "r_min <= r_max"),
+    (("ball", "latin", 8), {"r_max": math.nan}, "r_min <= r_max"),
     (("ball", "latin", 8), {"r_min": math.nan}, "r_min <= r_max"),
     (("ball", "latin", 8), {"r_max": math.inf}, "r_min <= r_max"),
     (("ball", "latin", 8), {"r_max": "1"}, "must be a number"),

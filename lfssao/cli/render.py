@@ -333,7 +333,6 @@ def _settings_maker(options: argparse.Namespace) -> "tuple[dict[str, Any], Calla
 def load(scene: str, texture: str | None = None) -> "Mesh":
     """The mesh of a file, or the embedded scene of a name."""
     from lfssao.scene.builtin import BUILTIN, builtin_scene
-    from lfssao.scene.load import load_scene
 
     # The embedded scenes' names have no ending, which a mesh file needs: a folder of that name does not matter.
     if scene in BUILTIN:
@@ -342,6 +341,8 @@ def load(scene: str, texture: str | None = None) -> "Mesh":
         return builtin_scene(scene)
     if not Path(scene).suffix and not Path(scene).exists():
         raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
+    from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
+
     return load_scene(scene, texture)
 
 

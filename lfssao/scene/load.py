@@ -1,4 +1,4 @@
-"""Meshes from files, through trimesh, with everything that could be wrong found here and said in one sentence."""
+"""Meshes from files, through trimesh; a broken file is refused in one sentence."""
 
 import io
 import re
@@ -7,7 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
+from PIL import Image
+from trimesh.exchange.load import mesh_loaders
+from trimesh.resolvers import FilePathResolver
+from trimesh.visual.color import to_rgba
+from trimesh.visual.material import empty_material
 
 from lfssao.core.affine import cofactors
 from lfssao.core.points import transform_points
@@ -20,7 +26,7 @@ _NOT_IMAGES = (".mtl", ".bin")
 
 
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
-    """All triangles of a file in its own coordinates, as one mesh.
+    """Return all triangles of a file in its own coordinates, as one mesh.
 
     Parameters
     ----------
@@ -51,7 +57,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
         raise InputError(f"{path}: the file holds no triangles")
     if image is None:
         assets.check_images()
-    parts = [_Part(path, geometry, transform, image) for geometry, transform in geometries]
+    parts = [_Part(path, *geometry, image) for geometry in geometries]
     if image is not None and not any(part.uv is not None for part in parts):
         raise InputError(f"{path}: a texture was given, but the mesh has no texture coordinates")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
@@ -75,25 +81,21 @@ def _check_file(path: Path) -> None:
 
 
 class _Assets:
-    """Gives trimesh the files that a mesh file names, as its resolvers do, and remembers which it could not.
-
-    trimesh itself goes on without a word where a material or an image is missing.
-    """
+    """A resolver of trimesh that remembers the files it could not give: trimesh goes on without them silently."""
 
     def __init__(self, path: Path) -> None:
-        from trimesh.resolvers import FilePathResolver  # late: trimesh takes half a second to import
-
         self._path = path
         self._files = FilePathResolver(str(path))
         self._missing: dict[str, str] = {}
 
     def get(self, name: str) -> bytes:
-        """Content of a file beside the mesh file; text as UTF-8."""
+        """Content of a file that the mesh file names; text as UTF-8."""
         ending = Path(name.strip()).suffix.lower()
         try:
             data: bytes = self._files.get(name.replace("\\", "/"))  # paths from Windows
             if ending not in _NOT_IMAGES:
-                _check_image(data)
+                with Image.open(io.BytesIO(data)) as image:
+                    image.load()
         except FileNotFoundError:
             self._missing[name] = "is not there"
             raise
@@ -108,13 +110,13 @@ class _Assets:
         return getattr(self._files, name)
 
     def check_images(self) -> None:
-        """Refuse a mesh one of whose images could not be had."""
+        """Refuse a mesh that names an image which is missing or broken."""
         for name, problem in self._missing.items():
             if Path(name.strip()).suffix.lower() not in _NOT_IMAGES:
                 raise InputError(f"{self._path}: it names the image '{name}', which {problem}")
 
     def notes(self) -> list[str]:
-        """What else could not be had, a sentence each."""
+        """Sentences about material files that are missing."""
         return [
             f"it names '{name}', which {problem}: its materials are left out"
             for name, problem in self._missing.items()
@@ -122,53 +124,50 @@ class _Assets:
         ]
 
 
-def _check_image(data: bytes) -> None:
-    from PIL import Image  # late: only needed with textures
-
-    with Image.open(io.BytesIO(data)) as image:
-        image.load()
-
-
-def _read(path: Path, assets: _Assets) -> list[tuple[Any, NDArray[np.float64]]]:
-    """The file's meshes as trimesh has them, each with the (4, 4) transform of its place in the scene."""
-    import trimesh
-
+def _read(path: Path, assets: _Assets) -> list[tuple[Any, NDArray[np.float64], NDArray[np.float64] | None]]:
+    """The file's meshes as trimesh has them, each with its (4, 4) transform and the normals that the file has."""
     ending = path.suffix.lower()
     try:
         with warnings.catch_warnings():
-            # Libraries warn of what is checked here, but for NumPy, which reads numbers up to the first that is none.
+            # Libraries warn of what is checked here, except for NumPy's reading of numbers up to a word that is none.
             warnings.simplefilter("ignore")
             warnings.filterwarnings("error", message="string or file could not be read to its end")
-            least, arguments = _prepare(path, ending, assets)
-            # process=False: trimesh would merge vertices and renumber faces.
-            scene = trimesh.load_scene(**arguments, process=False)
+            data = path.read_bytes()
+            if not data:
+                raise InputError(f"{path}: the file is empty")
+            declared = _CHECKS[ending](path, data) if ending in _CHECKS else 0
+            given = _loaded(path, _as_utf8(data) if ending == ".obj" else data, assets)
+            scene = trimesh.load_scene(given)
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     except InputError:
         raise
     except Exception as error:  # whatever the format's reader stumbled over
         raise InputError(f"{path}: it cannot be read as a mesh ({_reason(path, error)})") from error
-    found_in = [(scene.geometry[name], transform) for transform, name in placed]
-    meshes = [(g, transform) for g, transform in found_in if isinstance(g, trimesh.Trimesh) and len(g.faces)]
-    found = sum(len(mesh.faces) for mesh, _ in meshes)
-    if found < least:
-        raise InputError(f"{path}: it declares {least} faces, of which {found} can be read")
+    meshes = []
+    for transform, name in placed:
+        mesh = scene.geometry[name]
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            # Not mesh.vertex_normals, which trimesh computes where the file has none.
+            normals = given.get("geometry", {name: given})[name].get("vertex_normals")
+            meshes.append((mesh, transform, normals if np.shape(normals) == mesh.vertices.shape else None))
+    found = sum(len(mesh.faces) for mesh, _, _ in meshes)
+    if found < declared:
+        raise InputError(f"{path}: it declares {declared} faces, of which {found} can be read")
     return meshes
 
 
-def _prepare(path: Path, ending: str, assets: _Assets) -> tuple[int, dict[str, Any]]:
-    """How many faces the file declares (0: unknown), and what trimesh is to read."""
-    if path.stat().st_size == 0:
-        raise InputError(f"{path}: the file is empty")
-    if ending not in _CHECKS:
-        return 0, {"file_obj": path, "resolver": assets if ending in _GLTF else None}
-    data = path.read_bytes()
-    least = _CHECKS[ending](path, data)
-    data = _as_utf8(data) if ending == ".obj" else data
-    return least, {"file_obj": io.BytesIO(data), "file_type": ending[1:], "resolver": assets}
+def _loaded(path: Path, data: bytes, assets: _Assets) -> dict[str, Any]:
+    """The keywords that trimesh's reader of the format makes meshes of."""
+    kind = path.suffix[1:].lower()
+    if kind not in mesh_loaders:
+        raise InputError(f"{path}: it cannot be read as a mesh (files ending in '{path.suffix}' have no reader)")
+    # process=False: trimesh would merge vertices and renumber faces.
+    keywords = mesh_loaders[kind](file_obj=io.BytesIO(data), file_type=kind, resolver=assets, process=False)
+    return {"process": False, **keywords}
 
 
 def _reason(path: Path, error: Exception) -> str:
-    """Why reading failed, in words that do not need the libraries' source to be understood."""
+    """The reason why reading failed, in words that do not need the libraries' source."""
     reason = " ".join(str(error).split())[:200] or type(error).__name__
     if isinstance(error, OSError) and error.strerror:
         reason = error.strerror
@@ -187,7 +186,7 @@ def _reason(path: Path, error: Exception) -> str:
 
 
 def _as_utf8(data: bytes) -> bytes:
-    """Text that is not UTF-8 is taken for Latin-1: names and comments of old exporters."""
+    """Text in UTF-8; other text is taken for Latin-1, as old exporters write names and comments."""
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:
@@ -196,7 +195,7 @@ def _as_utf8(data: bytes) -> bytes:
 
 
 def _check_stl(path: Path, data: bytes) -> int:
-    """Refuse a binary file of another size than the triangles that it declares take; nothing is known of text."""
+    """Refuse a binary file whose size does not fit the triangles that it declares; text declares none."""
     count, size = int.from_bytes(data[80:84], "little"), len(data)
     if size < 84 or data.lstrip()[:5].lower() == b"solid":
         return 0
@@ -223,7 +222,7 @@ def _line(data: bytes, found: re.Match[bytes]) -> int:
 
 
 def _check_ply(path: Path, data: bytes) -> int:
-    """How many faces a text PLY declares; one with fewer lines than declared is refused, as trimesh would read it."""
+    """Number of faces that a text PLY declares; one with fewer lines is refused, as trimesh would read it."""
     header, end, body = data.partition(b"end_header")
     if not end or not re.search(rb"^format[ \t]+ascii", header, re.MULTILINE):
         return 0  # trimesh compares the sizes of binary files, and says what else is wrong
@@ -236,7 +235,7 @@ def _check_ply(path: Path, data: bytes) -> int:
 
 
 def _check_off(path: Path, data: bytes) -> int:
-    """How many faces an OFF declares; one with fewer lines is refused."""
+    """Number of faces that an OFF declares; one with fewer lines is refused."""
     lines = [line for line in re.sub(rb"#[^\n]*", b"", data).splitlines() if line.strip()]
     words = b" ".join(lines[:2]).split()
     if len(words) < 3 or not all(word.isdigit() and len(word) < 18 for word in words[1:3]):
@@ -252,8 +251,6 @@ _CHECKS = {".obj": _check_obj, ".ply": _check_ply, ".off": _check_off, ".stl": _
 
 def _read_image(path: Path) -> NDArray[np.uint8]:
     """An image file as (h, w, 3) sRGB codes."""
-    from PIL import Image  # late: only needed with textures
-
     _check_file(path)
     try:
         with warnings.catch_warnings():
@@ -275,25 +272,28 @@ def _codes(image: Any) -> NDArray[np.uint8]:
 
 
 def _is_placeholder(image: Any) -> bool:
-    """Whether an image is the grey one that trimesh makes up for a file that names none."""
-    from trimesh.visual.material import empty_material  # late: trimesh is loaded by now
-
+    """Whether an image is the grey one that trimesh makes for a file that names none."""
     grey = empty_material().image
     return bool(image.size == grey.size and image.mode == grey.mode and image.tobytes() == grey.tobytes())
 
 
 class _Part:
-    """One geometry of a file: plain arrays of its triangles and what colours them."""
+    """One geometry of a file: plain arrays of its triangles and colours."""
 
     def __init__(
-        self, path: Path, geometry: Any, transform: NDArray[np.float64], image: NDArray[np.uint8] | None
+        self,
+        path: Path,
+        geometry: Any,
+        transform: NDArray[np.float64],
+        normals: NDArray[np.float64] | None,
+        image: NDArray[np.uint8] | None,
     ) -> None:
         # Not by trimesh's own transform, which is a BLAS product: its bits differ between machines.
         self.vertices = _transformed(transform, np.asarray(geometry.vertices, np.float64))
         self.normals: NDArray[np.float64] | None = None
-        if "vertex_normals" in geometry._cache:  # else trimesh would make them up
+        if normals is not None:
             turned = np.hstack([cofactors(transform), np.zeros((3, 1))])
-            self.normals = _transformed(turned, np.asarray(geometry.vertex_normals, np.float64))
+            self.normals = _transformed(turned, np.asarray(normals, np.float64))
         self.faces = np.asarray(geometry.faces, np.int64)
         self.factor = np.ones(3, np.float32)
         self.image = image
@@ -310,10 +310,7 @@ class _Part:
             self._take_face_colors(np.asarray(visual.face_colors)[:, :3])
         if self.uv is None:
             self.image = None
-
-    @property
-    def colored(self) -> bool:
-        return self.image is not None or self.vertex_colors is not None or bool((self.factor != 1).any())
+        self.colored = self.image is not None or self.vertex_colors is not None or bool((self.factor != 1).any())
 
     def _take_texture(self, visual: Any) -> None:
         if visual.uv is not None and len(visual.uv) == len(self.vertices):
@@ -351,8 +348,6 @@ class _Part:
 
     def _linear_colors(self, colors: Any) -> NDArray[np.float32]:
         """Linear RGB of vertex colours: glTF's are linear, those of other formats are sRGB codes."""
-        from trimesh.visual.color import to_rgba
-
         codes: NDArray[np.uint8] = to_rgba(np.array(colors))[:, :3]
         if self._path.suffix.lower() in _GLTF:
             return codes.astype(np.float32) / np.float32(255)
@@ -376,26 +371,21 @@ def _transformed(transform: NDArray[np.float64], points: NDArray[np.float64]) ->
 
 
 def _join_normals(parts: list[_Part]) -> NDArray[np.float64] | None:
-    """The normals at the vertices of all parts; None where a part has none."""
+    """The normals at the vertices of all parts; None if a part has none."""
     found = [part.normals for part in parts if part.normals is not None]
     return np.concatenate(found) if len(found) == len(parts) else None
 
 
 def _join_paint(parts: list[_Part]) -> Paint | None:
-    """The paint of all parts, one material each; None where no part has colour."""
+    """The paint of all parts, one material each; None if no part has colour."""
     if not any(part.colored for part in parts):
         return None
-    uv = vertex_colors = None
-    if any(part.uv is not None for part in parts):
-        uv = np.concatenate([np.zeros((len(p.vertices), 2)) if p.uv is None else p.uv for p in parts])
-    if any(part.vertex_colors is not None for part in parts):
-        vertex_colors = np.concatenate(
-            [np.ones((len(p.vertices), 3), np.float32) if p.vertex_colors is None else p.vertex_colors for p in parts]
-        )
+    uv = [np.zeros((len(p.vertices), 2)) if p.uv is None else p.uv for p in parts]
+    colors = [np.ones((len(p.vertices), 3), np.float32) if p.vertex_colors is None else p.vertex_colors for p in parts]
     return Paint(
         factors=np.stack([part.factor for part in parts]),
         face_material=np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.faces) for part in parts]),
         textures=tuple(None if part.image is None else to_linear(part.image) for part in parts),
-        uv=uv,
-        vertex_colors=vertex_colors,
+        uv=None if all(part.uv is None for part in parts) else np.concatenate(uv),
+        vertex_colors=None if all(part.vertex_colors is None for part in parts) else np.concatenate(colors),
     )

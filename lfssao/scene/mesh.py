@@ -1,6 +1,6 @@
 """A triangle mesh with its diffuse colour, checked once when it is made."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,7 @@ class Paint:
 
     @classmethod
     def from_vertex_colors(cls, colors: NDArray[np.float32], face_count: int) -> "Paint":
-        """Paint of one material with linear RGB at the vertices, (V, 3) float32."""
+        """Return paint of one material with linear RGB at the vertices, (V, 3) float32."""
         return cls(
             factors=np.ones((1, 3), np.float32),
             face_material=np.zeros(face_count, np.int32),
@@ -59,17 +59,17 @@ class Mesh:
     vertices : (V, 3) float64
         World coordinates, scene units, finite.
     faces : (F, 3) int32
-        Vertex numbers; face f of this array is triangle f of every other part of the program.
+        Vertex numbers; face f of this array is triangle f everywhere.
     paint : Paint or None
-        Diffuse colour; None where the mesh has none.
+        Diffuse colour; None if the mesh has none.
     normals : (V, 3) float64 or None
-        Normals at the vertices, of any length, where the mesh came with them.
+        Normals at the vertices, of any length, if the mesh came with them.
     name : str
-        What messages and the manifest call it.
+        Its name in messages and in the manifest.
     degenerate : int
-        How many faces without area were left out when the mesh was made.
+        Number of faces without area, left out when the mesh was made.
     notes : tuple of str
-        What else was left out when it was loaded, a sentence each.
+        Sentences about other things that were left out when it was loaded.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class Mesh:
     paint: Paint | None = None
     normals: FloatArray | None = None
     name: str = "mesh"
-    degenerate: int = field(default=0)
+    degenerate: int = 0
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -101,8 +101,7 @@ class Mesh:
             raise InputError(f"{self.name}: the mesh is {size:g} scene units large, it must be at least {SMALLEST:g}")
         dropped = len(faces) - int(keep.sum())
         if dropped and self.paint is not None:
-            kept = self.paint.face_material[keep]
-            object.__setattr__(self, "paint", _replace_face_material(self.paint, kept))
+            object.__setattr__(self, "paint", replace(self.paint, face_material=self.paint.face_material[keep]))
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", np.ascontiguousarray(faces[keep], np.int32))
         object.__setattr__(self, "degenerate", self.degenerate + dropped)
@@ -114,15 +113,11 @@ class Mesh:
 
 
 def used_bounds(vertices: FloatArray, faces: NDArray[np.integer[Any]]) -> FloatArray:
-    """Smallest and largest coordinates, (2, 3) float64, of those of (V, 3) vertices that (F, 3) faces name."""
+    """Smallest and largest coordinates, (2, 3) float64, of the vertices (V, 3) that faces (F, 3) name."""
     used = np.zeros(len(vertices), np.bool_)
     used[faces] = True
     named = vertices if used.all() else vertices[used]
     return np.stack([named.min(axis=0), named.max(axis=0)])
-
-
-def _replace_face_material(paint: Paint, face_material: NDArray[np.int32]) -> Paint:
-    return Paint(paint.factors, face_material, paint.textures, paint.uv, paint.vertex_colors)
 
 
 def _check(name: str, vertices: FloatArray, faces: NDArray[np.int32]) -> None:

@@ -31,6 +31,10 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 CODES = np.array([[[200, 10, 20], [60, 120, 180]], [[30, 230, 90], [255, 128, 1]]], np.uint8)
 
 
+def as_bytes(content):
+    return content if isinstance(content, bytes) else content.encode()
+
+
 def linear(codes):
     """sRGB codes decoded once, by IEC 61966-2-1."""
     value = np.asarray(codes, np.float64) / 255
@@ -41,6 +45,20 @@ def write(folder, **files):
     for name, content in files.items():
         path = folder / name.replace("__", ".")
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
+
+
+def square(folder, material=None, faces=f"usemtl m\n{SQUARE_FACES}"):
+    """The square as an OBJ, with a material file of this content."""
+    if material is None:
+        write(folder, a__obj=SQUARE_UV + SQUARE_FACES)
+    else:
+        write(folder, a__mtl=material, a__obj=f"mtllib a.mtl\n{SQUARE_UV}{faces}")
+    return folder / "a.obj"
+
+
+def picture(folder, codes=CODES, name="t.png"):
+    Image.fromarray(codes).save(folder / name)
+    return folder / name
 
 
 def refused(path, words=None, texture=None):
@@ -63,39 +81,21 @@ def seen_from_front(mesh, width, height):
 
 
 def test_texture_stands_upright_and_is_decoded_once(tmp_path):
-    Image.fromarray(CODES).save(tmp_path / "t.png")
-    write(
-        tmp_path,
-        a__mtl="newmtl m\nKd 0.5 0.5 0.5\nmap_Kd t.png\n",
-        a__obj=f"mtllib a.mtl\n{SQUARE_UV}usemtl m\n{SQUARE_FACES}",
-    )
-    mesh = load_scene(tmp_path / "a.obj")
+    picture(tmp_path)
+    mesh = load_scene(square(tmp_path, "newmtl m\nKd 0.5 0.5 0.5\nmap_Kd t.png\n"))
     # Two texels a side: each ray passes through the middle of one, where the texture has exactly its value.
     assert seen_from_front(mesh, 2, 2) == pytest.approx(linear(CODES), abs=1e-6)
     assert mesh.notes == ()
 
 
-def test_given_texture_is_used(tmp_path):
-    Image.fromarray(CODES).save(tmp_path / "t e x.png")
-    write(tmp_path, a__obj=SQUARE_UV + SQUARE_FACES)
-    mesh = load_scene(tmp_path / "a.obj", tmp_path / "t e x.png")
-    assert seen_from_front(mesh, 2, 2) == pytest.approx(linear(CODES), abs=1e-6)
-
-
-def test_given_texture_takes_the_place_of_a_missing_one(tmp_path):
-    Image.fromarray(CODES).save(tmp_path / "t.png")
-    write(
-        tmp_path,
-        a__mtl="newmtl m\nmap_Kd nope.png\n",
-        a__obj=f"mtllib a.mtl\n{SQUARE_UV}usemtl m\n{SQUARE_FACES}",
-    )
-    mesh = load_scene(tmp_path / "a.obj", tmp_path / "t.png")
+@pytest.mark.parametrize("material", [None, "newmtl m\nmap_Kd nope.png\n"])
+def test_given_texture_takes_the_place_of_none_and_of_a_missing_one(tmp_path, material):
+    mesh = load_scene(square(tmp_path, material), picture(tmp_path, name="t e x.png"))
     assert seen_from_front(mesh, 2, 2) == pytest.approx(linear(CODES), abs=1e-6)
 
 
 def test_texture_coordinates_without_an_image_are_no_colour(tmp_path):
-    write(tmp_path, a__obj=SQUARE_UV + SQUARE_FACES)
-    assert load_scene(tmp_path / "a.obj").paint is None
+    assert load_scene(square(tmp_path)).paint is None
 
 
 def test_glb_texture_stands_upright(tmp_path):
@@ -117,25 +117,27 @@ def test_glb_texture_stands_upright(tmp_path):
 
 @pytest.mark.parametrize(("mode", "code"), [("L", 77), ("I;16", 77 * 257)])
 def test_grey_images_keep_their_range(tmp_path, mode, code):
-    grey = np.full((2, 2), code, np.uint16 if mode == "I;16" else np.uint8)
-    Image.fromarray(grey).save(tmp_path / "t.png")
-    write(tmp_path, a__obj=SQUARE_UV + SQUARE_FACES)
-    texture = load_scene(tmp_path / "a.obj", tmp_path / "t.png").paint.textures[0]
+    grey = picture(tmp_path, np.full((2, 2), code, np.uint16 if mode == "I;16" else np.uint8))
+    texture = load_scene(square(tmp_path), grey).paint.textures[0]
     assert texture == pytest.approx(np.full((2, 2, 3), linear(77)), abs=1e-6)
 
 
-def test_vertex_colours_of_a_ply_are_srgb(tmp_path):
-    header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-    header += "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-    write(tmp_path, a__ply=header + "0 0 0 200 10 20\n1 0 0 60 120 180\n0 1 0 30 230 90\n3 0 1 2\n")
-    colors = load_scene(tmp_path / "a.ply").paint.vertex_colors
-    assert colors == pytest.approx(linear([[200, 10, 20], [60, 120, 180], [30, 230, 90]]), abs=1e-6)
-
-
-def test_vertex_colours_of_an_obj_are_srgb(tmp_path):
-    write(tmp_path, a__obj="v 0 0 0 1 0.2 0\nv 1 0 0 0 1 0.6\nv 0 1 0 0.4 0 1\nf 1 2 3\n")
-    colors = load_scene(tmp_path / "a.obj").paint.vertex_colors
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0 255 51 0\n1 0 0 0 255 153\n0 1 0 102 0 255\n3 0 1 2\n",
+        ),
+        ("a.obj", "v 0 0 0 1 0.2 0\nv 1 0 0 0 1 0.6\nv 0 1 0 0.4 0 1\nf 1 2 3\n"),
+    ],
+)
+def test_vertex_colours_of_text_formats_are_srgb(tmp_path, name, content):
+    (tmp_path / name).write_text(content)
+    colors = load_scene(tmp_path / name).paint.vertex_colors
     assert colors == pytest.approx(linear([[255, 51, 0], [0, 255, 153], [102, 0, 255]]), abs=1e-6)
 
 
@@ -157,13 +159,10 @@ def test_face_colours(tmp_path):
 
 
 def test_two_materials_in_one_obj(tmp_path):
-    Image.fromarray(CODES[:1, :1]).save(tmp_path / "t.png")
-    write(
-        tmp_path,
-        a__mtl="newmtl red\nKd 1 0.2 0\nnewmtl picture\nKd 0 0 0\nmap_Kd t.png\n",
-        a__obj=f"mtllib a.mtl\n{SQUARE_UV}usemtl red\nf 1/1 2/2 3/3\nusemtl picture\nf 1/1 3/3 4/4\n",
-    )
-    rgb = seen_from_front(load_scene(tmp_path / "a.obj"), 4, 4)
+    picture(tmp_path, CODES[:1, :1])
+    material = "newmtl red\nKd 1 0.2 0\nnewmtl picture\nKd 0 0 0\nmap_Kd t.png\n"
+    path = square(tmp_path, material, "usemtl red\nf 1/1 2/2 3/3\nusemtl picture\nf 1/1 3/3 4/4\n")
+    rgb = seen_from_front(load_scene(path), 4, 4)
     assert rgb[3, 2] == pytest.approx(linear([255, 51, 0]), abs=1e-6)
     # An OBJ's image takes the place of its Kd: exporters write Kd 0 beside it.
     assert rgb[0, 1] == pytest.approx(linear(CODES[0, 0]), abs=1e-6)
@@ -171,17 +170,12 @@ def test_two_materials_in_one_obj(tmp_path):
 
 def test_material_without_a_colour_is_white(tmp_path):
     # trimesh makes up a grey of 40 per cent.
-    write(tmp_path, a__mtl="newmtl m\nNs 10\n", a__obj=f"mtllib a.mtl\n{SQUARE_UV}usemtl m\n{SQUARE_FACES}")
-    assert load_scene(tmp_path / "a.obj").paint is None
+    assert load_scene(square(tmp_path, "newmtl m\nNs 10\n")).paint is None
 
 
 def test_degenerate_faces_are_counted_and_keep_materials_in_step(tmp_path):
-    write(
-        tmp_path,
-        a__mtl="newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n",
-        a__obj=f"mtllib a.mtl\n{SQUARE}usemtl red\nf 1 1 2\nf 1 2 3\nusemtl green\nf 1 3 4\nf 2 2 2\n",
-    )
-    mesh = load_scene(tmp_path / "a.obj")
+    faces = "usemtl red\nf 1 1 2\nf 1 2 3\nusemtl green\nf 1 3 4\nf 2 2 2\n"
+    mesh = load_scene(square(tmp_path, "newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n", faces))
     assert (len(mesh.faces), mesh.degenerate) == (2, 2)
     rgb = seen_from_front(mesh, 4, 4)
     assert rgb[3, 2].tolist() == [1, 0, 0]
@@ -189,6 +183,23 @@ def test_degenerate_faces_are_counted_and_keep_materials_in_step(tmp_path):
 
 
 # --- geometry
+
+
+@pytest.mark.parametrize("ending", ["obj", "ply", "glb"])
+def test_normals_are_the_files_own_and_turned_with_the_scene(tmp_path, ending):
+    """trimesh makes normals up for a mesh without; (1, 0, 1) stretched twice along x is (1, 0, 2) by its cofactors."""
+    wanted = np.array([1, 0, 1]) / np.sqrt(2)
+    bare, own = (trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], process=False) for _ in range(2))
+    own.vertex_normals = np.tile(wanted, (3, 1))
+    assert own.vertex_normals[0] == pytest.approx(wanted)
+    scene = trimesh.Scene()
+    scene.add_geometry(own, transform=np.diag([2.0, 1, 1, 1]))
+    made = scene if ending == "glb" else own
+    (tmp_path / f"own.{ending}").write_bytes(as_bytes(made.export(file_type=ending)))
+    (tmp_path / f"bare.{ending}").write_bytes(as_bytes(bare.export(file_type=ending)))
+    normals = load_scene(tmp_path / f"own.{ending}").normals
+    assert normals == pytest.approx(np.tile([1, 0, 2] / np.sqrt(2) if ending == "glb" else wanted, (3, 1)), abs=1e-6)
+    assert load_scene(tmp_path / f"bare.{ending}").normals is None
 
 
 @pytest.mark.parametrize("ending", [*ENDINGS, "OBJ", "GLB"])
@@ -240,8 +251,7 @@ def test_missing_material_file_is_said(tmp_path):
 
 def box_as(ending, encoding=None):
     keywords = {} if encoding is None else {"encoding": encoding}
-    content = trimesh.creation.box().export(file_type=ending, **keywords)
-    return content if isinstance(content, bytes) else content.encode()
+    return as_bytes(trimesh.creation.box().export(file_type=ending, **keywords))
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -322,7 +332,7 @@ def ply(vertices="0 0 0\n1 0 0\n0 1 0\n", face="3 0 1 2", count=3):
         ("a.off", "OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "declares 3 vertices and 999999999 faces"),
         ("a.stl", bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50), "4294967295 faces, which take .* but has 134"),
         ("a.stl", bytes(84), "no triangles"),
-        ("a.txt", "hello", "cannot be read as a mesh"),
+        ("a.txt", "hello", "cannot be read as a mesh .* '.txt' have no reader"),
         ("a", "hello", "cannot be read as a mesh"),
     ],
 )
@@ -411,9 +421,8 @@ def test_textures_that_cannot_be_had(tmp_path):
 
 
 def test_texture_with_coordinates_that_are_not_finite(tmp_path):
-    Image.fromarray(CODES).save(tmp_path / "t.png")
     write(tmp_path, a__obj=SQUARE_UV.replace("vt 1 1", "vt nan 1") + SQUARE_FACES)
-    refused(tmp_path / "a.obj", "texture coordinate is not finite", tmp_path / "t.png")
+    refused(tmp_path / "a.obj", "texture coordinate is not finite", picture(tmp_path))
 
 
 def test_mesh_checks_arrays():

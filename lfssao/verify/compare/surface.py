@@ -18,7 +18,6 @@ from lfssao.rendering.animation import moved
 from lfssao.rendering.folder import display_of
 from lfssao.rendering.manifest import describe_scene
 from lfssao.scene.builtin import BUILTIN, builtin_scene
-from lfssao.scene.load import load_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds
@@ -72,7 +71,7 @@ class Surface:
         if name is None and scene["name"] not in BUILTIN:
             return None
         name = name or scene["name"]
-        mesh = builtin_scene(name) if name in BUILTIN else load_scene(name)
+        mesh = builtin_scene(name) if name in BUILTIN else _load(name)
         found = describe_scene(mesh)
         if any(found[part] != scene[part] for part in ("vertices_sha256", "faces_sha256")):
             if self._file is None:
@@ -137,3 +136,9 @@ def _affine(values: Any) -> Matrix:
     if matrix.shape != (3, 4):
         raise ValueError(f"an affine map has shape {matrix.shape}")
     return matrix
+
+
+def _load(name: str) -> Mesh:
+    from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
+
+    return load_scene(name)

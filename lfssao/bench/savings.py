@@ -1,18 +1,19 @@
-"""What leaving out what a scene does not need saves: passes of one view with and without, in turn.
+"""Time saved by leaving out what a scene does not need.
 
-All passes of one view in one thread as they run, and with each thing that is left out done after all:
+All passes of one view run in one thread as planned, and in turn with one thing done that the plan leaves out:
 
-- rows: with a box so large that all rows are cast;
+- rows: a box so large that all rows are cast;
 - background: AO of a depth texture whose background is a surface far away, in place of the view's own;
 - radii: radii that come again, and radius 0, replaced by others so near that the textures are the same.
 
-Processor time, so that other work on the machine counts little; a ratio is the median of those of each turn. Textures
-made with all rows and all radii are compared with those of the plan: leaving something out must not change a bit.
+Processor time is measured, so that other work on the machine counts little; a ratio is the median over the turns.
+Textures with all rows and all radii are compared with those of the plan: leaving something out must not change a bit.
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
 from typing import Any
 
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.textures import Buffers
-from lfssao.bench.times import balanced_orders
+from lfssao.bench.times import turns
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.view import View
@@ -37,7 +38,7 @@ RULES = ("rows", "background", "radii")
 
 @dataclass(frozen=True)
 class Case:
-    """A scene, the box of it that is fitted into the display, and what the AO passes are run with."""
+    """A scene, the box that is fitted into the display, and the settings of the AO passes."""
 
     name: str
     mesh: Mesh
@@ -47,18 +48,18 @@ class Case:
 
 @dataclass(frozen=True)
 class Saving:
-    """What a case takes, and how many times as long with what it does not need.
+    """Time of a case, and its ratio with things done that the plan leaves out.
 
     Attributes
     ----------
     scene : str
         The case's name.
     cover : float
-        Share of the texels that see the scene.
+        Fraction of the texels that see the scene.
     milliseconds : float
-        Processor time of all passes as they run, the median.
+        Processor time of all passes as planned, the median.
     ratios : dict
-        Quartiles of the time with what a rule leaves out, and with all of it ('all'), over the time without.
+        For each rule, and for all together ('all'), quartiles of the time without the rule over the time as planned.
     same : bool
         Whether the textures are the same, bit for bit.
     """
@@ -71,10 +72,10 @@ class Saving:
 
 
 def cases(display: Display, quick: bool) -> Iterator[Case]:
-    """The embedded scenes fitted into the display and at a tenth of its middle module's texture, and others.
+    """Yield the embedded scenes fitted into the display and at a tenth of its middle module's texture, and others.
 
-    Others: a scene beside the texture, radii 0 and twice, one radius without a blur, and a wall that fills the
-    texture, of which nothing can be left out.
+    Others: a scene outside the texture, radii 0 and twice, one radius without a blur, and a wall that fills the
+    texture and leaves nothing to save.
     """
     for name in ("statue",) if quick else tuple(BUILTIN):
         mesh = builtin_scene(name)
@@ -82,7 +83,7 @@ def cases(display: Display, quick: bool) -> Iterator[Case]:
         yield Case(f"{name}, fitted", mesh, mesh.bounds, fitted)
         yield Case(f"{name}, a tenth", mesh, at_a_tenth(mesh, display), fitted)
     radii = fitted.radii
-    yield Case(f"{name}, beside", mesh, around(mesh, 3, (40, 0, 0)), fitted)
+    yield Case(f"{name}, outside", mesh, around(mesh, 3, (40, 0, 0)), fitted)
     special = Settings((0.0, *radii[:2], *radii[:2]))
     yield Case(f"{name}, radii 0 and twice", mesh, mesh.bounds, special)
     yield Case(f"{name}, one radius, no blur", mesh, mesh.bounds, Settings(radii[:1], blur=0.0))
@@ -92,10 +93,8 @@ def cases(display: Display, quick: bool) -> Iterator[Case]:
     yield Case("wall, a tenth", sheet, at_a_tenth(sheet, display), Settings(radii))
 
 
-def around(
-    mesh: Mesh, size: float, moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> NDArray[np.float64]:  # fmt: skip
-    """A box ``size`` times as large as the scene's, moved by shares of it: fitted instead, it makes the scene small."""
+def around(mesh: Mesh, size: float, moved: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
+    """A box ``size`` times as large as the scene's, moved by multiples of it: fitted instead, it makes it small."""
     low, high = mesh.bounds
     middle = 0.5 * (low + high)
     box: NDArray[np.float64] = middle + (mesh.bounds - middle) * size + np.array(moved) * (high - low)
@@ -103,7 +102,7 @@ def around(
 
 
 def at_a_tenth(mesh: Mesh, display: Display) -> NDArray[np.float64]:
-    """The box to fit where the mesh is to cover a tenth of the middle module's texture."""
+    """The box whose fit makes the mesh cover a tenth of the middle module's texture."""
     size = sqrt(10 * cover(mesh, display, mesh.bounds))
     for _ in range(6):
         size *= sqrt(cover(mesh, display, around(mesh, size)) / 0.1)
@@ -111,7 +110,7 @@ def at_a_tenth(mesh: Mesh, display: Display) -> NDArray[np.float64]:
 
 
 def cover(mesh: Mesh, display: Display, box: NDArray[np.float64]) -> float:
-    """Share of the middle module's texels that see the scene."""
+    """Fraction of the middle module's texels that see the scene."""
     view = middle_view(mesh, display, box)
     return float((RayCaster(mesh, view.cast_from_world).gbuffer(view, None).triangle >= 0).mean())
 
@@ -123,7 +122,7 @@ def middle_view(mesh: Mesh, display: Display, box: NDArray[np.float64]) -> View:
 
 
 def wall(n: int = 256) -> Mesh:
-    """A bumpy sheet of 2 n^2 triangles, before the middle of a box that is half as wide and high."""
+    """A bumpy sheet of 2 n^2 triangles, 4 wide and high."""
     y, x = (k.ravel() for k in np.mgrid[: n + 1, : n + 1] / n * 4.0 - 2.0)
     z = 0.05 * np.sin(9 * x) * np.cos(7 * y)
     a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
@@ -132,7 +131,7 @@ def wall(n: int = 256) -> Mesh:
 
 
 def savings(made: Iterable[Case], display: Display, repeats: int) -> Iterator[Saving]:
-    """What each case takes with and without what it does not need; so many turns of each, after one to warm up."""
+    """Yield the times of each case over ``repeats`` turns, after one to warm up."""
     threads = numba.get_num_threads()
     numba.set_num_threads(1)
     try:
@@ -146,31 +145,25 @@ def savings(made: Iterable[Case], display: Display, repeats: int) -> Iterator[Sa
 def _saving(case: Case, caster: RayCaster, view: View, repeats: int) -> Saving:
     settings, all_rows = case.settings, RayCaster(case.mesh, view.cast_from_world)
     all_rows.bounds = case.mesh.bounds * 1e6  # around the lens and the observers, so that no row is known to miss it
-    all_radii = replace(settings, radii=other_radii(settings.radii))
-    first, same = render_view(caster, view, settings), True
+    first = render_view(caster, view, settings)
     seen, filled = Buffers.of(first.gbuffer, view), Buffers.of(without_background(first.gbuffer), view)
-    runs: dict[str, Callable[[], Any]] = {
-        "plan": lambda: render_view(caster, view, settings),
-        "rows": lambda: render_view(all_rows, view, settings),
-        "radii": lambda: render_view(caster, view, all_radii),
-        "ao": lambda: occlusions(seen, settings),
-        "ao of all texels": lambda: occlusions(filled, settings),
+    renders = {
+        "plan": partial(render_view, caster, view, settings),
+        "rows": partial(render_view, all_rows, view, settings),
+        "radii": partial(render_view, caster, view, replace(settings, radii=other_radii(settings.radii))),
     }
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    names, orders = list(runs), balanced_orders(len(runs))
-    for turn in range(repeats + 1):
-        for name in (names[k] for k in orders[turn % len(orders)]):
-            start = time.process_time()
-            made = runs[name]()
-            taken = 1e3 * (time.process_time() - start)
-            if turn:
-                times[name].append(taken)
-            elif isinstance(made, Textures):
-                same = same and bits(first) == bits(made)
-    plan, rows, radii, ao, ao_of_all = (np.array(values) for values in times.values())
-    more = {"rows": rows - plan, "background": ao_of_all - ao, "radii": radii - plan}
+    same = all(bits(render()) == bits(first) for render in renders.values())
+    ao = {"ao": partial(occlusions, seen, settings), "ao of all texels": partial(occlusions, filled, settings)}
+    times = {name: warm for name, (_, warm) in turns({**renders, **ao}, repeats, time.process_time).items()}
+    plan = times["plan"]
+    more = {
+        "rows": times["rows"] - plan,
+        "background": times["ao of all texels"] - times["ao"],
+        "radii": times["radii"] - plan,
+    }
+    more["all"] = more["rows"] + more["background"] + more["radii"]
     ratios = {}
-    for name, values in {**more, "all": sum(more.values())}.items():
+    for name, values in more.items():
         low, middle, high = np.percentile((plan + values) / plan, [25, 50, 75]).tolist()
         ratios[name] = low, middle, high
     cover = float((first.gbuffer.triangle >= 0).mean())
@@ -178,10 +171,10 @@ def _saving(case: Case, caster: RayCaster, view: View, repeats: int) -> Saving:
 
 
 def bits(textures: Textures) -> list[Any]:
-    """All that a render of a view made, as something to compare."""
+    """All arrays and counts of a render, comparable."""
     seen = textures.gbuffer
-    layers = (textures.merged, textures.blurred, textures.shaded, *textures.ao, seen.depth, seen.positions,
-              seen.triangle, seen.color, seen.normals)  # fmt: skip
+    layers: list[NDArray[Any] | None] = [textures.merged, textures.blurred, textures.shaded, *textures.ao]
+    layers += [seen.depth, seen.positions, seen.triangle, seen.color, seen.normals]
     return [textures.outside, *(None if layer is None else layer.tobytes() for layer in layers)]
 
 

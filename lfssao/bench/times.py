@@ -14,7 +14,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 @dataclass(frozen=True)
 class Times:
-    """How long something takes, milliseconds.
+    """Run times of one thing, milliseconds.
 
     Attributes
     ----------
@@ -37,7 +37,14 @@ class Times:
 
 
 def in_turn(variants: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, Times]:
-    """Times of some variants, each run once a turn, so that a slow moment of the machine meets all of them.
+    """Return times of variants, each run once a turn so that a slow moment of the machine meets all of them."""
+    return {name: Times.of(warm, first) for name, (first, warm) in turns(variants, repeats).items()}
+
+
+def turns(
+    variants: Mapping[Key, Callable[[], object]], repeats: int, clock: Callable[[], float] = time.perf_counter
+) -> dict[Key, tuple[float, Milliseconds]]:
+    """Return the milliseconds of each variant's first call and of its warm runs, (repeats,), turn by turn.
 
     Parameters
     ----------
@@ -45,37 +52,30 @@ def in_turn(variants: Mapping[str, Callable[[], object]], repeats: int) -> dict[
         The functions by name.
     repeats : int
         Number of turns after the first call of each.
-
-    Returns
-    -------
-    dict of Times
+    clock : callable
+        Seconds.
     """
-    return {name: Times.of(warm, first) for name, (first, warm) in turns(variants, repeats).items()}
 
+    def milliseconds(run: Callable[[], object]) -> float:
+        start = clock()
+        run()
+        return 1e3 * (clock() - start)
 
-def turns(variants: Mapping[Key, Callable[[], object]], repeats: int) -> dict[Key, tuple[float, Milliseconds]]:
-    """Milliseconds of the first call of each variant, and of its warm runs, (repeats,), turn by turn."""
-    first = {name: _milliseconds(run) for name, run in variants.items()}
+    first = {name: milliseconds(run) for name, run in variants.items()}
     warm = {name: np.empty(repeats) for name in variants}
     names, orders = list(variants), balanced_orders(len(variants))
     for turn in range(repeats):
         for place in orders[turn % len(orders)]:
-            warm[names[place]][turn] = _milliseconds(variants[names[place]])
+            warm[names[place]][turn] = milliseconds(variants[names[place]])
     return {name: (first[name], warm[name]) for name in variants}
 
 
 def balanced_orders(n: int) -> list[list[int]]:
-    """Orders of 0 .. n - 1 in which, all taken together, each follows each other one equally often (Williams 1949).
+    """Return orders of 0 .. n - 1 in which each follows each other one equally often (Williams 1949).
 
-    A run meets the state that the one before has left: textures in the caches, or a processor that has not used its
-    widest vectors and takes a moment to power them up. One order for all turns would hit the same variant every time.
+    A run meets the state that the one before has left: textures in the caches, or a processor that takes a moment to
+    power up its widest vectors. One order for all turns would slow the same variant every time.
     """
     zigzag = [k // 2 + 1 if k % 2 else -(k // 2) % n for k in range(n)]
     rows = [[(place + shift) % n for place in zigzag] for shift in range(n)]
     return rows if n % 2 == 0 else rows + [row[::-1] for row in rows]
-
-
-def _milliseconds(run: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    run()
-    return 1e3 * (time.perf_counter() - start)

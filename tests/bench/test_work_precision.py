@@ -13,7 +13,7 @@ from lfssao.bench.times import Times, balanced_orders, in_turn
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision import settings as grid
 from lfssao.bench.work_precision.advise import FORMAT, advice, load_warning, pareto_front, points_of
-from lfssao.bench.work_precision.references import Reference, combine, rmse
+from lfssao.bench.work_precision.references import Reference, combine, combine_others, rmse
 from lfssao.bench.work_precision.scene import BenchScene
 from lfssao.bench.work_precision.setting_times import setting_times
 from lfssao.bench.work_precision.slopes import THEORY, fitted_slope
@@ -191,17 +191,9 @@ def test_a_reference_serves_errors_ten_times_its_own():
     assert not reference.serves(0.0099)
 
 
-def test_no_sampler_is_compared_with_a_reference_of_its_own(monkeypatch):
-    class Scene:
-        def of_surface(self, texture):
-            return texture
-
-    monkeypatch.setattr(run, "_finished", lambda layers, _radii, _blur: layers[0])
-    sizes = replace(grid.FULL, radii=((0.02,),), blurs=(0.0,))
-    many = {name: {0: np.full(3, float(k))} for k, name in enumerate(sizes.reference_samplers)}
-    means = {}
-    for sampler in (*many, "latin"):
-        ((means[sampler], _, _),) = (r.texture for r in run._references(Scene(), many, sizes, sampler).values())
+def test_no_sampler_is_compared_with_a_reference_of_its_own():
+    many = {name: np.full(3, float(k)) for k, name in enumerate(grid.FULL.reference_samplers)}
+    means = {sampler: combine_others(many, sampler).texture[0] for sampler in (*many, "latin")}
     assert means == {"sobol": 1.5, "halton": 1.0, "fibonacci": 0.5, "latin": 1.0}
 
 
@@ -281,7 +273,7 @@ def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
 
 
 def test_each_radius_is_measured_once():
-    assert replace(grid.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).shares == (0.005, 0.02, 0.1)
+    assert replace(grid.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).each_radius == (0.005, 0.02, 0.1)
 
 
 # Times, the front, advice
@@ -315,10 +307,10 @@ def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
 
     monkeypatch.setattr("lfssao.bench.work_precision.setting_times.turns", clocked)
     made = setting_times(scene, ESTIMATORS["lf"], sizes, {"a": ((None, None), {})})
-    assert len(made) == 2 * 2 * 2
-    assert made["float32", "a", (0.02,), 1.0].median == pytest.approx(2 + 1 + 11)
-    assert made["float64", "a", (0.01, 0.02, 0.035), 0.0].median == pytest.approx(6.5 + 3 + 11)
-    assert made["float32", "a", (0.02,), 1.0].first == 21
+    assert len(made["a"]) == 2 * 2 * 2
+    assert made["a"]["float32", (0.02,), 1.0].median == pytest.approx(2 + 1 + 11)
+    assert made["a"]["float64", (0.01, 0.02, 0.035), 0.0].median == pytest.approx(6.5 + 3 + 11)
+    assert made["a"]["float32", (0.02,), 1.0].first == 21
 
 
 def test_times_are_quartiles():

@@ -14,7 +14,7 @@ FORMAT = 4
 
 
 def read_result(path: Path) -> dict[str, Any]:
-    """The figures that ``lfssao bench work-precision`` wrote.
+    """Read the figures that ``lfssao bench work-precision`` wrote.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def points_of(result: dict[str, Any]) -> list[Point]:
 
 
 def load_warning(result: dict[str, Any]) -> str:
-    """A sentence if other work kept the machine busy during a run, so that its times are too long; else nothing."""
+    """A sentence if other work kept the machine busy during a run and its times are too long; else nothing."""
     parts = [part for part in result["estimators"].values() if "load_average" in part]
     load = max((part["load_average"] for part in parts), default=0.0)
     if load <= result["setup"]["machine"]["threads"] + 0.5:
@@ -47,20 +47,12 @@ def load_warning(result: dict[str, Any]) -> str:
 
 
 def usable(points: Sequence[Point], error: str) -> list[Point]:
-    """The points that have an error of a kind, and one that its reference can tell."""
+    """The points whose error of a kind is known."""
     return [p for p in points if p[error] is not None and (error != "sampling" or p["reference_serves"])]
 
 
 def pareto_front(points: Sequence[Point], error: str) -> list[Point]:
-    """The points that no other beats in time without a larger error, or in error without more time; fastest first.
-
-    Parameters
-    ----------
-    points : sequence of dict
-        Each with 'ms' and the error.
-    error : str
-        'model' or 'sampling'.
-    """
+    """The points that no other beats in both time and error of a kind; fastest first."""
     front: list[Point] = []
     for point in sorted(usable(points, error), key=lambda p: (p["ms"], p[error])):
         if not front or point[error] < front[-1][error]:
@@ -78,12 +70,12 @@ def describe(point: Point) -> str:
 
 
 def advice(result: dict[str, Any], error: str, max_error: float | None = None, max_ms: float | None = None) -> str:
-    """One sentence: the fastest setting of at most an error, or the one of least error in at most a time.
+    """Return one sentence: the fastest setting of at most an error, or that of least error in at most a time.
 
     Parameters
     ----------
     result : dict
-        As ``read_result`` gives it.
+        Read by ``read_result``.
     error : str
         'model', against ray-cast occlusion, or 'sampling', against the same estimator with very many samples.
     max_error : float, optional

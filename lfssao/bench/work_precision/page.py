@@ -1,7 +1,6 @@
 """The page of a work-precision run, Markdown made from its JSON alone."""
 
 from collections.abc import Iterable, Sequence
-from itertools import groupby
 from typing import Any
 
 from lfssao.bench.work_precision.advise import (
@@ -18,13 +17,13 @@ from lfssao.bench.work_precision.slopes import BEFORE_THE_LIMIT, THEORY, fitted_
 
 TITLES = {"model": "model error: against ray-cast occlusion", "sampling": "sampling error: against many samples"}
 
-# Limits that the page has a sentence for: RMSE, and milliseconds.
+# Limits, RMSE and milliseconds, for which the page has a sentence.
 _ERRORS = {"model": (0.15, 0.12, 0.1), "sampling": (0.05, 0.02, 0.01)}
 _TIMES = (0.5, 1.0, 3.0, 10.0)
 
 
 def as_text(result: dict[str, Any]) -> str:
-    """Settings to take, both fronts, the references' own errors, slopes beside theory, times by sampler."""
+    """The whole page: settings to take, both fronts, errors of the references, slopes, times by sampler."""
     points = points_of(result)
     out = ["# Error against run time", "", _about(result), "", "![both errors over the time](work-precision.png)"]
     out += ["", "## Which setting to take", *_sentences(result, points)]
@@ -41,9 +40,10 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """A Markdown table whose columns are aligned; the first is text, the others are numbers."""
     lines = [list(head), *map(list, rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
-    rule = ["-" * widths[0], *("-" * (w - 1) + ":" for w in widths[1:])]
-    aligned = [[line[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(line[1:], widths[1:], strict=True))]
-               for line in lines]  # fmt: skip
+    aligned = [[cell.rjust(width) for cell, width in zip(line, widths, strict=True)] for line in lines]
+    for line in aligned:
+        line[0] = line[0].strip().ljust(widths[0])
+    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
     return ["| " + " | ".join(line) + " |" for line in (aligned[0], rule, *aligned[1:])]
 
 
@@ -57,14 +57,15 @@ def _about(result: dict[str, Any]) -> str:
 
 
 def _sentences(result: dict[str, Any], points: Sequence[Point]) -> list[str]:
-    """One for each error or time, each said once."""
+    """A sentence for each limit of error and of time."""
     out = []
     for error in ERRORS:
         if usable(points, error):
-            said = [advice(result, error, max_error=limit) for limit in _ERRORS[error]]
-            said = [f"Error of at most {limit:g}: {text}" for limit, text in zip(_ERRORS[error], said, strict=True)]
-            said += [f"At most {limit:g} ms: {advice(result, error, max_ms=limit)}" for limit in _TIMES]
-            out += ["", *(f"- {text}" for text in said)]
+            out.append("")
+            for limit in _ERRORS[error]:
+                out.append(f"- Error of at most {limit:g}: {advice(result, error, max_error=limit)}")
+            for limit in _TIMES:
+                out.append(f"- At most {limit:g} ms: {advice(result, error, max_ms=limit)}")
     return out
 
 
@@ -73,56 +74,67 @@ def _front(points: Sequence[Point], error: str) -> list[str]:
     return _table(("setting", "ms", "RMSE"), rows)
 
 
+def _groups(points: Sequence[Point], *keys: str) -> dict[tuple[str, ...], list[Point]]:
+    """Points by the values of some keys, in their order."""
+    out: dict[tuple[str, ...], list[Point]] = {}
+    for point in points:
+        out.setdefault(tuple(point[key] for key in keys), []).append(point)
+    return dict(sorted(out.items()))
+
+
 def _references(points: Sequence[Point]) -> list[str]:
     """Errors of the references by estimator, and the points that they do not serve."""
-    rows, failing = [], []
-    for name, group in groupby(sorted(points, key=lambda p: p["estimator"]), key=lambda p: p["estimator"]):
-        own = list(group)
+    rows = []
+    for (name,), own in _groups(points, "estimator").items():
         served = [p["sampling"] for p in own if p["reference_serves"]]
         worst = max(p["reference_error"] for p in own)
         smallest = f"{min(served):.2g}" if served else "-"
         rows.append((name, f"{worst:.2g}", smallest, f"{len(served)} of {len(own)}"))
-        failing += [p for p in own if not p["reference_serves"]]
     out = _table(("estimator", "largest own error", "smallest error known", "points served"), rows)
+    failing = [p for p in points if not p["reference_serves"]]
     if failing:
         out += ["", "Errors below ten times their reference's own, hollow in the plot, in no front and no slope:", ""]
         out += [f"- {describe(p)}: {p['sampling']:.2g}, reference {p['reference_error']:.2g}" for p in failing]
     return out
 
 
+def _plain(points: Sequence[Point]) -> list[Point]:
+    """Points of one radius without blur in float32."""
+    return [p for p in points if p["radii"] == 1 and not p["blur"] and p["dtype"] == "float32"]
+
+
 def _slopes(points: Sequence[Point]) -> list[str]:
-    """Slopes of one radius without blur; points whose reference does not serve are left out."""
+    """Slopes of one radius without blur; points that their reference does not serve are left out."""
     rows = []
-
-    def key(p: Point) -> tuple[str, str]:
-        return p["estimator"], p["sampler"]
-
-    plain = [p for p in points if p["radii"] == 1 and not p["blur"] and p["dtype"] == "float32"]
-    for (estimator, sampler), group in groupby(sorted(plain, key=key), key=key):
-        served = [p for p in group if p["reference_serves"]]
+    for (estimator, sampler), own in _groups(_plain(points), "estimator", "sampler").items():
+        served = [p for p in own if p["reference_serves"]]
         fitted = fitted_slope([p["samples"] for p in served], [p["sampling"] for p in served])
         measured = "-" if fitted is None else f"{fitted[0]:.2f} +- {fitted[1]:.2f}"
         edge, smooth = (f"{s:g}" for s in THEORY[sampler]) if sampler in THEORY else ("-", "-")
         rows.append((estimator, sampler, measured, edge, smooth, BEFORE_THE_LIMIT.get(sampler, "")))
-    head = ("estimator", "sampler", "slope", "theory, edge", "smooth", "")
-    return [*_table(head, rows), "", "Theory is of two dimensions and in the limit; texels and the spread of distances "
-            "in the ball are in the measured ones."]  # fmt: skip
+    note = (
+        "Theory is of two dimensions and in the limit; texels and the spread of distances in the ball are in the "
+        "measured ones."
+    )
+    return [*_table(("estimator", "sampler", "slope", "theory, edge", "smooth", ""), rows), "", note]
 
 
 def _samplers(points: Sequence[Point]) -> list[str]:
-    """How far the samplers' times are apart at equal counts, of the points that have a time of their own."""
-    plain = [p for p in points if p["radii"] == 1 and not p["blur"] and p["dtype"] == "float32"]
+    """Times by sampler at equal counts, of the points that have a time of their own."""
+    plain = _plain(points)
     own = [p for p in plain if p["time_of"] == p["sampler"]]
     samplers = sorted({p["sampler"] for p in own})
     rows = []
-    for name, group in groupby(sorted(own, key=lambda p: p["estimator"]), key=lambda p: p["estimator"]):
+    for (name,), group in _groups(own, "estimator").items():
         most = {p["sampler"]: p for p in sorted(group, key=lambda p: p["samples"])}
         cells = [f"{most[s]['ms']:.2f} ({most[s]['samples']})" if s in most else "-" for s in samplers]
         rows.append((name, *cells))
-    out = ["Milliseconds of one radius without blur, float32, at the largest number of samples that each has a time of "
-           "its own for (in brackets); the order of the points is the order in which memory is read.", ""]  # fmt: skip
+    note = (
+        "Milliseconds of one radius without blur, float32, at the largest number of samples that each has a time of "
+        "its own for (in brackets); the order of the points is the order in which memory is read."
+    )
+    out = [note, "", *_table(("estimator", *samplers), rows)]
     shared = sorted({p["samples"] for p in plain} - {p["samples"] for p in own})
-    out += _table(("estimator", *samplers), rows)
     if shared:
         timed = next(p["time_of"] for p in plain if p["samples"] == shared[0])
         out += ["", f"With {', '.join(map(str, shared))} samples, sampler '{timed}' is timed for all."]

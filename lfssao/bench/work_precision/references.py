@@ -1,6 +1,6 @@
-"""Error that an estimator makes by the number of its samples alone, against references whose own error is known."""
+"""The texture that an estimator tends to with many samples, and the error of that texture itself."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,22 +32,27 @@ class Reference:
         return error >= MARGIN * self.error
 
 
+def rms(errors: Sequence[float]) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
 def rmse(a: Texture, b: Texture) -> float:
-    """Root mean square of a difference; 0 where there are no texels."""
+    """Root mean square of a difference; 0 if there are no texels."""
     return float(np.sqrt(np.mean(np.square(a - b)))) if a.size else 0.0
 
 
 def combine(references: Sequence[Texture]) -> Reference:
-    """One reference of two or more independent ones.
+    """Return one reference from two or more independent ones, (t,) float64 each.
 
     The sample variance of k independent textures of equal error, over k, is the variance of their mean. A bias that
     they share does not show.
-
-    Parameters
-    ----------
-    references : sequence of (t,) float64
-        The same texels by different samplers.
     """
     stack = np.stack(references)
     variance = stack.var(axis=0, ddof=1).mean() / len(stack) if stack.size else 0.0
     return Reference(stack.mean(axis=0), float(np.sqrt(variance)))
+
+
+def combine_others(textures: Mapping[str, Texture], sampler: str) -> Reference:
+    """Return the reference of a sampler from the textures, by sampler, of all others."""
+    return combine([texture for name, texture in textures.items() if name != sampler])

@@ -18,14 +18,14 @@ from lfssao.rendering.views import module_views
 from lfssao.scene.mesh import Mesh
 from lfssao.viz.truth import half_space
 
-# Shares of the whole ball: a plane hides half of it. The model error is that of the half space's share.
+# Estimators of the whole ball's occlusion, of which a plane hides half. Their model error is that of the half space.
 WHOLE_BALL = ("lf", "point", "vo-points", "vo-lines", "vo-area")
 
 # Falloff of ray-cast occlusion that is nearest to the estimator's own; the others' is constant.
 _FALLOFFS = dict.fromkeys(("multiresolution", "hbao", "sao", "sao-equation-1", "alchemy"), "quadratic")
 
-# Points and weights; None where the estimator makes its own.
-Samples = tuple[FloatArray | None, FloatArray | None]
+# Points and weights, None where the estimator makes its own; and its parameters.
+Inputs = tuple[tuple[FloatArray | None, FloatArray | None], dict[str, Value]]
 
 
 class BenchScene:
@@ -60,13 +60,13 @@ class BenchScene:
         """The mesh for rays."""
         return Occluders(self.mesh)
 
-    def truth(self, share: float, falloff: str) -> GroundTruth:
-        """Ray-cast occlusion of a radius that is a share of the scene's diagonal."""
-        if (share, falloff) not in self._truth:
-            self._truth[share, falloff] = ray_cast_occlusion(
-                self.occluders, self.buffers["float32"], share * self.unit, falloff=falloff, tolerance=0.01
+    def truth(self, radius: float, falloff: str) -> GroundTruth:
+        """Ray-cast occlusion; the radius is a fraction of the scene's diagonal, here and below."""
+        if (radius, falloff) not in self._truth:
+            self._truth[radius, falloff] = ray_cast_occlusion(
+                self.occluders, self.buffers["float32"], radius * self.unit, falloff=falloff, tolerance=0.01
             )
-        return self._truth[share, falloff]
+        return self._truth[radius, falloff]
 
     def truth_error(self) -> float:
         """The largest RMS standard error of all ray-cast occlusion up to now."""
@@ -74,19 +74,17 @@ class BenchScene:
         return max(errors, default=0.0)
 
     def of_surface(self, texture: Texture) -> FloatArray:
-        """A texture's numbers where there is a surface, float64."""
+        """A texture's numbers at the texels that see a surface, float64."""
         return np.asarray(texture[self.surface], np.float64)
 
-    def occlusion(
-        self, estimator: Estimator, dtype: str, share: float, samples: Samples, parameters: dict[str, Value]
-    ) -> Texture:
-        """Occlusion by an estimator, one radius."""
-        points, weights = samples
-        return estimate(estimator.name, self.buffers[dtype], share * self.unit, points, weights, **parameters).texture
+    def occlusion(self, estimator: Estimator, dtype: str, radius: float, inputs: Inputs) -> Texture:
+        """Occlusion by an estimator."""
+        (points, weights), parameters = inputs
+        return estimate(estimator.name, self.buffers[dtype], radius * self.unit, points, weights, **parameters).texture
 
-    def model_error(self, estimator: Estimator, shares: tuple[float, ...], texture: Texture) -> float:
+    def model_error(self, estimator: Estimator, radii: tuple[float, ...], texture: Texture) -> float:
         """RMSE against ray-cast occlusion, merged over the radii as the textures are."""
         falloff = _FALLOFFS.get(estimator.name, "constant")
-        truth = np.maximum.reduce([self.truth(share, falloff).texture for share in shares])
+        truth = np.maximum.reduce([self.truth(radius, falloff).texture for radius in radii])
         ours = half_space(texture) if estimator.name in WHOLE_BALL else texture
         return rmse(self.of_surface(ours), self.of_surface(truth))

@@ -1,62 +1,46 @@
 """Times of an estimator's settings, put together from the times of their passes in the same turn.
 
-A setting is a set of samples, a set of radii, a blur and an arithmetic. Settings share passes: the same radius, the
-same blur. Each pass is run once a turn, and a setting's time in that turn is the sum over its passes.
+A setting is an arithmetic, a set of radii and a blur. Settings share passes: the same radius, the same blur. Each pass
+is run once a turn, and a setting's time in that turn is the sum over its passes.
 """
 
 from collections.abc import Callable, Hashable, Mapping
 from functools import partial
+from itertools import product
 
 import numpy as np
 
 from lfssao.ao import passes
-from lfssao.ao.estimators.estimator import Estimator, Value
+from lfssao.ao.estimators.estimator import Estimator
 from lfssao.bench.times import Times, turns
-from lfssao.bench.work_precision.scene import BenchScene, Samples
+from lfssao.bench.work_precision.scene import BenchScene, Inputs
 from lfssao.bench.work_precision.settings import Grid
 
-# Arithmetic, sample set, radii, blur.
-Setting = tuple[str, str, tuple[float, ...], float]
+# Arithmetic, radii, blur.
+Setting = tuple[str, tuple[float, ...], float]
 
 
 def setting_times(
-    scene: BenchScene, estimator: Estimator, grid: Grid, sets: Mapping[str, tuple[Samples, dict[str, Value]]]
-) -> dict[Setting, Times]:
-    """Times of all arithmetics, radii and blurs of a grid, by sample sets and parameters of any names.
-
-    Parameters
-    ----------
-    scene : BenchScene
-        The view.
-    estimator : Estimator
-        One of the registry.
-    grid : Grid
-        Sizes.
-    sets : mapping
-        Samples and parameters by name.
-    """
-    measured = turns(_passes(scene, estimator, grid, sets), grid.repeats)
-    out = {}
-    for dtype in grid.dtypes:
-        for name in sets:
-            for radii in grid.radii:
-                for blur in grid.blurs:
-                    keys = [("ao", dtype, name, share) for share in radii]
-                    taken = [measured[key] for key in (*keys, ("merge", dtype, radii), ("blur", dtype, blur))]
-                    first = sum(first for first, _ in taken)
-                    out[dtype, name, radii, blur] = Times.of(np.sum([warm for _, warm in taken], axis=0), first)
+    scene: BenchScene, estimator: Estimator, grid: Grid, inputs: Mapping[str, Inputs]
+) -> dict[str, dict[Setting, Times]]:
+    """Return the times of all settings of a grid, for each of some named inputs of the estimator."""
+    measured = turns(_passes(scene, estimator, grid, inputs), grid.repeats)
+    out: dict[str, dict[Setting, Times]] = {name: {} for name in inputs}
+    for name, dtype, radii, blur in product(inputs, grid.dtypes, grid.radii, grid.blurs):
+        keys = [*(("ao", dtype, name, radius) for radius in radii), ("merge", dtype, radii), ("blur", dtype, blur)]
+        first, warm = zip(*(measured[key] for key in keys), strict=True)
+        out[name][dtype, radii, blur] = Times.of(np.sum(warm, axis=0), sum(first))
     return out
 
 
 def _passes(
-    scene: BenchScene, estimator: Estimator, grid: Grid, sets: Mapping[str, tuple[Samples, dict[str, Value]]]
+    scene: BenchScene, estimator: Estimator, grid: Grid, inputs: Mapping[str, Inputs]
 ) -> dict[Hashable, Callable[[], object]]:
     """Every pass that a setting needs, once."""
     out: dict[Hashable, Callable[[], object]] = {}
     for dtype in grid.dtypes:
-        for name, (samples, parameters) in sets.items():
-            for share in grid.shares:
-                out["ao", dtype, name, share] = partial(scene.occlusion, estimator, dtype, share, samples, parameters)
+        for name, radius in product(inputs, grid.each_radius):
+            out["ao", dtype, name, radius] = partial(scene.occlusion, estimator, dtype, radius, inputs[name])
         texture = scene.buffers[dtype].depth.clip(0, 1)  # any: its numbers do not change the time
         for radii in grid.radii:
             out["merge", dtype, radii] = partial(passes.merge, [texture] * len(radii))

@@ -6,24 +6,24 @@ from dataclasses import dataclass
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.samples.registry import METHODS, sample_set
 
-# One estimator takes a disk's points as taps whose radii are in equal steps, not as points that fill it evenly.
+# Estimators that take a disk's points as taps whose radii are in equal steps, not as points that fill it evenly.
 _TAPS = ("alchemy",)
 
-# Estimators whose samples are no point set of the disk: boxes that stand for areas. They run with their defaults.
+# Estimators whose samples are boxes that stand for areas, no point set of the disk. They run with their defaults.
 _BOXES = ("vo-area", "vo-area-normal")
 
-# Sizes of the tap sets that other estimators make themselves, by the parameters that set them.
-_OWN_COUNTS: dict[str, tuple[dict[str, Value], ...]] = {
-    "sao": tuple({"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)),
-    "sao-equation-1": tuple({"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)),
-    "hbao": tuple({"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)),
+# Parameters that set the number of taps of estimators that make their own.
+_OWN_COUNTS: dict[str, dict[int, dict[str, Value]]] = {
+    "sao": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
+    "sao-equation-1": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
+    "hbao": {n * n: {"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)},
 }
 
 # Arithmetic of the references: float32 moves them by less than 1e-5.
 REFERENCE_DTYPE = "float32"
 
-# Estimators whose references have twice as many samples: they err least with the most samples, and an error counts as
-# known where it is ten times its reference's.
+# Estimators whose references have twice as many samples: their errors are the smallest, and an error counts as known
+# where it is ten times its reference's.
 TWICE = ("vo-points", "vo-points-normal")
 
 # A sampling error is over several sets up to this number of samples, and over one beyond it.
@@ -45,7 +45,7 @@ class Grid:
     counts : tuple of int
         Numbers of samples.
     radii : tuple of tuple of float
-        Sets of radii, shares of the scene's diagonal.
+        Sets of radii, fractions of the scene's diagonal.
     dtypes : tuple of str
         Arithmetic.
     blurs : tuple of float
@@ -53,7 +53,7 @@ class Grid:
     samplers : tuple of str or None
         Samplers; None: all of the domain.
     reference_samplers : tuple of str
-        Samplers of the references; a sampler is never compared with a reference of its own, and two others are left.
+        Samplers of the references. A sampler is never compared with a reference of its own; two others must be left.
     reference_count : int
         Samples of each reference, a power of two: float32 then adds equal weights without rounding.
     seeds : int
@@ -61,7 +61,7 @@ class Grid:
     repeats : int
         Warm runs of each time.
     own_counts : bool
-        Whether estimators that make their own taps are measured with other numbers of them than their default.
+        Whether estimators that make their own taps are measured with other numbers of taps than their default.
     """
 
     width: int = 256
@@ -78,9 +78,9 @@ class Grid:
     own_counts: bool = True
 
     @property
-    def shares(self) -> tuple[float, ...]:
+    def each_radius(self) -> tuple[float, ...]:
         """Each radius once."""
-        return tuple(sorted({share for radii in self.radii for share in radii}))
+        return tuple(sorted({radius for radii in self.radii for radius in radii}))
 
     def references_of(self, estimator: str) -> int:
         """Number of samples of each of an estimator's references."""
@@ -89,18 +89,23 @@ class Grid:
 
 FULL = Grid()
 QUICK = Grid(
-    counts=(4, 16, 64), radii=((0.02,),), dtypes=("float32",), samplers=("random", "latin", "poisson"),
-    reference_samplers=("sobol", "halton"), reference_count=65_536, own_counts=False,
-)  # fmt: skip
+    counts=(4, 16, 64),
+    radii=((0.02,),),
+    dtypes=("float32",),
+    samplers=("random", "latin", "poisson"),
+    reference_samplers=("sobol", "halton"),
+    reference_count=65_536,
+    own_counts=False,
+)
 
 
 def takes_samples(estimator: Estimator) -> bool:
-    """Whether its number of samples is varied; others are one point with their defaults."""
+    """Whether the number of samples is varied; other estimators run with their defaults."""
     return estimator.dimensions > 0 and estimator.name not in _BOXES
 
 
 def samplers_of(estimator: Estimator, grid: Grid) -> tuple[str, ...]:
-    """Samplers that an estimator is measured with: those whose sets tend to the same integral.
+    """Samplers whose sets tend to the integral of the estimator's own set.
 
     Repulsion's points are not even without their weights, which few estimators read; the spiral's are taps.
     """
@@ -112,23 +117,19 @@ def samplers_of(estimator: Estimator, grid: Grid) -> tuple[str, ...]:
 
 
 def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> Iterator[int]:
-    """The counts that a sampler has sets of."""
+    """Counts for which a sampler has sets."""
     most = METHODS[_domain(estimator)][sampler].most
     return (n for n in grid.counts if most is None or n <= most)
 
 
 def own_counts_of(estimator: Estimator, grid: Grid) -> list[tuple[int | None, dict[str, Value]]]:
-    """Numbers of taps of an estimator that makes its own, and the parameters that set them; None and none: default."""
-    others = _OWN_COUNTS.get(estimator.name, ()) if grid.own_counts else ()
-    return [(None, {}), *((_taps(parameters), parameters) for parameters in others)]
-
-
-def _taps(parameters: dict[str, Value]) -> int:
-    return int(parameters["taps"]) if "taps" in parameters else int(parameters["directions"]) * int(parameters["steps"])
+    """Numbers of taps of an estimator that makes its own, with the parameters that set them; first its default."""
+    others = _OWN_COUNTS.get(estimator.name, {}) if grid.own_counts else {}
+    return [(None, {}), *others.items()]
 
 
 def samples_for(estimator: Estimator, sampler: str, n: int, seed: int) -> tuple[FloatArray, FloatArray | None]:
-    """Points and weights of one set, for LF's estimators in LF's shell, as ``make_samples`` fills it."""
+    """Return points and weights of one set; those of LF's estimators fill the shell of ``make_samples``."""
     domain = _domain(estimator)
     shell = {"r_min": 0.8, "r_max": 1.0} if estimator.sampling is not None else {}
     made = sample_set(domain, sampler, n, seed, **shell)

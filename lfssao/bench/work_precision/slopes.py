@@ -1,6 +1,6 @@
-"""Exponents of the error over the number of samples: what is measured beside what theory says.
+"""Exponents of the error over the number of samples, measured and by theory.
 
-Of n points in two dimensions the variance of a mean is, in the limit, V S / n: V is the integrand's variance and S the
+The variance of a mean of n points in two dimensions is V S / n in the limit: V is the integrand's variance and S the
 power of the point sets at low frequencies, of random points 1 (Pilleboue et al. 2015, *Variance Analysis for Monte
 Carlo Integration*, equation 9). Sets whose S vanishes at frequency 0, like jittered ones, are steeper than -1/2.
 
@@ -32,7 +32,7 @@ BEFORE_THE_LIMIT = {"poisson": "near -0.6 before", "sobol": "smooth near -1.4 be
 
 
 def fitted_slope(counts: Sequence[int], errors: Sequence[float]) -> tuple[float, float] | None:
-    """Least squares slope of log error against log count with its standard error; None of fewer than 3."""
+    """Least squares slope of log error against log count, with its standard error; None for fewer than 3."""
     pairs = [(n, e) for n, e in zip(counts, errors, strict=True) if e > 0]
     if len(pairs) < 3:
         return None

@@ -1,4 +1,4 @@
-"""Stiff and extreme cases, by name: what is stiff about each, what it is run on, and what it must come to."""
+"""Stiff and extreme cases by name, each with its difficulty, its inputs and its degradation."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -32,7 +32,7 @@ from lfssao.optics.display import fit_roi
 from lfssao.optics.display_file import find_display
 
 AT_THE_SLIT = "the point's own rounding over its distance from the slit, which it cannot say any finer"
-BESIDE_THE_SURFACE = "far away a sample is nearer to the surface than the rounding of its depth"
+NEAR_THE_SURFACE = "far away a sample is nearer to the surface than the rounding of its depth"
 
 _BOX = lattice() * [0.7, 0.4, 0.25]  # points on both sides of the screen
 _MEASURED: list[Case] = []
@@ -41,7 +41,7 @@ _MEASURED: list[Case] = []
 def _case(
     name: str, stiff: str, float32: str = "", both: str = ""
 ) -> Callable[[Callable[[], Inputs]], Callable[[], Inputs]]:
-    """Make a case of the function below it: name, what is stiff, and what degrades in float32 or on both paths."""
+    """Make a case of a function of inputs: name, difficulty, and the degradation in float32 or on both paths."""
     degraded = {"float32": both, "float64": both} if both else {"float32": float32} if float32 else {}
 
     def add(inputs: Callable[[], Inputs]) -> Callable[[], Inputs]:
@@ -94,6 +94,9 @@ def _aspect() -> Inputs:
 def _near_lens() -> Inputs:
     for k in range(1, STEPS + 1):
         yield f"z = m_z (1 - t 2^-{k})", made(near_lens, k)
+    for k in (10, 20, 30):
+        points = close_to(2.0, k, 0) + np.array([0.625, 0.0, 0.0])
+        yield f"a lens at m_x = 0.625, z = m_z (1 - t 2^-{k})", made(scene, points, display(0.625, 2.0))
 
 
 @_case("near the observers", "z within 2^-k of z_o", float32=AT_THE_SLIT)
@@ -102,18 +105,7 @@ def _near_observers() -> Inputs:
         yield f"z = z_o (1 - t 2^-{k})", made(near_observers, k)
 
 
-@_case("outer lens", "near a lens that is not in the middle", float32=AT_THE_SLIT)
-def _outer_lens() -> Inputs:
-    shown_by = display(0.625, 2.0)
-    for k in (10, 20, 30):
-        points = close_to(2.0, k, 0)
-        points[..., 0] += 0.625
-        yield f"m_x = 0.625, z = m_z (1 - t 2^-{k})", made(scene, points, shown_by)
-
-
-@_case(
-    "radius", "R beside the scene", float32="a sample nearer to the surface than the rounding of z is counted as on it"
-)
+@_case("radius", "R against the scene", float32="a sample nearer to the surface than the rounding of z counts as on it")
 def _radius() -> Inputs:
     for power in (-12, -6, 6, 12):
         offset = np.array([0.0, 0.0, 0.5]) * 10.0**power
@@ -149,11 +141,13 @@ def _grazing() -> Inputs:
         for side in (1, -1):
             normal = side * height * np.array([1.0, 0.0, -1 / slope])
             where = "behind" if side < 0 else "before"
-            what = f"89.99 degrees, {height:g} m {where} the surface"
-            yield what, made(on_surface, normal, None, None, texture, deep())
+            yield (
+                f"89.99 degrees, {height:g} m {where} the surface",
+                made(on_surface, normal, None, None, texture, deep()),
+            )
 
 
-@_case("depth range", "near and far depths in one texture", float32=BESIDE_THE_SURFACE)
+@_case("depth range", "near and far depths in one texture", float32=NEAR_THE_SURFACE)
 def _depth_range() -> Inputs:
     texture = np.float32(10.0) ** np.linspace(-4, 4, SIZE * SIZE, dtype=np.float32).reshape(SIZE, SIZE)
     for step in (1e-2, 1e-5):
@@ -181,11 +175,6 @@ def _background() -> Inputs:
     yield "a third of the texels without a surface", seen
 
 
-@_case("one sample", "N = 1")
-def _one_sample() -> Inputs:
-    yield "each AO is 0 or 1", made(scene, _BOX, offset=(0.1, 0.05, 0.1))
-
-
 @_case("wide module", "rays along the screen")
 def _wide_module() -> Inputs:
     for place in (10.0, 1e3):
@@ -199,19 +188,19 @@ def _wide_module() -> Inputs:
 @_case("curved screen", "modules at the widest angle, near the lens", float32=AT_THE_SLIT)
 def _curved() -> Inputs:
     shown_by = find_display("picoarray")
-    for share in (0.5, 0.9, 0.999):
+    for part in (0.5, 0.9, 0.999):
         for name, index in (("first", 0), ("last", len(shown_by.modules) - 1)):
-            what = f"picoarray's {name} module, {share:g} of the way to the lens"
-            yield what, made(along_rays, shown_by, index, share)
+            text = f"picoarray's {name} module, {part:g} of the way to the lens"
+            yield text, made(along_rays, shown_by, index, part)
 
 
 @_case("conical diffuser", "near where 1 + kappa is 0", float32=AT_THE_SLIT)
 def _conical() -> Inputs:
     for place in (0.25, 1.5):
         shown_by = replace(display(place, 2.5), diffuser="conical")
-        for share in (0.25, 0.75, 1 - 2.0**-10, 1 - 2.0**-20):
-            what = f"{share:.9g} of the way to where rays meet"
-            yield f"a lens at x = {place:g} m, {what}", made(along_rays, shown_by, 0, share)
+        for part in (0.25, 0.75, 1 - 2.0**-10, 1 - 2.0**-20):
+            text = f"a lens at x = {place:g} m, {part:.9g} of the way to where rays meet"
+            yield text, made(along_rays, shown_by, 0, part)
 
 
 @_case("distortion", "radial, near where it folds")
@@ -231,12 +220,12 @@ def _distorted() -> Inputs:
 def _perspective() -> Inputs:
     for power in (1, 2, 4, 8):
         eye = CameraAtOrigin("perspective", 2.0, 1.5, 0.5, 0.5 * 10.0**power, SIZE, SIZE)
-        share = np.linspace(0, power, SIZE * SIZE).reshape(SIZE, SIZE)[::-1]
-        depth = (1 - 10.0**-share) / (1 - 10.0**-power)
+        exponent = np.linspace(0, power, SIZE * SIZE).reshape(SIZE, SIZE)[::-1]
+        depth = (1 - 10.0**-exponent) / (1 - 10.0**-power)
         yield f"far / near = 1e{power}, samples 0.01 near behind", made(seen_by, eye, depth, (0.002, 0.001, -0.005))
 
 
-@_case("orthographic depth", "depths of a camera whose planes are far apart", float32=BESIDE_THE_SURFACE)
+@_case("orthographic depth", "depths of a camera whose planes are far apart", float32=NEAR_THE_SURFACE)
 def _orthographic() -> Inputs:
     for power in (1, 4, 8):
         eye = CameraAtOrigin("orthographic", 2.0, 1.5, 0.5, 0.5 * 10.0**power, SIZE, SIZE)
@@ -244,7 +233,7 @@ def _orthographic() -> Inputs:
         yield f"far / near = 1e{power}, samples 0.01 near behind", made(seen_by, eye, depth, (0.02, 0.01, -0.005))
 
 
-@_case("at the eye", "samples beside a camera's eye", both=AT_THE_SLIT)
+@_case("at the eye", "samples near a camera's eye", both=AT_THE_SLIT)
 def _at_the_eye() -> Inputs:
     eye = CameraAtOrigin("perspective", 2.0, 1.5, 0.5, 8.0, SIZE, SIZE)
     for k in (5, 10, 20, 30):

@@ -1,4 +1,4 @@
-"""Inputs of the stiff and extreme cases, made for the table."""
+"""Inputs of the stiff and extreme cases."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -22,7 +22,7 @@ UNCHANGED = np.hstack([np.eye(3), np.zeros((3, 1))])
 
 
 def made(make: Callable[..., Stiff], *arguments: Any, **named: Any) -> Run:
-    """A function that makes a case and measures a path of it."""
+    """Return a function that makes a case and measures a path of it."""
     return lambda path: measure(make(*arguments, **named), path)
 
 
@@ -30,8 +30,8 @@ def lattice() -> NDArray[np.float64]:
     """(8, 8, 3) points of the open cube (-1, 1)^3, spread evenly by multiples of irrational numbers, in 2^-20 steps."""
     steps = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
     k = np.arange(1, SIZE * SIZE + 1)[:, None]
-    share = np.floor((k * steps) % 1.0 * 2**19) + 0.5
-    points: NDArray[np.float64] = (share / 2**18 - 1.0).reshape(SIZE, SIZE, 3)
+    cell = np.floor((k * steps) % 1.0 * 2**19) + 0.5
+    points: NDArray[np.float64] = (cell / 2**18 - 1.0).reshape(SIZE, SIZE, 3)
     return points
 
 
@@ -50,12 +50,12 @@ def scene(
     offset: Any = (0.0, 0.0, 0.0),
     depth: NDArray[np.float32] | None = None,
 ) -> Stiff:
-    """Points, (8, 8, 3) world, on a display, with a surface of depths between the points' if no other is given."""
+    """Points, (8, 8, 3) world, on a display; without a depth texture the surface has depths between the points'."""
     shown_by = display() if shown_by is None else shown_by
     z = points @ physical_from_world[2, :3] + physical_from_world[2, 3]
-    share = (lattice()[::-1, ::-1, 1] + 1) / 2
     if depth is None:
-        depth = (z.min() + share * (z.max() - z.min())).astype(np.float32)
+        place = (lattice()[::-1, ::-1, 1] + 1) / 2
+        depth = (z.min() + place * (z.max() - z.min())).astype(np.float32)
     return Stiff(CrossedSlits(shown_by, physical_from_world), points, np.array(offset, np.float64), depth)
 
 
@@ -72,9 +72,9 @@ def near_observers(k: int) -> Stiff:
 
 
 def close_to(slit: float, k: int, axis: int) -> NDArray[np.float64]:
-    """Points within 2^-k of a slit at 0 along the axis, so close to it that they stay on the texture.
+    """Points within 2^-k of a slit at 0 along the axis, which stay on the texture.
 
-    They are numbers of float32 as long as that can tell them from the slit.
+    They are float32 numbers as long as float32 can tell them from the slit.
     """
     points = lattice() * [0.7, 0.4, 0.0]
     points[..., axis] *= 2.0**-k
@@ -89,7 +89,7 @@ def on_surface(
     texture: NDArray[np.float32] | None = None,
     shown_by: Display | None = None,
 ) -> Stiff:
-    """Points at the centres of the texels, at the depths of the texture or all at z; depths are float32 numbers."""
+    """Points at the centres of the texels, at the depths of the texture or all at z."""
     shown_by = display() if shown_by is None else shown_by
     texture = (lattice()[..., 1] / 4).astype(np.float32) if texture is None else texture
     if depth is not None:
@@ -117,19 +117,19 @@ def stored_as(name: str, step: float) -> Stiff:
     return replace(case, stored=np.asarray(rounded, np.float32), step=step / 2 + 2.0**-26)
 
 
-def along_rays(shown_by: Display, index: int, share: float) -> Stiff:
-    """Points on rays of 8 x 8 texels, and of the corners, at a share of the way from observers to lens.
+def along_rays(shown_by: Display, index: int, part: float) -> Stiff:
+    """Points on rays of 8 x 8 texels, and of the corners, at a part of the way from observers to lens.
 
-    Samples lie a hundredth of the way on towards the lens, the surfaces on both sides of them.
+    Samples lie a hundredth of the rest of the way towards the lens, the surfaces on both sides of them.
     """
     module = shown_by.modules[index]
     columns, rows = (np.unique(np.linspace(0, size - 1, SIZE).astype(int)) for size in (module.width, module.height))
     v, u = np.indices((module.height, module.width)) + 0.5
     origin, direction, span = shown_by.texel_ray(index, u, v)
-    z = span[..., :1] + share * (span[..., 1:] - span[..., :1])
+    z = span[..., :1] + part * (span[..., 1:] - span[..., :1])
     points = origin + z * direction
     points[..., 2] = z[..., 0]
-    step = (1 - share) * 0.01 * float(np.abs(span[..., 1] - span[..., 0]).max())
+    step = (1 - part) * 0.01 * float(np.abs(span[..., 1] - span[..., 0]).max())
     middle, towards = direction[module.height // 2, module.width // 2], (np.indices(u.shape).sum(axis=0) % 2) * 2.0
     depth = (points[..., 2] + step * towards).astype(np.float32)
     texels = [(int(j), int(i)) for j in rows for i in columns if span[j, i, 0] < span[j, i, 1]]

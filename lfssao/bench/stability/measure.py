@@ -1,4 +1,4 @@
-"""One stiff case in float32 or float64: what the kernels make of it against exact arithmetic and error bounds."""
+"""Errors of the kernels on one stiff case in float32 or float64, against exact arithmetic and error bounds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from lfssao.bench.stability.running_error import EXACT, PROBE, Arithmetic, Track
 
 PATHS = ("float32", "float64")
 
-# Beyond 2^-8 texel a path counts as degraded: what the texture samplers of GPUs resolve.
+# A path counts as degraded beyond 2^-8 texel, the resolution of the texture samplers of GPUs.
 FINE = 2.0**-8
 
 
@@ -34,11 +34,11 @@ class Stiff:
     depth : (H, W) float32
         Surface that the samples are compared with, image z; +infinity: none.
     stored : (H, W) float32 or None
-        The same as a file of less depth holds it, which the kernels get instead.
+        The same in a format of fewer bits, which the kernels get instead.
     step : float
-        How far the two can be apart.
+        Largest distance between the two.
     texels : sequence of (int, int) or None
-        Rows and columns of those that are measured; None: all.
+        Rows and columns of the texels to measure; None: all.
     """
 
     mapping: Mapping
@@ -61,11 +61,11 @@ class Measured:
     ulp, texels : float
         Largest error of an image coordinate; in ulp of the coordinate, or of one texel where that is more.
     bound : float
-        The largest bound of such an error by error analysis, texels; infinity where it knows none.
+        The largest bound of such an error by error analysis, texels; infinity if there is none.
     exceeded : int
         Points whose error is larger than their bound, or whose decision is wrong and not undecided.
     flipped, undecided, decisions : int
-        Decisions occluded or not that differ from exact ones; that rounding can change; all.
+        Decisions (occluded or not) that differ from exact ones; that rounding can change; all.
     """
 
     condition: float
@@ -79,7 +79,7 @@ class Measured:
 
 
 def measure(case: Stiff, path: str) -> Measured:
-    """Errors and decisions of a case in 'float32' or 'float64', against exact arithmetic."""
+    """Measure errors and decisions of a case in 'float32' or 'float64'."""
     dtype = np.dtype(path)
     bounded, exactly, probed = (
         case.mapping.steps(*arithmetic) for arithmetic in ((Arithmetic.of(dtype),), (EXACT,), (EXACT, PROBE))
@@ -111,13 +111,11 @@ def measure(case: Stiff, path: str) -> Measured:
                 ulps.append(in_ulp)
                 bounds.append(bound.error)
         exceeded += over
-    return Measured(
-        max(conditions), max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, len(texels)
-    )  # fmt: skip
+    return Measured(max(conditions), max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, len(texels))
 
 
 def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.0) -> tuple[float, float]:
-    """Error of a number, and the same in ulp of the exact one, or of ``least`` where that is more."""
+    """Error of a number, absolute and in ulp of the exact one, or of ``least`` if that is more."""
     error = abs(float(Fraction(float(ours)) - exact)) if np.isfinite(ours) else inf
     return error, error / float(np.spacing(dtype.type(max(abs(float(exact)), least))))
 
@@ -125,7 +123,7 @@ def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.
 def _condition(coordinates: tuple[Tracked, ...]) -> float:
     """The larger of u's and v's relative error over the inputs'.
 
-    Relative to the coordinate, or to one texel where that is more: a coordinate of 0 is no harder than another.
+    Errors are relative to the coordinate or to one texel, whichever is more: 0 is no harder than another coordinate.
     """
     return max(a.error / (PROBE * max(abs(float(a.value)), 1.0)) for a in coordinates)
 
@@ -144,7 +142,7 @@ def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any
 
 
 def _depth(number: float) -> Fraction:
-    """A depth as a fraction; for infinity one that is beyond all samples."""
+    """A depth as a fraction; infinity becomes one beyond all samples."""
     return Fraction(float(number)) if number < inf else Fraction(2) ** 900
 
 
@@ -173,7 +171,7 @@ def _is_undecided(
 
 
 def _reach(coordinate: Tracked, size: int) -> range | None:
-    """The texels that a coordinate can be rounded into, -1 and size beside the texture; None where all."""
+    """The texels that a coordinate can be rounded into, -1 and size outside the texture; None if all."""
     if coordinate.error > size:
         return None
     error = Fraction(coordinate.error)

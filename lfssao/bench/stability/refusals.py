@@ -1,4 +1,4 @@
-"""Inputs that cannot be served, and are refused before the work starts."""
+"""Inputs that are refused before the work starts."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def _display(lens: Module, near: float, far: float) -> Display:
 
 
 _SCALE = "scene scale", "numbers far from 1"
-_RADIUS = "radius", "R beside the scene"
+_RADIUS = "radius", "R against the scene"
 _SAMPLES = "samples", "none, or too many to count"
 _STORED = "stored depth", "a depth texture of few bits"
 

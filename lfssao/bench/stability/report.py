@@ -7,24 +7,27 @@ from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
+from matplotlib.figure import Figure
+
 from lfssao.bench.stability.sequences import curves
 from lfssao.bench.stability.table import Row
 from lfssao.core.files import write_text, write_whole
 
-# The text has all inputs of a case up to this number; beyond it the worst of each path and verdict.
+# The text lists all inputs of a case up to this number; beyond it the worst of each path and verdict.
 _MANY = 8
 
 
 def as_text(rows: Iterable[Row]) -> str:
-    """The table; errors in texels and in ulp of the coordinate, or of one texel where that is more."""
+    """The table as text: errors in texels, and in ulp of the coordinate or of one texel, whichever is more."""
     line = "{:<20} {:<46} {:<8} {:>9} {:>9} {:>9} {:>9} {:>8}  {}"
     out = [line.format("case", "input", "path", "condition", "ulp", "texels", "bound", "flipped", "verdict")]
     for _, group in groupby(rows, key=lambda row: row.case):
         for row, count in _shown(list(group)):
             m = row.measured
-            numbers = ("-",) * 5 if m is None else (
-                *(f"{n:.2g}" for n in (m.condition, m.ulp, m.texels, m.bound)), f"{m.flipped}/{m.decisions}",
-            )  # fmt: skip
+            numbers = ["-"] * 5
+            if m is not None:
+                numbers = [f"{n:.2g}" for n in (m.condition, m.ulp, m.texels, m.bound)]
+                numbers.append(f"{m.flipped}/{m.decisions}")
             text = row.input if count == 1 else f"{row.input} (worst of {count})"
             verdict = f"{row.verdict}: {row.reason}" if row.reason else row.verdict
             out.append(line.format(row.case, text, row.path, *numbers, verdict))
@@ -32,7 +35,7 @@ def as_text(rows: Iterable[Row]) -> str:
 
 
 def _shown(rows: list[Row]) -> list[tuple[Row, int]]:
-    """The rows of a case that its text has, each with how many it stands for."""
+    """The rows of a case to print, each with the number of rows that it stands for."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         groups.setdefault((row.path, row.verdict), []).append(row)
@@ -43,19 +46,12 @@ def _shown(rows: list[Row]) -> list[tuple[Row, int]]:
 
 
 def write_json(rows: Iterable[Row], path: Path) -> None:
-    """All rows and both curves of each sequence, written whole; an infinity, where no bound is known, as null.
-
-    Parameters
-    ----------
-    rows : iterable of Row
-        The table.
-    path : Path
-        The file.
+    """Write all rows and both curves of each sequence; an infinity, where no bound is known, becomes null.
 
     Raises
     ------
     InputError
-        If it cannot be written.
+        If the file cannot be written.
     """
     data = {"rows": [asdict(row) for row in rows], "sequences": curves()}
     write_text(path, json.dumps(_finite(data), indent=1, allow_nan=False) + "\n")
@@ -70,27 +66,21 @@ def _finite(value: object) -> object:
 
 
 def save_plot(path: Path) -> None:
-    """Draw the errors of both formulas near both slits, a panel each.
-
-    Parameters
-    ----------
-    path : Path
-        The picture; its ending says of what kind.
+    """Draw the errors of both formulas near both slits, a panel each, as a picture of the path's ending.
 
     Raises
     ------
     InputError
-        If it cannot be written.
+        If the file cannot be written.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     figure = Figure(figsize=(12, 8), layout="constrained")
     for number, (name, points) in enumerate(curves().items(), start=1):
-        axes = figure.add_subplot(2, 2, number, title=f"near the {name}", xlabel="k: z is within 2^-k of the slit",
-                                  ylabel="largest error, ulp")  # fmt: skip
+        axes = figure.add_subplot(2, 2, number, title=f"near the {name}")
+        axes.set(xlabel="k: z is within 2^-k of the slit", ylabel="largest error, ulp")
         axes.set_yscale("symlog", linthresh=1)  # errors may be 0
+        slit = "m_z" if "lens" in name else "z_o"
         k, ours, straightforward = zip(*points, strict=True)
-        axes.plot(k, ours, label="m_z - z, as in the kernels" if "lens" in name else "z_o - z, as in the kernels")
-        axes.plot(k, straightforward, label="1 - z / m_z" if "lens" in name else "1 - z / z_o")
+        axes.plot(k, ours, label=f"{slit} - z, as in the kernels")
+        axes.plot(k, straightforward, label=f"1 - z / {slit}")
         axes.legend()
     write_whole(path, lambda part: figure.savefig(part, dpi=110))

@@ -1,4 +1,4 @@
-"""Running error analysis: numbers that carry their exact value and a bound of what rounding has done to them."""
+"""Running error analysis: numbers with their exact value and a bound of their rounding error."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -22,7 +22,7 @@ class Arithmetic:
     tiny : float
         Half the smallest subnormal number.
     largest : float
-        Largest finite number; nothing is known of numbers beyond it.
+        Largest finite number; the error beyond it is unbounded.
     """
 
     unit: float = 0.0
@@ -36,7 +36,7 @@ class Arithmetic:
         return cls(float(info.epsneg), float(info.smallest_subnormal) / 2, float(info.max))
 
     def number(self, value: Fraction | float, error: float = 0.0) -> "Tracked":
-        """The result of an operation: a value that is off by at most ``error``, rounded to a number of the format.
+        """Return a value that is off by at most ``error``, rounded to a number of the format.
 
         A value without error that the format holds stays without error.
         """
@@ -46,7 +46,7 @@ class Arithmetic:
         if error == inf or not _size(value) + error < self.largest:
             return Tracked(value, inf, self)
         bound = error + self.unit * (_size(value) + error) + self.tiny
-        # More than what the bound's own arithmetic, a dozen float64 operations, can have rounded away.
+        # The factor is more than the bound's own dozen float64 operations can have rounded away.
         return Tracked(value, bound * (1.0 + 2.0**-40), self)
 
     def rounded(self, number: "Tracked") -> "Tracked":
@@ -54,7 +54,7 @@ class Arithmetic:
         return self.number(number.value, number.error)
 
     def _holds(self, value: Fraction) -> bool:
-        """Whether a number needs no more digits than there are, and is of normal size."""
+        """Whether a number fits the format's digits and is of normal size."""
         if not value or self.unit == 0:
             return True
         odd = value.numerator >> ((value.numerator & -value.numerator).bit_length() - 1)
@@ -65,14 +65,14 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class Tracked:
-    """A number of a computation; + - * / and ``root`` give the number that the same operation computes.
+    """A number of a computation; + - * / and ``root`` give the result of the same rounded operation.
 
     Attributes
     ----------
     value : Fraction
         Its value without any rounding.
     error : float
-        Largest distance of the computed number from it; infinity where nothing is known.
+        Largest distance of the computed number from it; infinity if unbounded.
     arithmetic : Arithmetic
         How results are rounded.
     """

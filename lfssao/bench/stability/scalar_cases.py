@@ -18,11 +18,11 @@ _TEXELS = 8
 
 
 def blurred(sigma: float, path: str) -> Measured:
-    """The blur of a row of 8 texels in a column of equals, against the Gaussian to 40 digits.
+    """Measure the blur of a row of 8 texels in a column of equals against the Gaussian to 40 digits.
 
-    All weights and texels are positive, so each rounding is a relative error of the sum: n + 1 of them a pass, and of
-    each weight 1 by its own rounding, and in float64 n + 20, by exp (2 ulp), its argument (up to 4.5, so that 3
-    roundings are 13.5 of the value) and the division by the sum.
+    Weights and texels are positive, so each rounding is a relative error of the sum. A pass has n + 1 of them, a
+    weight one more, and n + 20 in float64: exp (2 ulp), its argument (up to 4.5, so that 3 roundings are 13.5 of the
+    value) and the division by the sum.
     """
     dtype = np.dtype(path)
     texels = ((np.arange(_TEXELS) * 5 % _TEXELS + 1) / 8).astype(dtype)
@@ -34,7 +34,7 @@ def blurred(sigma: float, path: str) -> Measured:
 
 
 def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured:
-    """Errors of positive numbers that error analysis knows within a relative error of their computed values."""
+    """Errors of positive numbers whose bound is a relative error of the computed values."""
     errors, ulps = zip(*(error_of(a, b, ours.dtype, 0.0) for a, b in zip(ours, exact, strict=True)), strict=True)
     bounds = [relative / (1 - relative) * float(b) if relative < 1 else np.inf for b in exact]
     exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
@@ -42,7 +42,7 @@ def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured
 
 
 def _gaussian(texels: NDArray[np.float64], sigma: float, radius: int) -> list[Fraction]:
-    """The blurred row to 40 digits; beyond the borders the border's texel."""
+    """The blurred row to 40 digits, borders repeated."""
     with localcontext(prec=60):
         values, width = [Decimal(float(t)) for t in texels], len(texels)
         near, tails = _weights(sigma, radius)
@@ -55,9 +55,9 @@ def _gaussian(texels: NDArray[np.float64], sigma: float, radius: int) -> list[Fr
 
 @cache
 def _weights(sigma: float, radius: int) -> tuple[list[Decimal], list[Decimal]]:
-    """exp(-k^2 / (2 sigma^2)) for k from 0 to 8, 0 beyond the radius; and the sums from each of those k on.
+    """Weights exp(-k^2 / (2 sigma^2)) for k from 0 to 8, 0 beyond the radius; and their sums from each k on.
 
-    Each weight is made from the one before by a ratio, which itself falls by a constant ratio.
+    Each weight is the one before times a ratio, which itself falls by a constant ratio.
     """
     step = (-1 / (2 * Decimal(sigma) ** 2)).exp()
     square, weight, ratio, total, near = step * step, Decimal(1), step, Decimal(0), [Decimal(0)] * (_TEXELS + 1)
@@ -71,19 +71,19 @@ def _weights(sigma: float, radius: int) -> tuple[list[Decimal], list[Decimal]]:
 
 
 def counted(samples: int, path: str) -> Measured:
-    """Shares k / n of counts about 2^24 and at n: k, n and the quotient are rounded once each."""
+    """Measure k / n for counts k about 2^24 and at n: k, n and the quotient are rounded once each."""
     dtype = np.dtype(path)
     counts = np.array([1, 2**24 - 1, 2**24, 2**24 + 1, samples // 2 + 1, samples - 1, samples], np.int32)
-    depth, shares = np.zeros(len(counts), dtype), np.empty(len(counts), dtype)
-    ssao.finish_run.py_func(depth, 0, 0, len(counts), samples, counts, shares)
-    return _compared(shares, [Fraction(int(k), samples) for k in counts], 3 * float(np.finfo(dtype).epsneg))
+    depth, ao = np.zeros(len(counts), dtype), np.empty(len(counts), dtype)
+    ssao.finish_run.py_func(depth, 0, 0, len(counts), samples, counts, ao)
+    return _compared(ao, [Fraction(int(k), samples) for k in counts], 3 * float(np.finfo(dtype).epsneg))
 
 
 def slivers(path: str) -> Measured:
-    """Sides of edges of triangles a few ulp wide that rays pass on: the sign of a b - c d, exact on every path.
+    """Measure the sign of a b - c d, the side of a triangle's edge that a ray passes on, for triangles a few ulp wide.
 
-    Rays are cast in float64 whatever the textures are of. 'flipped' are wrong signs; the condition number is that of
-    the difference, which the rounded products cannot tell from 0.
+    Rays are cast in float64 on every path. 'flipped' are wrong signs; the condition number is that of the difference,
+    which the rounded products cannot tell from 0.
     """
     del path
     wrong = decisions = 0

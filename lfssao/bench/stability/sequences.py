@@ -1,4 +1,4 @@
-"""Two formulas for the same image point while it nears a slit: ours, and the one that is written down first."""
+"""Errors of two formulas for an image point that nears a slit: the kernels', and the straightforward one."""
 
 from functools import cache
 
@@ -14,18 +14,13 @@ SLITS = {"lens": (near_lens, 0), "observers": (near_observers, 1)}
 
 @cache
 def curves() -> dict[str, list[tuple[int, float, float]]]:
-    """Errors of both formulas near both slits.
+    """Return the errors of both formulas near both slits, by "lens, float32" and so on.
 
-    Returns
-    -------
-    dict
-        "lens, float32" and so on: for each k that the path can tell from the slit, k and the largest errors of ours
-        and of the straightforward formula, ulp of the coordinate or of one texel.
+    Each entry is k, for every k that the path can tell from the slit, and the largest errors of ours and of the
+    straightforward formula, in ulp of the coordinate or of one texel.
 
-    Notes
-    -----
-    The straightforward one divides by 1 - z / m_z, whose quotient is rounded before the difference is taken: an error
-    of half an ulp of 1 is a share of 2^(k - 24), or 2^(k - 53), of what is left. m_z - z is exact that near.
+    The straightforward one divides by 1 - z / m_z, whose quotient is rounded before the difference is taken: half an
+    ulp of 1 is 2^(k - 24) or 2^(k - 53) of the difference. m_z - z is exact that near.
     """
     found: dict[str, list[tuple[int, float, float]]] = {}
     for slit, (near, axis) in SLITS.items():

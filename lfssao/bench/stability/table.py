@@ -1,4 +1,4 @@
-"""Stiff and extreme cases, refused inputs, and the rows of the table that both give."""
+"""Rows of the stability table, and the two things that give them: stiff cases and refused inputs."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ class Row:
     Attributes
     ----------
     case, stiff, input, path : str
-        The case, what is stiff about it, its input, and 'float32' or 'float64'.
+        The case, the difficulty in it, its input, and 'float32' or 'float64'.
     measured : Measured or None
-        Errors and decisions; None where the case is refused.
+        Errors and decisions; None if the input is refused.
     verdict : str
-        WITHIN, DEGRADED, REFUSED, or BROKEN where it is not what the case states.
+        WITHIN, DEGRADED, REFUSED, or BROKEN if it is not what the case states.
     reason : str
         The degradation, or the sentence of the refusal.
     """
@@ -45,11 +45,11 @@ class Case:
     Attributes
     ----------
     name, stiff : str
-        Its name, and what is stiff about it.
+        Its name, and the difficulty in it.
     inputs : function
         Yields pairs of a text and a function that measures a path.
     degraded : mapping
-        Path to the sentence that says what degrades on it; a path that is not in it stays within 2^-8 texel.
+        Path to the sentence about its degradation; a path that is not in it stays within 2^-8 texel.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Case:
                 yield self.row(text, run, path)
 
     def row(self, text: str, run: Run, path: str) -> Row:
-        """Measure one input, by its text and its function, on one path."""
+        """Measure one input on one path."""
         measured = run(path)
         verdict = DEGRADED if measured.bound > FINE or measured.flipped else WITHIN
         if measured.exceeded or (verdict == DEGRADED and path not in self.degraded):
@@ -75,16 +75,16 @@ class Case:
 
 @dataclass(frozen=True)
 class Refusal:
-    """An input that cannot be served, and is refused before the work starts.
+    """An input that is refused before the work starts.
 
     Attributes
     ----------
     name, stiff, text : str
-        Its name, what is stiff about it, and the input.
+        Its name, the difficulty in it, and the input.
     attempt : function
         Tries it.
     says : str
-        A part of the sentence that refuses it.
+        Part of the sentence that refuses it.
     """
 
     name: str

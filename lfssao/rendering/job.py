@@ -1,154 +1,177 @@
-"""A render job: what becomes of the results, and what it needs."""
+"""What a job computes, as items that depend on nothing but the work: one view of one frame each."""
 
-import json
-import os
-import re
+import threading
 import time
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from lfssao.ao.estimators.registry import find_estimator
-from lfssao.core.files import remove_leftovers, write_text, write_whole
-from lfssao.core.sums import sum_in_order
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.neighbours import DepthCache
+from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
-from lfssao.rendering import plan
-from lfssao.rendering.contact import contact_sheet
-from lfssao.rendering.manifest import FORMAT
-from lfssao.rendering.output import Result
-from lfssao.rendering.work import Item, Work
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.view import View
+from lfssao.rendering.animation import frame_bounds, moved
+from lfssao.rendering.manifest import describe_settings, describe_view, short_digest
+from lfssao.rendering.passes import Textures, render_view
+from lfssao.rendering.settings import Settings
+from lfssao.scene.mesh import Mesh
 
-_MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
+
+class Item(NamedTuple):
+    """One EXR file to be: the number of a frame, and the place of a view in ``Work.views``."""
+
+    frame: int
+    view: int
 
 
-def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -> None:
-    """Refuse a texture that this machine has no memory for, before any is taken.
+@dataclass(frozen=True, eq=False)
+class Work:
+    """All that the textures of a job depend on, and where they go. It can be pickled.
 
-    Parameters
+    Attributes
     ----------
-    width, height : int
-        Of the texture, guard band included.
-    radius_count : int
-        How many radii are merged.
-    texel_bytes : int
-        The estimator's (``Estimator.texel_bytes``).
-
-    Raises
-    ------
-    InputError
-        If the passes of one view need more than is available, or texels cannot be counted in int32.
+    mesh : Mesh
+        The scene before it is moved.
+    views : tuple of View
+        What is rendered in each frame.
+    settings : Settings
+        What the AO passes are run with.
+    folder : Path
+        Where to; with frames, the folder of their folders.
+    scene : mapping
+        What the manifest says of the mesh (``lfssao.rendering.manifest.describe_scene``).
+    transforms : tuple of (3, 4) float64, or None
+        The affine map world -> world of each frame; None for a still.
+    neighbours : tuple of tuple of View
+        For each view those of the modules that are asked beside it; empty where none are.
+    boxes : tuple of (2, 3) float64
+        The box around the scene in each frame, world units; made here where not given.
     """
-    texels = width * height
-    if texels > _MOST_TEXELS:
-        raise InputError(f"resolution {width}x{height}: a texture has at most {_MOST_TEXELS} texels")
-    needed, available = needed_memory(texels, radius_count, texel_bytes), available_memory()
-    if available is not None and needed > available:
-        raise InputError(
-            f"resolution {width}x{height}: the passes of one texture and {radius_count} radii need about "
-            f"{needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available"
-        )
+
+    mesh: Mesh
+    views: tuple[View, ...]
+    settings: Settings
+    folder: Path
+    scene: Mapping[str, Any]
+    transforms: tuple[Matrix, ...] | None = None
+    neighbours: tuple[tuple[View, ...], ...] = ()
+    boxes: tuple[NDArray[np.float64], ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.boxes:
+            boxes = [self.mesh.bounds] if self.transforms is None else frame_bounds(self.mesh, self.transforms)
+            object.__setattr__(self, "boxes", tuple(boxes))
+        if self.settings.kept == ("color",) and self.mesh.paint is None:
+            raise InputError(f"{self.mesh.name} has no colour, and no other layer was asked for")
+
+    @property
+    def has_sheet(self) -> bool:
+        """Whether a contact sheet is made: only where all that it shows is kept."""
+        shown = {"depth", "blurred", "shaded"} | ({"color"} if self.mesh.paint is not None else set())
+        return shown <= set(self.settings.kept)
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames there are, 1 for a still."""
+        return 1 if self.transforms is None else len(self.transforms)
+
+    def transform(self, frame: int) -> Matrix:
+        """The affine map of a frame, (3, 4) float64."""
+        return np.eye(3, 4) if self.transforms is None else self.transforms[frame]
+
+    def frame_folder(self, frame: int) -> Path:
+        """Where a frame's files go: each holds what a still's folder holds."""
+        return self.folder if self.transforms is None else self.folder / f"frame_{frame:04d}"
+
+    def path(self, item: Item) -> Path:
+        """The item's EXR file."""
+        return self.frame_folder(item.frame) / f"{self.views[item.view].name}.exr"
+
+    def items(self) -> list[Item]:
+        """All items, frame by frame, but frames in which the scene is in the same place after each other."""
+        first: dict[bytes, int] = {}
+        groups = [first.setdefault(self.transform(frame).tobytes(), frame) for frame in range(self.frame_count)]
+        frames = sorted(range(self.frame_count), key=groups.__getitem__)
+        return [Item(frame, view) for frame in frames for view in range(len(self.views))]
+
+    def identity(self, item: Item) -> dict[str, str]:
+        """Short digests of everything that the item's pixels depend on, by what users call it."""
+        view = self.views[item.view]
+        described = describe_view(view)
+        mapping = {name: described[name] for name in described if name not in ("width", "height", "guard")}
+        return {
+            **self._identity,
+            "frame": short_digest(self.transform(item.frame).tolist()),
+            "resolution": short_digest([view.width, view.height]),
+            "guard": short_digest(view.guard),
+            "view": short_digest([mapping, view.ray_kind, view.lens.tolist(), view.world_from_cast.tolist()]),
+        }
+
+    @cached_property
+    def _identity(self) -> dict[str, str]:
+        """The part of the identity that all items share."""
+        from lfssao import __version__
+
+        scene = {name: value for name, value in self.scene.items() if name.endswith("sha256")}
+        settings = {name: short_digest(value) for name, value in describe_settings(self.settings).items()}
+        return {"version": short_digest(__version__), "scene": short_digest(scene), **settings}
 
 
-def needed_memory(texels: int, radius_count: int, texel_bytes: int) -> int:
-    """Bytes that one view takes, from its ray cast to its file; ``texel_bytes`` is the estimator's."""
-    # Peaks of shading and writing, measured at 12 and 48 million texels with 5 and with 40 radii; and of the last
-    # radius' estimate, beside the G-buffer and the other radii.
-    return texels * (4 * radius_count + max(108, 40 + texel_bytes))
-
-
-def views_at_once(work: Work, most: int) -> int:
-    """How many views may be in memory at the same time, at least 1 and at most ``most``."""
-    available = available_memory()
-    if available is None:
-        return most
-    radius_count, texel_bytes = len(work.settings.radii), find_estimator(work.settings.estimator).texel_bytes
-    needed = max(needed_memory(view.width * view.height, radius_count, texel_bytes) for view in work.views)
-    return max(1, min(most, available // needed))
-
-
-def available_memory() -> int | None:
-    """Bytes that programs can still take without swapping, else all there are; None where the system does not say."""
-    with suppress(OSError):
-        found = re.search(r"MemAvailable:\s*(\d+) kB", Path("/proc/meminfo").read_text(encoding="ascii"))
-        if found:
-            return 1024 * int(found[1])
-    with suppress(OSError, ValueError, AttributeError):
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    return None
-
-
-class Job:
-    """Gathers the results of a work's items and writes each frame's contact sheet and, last, its manifest.
+class Renderer:
+    """Runs the passes of one item after another; the trees are built anew only where the scene has moved.
 
     Parameters
     ----------
     work : Work
-        What is rendered.
-    head : dict
-        What the manifests say of scene, display and machine.
-    seconds : dict
-        Seconds of what came before.
+        What the items are of.
+    threads : int
+        Threads of each kernel; never more than numba has.
     """
 
-    def __init__(self, work: Work, head: dict[str, Any], seconds: dict[str, float]) -> None:
-        self._work = work
-        self._head = head
-        self._seconds = seconds
-        self._start = time.perf_counter()
-        self._results: dict[int, dict[int, Result]] = {}
+    # numba's own pool of threads cannot run two parallel kernels at once.
+    _one_at_a_time = threading.Lock()
 
-    def open(self, items: Iterable[Item]) -> None:
-        """Make folders ready for the items that are still to be done.
+    def __init__(self, work: Work, threads: int) -> None:
+        self.work = work
+        self._threads = min(threads, int(numba.config.NUMBA_NUM_THREADS))
+        self._caster: RayCaster | None = None
+        self._depths: DepthCache | None = None
+        self._place = b""
+        self._build_seconds = 0.0
 
-        The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone.
+    def prepare(self, item: Item) -> RayCaster:
+        """The ray caster for an item's frame.
+
+        Raises
+        ------
+        InputError
+            If the mesh leaves the range of float32 in the space rays are cast in.
         """
-        for frame in range(self._work.frame_count):
-            remove_leftovers(self._work.frame_folder(frame))
-        for frame in {item.frame for item in items}:
-            for name in ("manifest.json", "contact.png"):
-                if (path := self._work.frame_folder(frame) / name).is_file():
-                    path.unlink()
+        transform = self.work.transform(item.frame)
+        if self._caster is None or self._place != transform.tobytes():
+            self._caster = None  # one at a time in memory
+            start = time.perf_counter()
+            mesh, view = moved(self.work.mesh, transform), self.work.views[item.view]
+            self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
+            self._depths = DepthCache(self._caster, 2 * self.work.settings.neighbours + 1)
+            self._build_seconds += time.perf_counter() - start
+        return self._caster
 
-    def add(self, item: Item, result: Result) -> None:
-        """Take one result, in any order; the last one of a frame finishes the frame."""
-        frame = self._results.setdefault(item.frame, {})
-        frame[item.view] = result
-        if len(frame) == len(self._work.views):
-            self.finish(item.frame, [frame[view] for view in range(len(frame))])
-            self._results[item.frame] = {}
-
-    def finish(self, frame: int, results: Sequence[Result]) -> None:
-        """Write a frame's contact sheet, if it has one, and manifest."""
-        folder, entries = self._work.frame_folder(frame), [result.entry for result in results]
-        remove_leftovers(folder)  # of workers that were killed on the way
-        if self._work.has_sheet:
-            sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-            write_whole(folder / "contact.png", sheet.save)
-        seconds = {
-            **self._seconds,
-            "render": time.perf_counter() - self._start,
-            "passes": _sums([entry["seconds"] for entry in entries]),
-        }
-        manifest = {"format": FORMAT, **self._head, "frame": self._frame(frame), "plan": self._plan(frame, entries)}
-        manifest |= {"seconds": seconds, "views": entries}
-        write_text(folder / "manifest.json", json.dumps(manifest, indent=1, allow_nan=False) + "\n")
-
-    def _plan(self, frame: int, entries: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-        """What was left out of a frame."""
-        work, texels = self._work, sum(view.width * view.height for view in self._work.views)
-        left = plan.planned(work.views, [work.boxes[frame]], work.settings, work.mesh.paint is not None)
-        left += plan.background(work.settings, texels, sum(entry["surface_texels"] for entry in entries))
-        return plan.described(left)
-
-    def _frame(self, frame: int) -> dict[str, Any] | None:
-        if self._work.transforms is None:
-            return None
-        transform = self._work.transform(frame).tolist()
-        return {"number": frame, "count": self._work.frame_count, "world_from_scene": transform}
-
-
-def _sums(rows: Sequence[dict[str, float]]) -> dict[str, float]:
-    """Each pass's seconds over all views."""
-    names: Iterable[str] = dict.fromkeys(name for row in rows for name in row)
-    return {name: sum_in_order(row.get(name, 0.0) for row in rows) for name in names}
+    def textures(self, item: Item) -> Textures:
+        """An item's textures; their seconds include those of building trees for it."""
+        with self._one_at_a_time:
+            numba.set_num_threads(self._threads)
+            caster, view = self.prepare(item), self.work.views[item.view]
+            others = self.work.neighbours[item.view] if self.work.neighbours else ()
+            assert self._depths is not None  # made with the caster
+            neighbours = self._depths.neighbours(others, self.work.settings.caster)
+            textures = render_view(caster, view, self.work.settings, neighbours)
+            textures.seconds["build_bvh"], self._build_seconds = self._build_seconds, 0.0
+            return textures

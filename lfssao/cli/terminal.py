@@ -1,11 +1,17 @@
-"""What commands say on a terminal."""
+"""Words on a terminal, and exit codes."""
 
 import os
 import sys
+from typing import Any
+
+BROKEN = 1  # a check, promise or bound does not hold
+BAD_INPUT = 2
+NOT_COMPARED = 4  # by compare: there 1 says that textures are right, 2 that they differ
+INTERRUPTED = 130
 
 
 def say(sentence: str) -> None:
-    """One sentence for the user, on standard error."""
+    """Print one sentence for the user on standard error."""
     print(f"lfssao: {printable(sentence)}", file=sys.stderr)
 
 
@@ -14,7 +20,14 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def bar_size() -> dict[str, int]:
+def progress(*items: Any, **more: Any) -> Any:
+    """A progress bar of tqdm on a terminal, nothing in a pipe; ``with`` ends its line before a message."""
+    from tqdm import tqdm  # late: the help of all commands needs none
+
+    return tqdm(*items, **{"disable": None, **_size(), **more})
+
+
+def _size() -> dict[str, int]:
     """A size for a terminal that does not know its own, on which tqdm would show nothing; else tqdm's choice."""
     try:
         size = os.get_terminal_size(sys.stderr.fileno())

@@ -1,8 +1,12 @@
-"""Values of options: checked as they are read, each with one sentence on what is wrong."""
+"""Types of options: each reads a value from text and says in one sentence what is wrong with it."""
 
 import argparse
+import math
 import re
+from collections.abc import Callable
 from pathlib import Path
+
+from lfssao.errors import InputError
 
 # Beyond these a command would run for hours or fill the memory, and nobody means it.
 MOST_SAMPLES = 65_536
@@ -13,74 +17,65 @@ MOST_FRAMES = 10_000
 MOST_NEIGHBOURS = 64
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
 
+PICTURES = (".png", ".svg", ".pdf")
 
-def _whole(text: str, least: int, most: int, most_text: str = "") -> int:
-    """A whole number in a range; digits only, as int() would also take 1_0 and digits of other scripts."""
-    if not re.fullmatch(r"[+-]?[0-9]+", text, re.ASCII):
-        raise argparse.ArgumentTypeError(f"'{_short(text)}' is not a whole number")
-    # Python refuses to convert thousands of digits; forty are out of every range.
-    digits = text.lstrip("+-").lstrip("0") or "0"
-    number = int(digits[:40]) * (-1 if text.startswith("-") else 1)
-    if not least <= number <= most:
-        raise argparse.ArgumentTypeError(f"{_short(text)} is not from {least} to {most_text or most}")
-    return number
+
+def whole(least: int, most: int, most_text: str = "") -> Callable[[str], int]:
+    """The type of whole numbers in a range; digits only, as int() would also take 1_0 and digits of other scripts."""
+
+    def read(text: str) -> int:
+        """The whole number of a text."""
+        if not re.fullmatch(r"[+-]?[0-9]+", text, re.ASCII):
+            raise argparse.ArgumentTypeError(f"'{_short(text)}' is not a whole number")
+        # Python refuses to convert thousands of digits; forty are out of every range.
+        digits = text.lstrip("+-").lstrip("0") or "0"
+        number = int(digits[:40]) * (-1 if text.startswith("-") else 1)
+        if not least <= number <= most:
+            raise argparse.ArgumentTypeError(f"{_short(text)} is not from {least} to {most_text or most}")
+        return number
+
+    return read
+
+
+def number(what: str, holds: Callable[[float], bool]) -> Callable[[str], float]:
+    """The type of numbers for which ``holds`` is true; ``what`` says which these are."""
+
+    def read(text: str) -> float:
+        """The number of a text."""
+        try:
+            value = float(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"'{_short(text)}' is not a number") from None
+        if not holds(value):
+            raise argparse.ArgumentTypeError(f"{_short(text)} is not {what}")
+        return value
+
+    return read
 
 
 def _short(text: str) -> str:
     return text if len(text) <= 40 else f"{text[:37]}..."
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{_short(text)}' is not a number") from None
+samples = whole(1, MOST_SAMPLES)
+seed = whole(0, 2**64 - 1, "2**64 - 1")
+guard = whole(0, MOST_GUARD)
+neighbours = whole(0, MOST_NEIGHBOURS)
+threads = whole(1, MOST_THREADS)
+blur = number(f"a sigma from 0 to {MOST_BLUR:g} texels", lambda value: 0 <= value <= MOST_BLUR)
+radius = number(f"a radius from 0 to {LARGEST_RADIUS:g}", lambda value: 0 <= value <= LARGEST_RADIUS)
+positive = number("a number above 0", lambda value: 0 < value <= LARGEST_RADIUS)
+finite = number("a finite number", math.isfinite)
 
 
-def samples(text: str) -> int:
-    """A number of samples."""
-    return _whole(text, 1, MOST_SAMPLES)
-
-
-def seed(text: str) -> int:
-    """A seed."""
-    return _whole(text, 0, 2**64 - 1, "2**64 - 1")
-
-
-def guard(text: str) -> int:
-    """A guard band, texels."""
-    return _whole(text, 0, MOST_GUARD)
-
-
-def neighbours(text: str) -> int:
-    """A number of neighbouring modules."""
-    return _whole(text, 0, MOST_NEIGHBOURS)
-
-
-def threads(text: str) -> int:
-    """A number of threads."""
-    return _whole(text, 1, MOST_THREADS)
-
-
-def blur(text: str) -> float:
-    """A sigma of the blur, texels."""
-    sigma = _number(text)
-    if not 0 <= sigma <= MOST_BLUR:
-        raise argparse.ArgumentTypeError(f"{_short(text)} is not a sigma from 0 to {MOST_BLUR:g} texels")
-    return sigma
+def radii(text: str) -> tuple[tuple[float, bool], ...]:
+    """Radii, and whether each is in per cent of the scene's diagonal."""
+    return tuple((radius(word.removesuffix("%")), word.endswith("%")) for word in text.split(","))
 
 
 def layers(text: str) -> tuple[str, ...]:
     """Names of layers, which ``Settings`` checks."""
     return tuple(text.split(","))
-
-
-def positive(text: str) -> float:
-    """A number above 0."""
-    number = _number(text)
-    if not 0 < number <= LARGEST_RADIUS:
-        raise argparse.ArgumentTypeError(f"{_short(text)} is not a number above 0")
-    return number
 
 
 def module_range(text: str) -> range:
@@ -104,27 +99,8 @@ def resolution(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def radius(text: str) -> float:
-    """A radius."""
-    number = _number(text)
-    if not 0 <= number <= LARGEST_RADIUS:
-        raise argparse.ArgumentTypeError(f"{_short(text)} is not a radius from 0 to {LARGEST_RADIUS:g}")
-    return number
-
-
-def radii(text: str) -> tuple[tuple[float, bool], ...]:
-    """Each radius with whether it is a share, in per cent, of the scene's diagonal."""
-    radii = []
-    for word in text.split(","):
-        number = _number(word.removesuffix("%"))
-        if not 0 <= number <= LARGEST_RADIUS:
-            raise argparse.ArgumentTypeError(f"{_short(word)} is not a radius from 0 to {LARGEST_RADIUS:g}")
-        radii.append((number, word.endswith("%")))
-    return tuple(radii)
-
-
 def parameter(text: str) -> tuple[str, str]:
-    """A parameter NAME=VALUE: both as they are written."""
+    """Name and value of a parameter NAME=VALUE, as written."""
     name, sign, value = text.partition("=")
     if not (name and sign and value):
         raise argparse.ArgumentTypeError(f"'{_short(text)}' is not NAME=VALUE, such as sigma=2")
@@ -138,14 +114,14 @@ def typed(text: str, kind: type) -> float | int | str | bool:
             raise argparse.ArgumentTypeError(f"'{_short(text)}' is not true or false")
         return text == "true"
     if kind is int:
-        return _whole(text, -(2**63), 2**63 - 1)
-    return _number(text) if kind is float else text
+        return whole(-(2**63), 2**63 - 1)(text)
+    return number("a number", lambda _: True)(text) if kind is float else text
 
 
 def frames(text: str) -> int | Path:
     """A number of frames, or the name of a file of matrices."""
     if re.fullmatch(r"[+-]?[0-9.]+", text, re.ASCII):
-        return _whole(text, 1, MOST_FRAMES)
+        return whole(1, MOST_FRAMES)(text)
     path = Path(text)
     if path.suffix.lower() not in (".json", ".npy"):
         raise argparse.ArgumentTypeError(f"'{_short(text)}' is neither a number of frames nor a .json or .npy file")
@@ -153,7 +129,22 @@ def frames(text: str) -> int | Path:
 
 
 def scheduler(text: str) -> str:
-    """Where dask's scheduler is."""
+    """Address of a dask scheduler, or 'local'."""
     if text != "local" and not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:[0-9]{1,5}", text):
         raise argparse.ArgumentTypeError(f"'{_short(text)}' is neither local nor an address such as tcp://host:8786")
     return text
+
+
+def check_target(option: str, path: Path, endings: tuple[str, ...]) -> Path:
+    """The path of a file to be, which has one of the endings and whose folder is there.
+
+    Raises
+    ------
+    InputError
+        If it does not, with the option's name.
+    """
+    if path.suffix.lower() not in endings:
+        raise InputError(f"{option}: {path} does not end in {' or '.join(endings)}")
+    if not path.parent.is_dir():
+        raise InputError(f"{option}: there is no folder {path.parent}")
+    return path

@@ -9,11 +9,8 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.optics.display import Display, Module
-from lfssao.rendering.digests import digest
 from lfssao.rendering.exr import read_exr
-from lfssao.rendering.manifest import FORMAT
-
-MANIFEST = "manifest.json"
+from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
 
 
 def load_manifest(folder: Path) -> dict[str, Any]:

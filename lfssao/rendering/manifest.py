@@ -10,17 +10,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lfssao import __version__
 from lfssao.ao.passes import gaussian_kernel
 from lfssao.optics.display import Display
 from lfssao.optics.view import KINDS, View
-from lfssao.rendering.digests import digest
 from lfssao.rendering.settings import Settings
 from lfssao.scene.mesh import Mesh, Paint
 
 FORMAT = 1
+MANIFEST = "manifest.json"
 _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")
+
+
+def digest(array: NDArray[Any]) -> str:
+    """SHA-256 of an array's numbers, little-endian, row by row; hexadecimal."""
+    return hashlib.sha256(np.ascontiguousarray(array, array.dtype.newbyteorder("<")).data).hexdigest()
 
 
 def short_digest(value: Any) -> str:

@@ -1,35 +1,35 @@
-"""One view's EXR file: written, described, and taken up again by a later job.
+"""The files of a job: an EXR file a view, and the contact sheet and manifest of each frame.
 
-A file proves itself: its metadata hold the SHA-256 of each part's pixels and the identity of what they were made from
-(``Work.identity``). Files of the same job are equal where their pixels are; their bytes may differ, as OpenImageIO
-writes the time into them.
+An EXR file proves itself: its metadata hold the SHA-256 of each part's pixels and the identity of what they were made
+from (``Job.identity``), so that a later job can take it up. Its bytes hold the time too and may differ.
 """
 
 import json
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from PIL.Image import Image
 
+from lfssao.core.files import remove_leftovers, write_text, write_whole
+from lfssao.core.sums import sum_in_order
 from lfssao.errors import InputError
-from lfssao.rendering.contact import sheet_rows, strip
-from lfssao.rendering.digests import digest
+from lfssao.rendering import plan
+from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
 from lfssao.rendering.exr import Part, read_exr, write_exr
-from lfssao.rendering.manifest import describe_view
+from lfssao.rendering.job import Item, Job
+from lfssao.rendering.manifest import FORMAT, MANIFEST, describe_view, digest
 from lfssao.rendering.passes import Textures
 from lfssao.rendering.settings import Settings
-from lfssao.rendering.work import Item, Work
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
+SHEET = "contact.png"
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
 
-@dataclass(frozen=True, eq=False)
-class Result:
+class Result(NamedTuple):
     """What is left of an item once its file is there.
 
     Attributes
@@ -41,7 +41,7 @@ class Result:
     """
 
     entry: dict[str, Any]
-    strip: "Image | None"
+    strip: Image | None
 
 
 def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
@@ -79,17 +79,8 @@ def _occlusion_part(name: str, texture: Any, attributes: dict[str, float | str])
     return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
 
 
-def write_view(work: Work, item: Item, textures: Textures) -> Result:
+def write_view(job: Job, item: Item, textures: Textures) -> Result:
     """Write an item's file, with the digest of each part's pixels and the identity of what they were made from.
-
-    Parameters
-    ----------
-    work : Work
-        What the item is of.
-    item : Item
-        Which view of which frame.
-    textures : Textures
-        All textures of the view.
 
     Raises
     ------
@@ -97,18 +88,18 @@ def write_view(work: Work, item: Item, textures: Textures) -> Result:
         If the file cannot be written.
     """
     begin = time.perf_counter()
-    parts = exr_parts(textures, work.settings)
+    parts = exr_parts(textures, job.settings)
     parts = [_with(part, sha256=digest(part.pixels), channels=" ".join(part.channels)) for part in parts]
-    parts[0] = _with(parts[0], made_from=json.dumps(work.identity(item)), surface_texels=textures.surface_texels)
+    parts[0] = _with(parts[0], made_from=json.dumps(job.identity(item)), surface_texels=textures.surface_texels)
     hashed = time.perf_counter()
-    write_exr(work.path(item), parts)
+    write_exr(job.path(item), parts)
     written = time.perf_counter()
-    picture = _strip(work, item, parts)
+    picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
-    return Result(_entry(work, item, parts, {**textures.seconds, **seconds}), picture)
+    return Result(_entry(job, item, parts, {**textures.seconds, **seconds}), picture)
 
 
-def recover_view(work: Work, item: Item) -> Result | None:
+def recover_view(job: Job, item: Item) -> Result | None:
     """An item's file as an earlier job left it, its pixels verified; None where there is none, or a damaged one.
 
     Raises
@@ -116,26 +107,25 @@ def recover_view(work: Work, item: Item) -> Result | None:
     InputError
         If the file was made from something else.
     """
-    path, start = work.path(item), time.perf_counter()
+    path, start = job.path(item), time.perf_counter()
     try:
-        parts = list(read_exr(path).values())
+        parts = [_in_order(part) for part in read_exr(path).values()]
         made_from = json.loads(parts[0].attributes["made_from"])
-        parts = [_in_order(part) for part in parts]
-        attributes = [part.attributes["sha256"] for part in parts]
-        _told(parts)
+        whole = [digest(part.pixels) for part in parts] == [part.attributes["sha256"] for part in parts]
+        entry = _entry(job, item, parts, {})
     except (InputError, KeyError, ValueError, IndexError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
-    wanted = work.identity(item)
+    wanted = job.identity(item)
     if made_from != wanted:
         other = [name for name in wanted if made_from.get(name) != wanted[name]]
         raise InputError(
             f"{path}: it was rendered with other parameters ({', '.join(other)}): --resume goes on with the same job "
             "only"
         )
-    if [digest(part.pixels) for part in parts] != attributes:
+    if not whole:
         return None
-    picture = _strip(work, item, parts)
-    return Result(_entry(work, item, parts, {"verify": time.perf_counter() - start}), picture)
+    picture = _strip(job, item, parts)
+    return Result({**entry, "seconds": {"verify": time.perf_counter() - start}}, picture)
 
 
 def _with(part: Part, **attributes: str | int) -> Part:
@@ -149,8 +139,8 @@ def _in_order(part: Part) -> Part:
     return replace(part, channels=names, pixels=pixels)
 
 
-def _strip(work: Work, item: Item, parts: Iterable[Part]) -> "Image | None":
-    if not work.has_sheet or item.view not in sheet_rows(len(work.views)):
+def _strip(job: Job, item: Item, parts: Iterable[Part]) -> Image | None:
+    if not job.has_sheet or item.view not in sheet_rows(len(job.views)):
         return None
     by_name = {part.name: part for part in parts}
     color = _inside(by_name["color"]) if "color" in by_name else None
@@ -158,36 +148,89 @@ def _strip(work: Work, item: Item, parts: Iterable[Part]) -> "Image | None":
     return strip(color, surface, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
 
 
-def _inside(part: Part) -> Any:
+def _inside(part: Part) -> NDArray[np.float32]:
     """A part's pixels without its guard band."""
     height, width, _ = part.pixels.shape
     return part.pixels[part.guard : height - part.guard, part.guard : width - part.guard]
 
 
-def _entry(work: Work, item: Item, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
+def _entry(job: Job, item: Item, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
     """What the manifest says of a view: from its parts alone, so that a file taken up again says the same."""
-    view, path = work.views[item.view], work.path(item)
+    view, path = job.views[item.view], job.path(item)
     return {
         "name": view.name,
         "file": path.name,
         "bytes": path.stat().st_size,
         "view": describe_view(view),
-        **_told(parts),
+        "surface_texels": parts[0].attributes["surface_texels"],
+        "samples_outside": [int(part.attributes["outside"]) for part in parts if part.name.startswith("ao_")],
         "seconds": seconds,
-        "textures": {part.name: _describe_part(part) for part in parts},
+        "textures": {
+            part.name: {
+                "channels": list(part.channels),
+                "shape": list(part.pixels.shape),
+                "dtype": str(part.pixels.dtype),
+                "sha256": part.attributes["sha256"],
+            }
+            for part in parts
+        },
     }
 
 
-def _told(parts: Sequence[Part]) -> dict[str, Any]:
-    """What the parts' metadata say of the passes."""
-    outside = [int(part.attributes["outside"]) for part in parts if part.name.startswith("ao_")]
-    return {"surface_texels": parts[0].attributes["surface_texels"], "samples_outside": outside}
+def make_ready(job: Job, items: Iterable[Item]) -> None:
+    """Make folders ready for the items that are still to be done.
+
+    The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone.
+    """
+    for frame in range(job.frame_count):
+        remove_leftovers(job.frame_folder(frame))
+    for frame in {item.frame for item in items}:
+        for name in (MANIFEST, SHEET):
+            if (path := job.frame_folder(frame) / name).is_file():
+                path.unlink()
 
 
-def _describe_part(part: Part) -> dict[str, Any]:
-    return {
-        "channels": list(part.channels),
-        "shape": list(part.pixels.shape),
-        "dtype": str(np.dtype(part.pixels.dtype)),
-        "sha256": part.attributes["sha256"],
+def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float]) -> None:
+    """Write a frame's contact sheet, if it has one, and its manifest.
+
+    Parameters
+    ----------
+    job : Job
+        What was rendered.
+    frame : int
+        Number of the frame.
+    results : sequence of Result
+        Those of all views.
+    seconds : dict
+        Wall time of each step of the job.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    folder, entries = job.frame_folder(frame), [result.entry for result in results]
+    remove_leftovers(folder)  # of workers that were killed on the way
+    if job.has_sheet:
+        sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
+        write_whole(folder / SHEET, sheet.save)
+    texels, surface_texels = (
+        sum(view.width * view.height for view in job.views),
+        sum(entry["surface_texels"] for entry in entries),
+    )
+    left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
+    left += plan.background(job.settings, texels, surface_texels)
+    place = {"number": frame, "count": job.frame_count, "world_from_scene": job.transform(frame).tolist()}
+    passes = dict.fromkeys(name for entry in entries for name in entry["seconds"])
+    manifest = {
+        "format": FORMAT,
+        **job.head,
+        "frame": None if job.transforms is None else place,
+        "plan": plan.described(left),
+        "seconds": {
+            **seconds,
+            "passes": {name: sum_in_order(entry["seconds"].get(name, 0.0) for entry in entries) for name in passes},
+        },
+        "views": entries,
     }
+    write_text(folder / MANIFEST, json.dumps(manifest, indent=1, allow_nan=False) + "\n")

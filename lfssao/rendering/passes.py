@@ -122,12 +122,12 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
         """A pass, or ``blank`` where the view sees no surface or nobody reads its layer."""
         return timed(name, work) if surface_texels and _LAYER_OF[name] in computed else blank
 
-    no_ao = np.zeros(gbuffer.depth.shape, np.float32)
-    black = np.zeros((*no_ao.shape, 3), np.float32)
-    nothing = [passes.Occlusion(no_ao, 0)] * len(settings.radii)
-    ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours), nothing)
-    merged = run("merge", lambda: passes.merge([each.texture for each in ao]), no_ao)
-    blurred = run("blur", lambda: passes.blur(merged, settings.blur), no_ao)
+    size = (0, 0) if surface_texels else gbuffer.depth.shape  # nobody reads a layer left out of a view with a surface
+    zero, black = np.zeros(size, np.float32), np.zeros((*size, 3), np.float32)
+    unoccluded = [passes.Occlusion(zero, 0)] * len(settings.radii)
+    ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours), unoccluded)
+    merged = run("merge", lambda: passes.merge([each.texture for each in ao]), zero)
+    blurred = run("blur", lambda: passes.blur(merged, settings.blur), zero)
     shaded = run("shade", lambda: _shade(gbuffer, blurred), black)
     return Textures(
         view=view,

@@ -1,21 +1,149 @@
-"""Items to results: in this process, files being written while the next passes run, or on anybody's executor."""
+"""Items to files: in this process, files being written while the next passes run, or on anybody's executor."""
 
 import pickle
 import threading
+import time
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, closing
+from itertools import groupby
 from pathlib import Path
 
-from lfssao import __version__
-from lfssao.core.files import scratch_file
-from lfssao.errors import InputError
-from lfssao.rendering.exr import use_one_thread_a_file
-from lfssao.rendering.output import Result, recover_view, write_view
-from lfssao.rendering.work import Item, Renderer, Work
+import numba
 
-Results = Generator[tuple[Item, Result], None, None]
+from lfssao import __version__
+from lfssao.ao.estimators.neighbours import DepthCache
+from lfssao.ao.estimators.registry import find_estimator
+from lfssao.core.files import output_folder, scratch_file
+from lfssao.errors import InputError
+from lfssao.gbuffer.caster import RayCaster
+from lfssao.rendering.animation import moved
+from lfssao.rendering.exr import use_one_thread_a_file
+from lfssao.rendering.job import Item, Job
+from lfssao.rendering.memory import available_memory, needed_memory
+from lfssao.rendering.output import Result, make_ready, recover_view, write_frame, write_view
+from lfssao.rendering.passes import Textures, render_view
+
+Results = Generator[Result, None, None]
+
+
+def run(
+    job: Job,
+    threads: int,
+    found: Mapping[Item, Result] | None = None,
+    executor: Executor | None = None,
+    seconds: Mapping[str, float] | None = None,
+) -> Generator[Item, None, None]:
+    """Render a job: write each item's file, and the contact sheet and manifest of each frame after its items.
+
+    Parameters
+    ----------
+    job : Job
+        What is rendered.
+    threads : int
+        Threads of each kernel, and without an executor those that write files.
+    found : mapping, optional
+        Items that an earlier job left whole (``recover``); they are not rendered again.
+    executor : concurrent.futures.Executor, optional
+        Where whole items run (``run_on``); in this process by default.
+    seconds : mapping, optional
+        Seconds of earlier steps, for the manifests.
+
+    Yields
+    ------
+    Item
+        Each item that is rendered, once its file is there, in the order of ``job.items()``.
+
+    Raises
+    ------
+    InputError
+        If the scene leaves float32, or a file cannot be written; files that were begun are finished first.
+    """
+    found, start = found or {}, time.perf_counter()
+    rest = [item for item in job.items() if item not in found]
+    if executor is None:
+        renderer = Renderer(job, threads)
+        if rest:
+            renderer.prepare(rest[0])  # a scene that is refused leaves no folder
+        results = run_here(renderer, rest, threads, _views_at_once(job, threads + 2) if threads > 1 else 1)
+    else:
+        results = run_on(executor, job, rest, threads)
+    with ExitStack() as stack:
+        for folder in (job.folder, *(job.frame_folder(frame) for frame in range(job.frame_count))):
+            stack.enter_context(output_folder(folder))
+        make_ready(job, rest)
+        stack.enter_context(closing(results))
+        for frame, items in groupby(job.items(), lambda item: item.frame):
+            views = []
+            for item in items:
+                if item in found:
+                    views.append(found[item])
+                else:
+                    views.append(next(results))
+                    yield item
+            write_frame(job, frame, views, {**(seconds or {}), "render": time.perf_counter() - start})
+
+
+def _views_at_once(job: Job, most: int) -> int:
+    """How many views may be in memory at the same time, at least 1 and at most ``most``."""
+    available = available_memory()
+    if available is None:
+        return most
+    radius_count, texel_bytes = len(job.settings.radii), find_estimator(job.settings.estimator).texel_bytes
+    needed = max(needed_memory(view.width * view.height, radius_count, texel_bytes) for view in job.views)
+    return max(1, min(most, available // needed))
+
+
+class Renderer:
+    """Runs the passes of one item after another; the trees are built anew only where the scene has moved.
+
+    Parameters
+    ----------
+    job : Job
+        What the items are of.
+    threads : int
+        Threads of each kernel; never more than numba has.
+    """
+
+    # numba's own pool of threads cannot run two parallel kernels at once.
+    _one_at_a_time = threading.Lock()
+
+    def __init__(self, job: Job, threads: int) -> None:
+        self.job = job
+        self._threads = min(threads, int(numba.config.NUMBA_NUM_THREADS))
+        self._caster: RayCaster | None = None
+        self._place = b""
+        self._build_seconds = 0.0
+
+    def prepare(self, item: Item) -> RayCaster:
+        """The ray caster for an item's frame.
+
+        Raises
+        ------
+        InputError
+            If the mesh leaves the range of float32 in the space rays are cast in.
+        """
+        transform = self.job.transform(item.frame)
+        if self._caster is None or self._place != transform.tobytes():
+            self._caster = None  # one at a time in memory
+            start = time.perf_counter()
+            mesh, view = moved(self.job.mesh, transform), self.job.views[item.view]
+            self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
+            self._depths = DepthCache(self._caster, 2 * self.job.settings.neighbours + 1)
+            self._build_seconds += time.perf_counter() - start
+        return self._caster
+
+    def textures(self, item: Item) -> Textures:
+        """An item's textures; their seconds include those of building trees for it."""
+        job = self.job
+        with self._one_at_a_time:
+            numba.set_num_threads(self._threads)
+            caster = self.prepare(item)
+            adjacent = self._depths.neighbours(job.neighbours[item.view], job.settings.caster) if job.neighbours else ()
+            textures = render_view(caster, job.views[item.view], job.settings, adjacent)
+            textures.seconds["build_bvh"], self._build_seconds = self._build_seconds, 0.0
+            return textures
 
 
 def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Results:
@@ -34,7 +162,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
 
     Yields
     ------
-    (Item, Result)
+    Result
         In the order of the items.
 
     Raises
@@ -43,22 +171,17 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
         If a file cannot be written; files that were begun are finished first.
     """
     use_one_thread_a_file()
-    waiting: deque[tuple[Item, Future[Result]]] = deque()
+    waiting: deque[Future[Result]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         for item in items:
-            while len(waiting) >= ahead or (waiting and waiting[0][1].done()):
-                yield _next(waiting)
-            waiting.append((item, pool.submit(write_view, renderer.work, item, renderer.textures(item))))
+            while len(waiting) >= ahead or (waiting and waiting[0].done()):
+                yield waiting.popleft().result()
+            waiting.append(pool.submit(write_view, renderer.job, item, renderer.textures(item)))
         while waiting:
-            yield _next(waiting)
+            yield waiting.popleft().result()
 
 
-def _next(waiting: deque[tuple[Item, Future[Result]]]) -> tuple[Item, Result]:
-    item, future = waiting.popleft()
-    return item, future.result()
-
-
-def run_on(executor: Executor, work: Work, items: Sequence[Item], threads: int) -> Results:
+def run_on(executor: Executor, job: Job, items: Sequence[Item], threads: int) -> Results:
     """Run whole items, passes and files, wherever an executor runs them; the folder must be the same there.
 
     Parameters
@@ -66,7 +189,7 @@ def run_on(executor: Executor, work: Work, items: Sequence[Item], threads: int) 
     executor : concurrent.futures.Executor
         A pool of processes, or what dask's ``Client.get_executor`` gives. Pools of threads gain nothing: kernels run
         one at a time in a process.
-    work : Work
+    job : Job
         What the items are of. It goes to the workers through a file in its folder, once for each.
     items : sequence of Item
         Which.
@@ -75,7 +198,7 @@ def run_on(executor: Executor, work: Work, items: Sequence[Item], threads: int) 
 
     Yields
     ------
-    (Item, Result)
+    Result
         In the order of the items, whatever the order of completion.
 
     Raises
@@ -83,22 +206,15 @@ def run_on(executor: Executor, work: Work, items: Sequence[Item], threads: int) 
     InputError
         If a worker cannot write a file, does not see the folder, or runs another version.
     """
-    with _shared(work) as path:
+    with scratch_file(job.folder, "work") as path:
+        path.write_bytes(pickle.dumps(job))
         futures = [executor.submit(run_item, str(path), item, threads, __version__) for item in items]
         try:
-            for item, future in zip(items, futures, strict=True):
-                yield item, future.result()
+            for future in futures:
+                yield future.result()
         finally:
             for future in futures:
                 future.cancel()
-
-
-@contextmanager
-def _shared(work: Work) -> Iterator[Path]:
-    """The work in a file of its folder, as long as the block runs."""
-    with scratch_file(work.folder, "work") as path:
-        path.write_bytes(pickle.dumps(work))
-        yield path
 
 
 _here: dict[str, Renderer] = {}
@@ -111,7 +227,7 @@ def run_item(path: str, item: Item, threads: int, version: str) -> Result:
     Parameters
     ----------
     path : str
-        The file with the work; the last one is kept in memory, with its trees.
+        The file with the job; the last one is kept in memory, with its trees.
     item : Item
         Which.
     threads : int
@@ -132,27 +248,25 @@ def run_item(path: str, item: Item, threads: int, version: str) -> Result:
             _here.clear()
             _here[path] = Renderer(_load(path), threads)
         renderer = _here[path]
-    return write_view(renderer.work, item, renderer.textures(item))
+    return write_view(renderer.job, item, renderer.textures(item))
 
 
-def _load(path: str) -> Work:
+def _load(path: str) -> Job:
     try:
-        work = pickle.loads(Path(path).read_bytes())
+        job = pickle.loads(Path(path).read_bytes())
     except OSError as error:
         raise InputError(f"{path}: a worker cannot read it ({error.strerror}): it needs the same folder") from error
-    assert isinstance(work, Work)
-    return work
+    assert isinstance(job, Job)
+    return job
 
 
-def recover(work: Work, items: Sequence[Item], threads: int) -> Iterator[tuple[Item, Result | None]]:
+def recover(job: Job, threads: int) -> Iterator[tuple[Item, Result | None]]:
     """Verify what an earlier job left of each item (``recover_view``), in their order.
 
     Parameters
     ----------
-    work : Work
+    job : Job
         What the items are of.
-    items : sequence of Item
-        Which.
     threads : int
         How many threads read.
 
@@ -168,4 +282,5 @@ def recover(work: Work, items: Sequence[Item], threads: int) -> Iterator[tuple[I
     """
     use_one_thread_a_file()
     with ThreadPoolExecutor(threads) as pool:
-        yield from zip(items, pool.map(lambda item: recover_view(work, item), items), strict=True)
+        items = job.items()
+        yield from zip(items, pool.map(lambda item: recover_view(job, item), items), strict=True)

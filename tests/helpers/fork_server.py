@@ -9,7 +9,7 @@ import sys
 
 import numba
 
-import lfssao.cli.run_items  # noqa: F401 (commands import it late)
+import lfssao.cli.render  # noqa: F401 (main imports it late)
 from lfssao.cli.main import main
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.passes import render

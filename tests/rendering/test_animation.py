@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import lfssao.rendering.work
+import lfssao.rendering.run
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
@@ -162,7 +162,7 @@ def animated(tmp_path_factory):
             super().__init__(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(lfssao.rendering.work, "RayCaster", Counting)
+        patch.setattr(lfssao.rendering.run, "RayCaster", Counting)
         words = ["render", "ammonite", *SMALL, "--frames", str(folder / "path.json"), "-o", str(folder / "out")]
         assert main(words) == 0
     return folder / "out", read_transforms(folder / "path.json"), len(built)

@@ -19,11 +19,11 @@ import lfssao.rendering.run
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.optics.display_file import find_display
+from lfssao.rendering.job import Job
 from lfssao.rendering.manifest import describe_scene
-from lfssao.rendering.run import run_here, run_item, run_on
+from lfssao.rendering.run import Renderer, run_here, run_item, run_on
 from lfssao.rendering.settings import Settings
 from lfssao.rendering.views import module_views
-from lfssao.rendering.work import Item, Renderer, Work
 from lfssao.scene.builtin import builtin_scene
 
 COMMAND = ["render", "ammonite", "--display", "sample-a", "--resolution", "160x96", "--radii", "0.05,0.1"]
@@ -139,23 +139,22 @@ def test_without_the_package(tmp_path, capsys, monkeypatch):
 # Any executor
 
 
-def work_in(folder, count=COUNT):
+def job_in(folder, count=COUNT):
     mesh, display = builtin_scene("ammonite"), find_display("sample-a").with_resolution(160, 96)
     views = tuple(module_views(mesh, display, range(count)))
-    return Work(mesh, views, Settings((0.05, 0.1)), folder, describe_scene(mesh))
+    return Job(mesh, views, Settings((0.05, 0.1)), folder, {"scene": describe_scene(mesh)})
 
 
 def textures_of(results):
-    return [{name: t["sha256"] for name, t in result.entry["textures"].items()} for _, result in results]
+    return [{name: t["sha256"] for name, t in result.entry["textures"].items()} for result in results]
 
 
 @pytest.mark.parametrize("kind", ["threads", "processes"])
 def test_any_executor_makes_the_same(local, tmp_path, kind):
-    work = work_in(tmp_path, 6)
+    job = job_in(tmp_path, 6)
     context = get_context("spawn")
     with ThreadPoolExecutor(3) if kind == "threads" else ProcessPoolExecutor(1, mp_context=context) as executor:
-        results = list(run_on(executor, work, work.items(), 1))
-    assert [item for item, _ in results] == work.items()
+        results = list(run_on(executor, job, job.items(), 1))
     assert textures_of(results) == local[:6]
     assert sorted(os.listdir(tmp_path)) == [f"module_{k:03d}.exr" for k in range(6)]
 
@@ -182,18 +181,17 @@ class Backwards:
 
 
 def test_results_come_by_item_not_by_completion(local, tmp_path):
-    work = work_in(tmp_path, 4)
-    results = list(run_on(Backwards(), work, work.items(), 1))
-    assert [item.view for item, _ in results] == [0, 1, 2, 3]
+    job = job_in(tmp_path, 4)
+    results = list(run_on(Backwards(), job, job.items(), 1))
     assert textures_of(results) == local[:4]
 
 
 def test_a_worker_of_another_version_or_without_the_folder(tmp_path):
-    work = work_in(tmp_path, 1)
+    job = job_in(tmp_path, 1)
     with pytest.raises(InputError, match=r"a worker runs lfssao \S+, the job 9\.9"):
-        run_item(str(tmp_path / "work"), work.items()[0], 1, "9.9")
+        run_item(str(tmp_path / "work"), job.items()[0], 1, "9.9")
     with pytest.raises(InputError, match=r"a worker cannot read it .*it needs the same folder"):
-        run_item(str(tmp_path / "work"), work.items()[0], 1, lfssao.__version__)
+        run_item(str(tmp_path / "work"), job.items()[0], 1, lfssao.__version__)
 
 
 # In this process
@@ -201,9 +199,8 @@ def test_a_worker_of_another_version_or_without_the_folder(tmp_path):
 
 @pytest.mark.parametrize("threads", [1, 2, 4])
 def test_overlapped_files_are_the_same_and_come_in_order(local, tmp_path, threads):
-    work = work_in(tmp_path, 6)
-    results = list(run_here(Renderer(work, threads), work.items(), threads, threads + 1))
-    assert [item for item, _ in results] == [Item(0, k) for k in range(6)]
+    job = job_in(tmp_path, 6)
+    results = list(run_here(Renderer(job, threads), job.items(), threads, threads + 1))
     assert textures_of(results) == local[:6]
 
 
@@ -226,7 +223,7 @@ def untouched(monkeypatch):
 def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
     """Writing is held until no more items come."""
     gate, alive, most = threading.Event(), weakref.WeakSet(), []
-    work = work_in(tmp_path, 8)
+    job = job_in(tmp_path, 8)
 
     def textures(_, item):
         made = Untouched(item)
@@ -241,14 +238,14 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
         return item
 
     untouched.setattr(lfssao.rendering.run, "write_view", write)
-    assert len(list(run_here(Renderer(work, 2), work.items(), 2, ahead))) == 8
+    assert len(list(run_here(Renderer(job, 2), job.items(), 2, ahead))) == 8
     assert max(most) == ahead
 
 
 def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
     """The passes of the second view end once the first one's file is begun, and that once they have begun."""
     begun, computing = threading.Event(), threading.Event()
-    work, real = work_in(tmp_path, 4), lfssao.rendering.run.write_view
+    job, real = job_in(tmp_path, 4), lfssao.rendering.run.write_view
 
     def textures(_, item):
         if item.view == 1:
@@ -263,12 +260,12 @@ def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
 
     untouched.setattr(Renderer, "textures", textures)
     untouched.setattr(lfssao.rendering.run, "write_view", write)
-    assert len(list(run_here(Renderer(work, 2), work.items(), 2, 2))) == 4
+    assert len(list(run_here(Renderer(job, 2), job.items(), 2, 2))) == 4
 
 
 def test_files_that_were_begun_are_finished_when_the_job_is_stopped(tmp_path):
-    work = work_in(tmp_path, 6)
-    results = run_here(Renderer(work, 2), work.items(), 2, 3)
+    job = job_in(tmp_path, 6)
+    results = run_here(Renderer(job, 2), job.items(), 2, 3)
     next(results)
     results.close()
     names = sorted(os.listdir(tmp_path))

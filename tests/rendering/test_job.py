@@ -18,10 +18,9 @@ from lfssao.cli.main import main
 from lfssao.core.files import check_folder, output_folder, write_whole
 from lfssao.errors import InputError
 from lfssao.gbuffer.embree import embree_installed
-from lfssao.rendering import exr
-from lfssao.rendering import job as job_module
+from lfssao.rendering import exr, memory
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
-from lfssao.rendering.job import available_memory, check_memory, needed_memory
+from lfssao.rendering.memory import available_memory, check_memory, needed_memory
 from lfssao.rendering.passes import render_view
 
 TEXTURES = {
@@ -347,14 +346,14 @@ def test_check_folder_touches_nothing(tmp_path, monkeypatch):
 
 def test_memory_is_checked_against_what_is_there(monkeypatch):
     assert available_memory() > 10_000_000
-    monkeypatch.setattr(job_module, "available_memory", lambda: 10**9)
+    monkeypatch.setattr(memory, "available_memory", lambda: 10**9)
     check_memory(2000, 2000, 5, 4)  # 0.5 GB
     with pytest.raises(InputError, match=r"resolution 4000x4000.* 2\.0 GB of memory, 1\.0 GB are available"):
         check_memory(4000, 4000, 5, 4)
     check_memory(2000, 3400, 5, 4)  # 0.9 GB
     with pytest.raises(InputError, match=r"resolution 2000x3400.* 1\.1 GB of memory, 1\.0 GB are available"):
         check_memory(2000, 3400, 5, 96)
-    monkeypatch.setattr(job_module, "available_memory", lambda: None)
+    monkeypatch.setattr(memory, "available_memory", lambda: None)
     check_memory(2**16, 2**15 - 1, 5, 4)
     with pytest.raises(InputError, match="at most 2147483647 texels"):
         check_memory(2**16, 2**15, 5, 4)
@@ -404,7 +403,7 @@ def test_an_interrupted_job_leaves_no_manifest_of_an_earlier_one(tmp_path, monke
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("lfssao.rendering.job.Job.finish", stop)
+    monkeypatch.setattr("lfssao.rendering.run.write_frame", stop)
     assert main(arguments) == 130
     assert not (tmp_path / "manifest.json").exists()
     assert (tmp_path / "module_000.exr").exists()

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from lfssao.errors import InputError
-from lfssao.rendering.digests import digest
-from lfssao.rendering.folder import MANIFEST, load_manifest
+from lfssao.rendering.folder import load_manifest
 from lfssao.rendering.image_file import ENDINGS, ImagePart, part_of, read_image_file
+from lfssao.rendering.manifest import MANIFEST, digest
 from lfssao.verify.case import Case
 from lfssao.verify.compare.intervals import not_written, view_case
 from lfssao.verify.compare.layers import Layer, layers_of

@@ -18,8 +18,8 @@ import numpy as np
 from lfssao import __version__
 from lfssao.core.files import check_folder
 from lfssao.errors import InputError
-from lfssao.rendering.digests import digest
 from lfssao.rendering.exr import Part, write_exr
+from lfssao.rendering.manifest import digest
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.case import Array, Arrays, Case
 

@@ -1,0 +1,255 @@
+"""The options that say what is rendered, from what, how and where to, and the job that they describe."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.registry import find_estimator
+from lfssao.cli import estimators, values
+from lfssao.cli.terminal import say
+from lfssao.cli.values import LARGEST_RADIUS, MOST_BLUR, MOST_GUARD, MOST_SAMPLES
+from lfssao.core.affine import Matrix
+from lfssao.core.files import check_folder
+from lfssao.errors import InputError
+from lfssao.optics.camera import PROJECTIONS, Camera
+from lfssao.optics.display import Display
+from lfssao.optics.display_file import find_display
+from lfssao.optics.view import View, check_positions
+from lfssao.rendering import manifest
+from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
+from lfssao.rendering.job import Job
+from lfssao.rendering.memory import check_memory
+from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
+from lfssao.rendering.views import module_views, neighbour_views
+from lfssao.scene.builtin import BUILTIN, builtin_scene
+from lfssao.scene.load import load_scene
+from lfssao.scene.mesh import Mesh
+
+CAMERA_RESOLUTION = (1024, 768)
+
+_HELP = {
+    "scene": "a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, statue, ammonite, armadillo "
+    "(default: gallery)",
+    "--output": "folder to write to; made if not there, files replaced",
+    "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
+    "--display": "a preset, such as sample-a ('lfssao display' lists them), or a .toml file (default: virtual)",
+    "--modules": "modules A to B - 1 only (default: all)",
+    "--camera": "an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
+    "SCENE goes before it",
+    "--resolution": "texels of each texture (default: the display's own; 1024x768 with --camera)",
+    "--guard": f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
+    "--radii": "radii of the sampling ball in scene units, or with %% in per cent of the scene's diagonal "
+    "(default: 1%%,2%%,3.5%%,6%%,10%%)",
+    "--estimator": "how occlusion is estimated; 'lfssao estimators' lists the names (default: lf)",
+    "--parameter": "a parameter of the estimator in place of its default; may be given several times",
+    "--neighbours": "count a sample as occluded only if none of the K nearest modules sees it in the open (default: 0)",
+    "--samples": f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8)",
+    "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
+    "(default: the estimator's own, LF's is latin)",
+    "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
+    "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
+    "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
+    "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
+    "--layers": f"keep and write only these of {', '.join(LAYERS)}, and compute only what they need "
+    "(default: all, normals with --normals)",
+    "--caster": "what picks each ray's first triangle: exact, with equal bits everywhere, or embree, Embree's own "
+    "float32 answers, to show where they differ (default: exact)",
+    "--threads": "threads, at most one for each core (default)",
+    "--frames": "render an animation, each frame into a folder of its own: N frames of one turn about the vertical, or "
+    "those of a .json or .npy file of 4x4 matrices that place the scene",
+    "--resume": "keep the textures that an interrupted job left, if their digests are right, and do the rest",
+    "--scheduler": "compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, whose workers "
+    "must see the same folder",
+}
+
+
+def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
+    """Add the options of a job to a command; the output folder is required for ``output``."""
+
+    def add(*names: str, **more: Any) -> None:
+        command.add_argument(*names, help=_HELP[names[-1]], **more)
+
+    add("scene", nargs="?", default="gallery", metavar="SCENE")
+    add("-o", "--output", required=output, metavar="DIR")
+    add("--texture", metavar="IMAGE")
+    add("--display", metavar="NAME")
+    add("--modules", type=values.module_range, metavar="A:B")
+    add("--camera", nargs="?", const="perspective", metavar="PROJECTION")
+    add("--resolution", type=values.resolution, metavar="WxH")
+    add("--guard", type=values.guard, default=0, metavar="N")
+    add("--radii", type=values.radii, metavar="R,R,...")
+    add("--estimator", default="lf", metavar="NAME")
+    add("--parameter", type=values.parameter, action="append", metavar="NAME=VALUE")
+    add("--neighbours", type=values.neighbours, default=0, metavar="K")
+    add("--samples", type=values.samples, metavar="N")
+    add("--sampling", metavar="NAME")
+    add("--seed", type=values.seed, metavar="N")
+    add("--blur", type=values.blur, default=1.0, metavar="SIGMA")
+    add("--filter", default="bilinear", metavar="NAME")
+    add("--normals", nargs="?", const="geometric", metavar="KIND")
+    add("--layers", type=values.layers, metavar="NAME,...")
+    add("--caster", default="exact", metavar="NAME")
+    add("--threads", type=values.threads, metavar="N")
+    add("--frames", type=values.frames, metavar="N|FILE")
+    add("--resume", action="store_true")
+    add("--scheduler", type=values.scheduler, metavar="ADDRESS")
+
+
+def job_of(options: argparse.Namespace, threads: int) -> Job:
+    """The job that the options describe: checked as far as that can be, then the scene is loaded.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong, or the scene cannot be rendered.
+    """
+    display = _display(options)
+    sampling, settings = _settings(options)
+    _check_size(options, display)
+    if options.output is not None:
+        check_folder(Path(options.output))
+    mesh = load(options.scene, options.texture)
+    _say_notes(mesh)
+    settings = replace(settings, radii=_radii(options, mesh))
+    transforms = _transforms(options.frames, mesh)
+    # One box for all frames, so that the scene's scale on the display stays what it is.
+    boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
+    views, neighbours = _views(options, mesh, display, swept_bounds(boxes))
+    head = {
+        "machine": manifest.describe_machine(threads, options.command),
+        "scene": manifest.describe_scene(mesh),
+        "display": None if options.camera is not None else manifest.describe_display(display),
+        "camera": options.camera,
+        "sampling": sampling,
+        "settings": manifest.describe_settings(settings),
+    }
+    folder = Path(options.output or ".")
+    return Job(mesh, tuple(views), settings, folder, head, transforms, tuple(neighbours), tuple(boxes))
+
+
+def _display(options: argparse.Namespace) -> Display:
+    """The display that is asked for, in its own resolution; the options of a camera are checked too."""
+    if options.camera is not None:
+        if options.camera not in PROJECTIONS:
+            raise InputError(
+                f"--camera: there is no projection '{options.camera}': choose one of {', '.join(PROJECTIONS)}"
+            )
+        for name in ("display", "modules", "neighbours"):
+            if getattr(options, name) not in (None, 0):
+                raise InputError(f"--{name} does not go with --camera, which renders one ordinary view")
+    try:
+        display = find_display("virtual" if options.display is None else options.display)
+    except InputError as error:
+        raise InputError(f"--display: {error}") from None
+    count = len(display.modules)
+    if options.neighbours >= count:
+        raise InputError(f"--neighbours {options.neighbours}: a module of {display.name} has {count - 1} others")
+    if options.modules is not None and options.modules.stop > count:
+        asked = f"{options.modules.start}:{options.modules.stop}"
+        raise InputError(f"--modules {asked}: {display.name} has modules 0:{count}")
+    return display
+
+
+def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
+    """What the manifest says of the samples, and the settings but for the radii, which depend on the scene."""
+    try:
+        estimator = find_estimator(options.estimator)
+    except InputError as error:
+        raise InputError(f"--estimator: {error}") from None
+    parameters = estimators.read_parameters(estimator, options.parameter)
+    sampling, samples, weights = estimators.read_samples(estimator, options.sampling, options.samples, options.seed)
+    return sampling, Settings(
+        radii=(0.0,),
+        samples=samples,
+        blur=options.blur,
+        color_filter=options.filter,
+        normals=options.normals,
+        estimator=estimator.name,
+        parameters=parameters,
+        weights=weights,
+        neighbours=options.neighbours,
+        caster=options.caster,
+        layers=options.layers,
+    )
+
+
+def _radii(options: argparse.Namespace, mesh: Mesh) -> tuple[float, ...]:
+    """The radii, world units."""
+    radii = default_radii(mesh)
+    if options.radii is not None:
+        radii = tuple(r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii)
+    if max(radii) > LARGEST_RADIUS:
+        raise InputError(f"--radii: {max(radii):g} scene units is more than {LARGEST_RADIUS:g}")
+    return radii
+
+
+def _check_size(options: argparse.Namespace, display: Display) -> None:
+    """Refuse textures that do not fit into memory."""
+    sizes = {(module.width, module.height) for module in display.modules}
+    if options.camera is not None:
+        sizes = {CAMERA_RESOLUTION}
+    if options.resolution is not None:
+        sizes = {options.resolution}
+    radius_count = len(options.radii or DEFAULT_RADII)
+    texel_bytes = find_estimator(options.estimator).texel_bytes
+    for width, height in sizes:
+        check_memory(width + 2 * options.guard, height + 2 * options.guard, radius_count, texel_bytes)
+
+
+def load(scene: str, texture: str | None = None) -> Mesh:
+    """The mesh of a file, or the embedded scene of a name.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be rendered.
+    """
+    # The embedded scenes' names have no ending, which a mesh file needs: a folder of that name does not matter.
+    if scene in BUILTIN:
+        if texture is not None:
+            raise InputError(f"--texture: the embedded scene {scene} takes none")
+        return builtin_scene(scene)
+    if not Path(scene).suffix and not Path(scene).exists():
+        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
+    return load_scene(scene, texture)
+
+
+def _say_notes(mesh: Mesh) -> None:
+    """Say what loading left out of the scene."""
+    if mesh.degenerate:
+        faces = "1 face without an area is" if mesh.degenerate == 1 else f"{mesh.degenerate} faces without an area are"
+        say(f"{mesh.name}: {faces} left out")
+    for note in mesh.notes:
+        say(f"{mesh.name}: {note}")
+
+
+def _views(
+    options: argparse.Namespace, mesh: Mesh, display: Display, bounds: NDArray[np.float64]
+) -> tuple[list[View], list[tuple[View, ...]]]:
+    """The views that are rendered, and for each those of the modules that it asks, if any."""
+    if options.camera is not None:
+        camera = Camera.looking_at(bounds, options.camera)
+        width, height = options.resolution or CAMERA_RESOLUTION
+        check_positions(bounds, height / camera.extent)
+        return [camera.view(width, height, options.guard)], []
+    if options.resolution is not None:
+        display = display.with_resolution(*options.resolution)
+    more = options.modules, options.guard, bounds
+    neighbours = neighbour_views(mesh, display, options.neighbours, *more) if options.neighbours else []
+    return module_views(mesh, display, *more), neighbours
+
+
+def _transforms(frames: int | Path | None, mesh: Mesh) -> tuple[Matrix, ...] | None:
+    """The affine map of each frame; None for a still."""
+    if frames is None:
+        return None
+    if isinstance(frames, int):
+        return tuple(turntable(mesh.bounds, frames))
+    try:
+        return tuple(read_transforms(frames))
+    except InputError as error:
+        raise InputError(f"--frames: {error}") from None

@@ -1,20 +1,18 @@
-"""``lfssao bench``: what the implementation can be measured by. A bench is a file of this folder, listed here."""
+"""``lfssao bench``: measurements of the implementation. A bench is a file of this folder, listed here."""
 
-from typing import Any
+import argparse
 
-from lfssao.cli import bench_plan, bench_stability, bench_work_precision
+BENCHES = {
+    "plan": "what leaving out what a scene does not need saves, by scene and rule",
+    "stability": "stiff and extreme cases, against exact arithmetic",
+    "work-precision": "error against run time, of every estimator",
+    "advise": "which setting to take for an error or a time",
+}
 
-BENCHES = (bench_plan, bench_stability, bench_work_precision)
 
-
-def add_to(commands: Any) -> None:
-    """Add the command to the parser."""
-    bench = commands.add_parser(
-        "bench",
-        allow_abbrev=False,
-        help="measure errors, stability and time",
-        description="Measure what this implementation gets right, and what that costs.",
-    )
+def add_to(bench: argparse.ArgumentParser) -> None:
+    """Add the benches."""
+    bench.description = "Measure what this implementation gets right, and what that costs."
     benches = bench.add_subparsers(required=True, metavar="BENCH")
-    for each in BENCHES:
-        each.add_to(benches)
+    for name, line in BENCHES.items():
+        benches.add_parser(name, help=line, file=f"bench_{name.replace('-', '_')}")

@@ -4,21 +4,20 @@ import argparse
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
+from lfssao.bench import savings
 from lfssao.cli import values
+from lfssao.cli.terminal import BROKEN
+from lfssao.core.files import write_text
+from lfssao.optics.display_file import find_display
+from lfssao.rendering.manifest import describe_machine
 
-DIFFERENT = 1
 
-
-def add_to(benches: Any) -> None:
-    """Add the bench to the parser."""
-    plan = benches.add_parser(
-        "plan",
-        allow_abbrev=False,
-        help="what leaving out what a scene does not need saves, by scene and rule",
-        description="Render the embedded scenes, and a wall that fills the texture, as 'lfssao render' does and with "
-        "what it leaves out, in turn in one thread: how many times as long that takes. Exit code 1 if bits differ.",
+def add_to(plan: argparse.ArgumentParser) -> None:
+    """Add the bench's options."""
+    plan.description = (
+        "Render the embedded scenes, and a wall that fills the texture, as 'lfssao render' does and with what it "
+        "leaves out, in turn in one thread: how many times as long that takes. Exit code 1 if bits differ."
     )
     plan.set_defaults(run=_plan)
     plan.add_argument("--quick", action="store_true", help="one embedded scene and the wall, few turns")
@@ -28,11 +27,6 @@ def add_to(benches: Any) -> None:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    from lfssao.bench import savings  # late: --help needs none of it
-    from lfssao.core.files import write_text
-    from lfssao.optics.display_file import find_display
-    from lfssao.rendering.manifest import describe_machine
-
     display, made = find_display(options.display), []
     repeats = options.repeats or (6 if options.quick else 25)
     print(savings.HEAD, flush=True)
@@ -42,4 +36,4 @@ def _plan(options: argparse.Namespace) -> int:
     if options.json is not None:
         result = {"machine": describe_machine(1, options.command), "scenes": [asdict(saving) for saving in made]}
         write_text(options.json, json.dumps(result, indent=1, allow_nan=False) + "\n")
-    return 0 if all(saving.same for saving in made) else DIFFERENT
+    return 0 if all(saving.same for saving in made) else BROKEN

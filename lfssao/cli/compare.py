@@ -4,16 +4,12 @@ import argparse
 import traceback
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from lfssao.cli.terminal import bar_size, printable
+from lfssao.cli.terminal import NOT_COMPARED, printable, progress
 from lfssao.errors import InputError, LfssaoError
-
-if TYPE_CHECKING:
-    from lfssao.verify.compare.report import Report
-
-# Nothing could be compared: a wrong option too, as 2 would say that textures differ, and 1 that they are right.
-NOT_COMPARED = 4
+from lfssao.verify.compare.compare import Comparison
+from lfssao.verify.compare.report import Report
 
 _DESCRIPTION = """\
 Compare textures of another renderer with a reference: bits, and, where the reference is a folder that 'lfssao
@@ -33,52 +29,42 @@ _CODES = """exit codes, as of idiff:
 The highest that applies is taken."""
 
 
-def add_to(commands: Any) -> None:
-    """Add the command to the parser."""
-    compare = commands.add_parser(
-        "compare",
-        allow_abbrev=False,
-        help="another renderer's textures against a reference",
-        description=_DESCRIPTION,
-        epilog=_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+_HELP = {
+    "mine": "a folder or a file of the renderer to be judged",
+    "reference": "a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
+    "--map": "a layer or channel of MINE is one of REFERENCE, as in ssao.R=merged.AO; may be given several times",
+    "--layers": "compare these layers of REFERENCE only (default: all)",
+    "--exact": "fail where bits differ",
+    "--model": "what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
+    "--mesh": "the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
+    "exceptions at silhouettes (of an embedded scene it is at hand)",
+    "--json": "write all figures as JSON",
+    "--junit": "write JUnit XML: a test suite a module, a test case a layer",
+    "--picture": "draw the first module that fails or differs (.png, .svg or .pdf)",
+}
+
+
+def add_to(compare: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    compare.description, compare.epilog = _DESCRIPTION, _CODES
+    compare.formatter_class = argparse.RawDescriptionHelpFormatter
     compare.set_defaults(run=_compare)
-    add = compare.add_argument
-    add("mine", metavar="MINE", help="a folder or a file of the renderer to be judged")
-    add(
-        "reference",
-        metavar="REFERENCE",
-        help="a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
-    )
-    add(
-        "--map",
-        action="append",
-        default=[],
-        metavar="MINE=REFERENCE",
-        help="a layer or channel of MINE is one of REFERENCE, as in ssao.R=merged.AO; may be given several times",
-    )
-    add("--layers", metavar="NAME,...", help="compare these layers of REFERENCE only (default: all)")
-    add("--exact", action="store_true", help="fail where bits differ")
-    add(
-        "--model",
-        default="shader",
-        metavar="NAME",
-        help="what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
-    )
-    add(
-        "--mesh",
-        metavar="FILE",
-        help="the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
-        "exceptions at silhouettes (of an embedded scene it is at hand)",
-    )
-    add("--json", metavar="FILE", help="write all figures as JSON")
-    add("--junit", metavar="FILE", help="write JUnit XML: a test suite a module, a test case a layer")
-    add("--picture", metavar="FILE", help="draw the first module that fails or differs (.png, .svg or .pdf)")
+
+    def add(name: str, **more: Any) -> None:
+        compare.add_argument(name, help=_HELP[name], **more)
+
+    add("mine", metavar="MINE")
+    add("reference", metavar="REFERENCE")
+    add("--map", action="append", default=[], metavar="MINE=REFERENCE")
+    add("--layers", metavar="NAME,...")
+    add("--exact", action="store_true")
+    add("--model", default="shader", metavar="NAME")
+    for name in ("--mesh", "--json", "--junit", "--picture"):
+        add(name, metavar="FILE")
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """``lfssao compare``: its exit code is the report's."""
+    """Compare; the exit code is the report's."""
     try:
         report = _report(options)
     except (LfssaoError, MemoryError, KeyboardInterrupt):
@@ -91,22 +77,15 @@ def _compare(options: argparse.Namespace) -> int:
     return report.exit_code
 
 
-def _report(options: argparse.Namespace) -> "Report":
-    from tqdm import tqdm
-
-    from lfssao.verify.compare.compare import Comparison  # late: numba is imported behind this line
-
+def _report(options: argparse.Namespace) -> Report:
     for name in ("json", "junit", "picture"):
         target = getattr(options, name)
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers = None if options.layers is None else options.layers.split(",")
-    comparison = Comparison(
-        Path(options.mine), Path(options.reference), _rules(options.map), layers, options.exact, options.model,
-        options.mesh,
-    )  # fmt: skip
-    # disable=None: a bar on a terminal, nothing in a pipe.
-    with tqdm(comparison.modules, unit="module", disable=None, **bar_size()) as bar:
+    sources = Path(options.mine), Path(options.reference)
+    comparison = Comparison(*sources, _rules(options.map), layers, options.exact, options.model, options.mesh)
+    with progress(comparison.modules, unit="module") as bar:
         for module in bar:
             comparison.add(module)
     report = comparison.report()

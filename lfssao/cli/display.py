@@ -2,35 +2,27 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from lfssao.errors import InputError
+from lfssao.optics.display_file import display_names, display_text, find_display
 
 
-def add_to(commands: Any) -> None:
-    """Add the command to the parser."""
-    display = commands.add_parser(
-        "display",
-        allow_abbrev=False,
-        help="print a display as a TOML file, or draw it from above",
-        description="Print the TOML file of a preset display, with the source of every value, or of a file after "
-        "checking it; change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: list the presets.",
+def add_to(display: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    display.description = (
+        "Print the TOML file of a preset display, with the source of every value, or of a file after checking it; "
+        "change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: list the presets."
     )
     display.set_defaults(run=_display)
     display.add_argument("name", nargs="?", metavar="NAME", help="a preset, or a file whose name ends in .toml")
-    display.add_argument(
-        "--plot",
-        nargs="?",
-        const="",
-        metavar="FILE",
-        help="draw modules, screen, observers, region of interest and rays, seen from above, into FILE (.png, .svg or "
-        ".pdf; default: NAME.png)",
+    drawing = (
+        "draw modules, screen, observers, region of interest and rays, seen from above, into FILE (.png, .svg or .pdf; "
+        "default: NAME.png)"
     )
+    display.add_argument("--plot", nargs="?", const="", metavar="FILE", help=drawing)
 
 
 def _display(options: argparse.Namespace) -> None:
-    from lfssao.optics.display_file import display_names, display_text, find_display  # late: reads files
-
     if options.name is None:
         if options.plot is not None:
             raise InputError("--plot needs the NAME of a display")

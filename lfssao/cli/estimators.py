@@ -1,34 +1,29 @@
 """``lfssao estimators``: the estimators of occlusion, and what options say of them."""
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.estimators.registry import ESTIMATORS, full_parameters
 from lfssao.cli import values
 from lfssao.errors import InputError
-
-if TYPE_CHECKING:
-    from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.samples import make_samples
 
 
-def add_to(commands: Any) -> None:
-    """Add the command to the parser."""
-    estimators = commands.add_parser(
-        "estimators",
-        allow_abbrev=False,
-        help="list the estimators of occlusion and their parameters",
-        description="List the estimators that 'lfssao render --estimator NAME' knows: what each computes, after which "
-        "paper, its number of samples, its parameters with their defaults.",
+def add_to(estimators: argparse.ArgumentParser) -> None:
+    """Describe the command, which has no options."""
+    estimators.description = (
+        "List the estimators that 'lfssao render --estimator NAME' knows: what each computes, after which paper, its "
+        "number of samples, its parameters with their defaults."
     )
     estimators.set_defaults(run=_list)
 
 
 def _list(_options: argparse.Namespace) -> None:
-    from lfssao.ao.estimators.registry import ESTIMATORS  # late: imports numba
-
     print("\n".join(_line(estimator) for estimator in ESTIMATORS.values()))
 
 
-def _line(estimator: "Estimator") -> str:
+def _line(estimator: Estimator) -> str:
     """Two lines on an estimator."""
     many = f"{estimator.count} sample{'s' * (estimator.count != 1)}"
     facts = [many] if estimator.samples is not None else []
@@ -39,7 +34,7 @@ def _line(estimator: "Estimator") -> str:
     return f"{estimator.name}: {estimator.title} ({estimator.source})\n    {'; '.join(facts)}"
 
 
-def read_parameters(estimator: "Estimator", given: list[tuple[str, str]] | None) -> "dict[str, Value]":
+def read_parameters(estimator: Estimator, given: list[tuple[str, str]] | None) -> dict[str, Value]:
     """The values of ``--parameter NAME=VALUE`` in the types of the estimator's defaults, checked.
 
     Raises
@@ -47,8 +42,6 @@ def read_parameters(estimator: "Estimator", given: list[tuple[str, str]] | None)
     InputError
         If the estimator has no such parameter, a value is not of its type or range, or a name is given twice.
     """
-    from lfssao.ao.estimators.registry import full_parameters  # late: imports numba
-
     read: dict[str, Value] = {}
     for name, text in given or ():
         if name in read:
@@ -64,8 +57,8 @@ def read_parameters(estimator: "Estimator", given: list[tuple[str, str]] | None)
 
 
 def read_samples(
-    estimator: "Estimator", method: str | None, count: int | None, seed: int | None
-) -> "tuple[dict[str, Any], FloatArray | None, FloatArray | None]":
+    estimator: Estimator, method: str | None, count: int | None, seed: int | None
+) -> tuple[dict[str, Any], FloatArray | None, FloatArray | None]:
     """The samples that ``--sampling``, ``--samples`` and ``--seed`` ask for.
 
     Returns
@@ -80,8 +73,6 @@ def read_samples(
     InputError
         If the method is unknown, or the estimator takes no samples, or none in the ball.
     """
-    from lfssao.samples import make_samples  # late: imports numba
-
     if estimator.dimensions == 0 and (method, count, seed) != (None, None, None):
         raise InputError(f"--samples, --sampling, --seed: estimator {estimator.name} takes no samples")
     n = estimator.count if count is None else count

@@ -10,22 +10,53 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from types import FrameType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from lfssao import __version__
-from lfssao.cli import bench, compare, display, estimators, kit, plan, render, samples, view
-from lfssao.cli.terminal import say
+from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, say
 from lfssao.errors import InputError, LfssaoError
 
-BAD_INPUT = 2
-INTERRUPTED = 130
+# A command is a file of this folder.
+COMMANDS = {
+    "render": "textures of every module of a display, or of a camera",
+    "plan": "what a render leaves out because its scene does not need it, why, and what that saves",
+    "display": "print a display as a TOML file, or draw it from above",
+    "estimators": "list the estimators of occlusion and their parameters",
+    "view": "what an eye on the observer line sees of a rendered display",
+    "kit": "write reference cases for a renderer in another language",
+    "compare": "another renderer's textures against a reference",
+    "samples": "make, check and draw sample sets",
+    "bench": "measure errors, stability and time",
+}
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one sentence, without the usage lines."""
+class Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one sentence, without the usage lines.
+
+    Parameters
+    ----------
+    file : str
+        The file of this folder whose ``add_to`` adds the options. It is imported when the command is chosen, so that
+        the help of all commands imports none.
+    more
+        As for ``argparse.ArgumentParser``.
+    """
+
+    def __init__(self, file: str = "", **more: Any) -> None:
+        super().__init__(allow_abbrev=False, **more)
+        self._file = file
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As of ``argparse.ArgumentParser``, the command's options added before."""
+        if self._file:
+            import_module(f"lfssao.cli.{self._file}").add_to(self)
+            self._file = ""
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
+        """Refuse the command line."""
         raise InputError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
 
 
@@ -40,12 +71,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 2 where the input was wrong; 130 where the user interrupted; of ``compare`` its own codes; 1 of
-        ``samples check`` where a promise is broken, of ``bench stability`` where a bound is.
+        0; 1 where ``samples check`` or a bench finds something broken; 2 for wrong input; 130 for an interrupt; the
+        codes of ``compare`` are its own.
     """
-    gc.set_threshold(100_000, 50, 50)  # the compiler makes millions of objects: to look through them less saves a tenth
+    gc.set_threshold(100_000, 50, 50)  # a first run compiles; collecting garbage less often saves a tenth of it
     words = list(sys.argv[1:] if arguments is None else arguments)
-    bad_input = compare.NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
+    bad_input = NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
     try:
         options = _parser().parse_args(_with_negative_values(words))
         options.command = ["lfssao", *words]
@@ -116,12 +147,10 @@ def _with_negative_values(words: list[str]) -> list[str]:
     return out
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="lfssao", description="Screen-space ambient occlusion for light field displays.", allow_abbrev=False
-    )
+def _parser() -> Parser:
+    parser = Parser(prog="lfssao", description="Screen-space ambient occlusion for light field displays.")
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (render, plan, display, estimators, view, kit, compare, samples, bench):
-        command.add_to(commands)
+    for name, line in COMMANDS.items():
+        commands.add_parser(name, help=line, file=name)
     return parser

@@ -3,28 +3,22 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lfssao.cli import values
-from lfssao.cli.terminal import printable
-from lfssao.cli.values import MOST_SAMPLES
+from lfssao.cli.terminal import BROKEN, printable
+from lfssao.cli.values import MOST_SAMPLES, PICTURES, check_target
+from lfssao.core.files import write_whole
 from lfssao.errors import InputError, no_such
-
-if TYPE_CHECKING:
-    from lfssao.samples.sets import SampleSet
-
-BROKEN = 1
-_PICTURES = (".png", ".svg", ".pdf")
+from lfssao.samples import METHODS, sample_set
+from lfssao.samples.formats import FORMATS, read_points
+from lfssao.samples.sets import DIMENSIONS, SampleSet
+from lfssao.testing import PROMISES, check_promise
 
 
-def add_to(commands: Any) -> None:
-    """Add the command to the parser."""
-    samples = commands.add_parser(
-        "samples",
-        allow_abbrev=False,
-        help="make, check and draw sample sets",
-        description="Sample sets on the square, the sphere, the ball and the disk.",
-    )
+def add_to(samples: argparse.ArgumentParser) -> None:
+    """Add the actions."""
+    samples.description = "Sample sets on the square, the sphere, the ball and the disk."
     actions = samples.add_subparsers(required=True, metavar="ACTION")
     _add_make(actions)
     _add_check(actions)
@@ -34,7 +28,6 @@ def add_to(commands: Any) -> None:
 def _add_make(actions: Any) -> None:
     make = actions.add_parser(
         "make",
-        allow_abbrev=False,
         help="write a sample set as a table",
         description="Write a sample set as a table that a program or a shader loads. Without METHOD: list the methods.",
     )
@@ -48,7 +41,6 @@ def _add_make(actions: Any) -> None:
 def _add_check(actions: Any) -> None:
     check = actions.add_parser(
         "check",
-        allow_abbrev=False,
         help="check anybody's points against promises",
         description="Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken. "
         "Without FILE: list the promises.",
@@ -68,7 +60,6 @@ def _add_check(actions: Any) -> None:
 def _add_plot(actions: Any) -> None:
     plot = actions.add_parser(
         "plot",
-        allow_abbrev=False,
         help="draw points, radii, periodogram and pair correlation",
         description="Draw a method's sample set, or the points of a file: points, radial histogram, periodogram and "
         "pair correlation side by side.",
@@ -105,9 +96,7 @@ def _add_shell(parser: Any) -> None:
         )
 
 
-def _sample_set(options: argparse.Namespace) -> "SampleSet":
-    from lfssao.samples import METHODS, sample_set  # late: imports numba
-
+def _sample_set(options: argparse.Namespace) -> SampleSet:
     domain, method = options.domain, options.method
     if domain is None:
         domain = "disk" if method in METHODS["disk"] and method not in METHODS["ball"] else "ball"
@@ -127,10 +116,6 @@ def _sample_set(options: argparse.Namespace) -> "SampleSet":
 
 def _make(options: argparse.Namespace) -> None:
     """``lfssao samples make``."""
-    from lfssao.core.files import write_whole  # late: imports numpy
-    from lfssao.samples import METHODS
-    from lfssao.samples.formats import FORMATS
-
     if options.method is None:
         for domain, methods in METHODS.items():
             print(f"{domain}:")
@@ -155,9 +140,6 @@ def _write(path: Path, content: bytes) -> None:
 
 def _promise(text: str, columns: int, domain: str | None) -> tuple[str, str]:
     """Name and domain of a promise such as 'latin' or 'uniform-ball'."""
-    from lfssao.samples.sets import DIMENSIONS
-    from lfssao.testing import PROMISES
-
     name, _, last = text.rpartition("-")
     if text not in PROMISES and name in PROMISES and last in DIMENSIONS:
         return name, last
@@ -172,9 +154,6 @@ def _promise(text: str, columns: int, domain: str | None) -> tuple[str, str]:
 
 def _check(options: argparse.Namespace) -> int:
     """``lfssao samples check``: 0 if all promises hold, 1 if one is broken."""
-    from lfssao.samples.formats import read_points  # late: imports numpy
-    from lfssao.testing import PROMISES, check_promise
-
     if options.file is None:
         for name, promise in PROMISES.items():
             print(f"{name}: {promise.title} ({', '.join(promise.domains)})")
@@ -197,11 +176,7 @@ def _check(options: argparse.Namespace) -> int:
 def _plot(options: argparse.Namespace) -> None:
     """``lfssao samples plot``."""
     source = Path(options.method)
-    target = Path(options.output or f"{source.stem}.png")
-    if target.suffix not in _PICTURES:
-        raise InputError(f"--output: {target} does not end in {', '.join(_PICTURES)}")
-    if not target.parent.is_dir():
-        raise InputError(f"--output: there is no folder {target.parent}")
+    target = check_target("--output", Path(options.output or f"{source.stem}.png"), PICTURES)
     made = _read_set(source, options.domain) if source.suffix else _sample_set(options)
     from lfssao.samples.plot import save_samples  # late: matplotlib takes a second to import
 
@@ -209,11 +184,8 @@ def _plot(options: argparse.Namespace) -> None:
     print(printable(str(target)))
 
 
-def _read_set(path: Path, domain: str | None) -> "SampleSet":
+def _read_set(path: Path, domain: str | None) -> SampleSet:
     """The points of a file as a set that nothing is known of."""
-    from lfssao.samples.formats import read_points
-    from lfssao.samples.sets import DIMENSIONS, SampleSet
-
     points, weights, named = read_points(path)
     domain = domain or named or ("ball" if points.shape[1] == 3 else "square")
     if domain not in DIMENSIONS:

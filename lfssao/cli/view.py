@@ -1,20 +1,21 @@
 """``lfssao view``: what an eye sees of a display, from the textures that ``lfssao render`` wrote."""
 
 import argparse
-import math
-import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from lfssao.cli.terminal import bar_size, printable, say
+import numpy as np
+from PIL import Image
+
+from lfssao.cli.terminal import printable, progress, say
+from lfssao.cli.values import check_target, finite, whole
+from lfssao.core.files import write_whole
+from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
-    from lfssao.optics.display import Display
-    from lfssao.rendering.viewer import LightField
+from lfssao.optics.display import Display
+from lfssao.rendering.folder import read_layer, read_manifest
+from lfssao.rendering.memory import available_memory
+from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 
 MOST_WIDTH = 16_384
 MOST_FRAMES = 1000
@@ -23,62 +24,34 @@ _SECONDS = 3.0  # of an animation, there and back
 _ENDINGS = {False: (".png",), True: (".png", ".gif", ".webp")}
 
 
-def add_to(commands: Any) -> None:
-    """Add the command to the parser."""
-    view = commands.add_parser(
-        "view",
-        allow_abbrev=False,
-        help="what an eye on the observer line sees of a rendered display",
-        description="Compose what an eye on the observer line sees of a display from the textures that 'lfssao render' "
-        "wrote, as a photograph of the display would show it (LF figure 14).",
+def add_to(view: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    view.description = (
+        "Compose what an eye on the observer line sees of a display from the textures that 'lfssao render' wrote, as a "
+        "photograph of the display would show it (LF figure 14)."
     )
     view.set_defaults(run=_view)
     add = view.add_argument
     add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")
-    add("--eye-x", type=_number, metavar="X", help="place of the eye along the observer line, metres (default: 0)")
-    add(
-        "--orbit",
-        type=_even,
-        nargs="?",
-        const=FRAMES,
-        metavar="N",
-        help="an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the "
-        f"modules reach from the whole screen, and back (default: {FRAMES})",
+    add("--eye-x", type=finite, metavar="X", help="place of the eye along the observer line, metres (default: 0)")
+    orbit = (
+        "an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the "
+        f"modules reach from the whole screen, and back (default: {FRAMES})"
     )
+    add("--orbit", type=_even, nargs="?", const=FRAMES, metavar="N", help=orbit)
     named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/view.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
     add("--blend", default="linear", metavar="NAME", help="of modules: nearest, linear or gaussian (default: linear)")
-    add("--width", type=_whole(1, MOST_WIDTH), default=1024, metavar="N", help="pixels across (default: 1024)")
-
-
-def _whole(least: int, most: int) -> Callable[[str], int]:
-    """A whole number in a range, as an option's type."""
-
-    def read(text: str) -> int:
-        if not re.fullmatch(r"[0-9]{1,9}", text, re.ASCII) or not least <= int(text) <= most:
-            raise argparse.ArgumentTypeError(f"'{text[:40]}' is not a whole number from {least} to {most}")
-        return int(text)
-
-    return read
+    add("--width", type=whole(1, MOST_WIDTH), default=1024, metavar="N", help="pixels across (default: 1024)")
 
 
 def _even(text: str) -> int:
     """A number of frames there and back."""
-    count = _whole(2, MOST_FRAMES)(text)
+    count = whole(2, MOST_FRAMES)(text)
     if count % 2:
         raise argparse.ArgumentTypeError(f"{count} is odd: as many frames come back as go")
     return count
-
-
-def _number(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise argparse.ArgumentTypeError(f"'{text[:40]}' is not a finite number")
-    return number
 
 
 def _view(options: argparse.Namespace) -> None:
@@ -87,13 +60,7 @@ def _view(options: argparse.Namespace) -> None:
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
     target = folder / ("orbit.png" if animated else "view.png") if options.output is None else Path(options.output)
-    if target.suffix.lower() not in _ENDINGS[animated]:
-        raise InputError(f"--output: {target} does not end in {' or '.join(_ENDINGS[animated])}")
-    if not target.parent.is_dir():
-        raise InputError(f"--output: there is no folder {target.parent}")
-    from lfssao.rendering.folder import read_manifest  # late: numba is imported behind this line
-    from lfssao.rendering.viewer import BLENDS, eye_point, eye_range
-
+    check_target("--output", target, _ENDINGS[animated])
     if options.blend not in BLENDS:
         raise InputError(f"--blend: there is no '{options.blend}': choose one of {', '.join(BLENDS)}")
     display, entries = read_manifest(folder, options.layer)
@@ -109,7 +76,7 @@ def _view(options: argparse.Namespace) -> None:
     print(printable(str(target)), flush=True)
 
 
-def _read_light_field(folder: Path, layer: str, display: "Display", entries: dict[int, dict[str, Any]]) -> "LightField":
+def _read_light_field(folder: Path, layer: str, display: Display, entries: dict[int, dict[str, Any]]) -> LightField:
     """One layer of every module's texture; AO as visibility, 1 - AO, so that a pixel that no module reaches is black.
 
     Raises
@@ -117,12 +84,6 @@ def _read_light_field(folder: Path, layer: str, display: "Display", entries: dic
     InputError
         If a file cannot be read or is not what the manifest describes, or there is not enough memory.
     """
-    from tqdm import tqdm
-
-    from lfssao.rendering.folder import read_layer
-    from lfssao.rendering.job import available_memory
-    from lfssao.rendering.viewer import LightField
-
     channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
     needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
     available = available_memory()
@@ -131,8 +92,7 @@ def _read_light_field(folder: Path, layer: str, display: "Display", entries: dic
             f"{folder}: its textures need {needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available"
         )
     field = LightField(display, list(entries), channels)
-    # disable=None: a bar on a terminal, nothing in a pipe.
-    with tqdm(entries.items(), desc="read", unit="module", disable=None, **bar_size()) as bar:
+    with progress(entries.items(), desc="read", unit="module") as bar:
         for index, entry in bar:
             pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
             try:
@@ -142,16 +102,10 @@ def _read_light_field(folder: Path, layer: str, display: "Display", entries: dic
     return field
 
 
-def _photographs(field: "LightField", eyes: list[float], options: argparse.Namespace) -> "list[Image]":
+def _photographs(field: LightField, eyes: list[float], options: argparse.Namespace) -> list[Image.Image]:
     """The pictures as Pillow has them, 8-bit sRGB; visibility is shown as it is, 0 black and 1 white, not as light."""
-    import numpy as np
-    from PIL import Image
-    from tqdm import tqdm
-
-    from lfssao.core.srgb import to_codes
-
     pictures, dark = [], 0
-    with tqdm(eyes, desc="view", unit="frame", disable=None if len(eyes) > 1 else True, **bar_size()) as bar:
+    with progress(eyes, desc="view", unit="frame", **({} if len(eyes) > 1 else {"disable": True})) as bar:
         for eye in bar:
             shot = field.photograph(eye, options.width, options.blend)
             is_light = shot.image.shape[2] == 3
@@ -159,15 +113,13 @@ def _photographs(field: "LightField", eyes: list[float], options: argparse.Names
             pictures.append(Image.fromarray(codes if is_light else np.repeat(codes, 3, axis=2)))
             dark = max(dark, shot.dark)
     if dark:
-        share = dark / (pictures[0].width * pictures[0].height)
-        say(f"{100 * share:.3g} % of the screen is black: no module's ray reaches the eye from there")
+        per_cent = 100 * dark / (pictures[0].width * pictures[0].height)
+        say(f"{per_cent:.3g} % of the screen is black: no module's ray reaches the eye from there")
     return pictures
 
 
-def _save(target: Path, pictures: "list[Image]", frames: int | None) -> None:
-    """Write one picture, or an animation of so many frames of which these are the way there."""
-    from lfssao.core.files import write_whole
-
+def _save(target: Path, pictures: list[Image.Image], frames: int | None) -> None:
+    """Write one picture, or an animation of ``frames`` frames whose way there the pictures are."""
     more: dict[str, Any] = {}
     if frames is not None:
         there_and_back = [*pictures[1:], *pictures[-2:0:-1]]

@@ -38,7 +38,7 @@ def _plan(options: argparse.Namespace) -> None:
     textures = renderer.textures(item)
     adjacent = job.neighbours[item.view] if job.neighbours else ()
     depths = DepthCache(renderer.prepare(item), len(adjacent)).neighbours(adjacent)
-    ao, all_ao = plan.ao_seconds(view, textures.gbuffer, job.settings, depths)
+    ao, all_ao = plan.ao_seconds(textures, job.settings, depths)
     passes = sum(textures.seconds.get(name, 0.0) for name in ("ray_cast", "ao", "merge", "blur", "shade"))
     left = plan.planned(job.views, job.boxes, job.settings, job.mesh.paint is not None)
     of_view = plan.background(job.settings, view.width * view.height, textures.surface_texels)

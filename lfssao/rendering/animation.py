@@ -1,4 +1,4 @@
-"""Frames of a moving scene: the affine map that takes the scene to its place in each."""
+"""Frames of a moving scene: an affine map world -> world for each."""
 
 import json
 from collections.abc import Sequence
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lfssao.core.affine import Matrix, cofactors, determinant
+from lfssao.core.elementary import sincospi
 from lfssao.core.points import transform_points
 from lfssao.errors import InputError
 from lfssao.scene.mesh import Mesh
@@ -31,21 +32,13 @@ def turntable(bounds: NDArray[np.float64], count: int) -> list[Matrix]:
     list of (3, 4) float64
         Affine maps world -> world.
     """
-    from lfssao.core.elementary import sincospi  # late: compiled code that stills do not need
-
     x, _, z = (0.5 * (bounds[0] + bounds[1])).tolist()
     out = []
     for k in range(count):
         sine, cosine = sincospi(2.0 * k / count)
-        out.append(
-            np.array(
-                [
-                    [cosine, 0.0, sine, x - (cosine * x + sine * z)],
-                    [0.0, 1.0, 0.0, 0.0],
-                    [-sine, 0.0, cosine, z - (cosine * z - sine * x)],
-                ]
-            )
-        )
+        first = [cosine, 0.0, sine, x - (cosine * x + sine * z)]
+        last = [-sine, 0.0, cosine, z - (cosine * z - sine * x)]
+        out.append(np.array([first, [0.0, 1.0, 0.0, 0.0], last]))
     return out
 
 
@@ -60,7 +53,7 @@ def read_transforms(path: Path) -> list[Matrix]:
     Raises
     ------
     InputError
-        If the file cannot be read or does not hold that, or a matrix is not an affine map that can be undone.
+        If the file cannot be read or does not hold that, or a matrix is not affine or not invertible.
     """
     if path.suffix.lower() not in (".json", ".npy"):
         raise InputError(f"{path}: frames come from a .json or an .npy file")
@@ -93,12 +86,12 @@ def _affine(path: Path, number: int, values: ArrayLike) -> Matrix:
 
 
 def moved(mesh: Mesh, transform: Matrix) -> Mesh:
-    """A mesh moved by an affine map world -> world, (3, 4); the mesh itself where the map is the identity.
+    """A mesh moved by an affine map world -> world, (3, 4); the same object for the identity.
 
     Raises
     ------
     InputError
-        If the moved mesh is none (``Mesh``).
+        If the moved mesh leaves the range of coordinates (``Mesh``).
     """
     if np.array_equal(transform, np.eye(3, 4)):
         return mesh
@@ -118,7 +111,7 @@ def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.fl
     Raises
     ------
     InputError
-        If a moved mesh is none, with the frame's number.
+        If a moved mesh leaves the range of coordinates, with the frame's number.
     """
     boxes = []
     for number, transform in enumerate(transforms):
@@ -130,5 +123,5 @@ def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.fl
 
 
 def swept_bounds(boxes: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """The box around the boxes of all frames, (2, 3) float64: what a display must hold."""
+    """The box around the boxes of all frames, (2, 3) float64, which is fitted into the display."""
     return np.stack([np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)])

@@ -1,4 +1,4 @@
-"""Workers of dask.distributed as an executor; nothing else knows of dask."""
+"""Workers of dask.distributed as an executor; no other file knows dask."""
 
 import logging
 from collections.abc import Iterator
@@ -17,9 +17,9 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]
     Parameters
     ----------
     scheduler : str
-        'local': workers of this machine that live as long as the block; else the address of a scheduler.
+        'local' for workers of this machine that live as long as the block; else the address of a scheduler.
     processes : int
-        How many workers a local scheduler gets, of one thread each.
+        How many workers of one thread each a local scheduler gets.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]
         If distributed is not installed.
     """
     try:
-        from distributed import Client, LocalCluster
+        from distributed import Client, LocalCluster  # late: an optional package
     except ImportError as error:
         raise MissingPackageError(
             "--scheduler needs the package distributed, which is not installed here: pip install 'lfssao[dask]'"
@@ -37,12 +37,10 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]
     with ExitStack() as stack:
         address = scheduler
         if scheduler == "local":
-            # Silent: a worker that is lost is replaced, and its items are done again; what an item raises comes back
-            # to the caller; and a worker that is closed while it tells that it is alive logs that as an error.
-            cluster = LocalCluster(
-                n_workers=processes, threads_per_worker=1, dashboard_address="127.0.0.1:0",
-                silence_logs=logging.CRITICAL,
-            )  # fmt: skip
+            # Silent: a lost worker is replaced and its items are done again, errors of items come back to the caller,
+            # and a worker that is closed during its heartbeat logs an error.
+            quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+            cluster = LocalCluster(n_workers=processes, threads_per_worker=1, **quiet)
             address = stack.enter_context(cluster).scheduler_address
         try:
             client = stack.enter_context(Client(address, timeout=_SECONDS_TO_ANSWER))

@@ -1,16 +1,13 @@
-"""The contact sheet: a picture of a handful of views, as LF's figure 10 shows them."""
+"""The contact sheet: a picture of up to five views, laid out as LF's figure 10."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
 
 from lfssao.core.pictures import resized
 from lfssao.core.srgb import to_codes
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
 
 FloatTexture = NDArray[np.float32]
 
@@ -20,16 +17,19 @@ _CAPTION = 22
 
 
 def sheet_rows(count: int, most: int = 5) -> list[int]:
-    """Which of ``count`` views to show: at most ``most``, evenly spread, the first and the last among them."""
+    """Indices of the views that are shown, at most ``most`` of ``count``, evenly spread from the first to the last."""
     if count <= most:
         return list(range(count))
     return [round(k * (count - 1) / (most - 1)) for k in range(most)]
 
 
 def strip(
-    color: FloatTexture | None, surface: NDArray[np.bool_], blurred: FloatTexture, shaded: FloatTexture,
+    color: FloatTexture | None,
+    surface: NDArray[np.bool_],
+    blurred: FloatTexture,
+    shaded: FloatTexture,
     width: int = 480,
-) -> "Image":  # fmt: skip
+) -> Image.Image:
     """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side.
 
     Parameters
@@ -50,8 +50,6 @@ def strip(
     PIL.Image.Image
         8-bit sRGB, without colour of one channel. Visibility is shown as it is, 0 black and 1 white, not as light.
     """
-    from PIL import Image  # late: only pictures need it
-
     grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
     if color is None:  # the shaded channels are equal: a third of the work
         pictures = (np.where(surface, np.uint8(255), np.uint8(0)), grey, to_codes(shaded[..., 0]))
@@ -66,20 +64,8 @@ def strip(
     return row
 
 
-def contact_sheet(strips: Sequence[tuple[str, "Image"]]) -> "Image":
-    """Strips below each other, each under its view's name and the columns' titles.
-
-    Parameters
-    ----------
-    strips : sequence of (name, image)
-        At least one, all of one width and mode.
-
-    Returns
-    -------
-    PIL.Image.Image
-    """
-    from PIL import Image, ImageDraw
-
+def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
+    """Strips of one width and mode below each other, each under its view's name and the columns' titles."""
     width = strips[0][1].width
     height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips)
     sheet = Image.new(strips[0][1].mode, (width + 2 * _MARGIN, height), "white")

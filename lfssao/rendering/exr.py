@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError
-from lfssao.rendering.image_file import first_line, read_image_file, utf8_name
+from lfssao.rendering.image_file import PREFIX, first_line, read_image_file, utf8_name
 
 _LONGEST_NAME = 255  # bytes
-_PREFIX = "lfssao:"  # begins the attributes' names in the file
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +43,6 @@ class Part:
 
 def use_one_thread_a_file() -> None:
     """Let OpenImageIO and OpenEXR read and write each file in the calling thread, in all of this process."""
-    import OpenImageIO as oiio
-
     oiio.attribute("threads", 1)
     oiio.attribute("exr_threads", -1)
 
@@ -62,9 +60,8 @@ def write_exr(path: Path, parts: Sequence[Part]) -> None:
     Raises
     ------
     InputError
-        If the file cannot be written, or would not hold what the parts hold: pixels that are not float32 or not one
-        channel a name, names that come twice or do not fit the format, numbers beyond 32 bits, display windows that
-        differ.
+        If the file cannot be written, or would not hold what the parts hold: pixels that are not float32, channels
+        without a name of their own, names too long for the format, numbers beyond 32 bits, several display windows.
     """
     name = utf8_name(path)  # else nobody could read it
     for part in parts:
@@ -87,7 +84,7 @@ def _check_part(label: str, part: Part) -> None:
         raise InputError(f"{label} has shape {shape}, expected (H, W, {len(part.channels)})")
     if len(set(part.channels)) < len(part.channels):
         raise InputError(f"{label} has two channels of one name: {', '.join(part.channels)}")
-    for name in (*part.channels, *(f"{_PREFIX}{name}" for name in part.attributes)):
+    for name in (*part.channels, *(f"{PREFIX}{name}" for name in part.attributes)):
         if not 0 < len(name.encode()) <= _LONGEST_NAME or "\0" in name:
             raise InputError(f"{label}: {name!r} is no name of a channel or an attribute")
     for name, value in part.attributes.items():
@@ -96,16 +93,14 @@ def _check_part(label: str, part: Part) -> None:
 
 
 def write_parts(path: Path, parts: Sequence[Part]) -> None:
-    """Write parts that ``write_exr`` has checked, and see that the file's end is there.
+    """Write parts that ``write_exr`` has checked, and read the end of the file back.
 
     Raises
     ------
     OSError
         If not all of it can be written.
     """
-    import OpenImageIO as oiio  # late: only files need it
-
-    specs = tuple(_spec(oiio, part) for part in parts)
+    specs = tuple(_spec(part) for part in parts)
     output: Any = oiio.ImageOutput.create("openexr")
     for number, part in enumerate(parts):
         opened = output.open(str(path), specs[number], "AppendSubimage") if number else output.open(str(path), specs)
@@ -113,7 +108,7 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
             raise OSError(first_line(output.geterror()))
     if not output.close():
         raise OSError(first_line(output.geterror()))
-    # OpenEXR loses without an error what a full disk has no room for while the file is closed.
+    # On a full disk OpenEXR loses, without an error, pixels that it writes as it closes the file.
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise OSError(first_line(oiio.geterror()))
@@ -122,7 +117,7 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
         raise OSError(first_line(source.geterror()))
 
 
-def _spec(oiio: Any, part: Part) -> Any:
+def _spec(part: Part) -> Any:
     """OpenImageIO's specification of a part."""
     height, width, channels = part.pixels.shape
     spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
@@ -132,7 +127,7 @@ def _spec(oiio: Any, part: Part) -> Any:
     spec.attribute("name", part.name)
     spec.attribute("compression", "zip")
     for name, value in part.attributes.items():
-        spec.attribute(f"{_PREFIX}{name}", value)
+        spec.attribute(f"{PREFIX}{name}", value)
     return spec
 
 

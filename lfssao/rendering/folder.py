@@ -1,4 +1,4 @@
-"""What an earlier ``lfssao render`` wrote into a folder, read back and checked."""
+"""The folder of an earlier ``lfssao render``, read back and checked."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
 
 
 def load_manifest(folder: Path) -> dict[str, Any]:
-    """The manifest of a folder, of which only the format's number is checked.
+    """The manifest of a folder; only the number of its format is checked.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
     Parameters
     ----------
     folder : Path
-        What ``lfssao render -o`` wrote to.
+        The output folder of a render.
     layer : str
         A layer that every module must have.
 
@@ -73,14 +73,14 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
     Parameters
     ----------
     values : dict
-        What the manifest says of the display.
+        The manifest's entry of the display.
     entries : dict
         Its entries of the modules, by number.
 
     Raises
     ------
     KeyError, TypeError, ValueError, InputError
-        If they are not what a manifest has.
+        If an entry lacks something, or has it in another form.
     """
     lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
     modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
@@ -101,7 +101,7 @@ def _check_layer(path: Path, entries: dict[int, dict[str, Any]], layer: str) -> 
         named = {name: t["channels"] for name, t in entry["textures"].items()}
         shown = [name for name, c in named.items() if c[0].endswith("AO") or c[0][-1] == "R"]
         if layer not in shown:
-            raise InputError(f"--layer: {path.parent} has no '{layer}' to show, choose one of {', '.join(shown)}")
+            raise InputError(f"--layer: {path.parent} has no '{layer}' to show: choose one of {', '.join(shown)}")
 
 
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:
@@ -114,12 +114,12 @@ def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.
     layer : str
         Name of the part.
     described : dict
-        What the manifest says of it.
+        The manifest's entry of it.
 
     Raises
     ------
     InputError
-        If the file cannot be read, lacks the part, or holds something else than the manifest describes.
+        If the file cannot be read, lacks the part, or its pixels do not have the digest.
     """
     part = read_exr(path).get(layer)
     names = described["channels"]

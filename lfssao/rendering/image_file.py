@@ -10,15 +10,17 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 
 ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
+PREFIX = "lfssao:"  # begins the names of lfssao's attributes in EXR files
 _FORMATS = ("openexr", "tiff", "png")
 
-# A header may claim any size, and the reader allocates it before it decodes. Deflate, in EXR, TIFF and PNG, makes at
-# most 1032 bytes of one; other compressions may make more of a blank image, so images that harm nobody always pass.
+# A header may claim any size, and the reader allocates it before it decodes. Deflate, in EXR, TIFF and PNG, expands at
+# most 1032 times; other compressions may expand a blank image more, so small images always pass.
 _MOST_EXPANSION = 2048
 _HARMLESS = 256 * 2**20
 
@@ -56,9 +58,9 @@ def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS) -> list[Ima
     Parameters
     ----------
     path : Path
-        Of a file; whether it is NPY is told by its ending, all else by what it holds.
+        The file. The ending .npy means NPY; other formats are recognised by their content.
     formats : tuple of str
-        OpenImageIO's names of those that are welcome.
+        OpenImageIO's names of those that are accepted.
 
     Raises
     ------
@@ -71,15 +73,13 @@ def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS) -> list[Ima
         return [_read_npy(path)]
     try:
         return _read_with_oiio(path, formats)
-    except UnicodeDecodeError:  # what OpenImageIO hands over as text, names and messages, is as in the file
+    except UnicodeDecodeError:  # OpenImageIO hands over names and messages as they are in the file
         raise InputError(f"{path}: it is damaged (a name in its header is not UTF-8)") from None
     except OSError as error:
         raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
 
 
 def _read_with_oiio(path: Path, formats: tuple[str, ...]) -> list[ImagePart]:
-    import OpenImageIO as oiio  # late: only files need it
-
     plain = oiio.ImageSpec()
     plain.attribute("oiio:UnassociatedAlpha", 1)  # else colour comes multiplied by alpha
     source = oiio.ImageInput.open(utf8_name(path), plain)
@@ -94,7 +94,7 @@ def _read_with_oiio(path: Path, formats: tuple[str, ...]) -> list[ImagePart]:
         while source.seek_subimage(len(specs), 0):
             specs.append(source.spec().copy())
         _check_sizes(path, specs)
-        parts = [_read_part(path, oiio, source, number, spec) for number, spec in enumerate(specs)]
+        parts = [_read_part(path, source, number, spec) for number, spec in enumerate(specs)]
     finally:
         source.close()
     names = [part.name for part in parts]
@@ -104,7 +104,7 @@ def _read_with_oiio(path: Path, formats: tuple[str, ...]) -> list[ImagePart]:
 
 
 def _check_sizes(path: Path, specs: list[Any]) -> None:
-    """Refuse what no texture is, and sizes that a file of so many bytes cannot hold."""
+    """Refuse images that are not textures, and sizes that a file of this length cannot hold."""
     claimed = 0
     for spec in specs:
         if spec.deep or spec.depth > 1:
@@ -123,42 +123,35 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
 
 
 def _bytes_in_memory(spec: Any) -> int:
-    """Bytes that reading a part takes: of an image in tiles it may be one of them that is larger than the image."""
+    """Bytes that reading a part takes; tiles are read whole, and a tile may be larger than its image."""
     columns, lines = max(spec.tile_width, 1), max(spec.tile_height, 1)
     texels = -(-spec.width // columns) * columns * -(-spec.height // lines) * lines
     return int(texels * spec.pixel_bytes(True))
 
 
-def _read_part(path: Path, oiio: Any, source: Any, number: int, spec: Any) -> ImagePart:
-    """One part, each run of channels of one type in that type; converted to another, integers would be normalised."""
+def _read_part(path: Path, source: Any, number: int, spec: Any) -> ImagePart:
+    """One part; successive channels of one type are read in that type, as conversion would normalise integers."""
     types = [str(t) for t in spec.channelformats] or [str(spec.format)] * spec.nchannels
     planes: list[NDArray[Any]] = []
-    for kind, run in groupby(types):
+    for kind, channels in groupby(types):
         begin = len(planes)
-        pixels = source.read_image(number, 0, begin, begin + len(list(run)), oiio.TypeDesc(kind))
+        pixels = source.read_image(number, 0, begin, begin + len(list(channels)), oiio.TypeDesc(kind))
         if pixels is None:
             raise InputError(f"{path}: part {number} cannot be read ({first_line(source.geterror())})")
         planes.extend(pixels[..., k] for k in range(pixels.shape[2]))
     if len(set(spec.channelnames)) < len(spec.channelnames):
         raise InputError(f"{path}: part {number} has two channels of one name")
-    prefix = "lfssao:"
     return ImagePart(
         name=spec.get_string_attribute("name"),
         channels=tuple(spec.channelnames),
         planes=tuple(planes),
         origin=(spec.x, spec.y) if source.format_name() == "openexr" else None,
-        attributes={a.name.removeprefix(prefix): a.value for a in spec.extra_attribs if a.name.startswith(prefix)},
+        attributes={a.name.removeprefix(PREFIX): a.value for a in spec.extra_attribs if a.name.startswith(PREFIX)},
     )
 
 
 def utf8_name(path: Path) -> str:
-    """The path as OpenImageIO takes it; file systems allow any bytes.
-
-    Raises
-    ------
-    InputError
-        If it is not UTF-8.
-    """
+    """The path as text for OpenImageIO, or an ``InputError`` if its bytes are not UTF-8."""
     try:
         str(path).encode("utf-8")
     except UnicodeEncodeError:
@@ -167,19 +160,13 @@ def utf8_name(path: Path) -> str:
 
 
 def first_line(message: str) -> str:
-    """The first line of what OpenImageIO says, as some errors come with a history, without the file's name.
-
-    Parameters
-    ----------
-    message : str
-        From ``geterror``.
-    """
+    """The first line of an error message of OpenImageIO, without the file's name; some come with a history."""
     first = message.strip().split("\n")[0]
     return re.sub(r"^EXR Error \(.*?\.exr\): ", "", first) or "OpenImageIO gives no reason"
 
 
 def _read_npy(path: Path) -> ImagePart:
-    """A table (W,) or an array (H, W) or (H, W, C); its file has exactly the bytes of its numbers, which is checked."""
+    """A table (W,) or an array (H, W) or (H, W, C) from a file of exactly the bytes of its numbers."""
     try:
         with path.open("rb") as stream:
             shape, by_columns, dtype = _npy_header(stream)
@@ -199,7 +186,7 @@ def _read_npy(path: Path) -> ImagePart:
 
 
 def part_of(array: NDArray[Any]) -> ImagePart:
-    """An array (W,), (H, W) or (H, W, C) as the part that its NPY file holds."""
+    """The part that an NPY file of an array (W,), (H, W) or (H, W, C) holds."""
     height, width = (1, *array.shape)[-2:] if array.ndim < 3 else array.shape[:2]
     pixels = array.reshape(height, width, -1)
     channels = {1: ("Y",), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}.get(pixels.shape[2])
@@ -208,7 +195,7 @@ def part_of(array: NDArray[Any]) -> ImagePart:
 
 
 def _npy_header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Shape, whether columns come first, and type. NumPy's own reader believes any length and repairs what it reads."""
+    """Shape, whether columns come first, and type. NumPy's own reader trusts any length and repairs headers."""
     version = np.lib.format.read_magic(stream)
     length = int.from_bytes(stream.read(2 if version == (1, 0) else 4), "little")
     if length > _MOST_HEADER:

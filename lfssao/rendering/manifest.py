@@ -1,4 +1,4 @@
-"""The manifest of a job: everything that its textures depend on, and their digests."""
+"""Parts of a job's manifest: descriptions of everything that its textures depend on, and digests."""
 
 import hashlib
 import json
@@ -30,7 +30,7 @@ def digest(array: NDArray[Any]) -> str:
 
 
 def short_digest(value: Any) -> str:
-    """The first 16 hexadecimal digits of the SHA-256 of what JSON can hold."""
+    """The first 16 hexadecimal digits of the SHA-256 of a value of JSON."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -52,14 +52,14 @@ def describe_scene(mesh: Mesh) -> dict[str, Any]:
 
 
 def _digest_of_paint(paint: Paint) -> str:
-    """One digest of all that a mesh's colours are made of."""
+    """One digest of all arrays of a mesh's colours."""
     arrays = [paint.factors, paint.face_material, paint.uv, paint.vertex_colors, *paint.textures]
     sums = [None if array is None else [list(array.shape), digest(array)] for array in arrays]
     return hashlib.sha256(json.dumps(sums).encode()).hexdigest()
 
 
 def describe_settings(settings: Settings) -> dict[str, Any]:
-    """All numbers of the AO passes, the sample table among them."""
+    """All settings of the AO passes, the sample table included."""
     return {
         "estimator": settings.estimator,
         "parameters": dict(settings.parameters),
@@ -97,7 +97,7 @@ def describe_view(view: View) -> dict[str, Any]:
 
 
 def describe_machine(threads: int, command: Sequence[str] = ()) -> dict[str, Any]:
-    """Versions of everything that computed, the processor, how many threads ran, and the command if there was one."""
+    """Versions of all packages, the processor, the number of threads, and the command if there was one."""
     return {
         "lfssao": __version__,
         "python": platform.python_version(),
@@ -117,7 +117,7 @@ def _version(name: str) -> str | None:
 
 
 def _processor() -> str:
-    """The processor's name as Linux has it, or what Python knows."""
+    """The processor's name from /proc/cpuinfo, else from Python."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

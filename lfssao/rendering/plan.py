@@ -1,4 +1,4 @@
-"""What a job leaves out because its scene does not need it, why, and what that saves. No texture depends on it."""
+"""Work that a job leaves out because its scene does not need it, why, and what that saves; textures stay the same."""
 
 import time
 from collections.abc import Iterable, Sequence
@@ -15,12 +15,12 @@ from lfssao.ao.textures import Buffers
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
 from lfssao.optics.window import seen_rows
-from lfssao.rendering.passes import occlusions
+from lfssao.rendering.passes import Textures, occlusions
 from lfssao.rendering.settings import Settings
 
 RULES = {
     "modules": "the image of the scene's box misses the texture: nothing is cast, and no pass runs",
-    "rows": "rows beside the image of the scene's box see nothing and are not cast (flat displays and cameras)",
+    "rows": "rows outside the image of the scene's box see nothing and are not cast (flat displays and cameras)",
     "background": "AO of a texel without a surface is 0: estimator lf looks up no sample of it",
     "radii": "a radius that comes again has the texture of the first",
     "samples of radius 0": "all samples of radius 0 have one outcome: estimator lf looks up one of them",
@@ -31,7 +31,7 @@ RULES = {
 
 @dataclass(frozen=True)
 class LeftOut:
-    """So many of one thing that are left out, and of how many; ``RULES`` says why."""
+    """How many of one thing are left out, and of how many in all; ``RULES`` says why."""
 
     what: str
     count: int
@@ -45,10 +45,8 @@ def planned(
 
     Parameters
     ----------
-    views : sequence of View
-        What is rendered in each frame.
-    boxes : sequence of (2, 3) float64
-        The box around the scene in each frame, world units.
+    views, boxes : sequences of View and of (2, 3) float64
+        The views of each frame, and the box around the scene in each frame, world units.
     settings : Settings
         What the AO passes are run with.
     colored : bool
@@ -70,27 +68,20 @@ def planned(
 
 
 def background(settings: Settings, texels: int, surface_texels: int) -> list[LeftOut]:
-    """The texels for which AO is not computed, of so many, once it is known how many see a surface."""
+    """The texels whose AO is not computed, known once rays are cast."""
     skipped = (texels - surface_texels) * (settings.estimator == "lf")
     return [LeftOut("background", skipped, texels)] if skipped else []
 
 
-def ao_seconds(
-    view: View, gbuffer: GBuffer, settings: Settings, neighbours: Sequence[Neighbour] = ()
-) -> tuple[float, float]:  # fmt: skip
-    """Seconds of a view's AO as it runs, and with what is left out of it; the shortest of five runs each.
+def ao_seconds(textures: Textures, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> tuple[float, float]:
+    """Seconds of a view's AO as it runs, and with all that is left out; the shortest of five runs each.
 
-    Parameters
-    ----------
-    view, gbuffer : View, GBuffer
-        The view, and what the ray caster made of it.
-    settings, neighbours
-        As of ``render_view``.
+    Settings and neighbours are those with which ``render_view`` made the textures.
     """
-    every = replace(settings, radii=other_radii(settings.radii))
+    view, gbuffer, all_radii = textures.view, textures.gbuffer, replace(settings, radii=other_radii(settings.radii))
     found = []
-    for textures, chosen in ((gbuffer, settings), (without_background(gbuffer), every)):
-        times, buffers = [], Buffers.of(textures, view)
+    for seen, chosen in ((gbuffer, settings), (without_background(gbuffer), all_radii)):
+        times, buffers = [], Buffers.of(seen, view)
         for _ in range(5):
             start = time.perf_counter()
             occlusions(buffers, chosen, neighbours)
@@ -100,7 +91,7 @@ def ao_seconds(
 
 
 def other_radii(radii: Iterable[float]) -> tuple[float, ...]:
-    """Radii of which none is 0 or comes again, with the same offsets in float32, but for one in millions, as these."""
+    """Radii that are not 0, differ, and have the offsets of these in float32 but for one in millions."""
     found: list[float] = []
     for radius in radii:
         other = radius or 1e-60
@@ -111,7 +102,7 @@ def other_radii(radii: Iterable[float]) -> tuple[float, ...]:
 
 
 def without_background(gbuffer: GBuffer) -> GBuffer:
-    """A G-buffer in which the texels that see nothing see the farthest surface of all."""
+    """The G-buffer with its farthest surface in all texels that see none."""
     assert gbuffer.positions is not None  # AO reads them
     seen = gbuffer.triangle >= 0
     at = np.argmax(np.where(seen, gbuffer.depth, -inf))
@@ -126,25 +117,17 @@ def without_background(gbuffer: GBuffer) -> GBuffer:
 
 
 def described(left: Iterable[LeftOut]) -> list[dict[str, Any]]:
-    """As JSON has it."""
+    """The entries of the manifest."""
     return [{"what": each.what, "left_out": each.count, "of": each.of, "why": RULES[each.what]} for each in left]
 
 
 def subpixel_radii(
     views: Iterable[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
 ) -> tuple[float, ...]:
-    """Radii above 0 whose ball covers less than half a texel to each side, at every corner of the boxes, in every view.
+    """Radii above 0 whose ball covers less than half a texel to each side, at each corner of the boxes, in each view.
 
-    Their samples read the depth of their own texel: such AO says nothing about the scene.
-
-    Parameters
-    ----------
-    views : iterable of View
-        What is rendered.
-    boxes : sequence of (2, 3) float64
-        Boxes around the scene, world units.
-    radii : iterable of float
-        Radii of the sampling ball, world units.
+    Their samples read the depth of their own texel: such AO says nothing about the scene. Boxes are (2, 3) float64 and
+    radii in world units.
     """
     found = tuple(radius for radius in radii if radius > 0)
     for view, box in product(views, boxes):

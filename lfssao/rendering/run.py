@@ -42,11 +42,12 @@ def run(
     job : Job
         What is rendered.
     threads : int
-        Threads of each kernel, and without an executor those that write files.
+        Threads of each kernel, and of writing files where there is no executor.
     found : mapping, optional
         Items that an earlier job left whole (``recover``); they are not rendered again.
     executor : concurrent.futures.Executor, optional
-        Where whole items run (``run_on``); in this process by default.
+        Runs whole items, wherever the same folder is: a pool of processes, or dask's ``Client.get_executor()``. In this
+        process by default.
     seconds : mapping, optional
         Seconds of earlier steps, for the manifests.
 
@@ -96,15 +97,7 @@ def _views_at_once(job: Job, most: int) -> int:
 
 
 class Renderer:
-    """Runs the passes of one item after another; the trees are built anew only where the scene has moved.
-
-    Parameters
-    ----------
-    job : Job
-        What the items are of.
-    threads : int
-        Threads of each kernel; never more than numba has.
-    """
+    """Runs the passes of one item after another; the trees are built anew only where the scene has moved."""
 
     # numba's own pool of threads cannot run two parallel kernels at once.
     _one_at_a_time = threading.Lock()
@@ -117,13 +110,7 @@ class Renderer:
         self._build_seconds = 0.0
 
     def prepare(self, item: Item) -> RayCaster:
-        """The ray caster for an item's frame.
-
-        Raises
-        ------
-        InputError
-            If the mesh leaves the range of float32 in the space rays are cast in.
-        """
+        """The ray caster for an item's frame; an InputError if the mesh leaves float32 in cast space."""
         transform = self.job.transform(item.frame)
         if self._caster is None or self._place != transform.tobytes():
             self._caster = None  # one at a time in memory
@@ -147,28 +134,10 @@ class Renderer:
 
 
 def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Results:
-    """Render items in the calling thread; other threads write the files meanwhile.
+    """Results of the items in their order, rendered in the calling thread; other threads write files meanwhile.
 
-    Parameters
-    ----------
-    renderer : Renderer
-        Makes the textures.
-    items : sequence of Item
-        In this order.
-    threads : int
-        How many threads write files.
-    ahead : int
-        Most views that are in memory at the same time; with 1 nothing is rendered while a file is written.
-
-    Yields
-    ------
-    Result
-        In the order of the items.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written; files that were begun are finished first.
+    At most ``ahead`` views are in memory; with 1 nothing is rendered while a file is written. Files that were begun are
+    finished where one cannot be written (InputError) or the generator is closed.
     """
     use_one_thread_a_file()
     waiting: deque[Future[Result]] = deque()
@@ -182,29 +151,10 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
 
 
 def run_on(executor: Executor, job: Job, items: Sequence[Item], threads: int) -> Results:
-    """Run whole items, passes and files, wherever an executor runs them; the folder must be the same there.
+    """Results of the items in their order, run by an executor, passes and files, each kernel on ``threads`` threads.
 
-    Parameters
-    ----------
-    executor : concurrent.futures.Executor
-        A pool of processes, or what dask's ``Client.get_executor`` gives. Pools of threads gain nothing: kernels run
-        one at a time in a process.
-    job : Job
-        What the items are of. It goes to the workers through a file in its folder, once for each.
-    items : sequence of Item
-        Which.
-    threads : int
-        Threads of each kernel on a worker.
-
-    Yields
-    ------
-    Result
-        In the order of the items, whatever the order of completion.
-
-    Raises
-    ------
-    InputError
-        If a worker cannot write a file, does not see the folder, or runs another version.
+    The job goes to the workers through a file in its folder, once for each. Raises InputError if a worker cannot write
+    a file, does not see the folder, or runs another version.
     """
     with scratch_file(job.folder, "work") as path:
         path.write_bytes(pickle.dumps(job))
@@ -222,23 +172,12 @@ _loading = threading.Lock()
 
 
 def run_item(path: str, item: Item, threads: int, version: str) -> Result:
-    """Run one item in a worker.
-
-    Parameters
-    ----------
-    path : str
-        The file with the job; the last one is kept in memory, with its trees.
-    item : Item
-        Which.
-    threads : int
-        Threads of each kernel.
-    version : str
-        The version of lfssao that the job runs.
+    """Run one item of the job in a file in a worker; the last job is kept in memory, with its trees.
 
     Raises
     ------
     InputError
-        If the worker runs another version, does not see the file, or cannot write.
+        If the worker runs another version than the job, does not see the file, or cannot write.
     """
     if version != __version__:
         raise InputError(f"a worker runs lfssao {__version__}, the job {version}")
@@ -261,19 +200,7 @@ def _load(path: str) -> Job:
 
 
 def recover(job: Job, threads: int) -> Iterator[tuple[Item, Result | None]]:
-    """Verify what an earlier job left of each item (``recover_view``), in their order.
-
-    Parameters
-    ----------
-    job : Job
-        What the items are of.
-    threads : int
-        How many threads read.
-
-    Yields
-    ------
-    (Item, Result or None)
-        None where the item is still to be done.
+    """Each item, and what an earlier job left of it (``recover_view``), or None where it is still to be done.
 
     Raises
     ------

@@ -26,7 +26,6 @@ from lfssao.rendering.memory import check_memory
 from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.scene.builtin import BUILTIN, builtin_scene
-from lfssao.scene.load import load_scene
 from lfssao.scene.mesh import Mesh
 
 CAMERA_RESOLUTION = (1024, 768)
@@ -215,6 +214,8 @@ def load(scene: str, texture: str | None = None) -> Mesh:
         return builtin_scene(scene)
     if not Path(scene).suffix and not Path(scene).exists():
         raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
+    from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
+
     return load_scene(scene, texture)
 
 

@@ -1,24 +1,22 @@
-"""Agreement of the modules: the occlusion that each gives the same surface point, and where they disagree.
+"""Agreement of the modules: the occlusion that each gives the same surface point.
 
 Screen-space AO depends on what a module sees, so a surface point gets other values from other modules, and shimmers for
-a viewer who walks along the display. Points are taken from one module's positions texture and followed into the others'
-textures, where they are read at the nearest texel, as they are shown. A view-independent texture, such as ray-cast
-occlusion, read in the same way, shows how much of the spread is due to the reading itself.
+a viewer who walks along the display. Points come from one module's positions texture; the others' textures are read at
+the nearest texel, as they are shown. A view-independent texture, such as ray-cast occlusion, read in the same way,
+shows how much of the spread is due to the reading itself.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Points = NDArray[np.float64]
 Values = NDArray[np.float64]
@@ -27,12 +25,12 @@ Texture = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True)
 class Spread:
-    """How much the values that points were given differ.
+    """Difference of the values that the modules give to points.
 
     Attributes
     ----------
     points : int
-        Points that were seen at least twice; all else is over these.
+        Number of points that are seen at least twice; all else is over these.
     views : float
         Number of textures in which a point is seen, mean.
     deviation : float
@@ -51,22 +49,22 @@ class Spread:
 
 
 def surface_points(gbuffer: GBuffer, most: int = 20_000) -> Points:
-    """World coordinates of at most ``most`` visible surface points of a texture, evenly spread over its texels."""
-    assert gbuffer.positions is not None  # where points are compared they are kept
+    """Return world coordinates of at most ``most`` visible surface points, spread evenly over a texture."""
+    assert gbuffer.positions is not None
     found = gbuffer.positions[gbuffer.triangle >= 0].astype(np.float64)
     step = max(1, -(-len(found) // most))
     return np.ascontiguousarray(found[::step])
 
 
 def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same: float) -> Values:
-    """Read a texture at the texel of each point, (n,) float64; NaN where the view does not see the point.
+    """Return a texture's values at the texel of each point, (n,) float64; NaN where the view does not see it.
 
     Parameters
     ----------
     points : (n, 3) float64
         World coordinates.
     view : View
-        Whose texture.
+        The view of the texture.
     gbuffer : GBuffer
         Its depth and positions.
     texture : (H, W)
@@ -86,30 +84,27 @@ def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same
 def over_modules(
     points: Points, views: Sequence[View], gbuffers: Sequence[GBuffer], textures: Sequence[Texture], same: float
 ) -> Values:
-    """Read all modules' textures at each point, (n, modules) float64; arguments as of ``read_at``, one a module."""
+    """Return all modules' values at each point, (n, modules) float64; arguments as of ``read_at``, one a module."""
     read = [read_at(points, *module, same) for module in zip(views, gbuffers, textures, strict=True)]
     return np.stack(read, axis=1)
 
 
 def point_deviations(values: Values) -> NDArray[np.float64]:
-    """Standard deviation of each point's values, (n,), NaN where fewer than two views see it.
+    """Standard deviation of each point's values, (n,), NaN if fewer than two views see it.
 
     Parameters
     ----------
     values : (n, views) float64
         ``over_modules``: NaN where a view does not see a point.
     """
-    seen = np.isfinite(values)
-    count = seen.sum(axis=1)
-    often = count >= 2
-    share = np.where(often, count, 1)
-    mean = np.where(seen, values, 0).sum(axis=1) / share
-    square = np.where(seen, (values - mean[:, None]) ** 2, 0).sum(axis=1) / share
-    return np.where(often, np.sqrt(square), np.nan)
+    out = np.full(len(values), np.nan)
+    often = np.isfinite(values).sum(axis=1) >= 2
+    out[often] = np.nanstd(values[often], axis=1)
+    return out
 
 
 def spread(values: Values) -> Spread:
-    """How much points' values differ over the views, (n, views) with NaN where a view does not see a point.
+    """Return how much points' values differ over the views, (n, views) with NaN where a view does not see a point.
 
     Raises
     ------
@@ -119,7 +114,7 @@ def spread(values: Values) -> Spread:
     kept = values[np.isfinite(values).sum(axis=1) >= 2]
     if not len(kept):
         raise InputError("no point is seen by two views")
-    deviation = point_deviations(kept)
+    deviation = np.nanstd(kept, axis=1)
     return Spread(
         points=len(kept),
         views=float(np.isfinite(kept).sum(axis=1).mean()),
@@ -129,20 +124,18 @@ def spread(values: Values) -> Spread:
     )
 
 
-def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) -> "Figure":
-    """A figure: for each way to compute AO, the points in one module's texture by how much the modules disagree there.
+def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) -> Figure:
+    """Return a figure of points in one module's texture, coloured by the disagreement of the modules.
 
     Parameters
     ----------
     view : View
-        The module whose texture the points are drawn in.
+        The module in whose texture the points are drawn.
     points : (n, 3) float64
         World coordinates.
     values : mapping of (n, views) float64
-        By name, what the modules give the points.
+        The modules' values of the points, for each way to compute AO by name.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     image = view.world_to_image(points)
     columns = len(values) + 1
     figure = Figure(figsize=(3.6 * columns, 3.2), layout="constrained")
@@ -158,7 +151,7 @@ def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) 
         deviations = point_deviations(found)
         known = np.sort(deviations[np.isfinite(deviations)])
         panels[-1].plot(known, np.linspace(0, 1, len(known)), label=name)
-    panels[-1].set(title="share of the points", xlabel="sd over the modules, at most", xlim=(0, 0.15), ylim=(0, 1.02))
+    panels[-1].set(title="part of the points", xlabel="sd over the modules, at most", xlim=(0, 0.15), ylim=(0, 1.02))
     panels[-1].grid(alpha=0.3)
     panels[-1].legend(fontsize="small", loc="lower right")
     return figure

@@ -1,4 +1,4 @@
-"""Sliders for what matters most to AO on a display: radius, samples, module."""
+"""Sliders for the main settings of AO on a display: radius, samples, module."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8) -> "VBox":
-    """Sliders above a picture of one module: without AO, visibility, and with AO.
+    """Return sliders above a picture of one module: without AO, visibility, and with AO.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8
     display : Display
         The display; textures of some 100,000 texels keep up with a slider.
     radius : float
-        R at first, share of the diagonal of the mesh's box, 0.005 to 0.2.
+        R at first, as a fraction of the diagonal of the mesh's box, 0.005 to 0.2.
     samples : int
         Number of samples at first, 1 to 64.
 
@@ -47,19 +47,19 @@ def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8
     caster = RayCaster(mesh, views[0].cast_from_world)
     options: dict[str, Any] = {"continuous_update": False}
     controls = {
-        "share": widgets.FloatLogSlider(radius, min=-2.3, max=-0.7, step=0.05, description="radius", **options),
+        "radius": widgets.FloatLogSlider(radius, min=-2.3, max=-0.7, step=0.05, description="radius", **options),
         "count": widgets.IntSlider(samples, min=1, max=64, description="samples", **options),
         "method": widgets.Dropdown(options=list(METHODS["ball"]), value="latin", description="sampler"),
         "seed": widgets.IntSlider(0, min=0, max=20, description="seed", **options),
         "module": widgets.IntSlider(len(views) // 2, min=0, max=len(views) - 1, description="module", **options),
         "blur": widgets.FloatSlider(1.0, min=0.0, max=4.0, step=0.5, description="blur", **options),
-    }  # fmt: skip
+    }
     picture = widgets.Image(format="png")
 
     def redraw(_: Any = None) -> None:
         at = {name: control.value for name, control in controls.items()}
         table = make_samples(at["method"], at["count"], at["seed"])
-        settings = Settings((at["share"] * diagonal(mesh),), table, at["blur"])
+        settings = Settings((at["radius"] * diagonal(mesh),), table, at["blur"])
         picture.value = render_view(caster, views[at["module"]], settings)._repr_png_()
 
     for control in controls.values():

@@ -1,18 +1,16 @@
 """How far a module's mapping is from a matrix: the projective 3 x 4 matrix that fits it best, and what is left."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.optics.display import Display
 from lfssao.optics.kernels.display import VALID
 from lfssao.optics.view import WorldToImage
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Points = NDArray[np.float64]
 
@@ -131,7 +129,7 @@ def matrix_fits(display: Display) -> list[MatrixFit]:
     return fits
 
 
-def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> "Figure":
+def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> Figure:
     """A figure of two panels: one module's points and where its best matrix puts them; the error of all modules.
 
     Parameters
@@ -143,8 +141,6 @@ def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> "Fi
     index : int
         The module of the left panel.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     figure = Figure(figsize=(11, 3.9), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     _draw_points(left, display, fits[index], index)

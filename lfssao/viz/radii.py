@@ -1,16 +1,16 @@
 """Occlusion by each radius, and the radius that the merge shows."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.rendering.passes import Textures
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.int64]:
@@ -19,8 +19,8 @@ def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.i
     return np.where(stack.max(axis=0) > 0, stack.argmax(axis=0), -1)
 
 
-def draw_radii(textures: Textures, radii: Sequence[float]) -> "Figure":
-    """A figure of the visibility by each radius, merged, blurred, and of the radius that decides each texel.
+def draw_radii(textures: Textures, radii: Sequence[float]) -> Figure:
+    """Return a figure of the visibility by each radius, merged, blurred, and of the radius that decides each texel.
 
     Parameters
     ----------
@@ -34,10 +34,6 @@ def draw_radii(textures: Textures, radii: Sequence[float]) -> "Figure":
     InputError
         If a layer that is shown was not kept.
     """
-    from matplotlib import colormaps
-    from matplotlib.colors import BoundaryNorm
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     if textures.merged is None or textures.blurred is None or not textures.ao:
         raise InputError("the figure shows the layers ao, merged and blurred: not all are kept")
     seen = np.isfinite(textures.gbuffer.depth)

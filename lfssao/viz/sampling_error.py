@@ -1,18 +1,15 @@
-"""How the error of an estimator falls with the number of samples, by sampler."""
+"""Error of an estimator against the number of samples, by sampler."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import estimate, find_estimator
 from lfssao.ao.textures import Buffers
 from lfssao.samples import sample_set
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +44,7 @@ def sampling_error(
     estimator: str = "lf",
     reference: tuple[str, int] = ("sobol", 4096),
 ) -> SamplingError:
-    """Error of an estimator against itself with many samples, which a sampler that is not compared should make.
+    """Return the error of an estimator against itself with many samples.
 
     Parameters
     ----------
@@ -60,11 +57,12 @@ def sampling_error(
     counts : sequence of int
         Numbers of samples, positive.
     seeds : sequence of int
-        Each sampler's error is over the sets of these.
+        Seeds of the sets that each sampler's error is over.
     estimator : str
         One that takes samples.
     reference : (str, int)
-        Sampler and number of samples of the reference; the sets fill the whole ball or disk.
+        Sampler of the reference, one that is not compared, and its number of samples; the sets fill the whole ball or
+        disk.
 
     Raises
     ------
@@ -91,10 +89,8 @@ def _rms(errors: list[NDArray[np.float64]]) -> float:
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-def draw_sampling_error(found: SamplingError) -> "Figure":
-    """A figure of the errors on logarithmic axes, each sampler's slope beside its name."""
-    from matplotlib.figure import Figure  # late: takes a second to import
-
+def draw_sampling_error(found: SamplingError) -> Figure:
+    """Return a figure of the errors on logarithmic axes, each sampler with its slope."""
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.add_subplot(xscale="log", yscale="log", xlabel="samples n", ylabel="RMSE of ao")
     for (method, rmse), marker in zip(found.rmse.items(), "osD^vP*X" * len(found.rmse), strict=False):
@@ -112,8 +108,8 @@ def draw_sampling_error(found: SamplingError) -> "Figure":
     return figure
 
 
-def draw_sampler_gallery(methods: Sequence[str], n: int, seed: int = 0) -> "Figure":
-    """A figure of one set of each of some samplers of the square, side by side.
+def draw_sampler_gallery(methods: Sequence[str], n: int, seed: int = 0) -> Figure:
+    """Return a figure of one set of each of some samplers of the square, side by side.
 
     Parameters
     ----------
@@ -122,8 +118,6 @@ def draw_sampler_gallery(methods: Sequence[str], n: int, seed: int = 0) -> "Figu
     n, seed : int
         As for ``lfssao.samples.sample_set``.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     figure = Figure(figsize=(2.3 * len(methods), 2.6), layout="constrained")
     for axes, method in zip(figure.subplots(1, len(methods), squeeze=False)[0], methods, strict=True):
         axes.plot(*sample_set("square", method, n, seed).points.T, "o", markersize=3)

@@ -1,28 +1,36 @@
-"""Algorithm 2 on one texel: where its samples land, what the texture holds there, and which are behind the surface."""
+"""Algorithm 2 on one texel: the image points of its samples, the depths there, and the samples behind them."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from lfssao.verify.bounds.explain import Sample
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from lfssao.gbuffer.caster import GBuffer
+from lfssao.optics.view import View
+from lfssao.verify.bounds.explain import Sample, explain
 
 Texture = NDArray[np.floating[Any]]
 
 _COLORS = {"occluded": "tab:red", "clear": "tab:blue", "undecided": "tab:orange"}
 
 
-def occluded_share(samples: Sequence[Sample]) -> float:
-    """Share of a texel's samples that are occluded: what Algorithm 2 writes there, but for rounding."""
+def trace_texel(
+    texel: tuple[int, int], view: View, gbuffer: GBuffer, samples: NDArray[np.float64], radius: float
+) -> list[Sample]:
+    """Return the samples of a texel, (column, row), with their image points and the depths there."""
+    return explain(texel, gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)
+
+
+def occluded_fraction(samples: Sequence[Sample]) -> float:
+    """Fraction of a texel's samples that are occluded: Algorithm 2's ambient occlusion, but for rounding."""
     return sum(s.outcome == "occluded" for s in samples) / len(samples)
 
 
-def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]) -> "Figure":
-    """A figure of the steps: the texel in its texture; where its samples land; their z and the depth there.
+def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]) -> Figure:
+    """Return a figure of the steps: the texel in its texture, its samples' image points, their z and the depth there.
 
     Parameters
     ----------
@@ -31,20 +39,20 @@ def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]
     depth : (H, W)
         Image z, metres behind the screen.
     samples : sequence of Sample
-        ``lfssao.verify.bounds.explain.explain`` of the texel.
+        ``trace_texel`` of the texel.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     figure = Figure(figsize=(13, 3.9), layout="constrained")
     whole, near, side = figure.subplots(1, 3, width_ratios=(1.25, 1, 1.15))
     window = _window(texel, samples)
     shown = np.ma.masked_invalid(depth)
     whole.imshow(shown, cmap="gray_r", extent=_extent(depth))
-    whole.add_patch(_frame(*window))
+    u, v, half = window
+    frame = Rectangle((u - half, v - half), 2 * half, 2 * half, fill=False, color="tab:green", linewidth=1.5)
+    whole.add_patch(frame)
     whole.set(title="1. the texel in the depth texture", xlabel="u, texels", ylabel="v, texels")
     _draw_near(near, shown, texel, samples, window)
     _draw_depths(side, depth, texel, samples)
-    figure.suptitle(f"texel {texel}: {occluded_share(samples):.3g} of {len(samples)} samples are occluded")
+    figure.suptitle(f"texel {texel}: {occluded_fraction(samples):.3g} of {len(samples)} samples are occluded")
     return figure
 
 
@@ -53,16 +61,10 @@ def _extent(depth: Texture) -> tuple[float, float, float, float]:
 
 
 def _window(texel: tuple[int, int], samples: Sequence[Sample]) -> tuple[float, float, float]:
-    """Middle and half the edge of the square of texels that holds all landings that are in the texture."""
+    """Middle and half the edge of the square of texels that holds all image points in the texture."""
     u, v = texel[0] + 0.5, texel[1] + 0.5
     away = [max(abs(s.u - u), abs(s.v - v)) for s in samples if s.texel is not None]
     return u, v, float(np.ceil(max(away, default=0.0))) + 1.5
-
-
-def _frame(u: float, v: float, half: float) -> Any:
-    from matplotlib.patches import Rectangle
-
-    return Rectangle((u - half, v - half), 2 * half, 2 * half, fill=False, color="tab:green", linewidth=1.5)
 
 
 def _draw_near(
@@ -77,10 +79,10 @@ def _draw_near(
             axes.plot(*zip(*places, strict=True), "o", color=color, markeredgecolor="white", label=outcome)
     for sample in samples:
         if sample.texel is not None:
-            axes.annotate(str(sample.number), (sample.u, sample.v), (4, 4), textcoords="offset points",
-                          fontsize="small", color="tab:green")  # fmt: skip
-    axes.set(xlim=(u - half, u + half), ylim=(v + half, v - half), title="2. the samples, mapped into it",
-             xlabel="u, texels")  # fmt: skip
+            label = {"textcoords": "offset points", "fontsize": "small", "color": "tab:green"}
+            axes.annotate(str(sample.number), (sample.u, sample.v), (4, 4), **label)
+    axes.set(xlim=(u - half, u + half), ylim=(v + half, v - half))
+    axes.set(title="2. the samples, mapped into it", xlabel="u, texels")
     axes.legend(fontsize="x-small", loc="lower right")
 
 
@@ -98,6 +100,6 @@ def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], samples: Seq
     axes.plot([], [], "_", color="black", markersize=12, markeredgewidth=2, label="surface in the texture")
     axes.plot([], [], "o", color="tab:red", label="sample behind it: occluded")
     axes.plot([], [], "o", color="tab:blue", label="sample before it, or before none")
-    axes.set(title="3. z of each sample, and the depth it is held against", xlabel="sample", ylabel="z, metres",
-             xticks=range(len(samples)))  # fmt: skip
+    axes.set(title="3. z of each sample, and the depth it is compared with")
+    axes.set(xlabel="sample", ylabel="z, metres", xticks=range(len(samples)))
     axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3)

@@ -1,21 +1,19 @@
-"""Screen space against ray-cast occlusion: how far off, and where."""
+"""Error of screen-space occlusion against ray-cast occlusion."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Texture = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far occlusion is from the truth, over the surface texels.
+    """Difference of occlusion from the truth over the surface texels.
 
     Attributes
     ----------
@@ -24,7 +22,7 @@ class Deviation:
     rmse : float
         Root mean square of it.
     correlation : float
-        Pearson's; NaN where either is the same everywhere.
+        Pearson's; NaN if either is constant.
     """
 
     bias: float
@@ -34,12 +32,12 @@ class Deviation:
 
 def half_space(occlusion: Texture) -> Texture:
     """Occlusion of the half space from that of LF's whole ball, in which a flat surface has 1/2: 2 max(0, ao - 1/2)."""
-    share: Texture = 2 * np.maximum(0, occlusion - 0.5)
-    return share
+    half: Texture = 2 * np.maximum(0, occlusion - 0.5)
+    return half
 
 
 def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) -> Deviation:
-    """How far a texture is from the truth.
+    """Return the difference of a texture from the truth.
 
     Parameters
     ----------
@@ -58,8 +56,8 @@ def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) ->
 
 def draw_against_truth(
     textures: Mapping[str, Texture], truth: Texture, surface: NDArray[np.bool_], limit: float = 0.5
-) -> "Figure":
-    """A figure of two rows: the visibility of the truth and of each texture; below them what each is off.
+) -> Figure:
+    """Return a figure of two rows: the visibility of the truth and of each texture, and the errors below them.
 
     Parameters
     ----------
@@ -72,8 +70,6 @@ def draw_against_truth(
     limit : float
         Error at which the colours end.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     height, width = truth.shape
     columns = 1 + len(textures)
     figure = Figure(figsize=(3 * columns, 2 * (3 * height / width + 0.35)), layout="constrained")
@@ -88,6 +84,6 @@ def draw_against_truth(
         shown = axes.imshow(error, cmap="RdBu_r", vmin=-limit, vmax=limit)
         found = deviation(texture, truth, surface)
         axes.set_title(f"RMSE {found.rmse:.3f}, bias {found.bias:+.3f}", fontsize="medium")
-    figure.colorbar(shown, ax=panels[1, 0], shrink=0.8, location="left", label="ao less the truth (red: too dark)",
-                    extend="both", fraction=0.5)  # fmt: skip
+    bar = figure.colorbar(shown, ax=panels[1, 0], shrink=0.8, location="left", extend="both", fraction=0.5)
+    bar.set_label("ao less the truth (red: too dark)")
     return figure

@@ -1,15 +1,14 @@
 """Numbers of other renderers inside and outside the bounds of a case."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from lfssao.verify.bounds.bounds import Bounds
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Texture = NDArray[np.float32]
 
@@ -18,7 +17,7 @@ _NAMES = ("equal bits", "inside", "outside")
 
 
 def inside_bounds(mine: Texture, right: Texture, bounds: Bounds) -> NDArray[np.int64]:
-    """For each number EQUAL (to the reference), INSIDE the bounds, or OUTSIDE them (NaN too).
+    """Return EQUAL (to the reference), INSIDE the bounds or OUTSIDE them (NaN too) for each number.
 
     Parameters
     ----------
@@ -30,22 +29,8 @@ def inside_bounds(mine: Texture, right: Texture, bounds: Bounds) -> NDArray[np.i
     return np.where(mine == right, EQUAL, np.where(bounds.outside(mine), OUTSIDE, INSIDE))
 
 
-def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: Bounds) -> "Figure":
-    """A figure of the reference's occlusion, and of each texture's verdicts.
-
-    Parameters
-    ----------
-    textures : mapping of (H, W)
-        Other renderers' occlusion by name.
-    right : (H, W)
-        The reference's.
-    bounds : Bounds
-        Least and largest value of each number.
-    """
-    from matplotlib.colors import ListedColormap
-    from matplotlib.figure import Figure  # late: takes a second to import
-    from matplotlib.patches import Patch
-
+def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: Bounds) -> Figure:
+    """Return a figure of the reference's occlusion, and of each texture's verdicts; arguments as above."""
     figure = Figure(figsize=(3.4 * (1 + len(textures)), 3.0), layout="constrained")
     panels = figure.subplots(1, 1 + len(textures))
     for axes in panels:

@@ -54,6 +54,7 @@ def test_spread_by_hand():
     values = np.array([[0.0, 1.0, np.nan], [0.5, 0.5, 0.5], [np.nan, np.nan, 7.0], [0.0, 0.0, 0.3]])
     found = agreement.spread(values)
     deviations = [0.5, 0.0, np.sqrt(0.02)]
+    np.testing.assert_allclose(agreement.point_deviations(values), [0.5, 0.0, np.nan, np.sqrt(0.02)], atol=1e-15)
     assert found.points == 3
     assert found.views == pytest.approx(8 / 3)
     assert found.deviation == pytest.approx(np.mean(deviations))

@@ -1,4 +1,4 @@
-"""For other projects: checks of renderers and of sample sets as plain functions, and hypothesis strategies.
+"""For other projects: checks of renderers and of sample sets, cases of the kit, and hypothesis strategies.
 
 The names below are imported when they are first used; hypothesis only when a strategy is called.
 """
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lfssao.samples.properties import PROMISES, Finding, Promise, check_promise
+    from lfssao.verify.kit.cases import make_case
+    from lfssao.verify.kit.folder import write_kit
     from lfssao.verify.testing.conformance import assert_conforms
     from lfssao.verify.testing.strategies import cameras, displays, gbuffers, radii, sample_sets
 
@@ -20,8 +22,10 @@ _MODULE_OF = {
     "check_promise": "samples.properties",
     "displays": "verify.testing.strategies",
     "gbuffers": "verify.testing.strategies",
+    "make_case": "verify.kit.cases",
     "radii": "verify.testing.strategies",
     "sample_sets": "verify.testing.strategies",
+    "write_kit": "verify.kit.folder",
 }
 
 __all__ = [
@@ -33,8 +37,10 @@ __all__ = [
     "check_promise",
     "displays",
     "gbuffers",
+    "make_case",
     "radii",
     "sample_sets",
+    "write_kit",
 ]
 
 

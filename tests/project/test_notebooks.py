@@ -49,6 +49,7 @@ def test_there_are_seven():
     assert [path.stem[:3] for path in NOTEBOOKS] == [f"{k:02d}_" for k in range(1, 8)]
 
 
+@pytest.mark.slow
 @by_notebook
 def test_a_notebook_runs_and_shows_figures(path, tmp_path):
     code = executed(path, tmp_path)
@@ -75,6 +76,15 @@ def test_a_notebook_defines_nothing(path):
     code = "\n".join(cell["source"] for cell in cells(path, "code")).replace("%matplotlib inline", "")
     definitions = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
     assert [node.name for node in ast.walk(ast.parse(code)) if isinstance(node, definitions)] == []
+
+
+@by_notebook
+def test_a_notebook_imports_public_names_only(path):
+    code = "\n".join(cell["source"] for cell in cells(path, "code")).replace("%matplotlib inline", "")
+    names = [node.module if isinstance(node, ast.ImportFrom) else alias.name for node in ast.walk(ast.parse(code))
+             if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names]  # fmt: skip
+    own = {name for name in names if name.split(".")[0] == "lfssao"}
+    assert {name for name in own if not name.startswith("lfssao.viz")} <= {"lfssao", "lfssao.samples", "lfssao.testing"}
 
 
 @by_notebook

@@ -4,8 +4,9 @@ The names below are all there is to know for a start; each is described where it
 they are first used, so that ``import lfssao`` itself costs nothing.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from lfssao.core.late_names import late_names
 
 if TYPE_CHECKING:
     from lfssao.ao import reference
@@ -33,30 +34,33 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_HOME = {
-    "optics.camera": ("Camera",),
-    "verify.compare.compare": ("compare",),
-    "verify.compare.report": ("Report",),
-    "optics.display": ("Display", "Module", "fit_roi"),
-    "optics.display_file": ("display_names", "display_text", "find_display", "parse_display"),
-    "errors": ("InputError", "LfssaoError", "MissingPackageError"),
-    "ao.textures": ("Buffers",),
-    "ao.estimators.registry": ("estimate",),
-    "rendering.exr": ("Part", "read_exr", "write_exr"),
-    "ao.ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
-    "ao.passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
-    "gbuffer.caster": ("GBuffer", "RayCaster"),
-    "rendering.passes": ("Textures", "render", "render_view"),
-    "rendering.settings": ("Settings", "default_radii"),
-    "rendering.views": ("module_views",),
-    "samples": ("make_samples", "square_points"),
-    "scene.builtin": ("builtin_scene",),
-    "scene.load": ("load_scene",),
-    "scene.mesh": ("Mesh", "Paint"),
-    "optics.view": ("View", "WorldToImage"),
-    "rendering.viewer": ("LightField", "Photograph", "eye_point", "eye_range", "eye_view"),
-}
-_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+__getattr__, __dir__ = late_names(
+    __name__,
+    {
+        "ao": ("reference",),
+        "optics.camera": ("Camera",),
+        "verify.compare.compare": ("compare",),
+        "verify.compare.report": ("Report",),
+        "optics.display": ("Display", "Module", "fit_roi"),
+        "optics.display_file": ("display_names", "display_text", "find_display", "parse_display"),
+        "errors": ("InputError", "LfssaoError", "MissingPackageError"),
+        "ao.textures": ("Buffers",),
+        "ao.estimators.registry": ("estimate",),
+        "rendering.exr": ("Part", "read_exr", "write_exr"),
+        "ao.ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
+        "ao.passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
+        "gbuffer.caster": ("GBuffer", "RayCaster"),
+        "rendering.passes": ("Textures", "render", "render_view"),
+        "rendering.settings": ("Settings", "default_radii"),
+        "rendering.views": ("module_views",),
+        "samples": ("make_samples", "square_points"),
+        "scene.builtin": ("builtin_scene",),
+        "scene.load": ("load_scene",),
+        "scene.mesh": ("Mesh", "Paint"),
+        "optics.view": ("View", "WorldToImage"),
+        "rendering.viewer": ("LightField", "Photograph", "eye_point", "eye_range", "eye_view"),
+    },
+)
 
 __all__ = [
     "Buffers",
@@ -109,15 +113,3 @@ __all__ = [
     "square_points",
     "write_exr",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name == "reference":
-        return import_module("lfssao.ao.reference")
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module 'lfssao' has no attribute '{name}'")
-    return getattr(import_module(f"lfssao.{_MODULE_OF[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return [*__all__, "__version__"]

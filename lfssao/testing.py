@@ -3,8 +3,9 @@
 The names below are imported when they are first used; hypothesis only when a strategy is called.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from lfssao.core.late_names import late_names
 
 if TYPE_CHECKING:
     from lfssao.samples.properties import PROMISES, Finding, Promise, check_promise
@@ -13,20 +14,16 @@ if TYPE_CHECKING:
     from lfssao.verify.testing.conformance import assert_conforms
     from lfssao.verify.testing.strategies import cameras, displays, gbuffers, radii, sample_sets
 
-_MODULE_OF = {
-    "PROMISES": "samples.properties",
-    "Finding": "samples.properties",
-    "Promise": "samples.properties",
-    "assert_conforms": "verify.testing.conformance",
-    "cameras": "verify.testing.strategies",
-    "check_promise": "samples.properties",
-    "displays": "verify.testing.strategies",
-    "gbuffers": "verify.testing.strategies",
-    "make_case": "verify.kit.cases",
-    "radii": "verify.testing.strategies",
-    "sample_sets": "verify.testing.strategies",
-    "write_kit": "verify.kit.folder",
-}
+__getattr__, __dir__ = late_names(
+    __name__,
+    {
+        "samples.properties": ("PROMISES", "Finding", "Promise", "check_promise"),
+        "verify.kit.cases": ("make_case",),
+        "verify.kit.folder": ("write_kit",),
+        "verify.testing.conformance": ("assert_conforms",),
+        "verify.testing.strategies": ("cameras", "displays", "gbuffers", "radii", "sample_sets"),
+    },
+)
 
 __all__ = [
     "PROMISES",
@@ -42,13 +39,3 @@ __all__ = [
     "sample_sets",
     "write_kit",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module 'lfssao.testing' has no attribute '{name}'")
-    return getattr(import_module(f"lfssao.{_MODULE_OF[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return __all__

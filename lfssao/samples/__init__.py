@@ -3,8 +3,9 @@
 The names below are imported when they are first used: a render with LF's samples loads nothing else.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from lfssao.core.late_names import late_names
 
 if TYPE_CHECKING:
     from lfssao.samples.registry import METHODS, find_method, make_samples, sample_set, square_points
@@ -13,14 +14,16 @@ if TYPE_CHECKING:
     from lfssao.samples.sets import SampleSet
     from lfssao.samples.spiral import best_turns, spiral_discrepancy
 
-_HOME = {
-    "rotation": ("DECORRELATIONS", "texel_angles"),
-    "registry": ("METHODS", "find_method", "make_samples", "sample_set", "square_points"),
-    "repulsion": ("repulsion_table",),
-    "sets": ("SampleSet",),
-    "spiral": ("best_turns", "spiral_discrepancy"),
-}
-_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+__getattr__, __dir__ = late_names(
+    __name__,
+    {
+        "samples.rotation": ("DECORRELATIONS", "texel_angles"),
+        "samples.registry": ("METHODS", "find_method", "make_samples", "sample_set", "square_points"),
+        "samples.repulsion": ("repulsion_table",),
+        "samples.sets": ("SampleSet",),
+        "samples.spiral": ("best_turns", "spiral_discrepancy"),
+    },
+)
 
 __all__ = [
     "DECORRELATIONS",
@@ -35,9 +38,3 @@ __all__ = [
     "square_points",
     "texel_angles",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module 'lfssao.samples' has no attribute '{name}'")
-    return getattr(import_module(f"lfssao.samples.{_MODULE_OF[name]}"), name)

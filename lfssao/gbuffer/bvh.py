@@ -26,8 +26,7 @@ class TriangleTree:
         self.vertices, self.faces = vertices, faces[self.order]
         self.place_of = np.empty_like(self.order)
         self.place_of[self.order] = np.arange(len(faces))
-        self.corners = np.empty((len(faces), 9))
-        bvh.gather_corners(vertices, faces, self.order, self.corners)
+        self.corners = np.ascontiguousarray(vertices[self.faces].reshape(-1, 9))
         self.boxes = np.empty((2 * bvh.leaf_count(len(faces)) - 1, 6))
         # Rounding moves a ray, seen from a corner, by a few units in the last place of the largest coordinate.
         margin = 1e-12 * float(np.maximum(np.abs(low), np.abs(high)).max())
@@ -35,3 +34,4 @@ class TriangleTree:
         # Embree sees corners and rays in float32.
         margin = 1e-6 * float(np.maximum(np.abs(low), np.abs(high)).max())
         self.bounds = np.stack([low - margin, high + margin])
+        self.arrays = bvh.Tree(self.corners, self.order, self.place_of, self.boxes)

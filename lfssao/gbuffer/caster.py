@@ -14,11 +14,8 @@ from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
-from lfssao.gbuffer.kernels import albedo as paint
-from lfssao.gbuffer.kernels import embree_hits
-from lfssao.gbuffer.kernels import first_hit as visibility
+from lfssao.gbuffer.kernels import albedo, first_hit, surface
 from lfssao.gbuffer.kernels import normals as normal_kernels
-from lfssao.gbuffer.kernels import surface as hits
 from lfssao.optics.kernels import rays
 from lfssao.optics.view import View
 from lfssao.scene.mesh import Mesh, Paint
@@ -100,7 +97,7 @@ class RayCaster:
         transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
         _check_range(mesh.name, vertices)
         self._tree = TriangleTree(vertices, mesh.faces)
-        self._paint = None if mesh.paint is None else _PaintTables(mesh.paint)
+        self._material = None if mesh.paint is None else _material(mesh.paint)
 
     def gbuffer(
         self,
@@ -146,81 +143,51 @@ class RayCaster:
             if value is not None and value not in choices:
                 raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
         rows = range(view.height) if rows is None else rows
-        part, colored = slice(rows.start, rows.stop), color is not None and self._paint is not None
+        part, colored = slice(rows.start, rows.stop), color is not None and self._material is not None
         depth, triangle = _texture(view, rows, np.inf), _texture(view, rows, -1, dtype=np.int32)
         places = _texture(view, rows, np.inf, 3) if positions else None
         rgb = _texture(view, rows, 0, 3) if colored else None
         directions = None if normals is None else _texture(view, rows, 0, 3)
         if rows:
-            seen = triangle[part].reshape(-1)
-            at = np.empty((0, 3), np.float32) if places is None else places[part].reshape(-1, 3)
+            seen, mesh, z = triangle[part], self.mesh, np.empty((len(rows), view.width))
+            at = np.empty((0, 0, 3), np.float32) if places is None else places[part]
+            ray, world = (view.ray_kind, view.lens), np.ravel(view.world_from_cast)
+            smooth = normals == "smooth" and mesh.normals is not None
+            weights = np.empty((*seen.shape, 2) if caster == "embree" or colored or smooth else (0, 0, 2))
             if caster == "embree":
-                z, weights = self._embrees_hits(view, rows, seen)
+                seen[:] = self._seen_by_embree(view, rows, 1)
             else:
-                z, weights = self._first_hits(view, rows, seen)
-            hits.write_surface(
-                view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, seen, z,
-                depth[part].reshape(-1), at, rows.start,
-            )  # fmt: skip
-            if rgb is not None and self._paint is not None:
-                self._paint.color(seen, weights, self.mesh.faces, color == "nearest", rgb[part].reshape(-1, 3))
+                self._first_hits(view, rows, seen, z)
+            if weights.size:
+                surface.points_on_triangles(*ray, self._tree.arrays, seen, z, weights, rows.start)
+            surface.write_surface(*ray, world, seen, z, depth[part], at, rows.start)
+            if rgb is not None:
+                albedo.write_albedo(seen, weights, mesh.faces, self._material, color == "nearest", rgb[part])
             if directions is not None:
-                self._normals(view, rows, seen, weights, normals == "smooth", directions[part].reshape(-1, 3))
+                at_vertices = np.zeros((0, 3)) if mesh.normals is None else mesh.normals
+                known = normal_kernels.Surface(mesh.vertices, mesh.faces, at_vertices)
+                used = weights if smooth else weights[:0]
+                normal_kernels.write_normals(*ray, world, seen, used, known, directions[part], rows.start)
         return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
-    def _first_hits(
-        self, view: View, rows: range, triangle: NDArray[np.int32]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Triangle, written, z and weights of each texel, by the faster way; both give the same bits."""
-        tree = self._tree
-        candidates = rasterize.candidate_pairs(view, tree, rows)
-        if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * len(triangle):
-            return rasterize.first_hits(candidates, tree, triangle)
-        z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
-        visibility.first_hits(
-            view.ray_kind, view.lens, view.width, len(rows), tree.corners, tree.order, tree.boxes, tree.place_of,
-            self._proposals(view, rows), triangle, z, weights, rows.start,
-        )  # fmt: skip
-        return z, weights
-
-    def _normals(
-        self,
-        view: View,
-        rows: range,
-        triangle: NDArray[np.int32],
-        weights: NDArray[np.float64],
-        smooth: bool,
-        out: NDArray[np.float32],
-    ) -> None:
-        """Write the unit normals of each texel, (n, 3) float32."""
-        mesh = self.mesh
-        at_vertices = mesh.normals if smooth and mesh.normals is not None else np.zeros((0, 3))
-        normal_kernels.write_normals(
-            view.ray_kind, view.lens, np.ravel(view.world_from_cast), view.width, triangle, weights, mesh.vertices,
-            mesh.faces, at_vertices, out, rows.start,
-        )  # fmt: skip
-
-    def _embrees_hits(
-        self, view: View, rows: range, triangle: NDArray[np.int32]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Embree's triangle, written, and z and weights on it of each texel."""
-        require_embree()
-        triangle[:] = self._seen_by_embree(view, rows, 1).reshape(-1)
-        z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
-        embree_hits.hits_on_triangles(
-            view.ray_kind, view.lens, view.width, self._tree.corners, self._tree.place_of, triangle, z, weights,
-            rows.start,
-        )  # fmt: skip
-        return z, weights
+    def _first_hits(self, view: View, rows: range, triangle: NDArray[np.int32], z: NDArray[np.float64]) -> None:
+        """Find triangle and z of each texel by the faster way; both give the same bits."""
+        candidates = rasterize.candidate_pairs(view, self._tree, rows)
+        if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * triangle.size:
+            rasterize.first_hits(candidates, self._tree, triangle, z)
+        else:
+            size, proposals, tree = (view.width, len(rows)), self._proposals(view, rows), self._tree.arrays
+            first_hit.first_hits(view.ray_kind, view.lens, *size, tree, proposals, triangle, z, rows.start)
 
     def _proposals(self, view: View, rows: range) -> NDArray[np.int32]:
         """A triangle likely to be the first in each tile: Embree's answer in its middle, -1 without embreex."""
         if embree_installed():
-            return self._seen_by_embree(view, rows, visibility.TILE)
-        return np.full((-(-len(rows) // visibility.TILE), -(-view.width // visibility.TILE)), -1, np.int32)
+            return self._seen_by_embree(view, rows, first_hit.TILE)
+        return np.full((-(-len(rows) // first_hit.TILE), -(-view.width // first_hit.TILE)), -1, np.int32)
 
     def _seen_by_embree(self, view: View, rows: range, step: int) -> NDArray[np.int32]:
         """The triangle that Embree sees in the middle of each cell of step x step texels, -1 where it sees none."""
+        require_embree()
         shape = -(-len(rows) // step), -(-view.width // step)
         counts = np.empty(shape[0], np.int64)
         grid = view.ray_kind, view.lens, self._tree.bounds, view.width, len(rows), step, shape[1]
@@ -268,29 +235,13 @@ def _check_range(name: str, vertices: NDArray[np.float64]) -> None:
         raise InputError(f"{name}: coordinates leave the range of float32 in the space rays are cast in")
 
 
-class _PaintTables:
+def _material(source: Paint) -> albedo.Material:
     """A mesh's paint as the arrays that the kernel takes."""
-
-    def __init__(self, source: Paint) -> None:
-        sizes = [(0, 0) if t is None else (t.shape[1], t.shape[0]) for t in source.textures]
-        first = np.cumsum([0, *(w * h for w, h in sizes)])[:-1]
-        self._table = np.array([(f, w, h) for f, (w, h) in zip(first, sizes, strict=True)], np.int64)
-        images = [t.reshape(-1, 3) for t in source.textures if t is not None]
-        self._texels = np.concatenate(images) if images else np.zeros((0, 3), np.float32)
-        self._vertex_colors = np.zeros((0, 3), np.float32) if source.vertex_colors is None else source.vertex_colors
-        self._uv = np.zeros((0, 2)) if source.uv is None else source.uv
-        self._source = source
-
-    def color(
-        self,
-        triangle: NDArray[np.int32],
-        weights: NDArray[np.float64],
-        faces: NDArray[np.int32],
-        nearest: bool,
-        rgb: NDArray[np.float32],
-    ) -> None:
-        """Write the diffuse colour of each texel, (n, 3) float32 linear RGB."""
-        factors, material, colors = self._source.factors, self._source.face_material, self._vertex_colors
-        paint.paint_hits(
-            triangle, weights, faces, factors, material, colors, self._uv, self._table, self._texels, rgb, nearest
-        )
+    sizes = [(0, 0) if t is None else (t.shape[1], t.shape[0]) for t in source.textures]
+    first = np.cumsum([0, *(w * h for w, h in sizes)])[:-1]
+    table = np.array([(f, w, h) for f, (w, h) in zip(first, sizes, strict=True)], np.int64)
+    images = [t.reshape(-1, 3) for t in source.textures if t is not None]
+    texels = np.concatenate(images) if images else np.zeros((0, 3), np.float32)
+    colors = np.zeros((0, 3), np.float32) if source.vertex_colors is None else source.vertex_colors
+    uv = np.zeros((0, 2)) if source.uv is None else source.uv
+    return albedo.Material(source.factors, source.face_material, colors, uv, table, texels)

@@ -22,10 +22,7 @@ _LARGEST_OFFSET = 2.0**30
 class Candidates(NamedTuple):
     """The rays of some rows, and the triangles by the texels in which they can be hit."""
 
-    columns: NDArray[np.float64]  # (2, W): o and d of x = o + d z, of each column
-    lines: NDArray[np.float64]  # (2, H): o and d of y, of each row
-    near: float
-    far: float
+    rays: rasterize.SeparableRays
     bounds: NDArray[np.int32]  # (F, 4): first and last column, first and last row
     in_band: NDArray[np.int64]  # number of triangles that reach into each band of rows
     pairs: int  # of a triangle and a texel
@@ -52,20 +49,16 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
         return None
     columns, lines = np.empty((2, view.width)), np.empty((2, len(rows)))
     near, far = rasterize.separable_rays(view.ray_kind, view.lens, columns, lines, rows.start)
-    scales = _scales(tree.bounds, columns, lines, far)
+    axes = image_axes(view, rows, *_scales(tree.bounds, columns, lines, far))
     corner_texels, bounds = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
-    rasterize.bound_triangles(
-        view.width, len(rows), *image_axes(view, rows, *scales), tree.vertices, tree.faces, corner_texels, bounds
-    )  # fmt: skip
+    rasterize.bound_triangles(view.width, len(rows), *axes, tree.vertices, tree.faces, corner_texels, bounds)
     in_band = np.zeros(-(-len(rows) // rasterize.BAND), np.int64)
     pairs = rasterize.count_candidates(bounds, in_band)
-    return Candidates(columns, lines, near, far, bounds, in_band, pairs)
+    return Candidates(rasterize.SeparableRays(columns, lines, near, far), bounds, in_band, pairs)
 
 
-def first_hits(
-    candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.int32]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The first triangle of every texel's ray among its candidates.
+def first_hits(candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.int32], z: NDArray[np.float64]) -> None:
+    """Find the first triangle of every texel's ray among its candidates.
 
     Parameters
     ----------
@@ -73,23 +66,13 @@ def first_hits(
         What ``candidate_pairs`` found.
     tree : TriangleTree
         The same.
-    triangle : (n,) int32
-        Out: number of the triangle, -1 where there is none.
-
-    Returns
-    -------
-    z, weights : (n,) float64, (n, 2) float64
-        As ``lfssao.gbuffer.kernels.first_hit.first_hits`` has them.
+    triangle, z : (H, W) int32, (H, W) float64
+        Out: number of the triangle, -1 where there is none, and z of the hit in cast space.
     """
-    columns, lines, near, far, bounds, in_band, _ = candidates
-    ends = np.cumsum(in_band)
+    ends = np.cumsum(candidates.in_band)
     members = np.empty(ends[-1], np.int32)
-    rasterize.sort_into_bands(bounds, ends - in_band, members)
-    z, weights = np.empty(len(triangle)), np.empty((len(triangle), 2))
-    rasterize.first_hits(
-        columns, lines, near, far, tree.corners, tree.order, bounds, members, ends, triangle, z, weights
-    )
-    return z, weights
+    rasterize.sort_into_bands(candidates.bounds, ends - candidates.in_band, members)
+    rasterize.first_hits(candidates.rays, tree.arrays, candidates.bounds, members, ends, triangle, z)
 
 
 def _scales(

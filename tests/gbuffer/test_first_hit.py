@@ -11,9 +11,16 @@ from hypothesis import strategies as st
 from reference import raycast
 
 from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.kernels import bvh
-from lfssao.gbuffer.kernels import first_hit as visibility
-from lfssao.gbuffer.kernels.triangle import edge_function, exact_difference, hit_triangle, two_product, two_sum
+from lfssao.gbuffer.kernels import bvh, first_hit
+from lfssao.gbuffer.kernels.triangle import (
+    Triangle,
+    edge_function,
+    exact_difference,
+    hit_triangle,
+    point_on_triangle,
+    two_product,
+    two_sum,
+)
 
 VIEWS = list(scenes.VIEWS)
 # Their products, and the rests of those, stay far from the ends of float64.
@@ -108,34 +115,44 @@ A, B, C = (0.0, 0.0, 2.0), (4.0, 0.0, 2.0), (0.0, 4.0, 6.0)
 @pytest.mark.parametrize(
     ("x", "y", "want"),
     [
-        (1.0, 1.0, (True, 3.0, 0.25, 0.25)),
-        (0.0, 0.0, (True, 2.0, 0.0, 0.0)),  # corners
-        (4.0, 0.0, (True, 2.0, 1.0, 0.0)),
-        (0.0, 4.0, (True, 6.0, 0.0, 1.0)),
-        (2.0, 0.0, (True, 2.0, 0.5, 0.0)),  # edges
-        (0.0, 2.0, (True, 4.0, 0.0, 0.5)),
-        (2.0, 2.0, (True, 4.0, 0.5, 0.5)),
-        (2.0, np.nextafter(2.0, 3), (False, 0.0, 0.0, 0.0)),  # the next number beside each edge
-        (np.nextafter(0.0, -1), 2.0, (False, 0.0, 0.0, 0.0)),
-        (2.0, np.nextafter(0.0, -1), (False, 0.0, 0.0, 0.0)),
-        (-1.0, -1.0, (False, 0.0, 0.0, 0.0)),
+        (1.0, 1.0, (3.0, 0.25, 0.25)),
+        (0.0, 0.0, (2.0, 0.0, 0.0)),  # corners
+        (4.0, 0.0, (2.0, 1.0, 0.0)),
+        (0.0, 4.0, (6.0, 0.0, 1.0)),
+        (2.0, 0.0, (2.0, 0.5, 0.0)),  # edges
+        (0.0, 2.0, (4.0, 0.0, 0.5)),
+        (2.0, 2.0, (4.0, 0.5, 0.5)),
     ],
 )
-def test_hit_triangle_by_hand(x, y, want):
-    assert hit_triangle(x, y, 0.0, 0.0, *A, *B, *C) == want
-    hit, z, weight_b, weight_c = hit_triangle(x, y, 0.0, 0.0, *C, *B, *A)  # the other way round
-    assert (hit, z) == want[:2]
-    if hit:
-        assert weight_b == want[2]
-        assert 1 - weight_b - weight_c == want[3]
-    slanted = hit_triangle(x - 2.0, y - 1.0, 1.0, 0.5, *A, *A, *A)
-    assert slanted == (False, 0.0, 0.0, 0.0)  # no area
+def test_a_hit_by_hand(x, y, want):
+    z, weight_b, weight_c = want
+    assert hit_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == (True, z)
+    assert point_on_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == want
+    back = Triangle(*C, *B, *A)  # the other way round
+    assert hit_triangle(x, y, 0.0, 0.0, back) == (True, z)
+    assert point_on_triangle(x, y, 0.0, 0.0, back) == (z, weight_b, 1 - weight_b - weight_c)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "nearest"),
+    [  # the next number beside each edge, and far from all
+        (2.0, np.nextafter(2.0, 3), (4.0, 0.5, 0.5)),
+        (np.nextafter(0.0, -1), 2.0, (4.0, 0.0, 0.5)),
+        (2.0, np.nextafter(0.0, -1), (2.0, 0.5, 0.0)),
+        (-1.0, -1.0, (2.0, 0.0, 0.0)),
+    ],
+)
+def test_a_miss_by_hand(x, y, nearest):
+    """Embree's triangle may be passed by: its nearest weights stand for it."""
+    assert hit_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == (False, 0.0)
+    assert point_on_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == pytest.approx(nearest, abs=1e-15)
 
 
 def test_a_triangle_seen_edge_on_is_not_hit():
-    for corners in ([(0, 0, 1), (0, 2, 1), (0, 0, 3)], [(0, 0, 1), (1, 1, 2), (2, 2, 0)]):
-        flat = [float(n) for corner in corners for n in corner]
-        assert hit_triangle(0.0, 0.0, 0.0, 0.0, *flat) == (False, 0.0, 0.0, 0.0)
+    for corners in ([(0, 0, 1), (0, 2, 1), (0, 0, 3)], [(0, 0, 1), (1, 1, 2), (2, 2, 0)], [A, A, A]):
+        flat = Triangle(*(float(n) for corner in corners for n in corner))
+        assert hit_triangle(0.0, 0.0, 0.0, 0.0, flat) == (False, 0.0)
+        assert point_on_triangle(0.0, 0.0, 0.0, 0.0, flat) == (corners[0][2], 0.0, 0.0)
 
 
 def test_z_is_held_between_the_corners():
@@ -144,11 +161,27 @@ def test_z_is_held_between_the_corners():
     off = 0
     for _ in range(400):
         xy, z = rng.uniform(-1, 1, (3, 2)), rng.uniform(-1, 1)
-        hit, depth, b, c = hit_triangle(0.0, 0.0, 0.0, 0.0, *(n for x, y in xy for n in (x, y, z)))
+        flat = Triangle(*(n for x, y in xy for n in (x, y, z)))
+        hit, depth = hit_triangle(0.0, 0.0, 0.0, 0.0, flat)
         if hit:
+            _, b, c = point_on_triangle(0.0, 0.0, 0.0, 0.0, flat)
             assert depth == z
             off += ((1 - b - c) * z + b * z) + c * z != z
     assert off > 5
+
+
+@pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
+@pytest.mark.parametrize("name", VIEWS)
+def test_points_on_triangles_have_the_bits_of_the_reference(name, scene):
+    view = scenes.VIEWS[name](24, 16)
+    vertices, faces = scene(view, np.random.default_rng(7))
+    want, rays = raycast.first_hits(texel_rays(view), vertices[faces]), texel_rays(view)
+    for texel in np.flatnonzero(want.triangle >= 0):
+        ox, oy, dx, dy = (float(part[texel]) for part in rays[:4])
+        triangle = Triangle(*vertices[faces[want.triangle[texel]]].ravel().tolist())
+        found = point_on_triangle(ox, oy, dx, dy, triangle)
+        assert np.array_equal(bits(found), bits([want.z[texel], *want.weights[texel]]))
+        assert hit_triangle(ox, oy, dx, dy, triangle) == (True, found[0])
 
 
 # The tree
@@ -203,17 +236,7 @@ def texel_rays(view):
 
 def tiles(view):
     """Shape of the proposals."""
-    return -(-view.height // visibility.TILE), -(-view.width // visibility.TILE)
-
-
-def first_hits(view, tree, proposal):
-    size = view.width * view.height
-    triangle, z, weights = np.full(size, -9, np.int32), np.full(size, np.nan), np.full((size, 2), np.nan)
-    visibility.first_hits(
-        view.ray_kind, view.lens, view.width, view.height, tree.corners, tree.order, tree.boxes, tree.place_of,
-        np.ascontiguousarray(proposal, np.int32), triangle, z, weights,
-    )  # fmt: skip
-    return triangle, z, weights
+    return -(-view.height // first_hit.TILE), -(-view.width // first_hit.TILE)
 
 
 def check(view, vertices, faces, rng, each=False):
@@ -223,25 +246,19 @@ def check(view, vertices, faces, rng, each=False):
     """
     want = raycast.first_hits(texel_rays(view), vertices[faces])
     tree = TriangleTree(vertices, faces)
-    step, shape = visibility.TILE, tiles(view)
+    step, shape = first_hit.TILE, tiles(view)
     textures = want.triangle.reshape(view.height, view.width)
     near = rng.integers(0, step, shape) + np.mgrid[: shape[0], : shape[1]] * step
     right = textures[np.minimum(near[0], view.height - 1), np.minimum(near[1], view.width - 1)]
-    proposals = [np.full(shape, -1), right, rng.integers(-1, len(faces), shape)]
+    proposals = [-1, right, rng.integers(-1, len(faces), shape)]
     # A wrong one that is hit: a triangle that some texel sees.
     proposals.append(rng.permutation(right.ravel()).reshape(shape))
     if each:
-        proposals += [np.full(shape, face) for face in range(len(faces))]
-    for proposal in proposals:
-        triangle, z, weights = first_hits(view, tree, proposal)
-        assert np.array_equal(triangle, want.triangle)
-        assert np.array_equal(bits(z), bits(want.z))
-        assert np.array_equal(bits(weights), bits(want.weights))
-    triangle, z, weights = scenes.rasterized(view, tree)
+        proposals += range(len(faces))
     seen = want.triangle >= 0
-    assert np.array_equal(triangle, want.triangle)
-    assert np.array_equal(bits(z[seen]), bits(want.z[seen]))
-    assert np.array_equal(bits(weights[seen]), bits(want.weights[seen]))
+    for triangle, z in [*(scenes.traced(view, tree, each) for each in proposals), scenes.rasterized(view, tree)]:
+        assert np.array_equal(triangle, want.triangle)
+        assert np.array_equal(bits(z[seen]), bits(want.z[seen]))
     return want
 
 
@@ -313,7 +330,7 @@ def test_equal_depths_go_to_the_lower_number():
         tree = TriangleTree(vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3))
         both = check(view, vertices, np.arange(len(vertices)).reshape(-1, 3).astype(np.int32), np.random.default_rng(0))
         assert both.met.max() == len(corners)
-        triangle, z, _ = first_hits(view, tree, np.full(tiles(view), len(corners) - 1))
+        triangle, z = scenes.traced(view, tree, len(corners) - 1)
         assert (triangle[both.met > 1] == 0).all()
         assert (z[both.met > 0] == 0.1).all()
 
@@ -348,8 +365,7 @@ def test_a_sheet_over_the_view_has_no_cracks(name):
         for bumpy in (0.0, 0.05, 0.8):
             rng = np.random.default_rng(seed)
             vertices, faces = scenes.sheet(view, rng, step=1 + seed % 4, bumpy=bumpy)
-            triangle, _, _ = first_hits(view, TriangleTree(vertices, faces), np.full(tiles(view), -1))
-            assert (triangle >= 0).all()
+            assert (scenes.traced(view, TriangleTree(vertices, faces), -1)[0] >= 0).all()
 
 
 CLOSED = {"box": scenes.box(), "sphere": scenes.sphere(2), "torus": scenes.torus()}
@@ -388,7 +404,7 @@ def test_the_silhouette_of_a_ball(name, dead_centre):
             vertices = moved_to_centres(view, vertices)
             inner = 0.9 - 0.04 / radius
         tree = TriangleTree(vertices, faces.astype(np.int32))
-        triangle, _, _ = first_hits(view, tree, np.full(tiles(view), -1))
+        triangle, _ = scenes.traced(view, tree, -1)
         away = middle - np.column_stack([ox, oy, np.zeros_like(ox)])
         distance = np.linalg.norm(away - (away * direction).sum(axis=1)[:, None] * direction, axis=1)
         assert (triangle[distance < radius * inner * (1 - 1e-9)] >= 0).all()

@@ -21,10 +21,7 @@ from lfssao.ao.kernels import ssao, truth_batches
 from lfssao.core import elementary, philox
 from lfssao.core.points import transform_points
 from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.kernels import albedo as paint
-from lfssao.gbuffer.kernels import first_hit as visibility
-from lfssao.gbuffer.kernels import surface as hits
-from lfssao.gbuffer.kernels import triangle
+from lfssao.gbuffer.kernels import albedo, first_hit, surface, triangle
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels import rays
 from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
@@ -147,7 +144,8 @@ def triangles():
     """Rays that hit triangles, miss them, and that meet corners and edges of a grid of eighths."""
     rng = np.random.default_rng(5)
     cases = np.concatenate([rng.uniform(-1, 1, (400, 13)), rng.integers(-8, 9, (400, 13)) / 8])
-    yield "hit_triangle", np.array([triangle.hit_triangle(*case) for case in cases], np.float64)
+    for function in (triangle.hit_triangle, triangle.point_on_triangle):
+        yield function.__name__, np.array([function(*case[:4], triangle.Triangle(*case[4:])) for case in cases], float)
     near = rng.uniform(0.5, 1, (400, 2))
     nearly = np.column_stack([near, near[:, ::-1] * (1 + 2.0**-52 * rng.integers(-2, 3, (400, 2)))])
     yield "edge_function", np.array([triangle.edge_function(*four) for four in nearly])
@@ -175,7 +173,8 @@ def casts():
     box = np.array([[-0.4, -0.4, -0.4], [0.4, 0.4, 0.4]])
     table = np.array([[0, 3, 4], [12, 0, 0]], np.int64)
     colors, uv, texels = rng.random((50, 3), np.float32), rng.uniform(-2, 2, (50, 2)), rng.random((12, 3), np.float32)
-    factors, material = rng.random((2, 3), np.float32), rng.integers(0, 2, len(faces)).astype(np.int32)
+    factors, of_face = rng.random((2, 3), np.float32), rng.integers(0, 2, len(faces)).astype(np.int32)
+    material = albedo.Material(factors, of_face, colors, uv, table, texels)
     cameras = [CAMERA, Camera("orthographic", CAMERA.eye, CAMERA.target, CAMERA.up, 2.0, 1.0, 9.0)]
     for view in [DISPLAY.view(0, WORLD), *(camera.view(WIDTH, HEIGHT) for camera in cameras)]:
         moved = np.empty_like(vertices)
@@ -183,26 +182,21 @@ def casts():
         yield f"points {view.ray_kind}", moved
         away = np.array([0.0, 0.0, 0.0 if view.ray_kind == rays.FLAT_LINEAR else 3.0])
         yield f"rays {view.ray_kind}", rays_into(view, box + away)
-        size = HEIGHT * WIDTH
-        number, z, weights = np.empty(size, np.int32), np.zeros(size), np.zeros((size, 2))
         tree = TriangleTree(vertices + away, faces)
         yield f"tree {view.ray_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
-        shape = -(-HEIGHT // visibility.TILE), -(-WIDTH // visibility.TILE)
-        visibility.first_hits(
-            view.ray_kind, view.lens, WIDTH, HEIGHT, tree.corners, tree.order, tree.boxes, tree.place_of,
-            rng.integers(-1, len(faces), shape).astype(np.int32), number, z, weights,
-        )  # fmt: skip
-        assert 100 < (number >= 0).sum() < size
-        rasterized = raycast_scenes.rasterized(view, tree)
-        assert all(
-            (a[number >= 0] == b[number >= 0]).all() for a, b in zip(rasterized, (number, z, weights), strict=True)
-        )
-        yield f"rasterised {view.ray_kind}", np.column_stack(rasterized)[number >= 0]
-        depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
-        hits.write_surface(view.ray_kind, view.lens, np.ravel(view.world_from_cast), WIDTH, number, z, depth, positions)
-        rgb = np.empty((size, 3), np.float32)
-        paint.paint_hits(number, weights, faces, factors, material, colors, uv, table, texels, rgb)
-        yield f"hits {view.ray_kind}", np.column_stack([number, z, weights, depth, positions, rgb])
+        shape = -(-HEIGHT // first_hit.TILE), -(-WIDTH // first_hit.TILE)
+        number, z = raycast_scenes.traced(view, tree, rng.integers(-1, len(faces), shape))
+        assert 100 < (number >= 0).sum() < number.size
+        for found, same in zip(raycast_scenes.rasterized(view, tree), (number, z), strict=True):
+            assert (found[number >= 0] == same[number >= 0]).all()
+        number, z = number.reshape(HEIGHT, WIDTH), z.reshape(HEIGHT, WIDTH)
+        yield f"first hits {view.ray_kind}", np.dstack([number, z])
+        depth, positions, rgb = (np.empty((HEIGHT, WIDTH, *n), np.float32) for n in ((), (3,), (3,)))
+        weights, kind, lens = np.zeros((HEIGHT, WIDTH, 2)), view.ray_kind, view.lens
+        surface.write_surface(kind, lens, np.ravel(view.world_from_cast), number, z, depth, positions)
+        surface.points_on_triangles(kind, lens, tree.arrays, number, z, weights)
+        albedo.write_albedo(number, weights, faces, material, False, rgb)
+        yield f"surface {view.ray_kind}", np.dstack([weights, depth, positions, rgb])
 
 
 def estimates():

@@ -15,6 +15,7 @@ from reference import raycast
 
 from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi
 from lfssao.gbuffer import rasterize
+from lfssao.gbuffer.kernels import first_hit
 
 IDENTITY = np.eye(3, 4)
 
@@ -292,10 +293,19 @@ def textures():
 
 
 def rasterized(view, tree):
-    """Triangle, z and weights of each texel by rasterisation, however many candidates there are."""
-    candidates = rasterize.candidate_pairs(view, tree, range(view.height))
-    triangle = np.full(view.width * view.height, -9, np.int32)
-    return triangle, *rasterize.first_hits(candidates, tree, triangle)
+    """Triangle and z of each texel by rasterisation, however many candidates there are."""
+    triangle, z = np.full((view.height, view.width), -9, np.int32), np.full((view.height, view.width), np.nan)
+    rasterize.first_hits(rasterize.candidate_pairs(view, tree, range(view.height)), tree, triangle, z)
+    return triangle.ravel(), z.ravel()
+
+
+def traced(view, tree, proposal):
+    """Triangle and z of each texel by the tree; proposal: a triangle a tile, or -1 for none."""
+    tiles = -(-view.height // first_hit.TILE), -(-view.width // first_hit.TILE)
+    proposal = np.ascontiguousarray(np.broadcast_to(proposal, tiles), np.int32)
+    triangle, z = np.full((view.height, view.width), -9, np.int32), np.full((view.height, view.width), np.nan)
+    first_hit.first_hits(view.ray_kind, view.lens, view.width, view.height, tree.arrays, proposal, triangle, z)
+    return triangle.ravel(), z.ravel()
 
 
 # Most candidate pairs a texel for rasterisation: none, so that the tree is taken, or any number.

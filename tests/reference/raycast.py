@@ -138,7 +138,7 @@ def first_hits(rays, corners):
 
 @np.errstate(all="ignore")
 def on_triangles(rays, corners, triangle):
-    """Hits of each ray on one given triangle or none (-1), negative weights set to 0; none where it is edge on."""
+    """Hits of each ray on one given triangle or none (-1): negative weights are set to 0, edge on it is corner a."""
     ox, oy, dx, dy, _, _ = rays
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (corners[triangle, k].T for k in range(3))
     ap, aq = ax - (ox + dx * az), ay - (oy + dy * az)
@@ -146,12 +146,13 @@ def on_triangles(rays, corners, triangle):
     cp, cq = cx - (ox + dx * cz), cy - (oy + dy * cz)
     edges = [edge_functions(*four)[0] for four in ((bp, cq, bq, cp), (cp, aq, cq, ap), (ap, bq, aq, bp))]
     whole = (edges[0] + edges[1]) + edges[2]
-    u, v, w = (np.where(whole < 0, np.where(e < 0, -e, 0.0), np.where(e > 0, e, 0.0)) for e in edges)
+    u, v, w = (np.where((e < 0) & (whole > 0) | (e > 0) & (whole < 0), 0.0, e) for e in edges)
     area = (u + v) + w
     z = ((u * az + v * bz) + w * cz) / area
     z = np.clip(z, np.minimum(np.minimum(az, bz), cz), np.maximum(np.maximum(az, bz), cz))
-    hit = (triangle >= 0) & (whole != 0)
-    weights = np.where(hit, np.stack([v / area, w / area]), np.nan).T
+    hit, edge_on = triangle >= 0, whole == 0
+    z = np.where(edge_on, az, z)
+    weights = np.where(hit, np.where(edge_on, 0.0, np.stack([v / area, w / area])), np.nan).T
     return Hits(np.where(hit, triangle, -1).astype(np.int32), np.where(hit, z, np.nan), weights, hit.astype(int))
 
 

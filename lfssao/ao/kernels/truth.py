@@ -11,7 +11,7 @@ from numba import prange
 from lfssao.ao.kernels.truth_rays import CONSTANT, begin_texel, covered, ray_direction, standard_error
 from lfssao.core.jit import kernel
 from lfssao.gbuffer.kernels.bvh import LEAF
-from lfssao.gbuffer.kernels.triangle import hit_triangle
+from lfssao.gbuffer.kernels.triangle import Triangle, hit_triangle
 
 _STACK = 128  # two nodes a level
 _SMALL = 1e-200
@@ -77,10 +77,12 @@ def first_distance(px, py, pz, dx, dy, dz, far, any_hit, corners, boxes, stack):
             continue
         start = LEAF * (node - first_leaf)
         for p in range(start, min(start + LEAF, corners.shape[0])):
-            hit, z, _, _ = hit_triangle(
-                ox, oy, sx, sy, corners[p, kx], corners[p, ky], corners[p, kz], corners[p, 3 + kx],
-                corners[p, 3 + ky], corners[p, 3 + kz], corners[p, 6 + kx], corners[p, 6 + ky], corners[p, 6 + kz],
+            turned = Triangle(
+                corners[p, kx], corners[p, ky], corners[p, kz],
+                corners[p, 3 + kx], corners[p, 3 + ky], corners[p, 3 + kz],
+                corners[p, 6 + kx], corners[p, 6 + ky], corners[p, 6 + kz],
             )  # fmt: skip
+            hit, z = hit_triangle(ox, oy, sx, sy, turned)
             t = (z - o) / d
             if hit and 0.0 < t <= far and t < best:
                 best = t

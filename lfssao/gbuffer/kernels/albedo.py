@@ -1,11 +1,23 @@
 """Diffuse colour at each hit: material factor x vertex colour x texture, linear RGB."""
 
 from math import floor
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
+
+
+class Material(NamedTuple):
+    """A mesh's materials as arrays, all textures in one."""
+
+    factors: Any  # (M, 3) float32: factor of each material
+    of_face: Any  # (F,) int32: the material of each face
+    vertex_colors: Any  # (V, 3) float32: linear RGB at the vertices; (0, 3) where there is none
+    uv: Any  # (V, 2) float64: texture coordinates; (0, 2) where there are none
+    textures: Any  # (M, 3) int64: first texel, width and height of each material's texture; width 0 where it has none
+    texels: Any  # (T, 3) float32: all textures, one behind the other, row by row
 
 
 @kernel
@@ -52,52 +64,39 @@ def interpolate(values, faces, face, weight_b, weight_c, k):
 
 
 @kernel(parallel=True)
-def paint_hits(
-    triangle, weights, faces, factors, face_material, vertex_colors, uv, texture_table, texels, rgb, nearest=False
-):
+def write_albedo(triangle, weights, faces, material, nearest, rgb):
     """Diffuse colour of every texel that sees a surface, 0 elsewhere.
 
     Parameters
     ----------
-    triangle, weights : (n,) int32, (n, 2) float64
-        What first_hits found; triangle -1 where there is no surface.
+    triangle, weights : (H, W) int32, (H, W, 2) float64
+        Number of the visible triangle, -1 where there is none, and the weights of its second and third corner.
     faces : (F, 3) int32
         The mesh's faces.
-    factors : (M, 3) float32
-        Factor of each material.
-    face_material : (F,) int32
-        The material of each face.
-    vertex_colors : (V, 3) or (0, 3) float32
-        Linear RGB at the vertices; empty where there is none.
-    uv : (V, 2) or (0, 2) float64
-        Texture coordinates; empty where there are none.
-    texture_table : (M, 3) int64
-        First texel, width and height of each material's texture; width 0 where it has none.
-    texels : (T, 3) float32
-        All textures, one behind the other, row by row.
-    rgb : (n, 3) float32
-        Out: linear RGB.
+    material : Material
+        Where colours come from.
     nearest : bool
         Whether textures are read at the nearest texel instead of between four.
+    rgb : (H, W, 3) float32
+        Out: linear RGB.
     """
-    for k in prange(triangle.shape[0]):
-        face = triangle[k]
-        if face < 0:
+    colors, uv, texels = material.vertex_colors, material.uv, material.texels
+    for j in prange(triangle.shape[0]):
+        for i in range(triangle.shape[1]):
+            face = triangle[j, i]
+            if face < 0:
+                rgb[j, i, 0], rgb[j, i, 1], rgb[j, i, 2] = 0, 0, 0
+                continue
+            b, c, number = weights[j, i, 0], weights[j, i, 1], material.of_face[face]
+            first, wide, high = material.textures[number, 0], material.textures[number, 1], material.textures[number, 2]
             for channel in range(3):
-                rgb[k, channel] = 0
-            continue
-        weight_b, weight_c = weights[k, 0], weights[k, 1]
-        material = face_material[face]
-        first, wide, high = texture_table[material, 0], texture_table[material, 1], texture_table[material, 2]
-        for channel in range(3):
-            value = np.float64(factors[material, channel])
-            if vertex_colors.shape[0] > 0:
-                value *= interpolate(vertex_colors, faces, face, weight_b, weight_c, channel)
-            if wide > 0:
-                u = interpolate(uv, faces, face, weight_b, weight_c, 0)
-                v = interpolate(uv, faces, face, weight_b, weight_c, 1)
-                if nearest:
-                    value *= nearest_sample(texels, first, wide, high, u, v, channel)
-                else:
-                    value *= sample_texture(texels, first, wide, high, u, v, channel)
-            rgb[k, channel] = np.float32(value)
+                value = np.float64(material.factors[number, channel])
+                if colors.shape[0] > 0:
+                    value *= interpolate(colors, faces, face, b, c, channel)
+                if wide > 0:
+                    u, v = interpolate(uv, faces, face, b, c, 0), interpolate(uv, faces, face, b, c, 1)
+                    if nearest:
+                        value *= nearest_sample(texels, first, wide, high, u, v, channel)
+                    else:
+                        value *= sample_texture(texels, first, wide, high, u, v, channel)
+                rgb[j, i, channel] = value

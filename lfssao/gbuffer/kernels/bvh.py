@@ -4,11 +4,23 @@ The triangles are put in Morton order (Morton 1966) and four neighbours make a l
 pointers: node k has children 2k + 1 and 2k + 2, and the last ``leaves`` nodes are the leaves.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from lfssao.core.jit import kernel
 
 LEAF = 4
+
+
+class Tree(NamedTuple):
+    """The tree as kernels take it."""
+
+    corners: Any  # (F, 9) float64: corners of the triangles in Morton order
+    order: Any  # (F,) int64: their numbers
+    place_of: Any  # (F,) int64: the place of each number in that order
+    boxes: Any  # (2 leaves - 1, 6) float64: lower and upper corner of each node's box
+
 
 # None of these kernels is parallel: threads would save milliseconds, once a mesh, and cost seconds of compiling.
 
@@ -46,15 +58,6 @@ def leaf_count(triangles):
     while leaves * LEAF < triangles:
         leaves *= 2
     return leaves
-
-
-@kernel
-def gather_corners(vertices, faces, order, corners):
-    """Corners of the triangles in the tree's order; corners: (F, 9) float64, a, b, c one after the other."""
-    for place in range(order.shape[0]):
-        for corner in range(3):
-            for axis in range(3):
-                corners[place, 3 * corner + axis] = vertices[faces[order[place], corner], axis]
 
 
 @kernel

@@ -11,18 +11,29 @@ nothing else is left out: the result is that of trying every triangle on every r
 triangles are small and rays separable, ``lfssao.gbuffer.kernels.rasterize`` finds the same in a quarter of the time.)
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.gbuffer.kernels.bvh import LEAF
-from lfssao.gbuffer.kernels.triangle import hit_triangle
+from lfssao.gbuffer.kernels.triangle import hit_triangle, triangle_at
 from lfssao.optics.kernels.rays import texel_ray
 
 TILE = 8  # texels along a tile's edge
 SUB = 2  # and along a sub-tile's; both by measurement
 _SUBS = TILE // SUB
 _STACK = 128  # two nodes a level
+
+
+class Tile(NamedTuple):
+    """First column and row of a tile in its view, and how many it has."""
+
+    left: int
+    top: int
+    columns: int
+    rows: int
 
 
 @kernel(inline=True)
@@ -58,28 +69,11 @@ def _widen(bundle, row, ox, oy, dx, dy, z0, z1):
 
 
 @kernel(inline=True)
-def _propose(kind, lens, u, v, corners, place_of, proposal):
-    """A texel's ray and the hit of its proposal: o_x, o_y, d_x, d_y, near; triangle or -1, z, weights.
+def _start_tile(kind, lens, tile, tree, proposed, ray, best, bundle):
+    """Rays, proposals' hits and bundles of a tile's texels.
 
-    z is the ray's far end where the proposal is none, or is not hit; below near where the texel has no ray.
-    """
-    ox, oy, _, dx, dy, _, z0, z1 = texel_ray(kind, lens, u, v)
-    if proposal >= 0:
-        p = place_of[proposal]
-        hit, z, weight_b, weight_c = hit_triangle(
-            ox, oy, dx, dy, corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3], corners[p, 4],
-            corners[p, 5], corners[p, 6], corners[p, 7], corners[p, 8],
-        )  # fmt: skip
-        if hit and z0 < z < z1:
-            return ox, oy, dx, dy, z0, proposal, z, weight_b, weight_c
-    return ox, oy, dx, dy, z0, -1, z1, 0.0, 0.0
-
-
-@kernel(inline=True)
-def _start_tile(kind, lens, width, height, i0, j0, top, corners, place_of, proposal, ray, best, bundle):
-    """Rays, proposals' hits and bundles of the tile at texel (i0, j0) of the rows from ``top`` on.
-
-    ray[place]: o_x, o_y, d_x, d_y, near. best[place]: z, triangle, weights; z is -infinity where there is no texel.
+    proposed: number of a triangle, or -1. ray[place]: o_x, o_y, d_x, d_y, near. best[place]: z and triangle of the hit,
+    the ray's far end and -1 where the proposal is not hit; z is -infinity where there is no texel or no ray.
     """
     for k in range(0, 10, 2):
         for row in range(bundle.shape[1]):
@@ -87,28 +81,26 @@ def _start_tile(kind, lens, width, height, i0, j0, top, corners, place_of, propo
     for place in range(TILE * TILE):
         i, j = place % TILE, place // TILE
         best[place, 0], best[place, 1] = -np.inf, -1.0
-        if i0 + i < width and j0 + j < height:
-            ox, oy, dx, dy, near, face, z, weight_b, weight_c = _propose(
-                kind,
-                lens,
-                (i0 + i) + 0.5,
-                (top + j0 + j) + 0.5,
-                corners,
-                place_of,
-                proposal[j0 // TILE, i0 // TILE],
-            )
-            if near < z:
-                ray[place, 0], ray[place, 1], ray[place, 2], ray[place, 3], ray[place, 4] = ox, oy, dx, dy, near
-                best[place, 0], best[place, 1], best[place, 2], best[place, 3] = z, face, weight_b, weight_c
-                _widen(bundle, _SUBS * _SUBS, ox, oy, dx, dy, near, z)
-                _widen(bundle, (j // SUB) * _SUBS + i // SUB, ox, oy, dx, dy, near, z)
+        if i >= tile.columns or j >= tile.rows:
+            continue
+        ox, oy, _, dx, dy, _, near, far = texel_ray(kind, lens, (tile.left + i) + 0.5, (tile.top + j) + 0.5)
+        if not near < far:
+            continue
+        best[place, 0] = far
+        if proposed >= 0:
+            hit, z = hit_triangle(ox, oy, dx, dy, triangle_at(tree.corners, tree.place_of[proposed]))
+            if hit and near < z < far:
+                best[place, 0], best[place, 1] = z, proposed
+        ray[place, 0], ray[place, 1], ray[place, 2], ray[place, 3], ray[place, 4] = ox, oy, dx, dy, near
+        _widen(bundle, _SUBS * _SUBS, ox, oy, dx, dy, near, best[place, 0])
+        _widen(bundle, (j // SUB) * _SUBS + i // SUB, ox, oy, dx, dy, near, best[place, 0])
 
 
 @kernel(inline=True)
-def _try_triangle(face, ax, ay, az, bx, by, bz, cx, cy, cz, ray, best, bundle, meets):
+def _try_triangle(face, t, ray, best, bundle, meets):
     """Try one triangle on every texel of the sub-tiles whose bundles may meet its box."""
-    x0, y0, z0 = min(ax, bx, cx), min(ay, by, cy), min(az, bz, cz)
-    x1, y1, z1 = max(ax, bx, cx), max(ay, by, cy), max(az, bz, cz)
+    x0, y0, z0 = min(t.ax, t.bx, t.cx), min(t.ay, t.by, t.cy), min(t.az, t.bz, t.cz)
+    x1, y1, z1 = max(t.ax, t.bx, t.cx), max(t.ay, t.by, t.cy), max(t.az, t.bz, t.cz)
     for sub in range(_SUBS * _SUBS):  # no branch here, so that LLVM makes vectors of it
         meets[sub] = np.int64(_may_meet(bundle, sub, x0, y0, z0, x1, y1, z1))
     for sub in range(_SUBS * _SUBS):
@@ -119,33 +111,25 @@ def _try_triangle(face, ax, ay, az, bx, by, bz, cx, cy, cz, ray, best, bundle, m
             place = corner + (k // SUB) * TILE + k % SUB
             if z0 > best[place, 0]:
                 continue
-            hit, z, weight_b, weight_c = hit_triangle(
-                ray[place, 0], ray[place, 1], ray[place, 2], ray[place, 3], ax, ay, az, bx, by, bz, cx, cy, cz
-            )
+            hit, z = hit_triangle(ray[place, 0], ray[place, 1], ray[place, 2], ray[place, 3], t)
             first = z < best[place, 0] or (z == best[place, 0] and face < best[place, 1])
             if hit and first and ray[place, 4] < z:
-                best[place, 0], best[place, 1], best[place, 2], best[place, 3] = z, face, weight_b, weight_c
+                best[place, 0], best[place, 1] = z, face
 
 
 @kernel(inline=True)
-def _search_tile(corners, order, boxes, stack, ray, best, bundle, meets):
+def _search_tile(tree, stack, ray, best, bundle, meets):
     """Go down the tree with the tile's bundle and try every triangle of the leaves that it may meet."""
+    boxes, whole = tree.boxes, _SUBS * _SUBS
     first_leaf = (boxes.shape[0] + 1) // 2 - 1
     stack[0] = 0
     top = 1
     while top > 0:
         top -= 1
         node = stack[top]
-        if not _may_meet(
-            bundle,
-            _SUBS * _SUBS,
-            boxes[node, 0],
-            boxes[node, 1],
-            boxes[node, 2],
-            boxes[node, 3],
-            boxes[node, 4],
-            boxes[node, 5],
-        ):
+        x0, y0, z0 = boxes[node, 0], boxes[node, 1], boxes[node, 2]
+        x1, y1, z1 = boxes[node, 3], boxes[node, 4], boxes[node, 5]
+        if not _may_meet(bundle, whole, x0, y0, z0, x1, y1, z1):
             continue
         if node < first_leaf:
             # The child that begins nearer goes on top: what it hides need not be looked at.
@@ -154,11 +138,8 @@ def _search_tile(corners, order, boxes, stack, ray, best, bundle, meets):
             top += 2
             continue
         start = LEAF * (node - first_leaf)
-        for p in range(start, min(start + LEAF, order.shape[0])):
-            _try_triangle(
-                order[p], corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3], corners[p, 4], corners[p, 5],
-                corners[p, 6], corners[p, 7], corners[p, 8], ray, best, bundle, meets,
-            )  # fmt: skip
+        for p in range(start, min(start + LEAF, tree.order.shape[0])):
+            _try_triangle(tree.order[p], triangle_at(tree.corners, p), ray, best, bundle, meets)
         _draw_in(best, bundle)
 
 
@@ -176,21 +157,8 @@ def _draw_in(best, bundle):
     bundle[9, _SUBS * _SUBS] = tile_far
 
 
-@kernel(inline=True)
-def _write_tile(width, height, i0, j0, best, triangle, depth, weights):
-    """Put a tile's hits into the textures."""
-    for place in range(TILE * TILE):
-        i, j = i0 + place % TILE, j0 + place // TILE
-        if i < width and j < height:
-            texel = j * width + i
-            triangle[texel] = np.int32(best[place, 1])
-            if best[place, 1] >= 0.0:
-                depth[texel] = best[place, 0]
-                weights[texel, 0], weights[texel, 1] = best[place, 2], best[place, 3]
-
-
 @kernel(parallel=True)
-def first_hits(kind, lens, width, height, corners, order, boxes, place_of, proposal, triangle, depth, weights, top=0):
+def first_hits(kind, lens, width, height, tree, proposal, triangle, z, top=0):
     """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
     Parameters
@@ -199,30 +167,26 @@ def first_hits(kind, lens, width, height, corners, order, boxes, place_of, propo
         The rays (``lfssao.optics.kernels.rays``).
     width, height : int
         Size of the texture.
-    corners, order, boxes
-        The tree (``lfssao.gbuffer.kernels.bvh``): corners of the triangles in its order, their numbers, its boxes.
-    place_of : (F,) int64
-        The place of each triangle in that order.
+    tree : Tree
+        The triangles and the boxes over them.
     proposal : (ceil(H / TILE), ceil(W / TILE)) int32
         A triangle that is likely to be the first in each tile, or -1. Proposals save time; the result is the
         same.
-    triangle : (H * W,) int32
-        Out: number of the triangle, -1 where there is none.
-    depth : (H * W,) float64
-        Out: z of the hit in cast space; untouched where there is none.
-    weights : (H * W, 2) float64
-        Out: barycentric weights of the triangle's second and third corner; untouched where there is none.
+    triangle, z : (H, W) int32, (H, W) float64
+        Out: number of the triangle, -1 where there is none; z of the hit in cast space, the ray's end or -infinity
+        where there is none.
     top : int
         The row of the view that row 0 here is.
     """
-    columns = (width + TILE - 1) // TILE
-    rows = (height + TILE - 1) // TILE
-    for tile_row in prange(rows):
-        ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 4))
+    for tile_row in prange(proposal.shape[0]):
+        ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 2))
         bundle = np.empty((10, _SUBS * _SUBS + 1))  # the sub-tiles', then the tile's
         stack, meets = np.empty(_STACK, np.int64), np.empty(_SUBS * _SUBS, np.int64)
-        for tile_column in range(columns):
+        for tile_column in range(proposal.shape[1]):
             i0, j0 = tile_column * TILE, tile_row * TILE
-            _start_tile(kind, lens, width, height, i0, j0, top, corners, place_of, proposal, ray, best, bundle)
-            _search_tile(corners, order, boxes, stack, ray, best, bundle, meets)
-            _write_tile(width, height, i0, j0, best, triangle, depth, weights)
+            tile = Tile(i0, top + j0, min(TILE, width - i0), min(TILE, height - j0))
+            _start_tile(kind, lens, tile, tree, proposal[tile_row, tile_column], ray, best, bundle)
+            _search_tile(tree, stack, ray, best, bundle, meets)
+            for j in range(tile.rows):
+                for i in range(tile.columns):
+                    z[j0 + j, i0 + i], triangle[j0 + j, i0 + i] = best[j * TILE + i, 0], np.int32(best[j * TILE + i, 1])

@@ -22,16 +22,26 @@ armadillo, in place of the tree of boxes (``lfssao.gbuffer.kernels.first_hit``):
 """
 
 from math import ceil, floor
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.gbuffer.kernels.triangle import hit_triangle
+from lfssao.gbuffer.kernels.triangle import hit_triangle, triangle_at
 from lfssao.optics.kernels.rays import texel_ray
 
 BAND = 16  # rows
 MARGIN = 2.0**-10  # texels
+
+
+class SeparableRays(NamedTuple):
+    """Rays x = o + d z, whose x depends on the column alone and y on the row alone."""
+
+    columns: Any  # (2, W) float64: o and d of x, of each column
+    rows: Any  # (2, H) float64: o and d of y, of each row
+    near: float  # z at which rays begin
+    far: float  # and end
 
 
 @kernel
@@ -121,47 +131,37 @@ def sort_into_bands(bounds, starts, members):
 
 
 @kernel(parallel=True)
-def first_hits(columns, rows, near, far, corners, order, bounds, members, ends, triangle, depth, weights):
+def first_hits(rays, tree, bounds, members, ends, triangle, z):
     """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
     Parameters
     ----------
-    columns, rows : (2, W) float64, (2, H) float64
-        o and d of x of each column's rays, and of y of each row's.
-    near, far : float
-        Where rays begin and end.
-    corners, order : (F, 9) float64, (F,) int64
-        Corners of the triangles and their numbers.
+    rays : SeparableRays
+        Of all columns and rows.
+    tree : Tree
+        The triangles.
     bounds : (F, 4) int32
         First and last column, first and last row in which each can be hit.
     members, ends : (n,) int32, (bands,) int64
         The triangles of each band of rows, one band after the other, and where each band ends.
-    triangle : (H * W,) int32
-        Out: number of the triangle, -1 where there is none.
-    depth : (H * W,) float64
-        Out: z of the hit in cast space, far where there is none.
-    weights : (H * W, 2) float64
-        Out: barycentric weights of the triangle's second and third corner; untouched where there is none.
+    triangle, z : (H, W) int32, (H, W) float64
+        Out: number of the triangle, -1 where there is none; z of the hit in cast space, far where there is none.
     """
-    width, height = columns.shape[1], rows.shape[1]
+    height, near = triangle.shape[0], rays.near
     for band in prange(ends.shape[0]):
         top, bottom = band * BAND, min((band + 1) * BAND, height)
-        for texel in range(top * width, bottom * width):
-            triangle[texel], depth[texel] = -1, far
+        triangle[top:bottom], z[top:bottom] = -1, rays.far
         for m in range(0 if band == 0 else ends[band - 1], ends[band]):
             f = members[m]
-            face, nearest = order[f], min(corners[f, 2], corners[f, 5], corners[f, 8])
+            face, t = tree.order[f], triangle_at(tree.corners, f)
+            nearest = min(t.az, t.bz, t.cz)
             for j in range(max(bounds[f, 2], top), min(bounds[f, 3] + 1, bottom)):
                 for i in range(bounds[f, 0], bounds[f, 1] + 1):
-                    texel = j * width + i
-                    if nearest > depth[texel]:
+                    if nearest > z[j, i]:
                         continue
-                    hit, z, weight_b, weight_c = hit_triangle(
-                        columns[0, i], rows[0, j], columns[1, i], rows[1, j],
-                        corners[f, 0], corners[f, 1], corners[f, 2], corners[f, 3], corners[f, 4], corners[f, 5],
-                        corners[f, 6], corners[f, 7], corners[f, 8],
-                    )  # fmt: skip
-                    first = z < depth[texel] or (z == depth[texel] and face < triangle[texel])
-                    if hit and first and near < z:
-                        triangle[texel], depth[texel] = np.int32(face), z
-                        weights[texel, 0], weights[texel, 1] = weight_b, weight_c
+                    hit, here = hit_triangle(
+                        rays.columns[0, i], rays.rows[0, j], rays.columns[1, i], rays.rows[1, j], t
+                    )
+                    first = here < z[j, i] or (here == z[j, i] and face < triangle[j, i])
+                    if hit and first and near < here:
+                        triangle[j, i], z[j, i] = np.int32(face), here

@@ -1,15 +1,26 @@
-"""Depth and positions textures from what the rays hit: computed in float64, rounded once to float32."""
+"""Depth, positions and barycentric weights of the visible triangles: computed in float64, rounded once to float32."""
 
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
+from lfssao.gbuffer.kernels.triangle import point_on_triangle, triangle_at
 from lfssao.optics.kernels.rays import image_depth, texel_ray
 
 
+@kernel(inline=True)
+def world_point(m, x, y, z):
+    """World coordinates of a point of cast space: rows of (x, y, z, 1), each ((m0 x + m1 y) + m2 z) + m3."""
+    return (
+        ((m[0] * x + m[1] * y) + m[2] * z) + m[3],
+        ((m[4] * x + m[5] * y) + m[6] * z) + m[7],
+        ((m[8] * x + m[9] * y) + m[10] * z) + m[11],
+    )
+
+
 @kernel(parallel=True)
-def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positions, top=0):
-    """Depth and world position of every texel.
+def write_surface(kind, lens, world_from_cast, triangle, z, depth, positions, top=0):
+    """Depth and world position of every texel; +infinity where there is no surface.
 
     Parameters
     ----------
@@ -17,29 +28,39 @@ def write_surface(kind, lens, world_from_cast, width, triangle, z, depth, positi
         The kind of ray and its numbers.
     world_from_cast : (12,) float64
         Cast space -> world, rows of four.
-    width : int
-        Width of the texture.
-    triangle, z : (n,) int32, (n,) float64
-        What first_hits found: the triangle or -1, and z of the hit in cast space.
-    depth : (n,) float32
-        Out: image z; +infinity where there is no surface.
-    positions : (n, 3) or (0, 3) float32
-        Out, if it has room: world coordinates of the ray's point at z, M (x, y, z, 1) as ((m0 x + m1 y) + m2 z) + m3;
-        +infinity where there is no surface.
+    triangle, z : (H, W) int32, (H, W) float64
+        Number of the visible triangle, -1 where there is none, and z of the hit in cast space.
+    depth : (H, W) float32
+        Out: image z.
+    positions : (H, W, 3) or (0, 0, 3) float32
+        Out, if it has room: world coordinates of the ray's point at z.
     top : int
         The row of the view that row 0 here is.
     """
-    m, placed = world_from_cast, positions.shape[0] > 0
-    for texel in prange(triangle.shape[0]):
-        if triangle[texel] < 0:
-            depth[texel] = np.inf
+    placed = positions.shape[0] > 0
+    for j in prange(triangle.shape[0]):
+        for i in range(triangle.shape[1]):
+            if triangle[j, i] < 0:
+                depth[j, i] = np.inf
+                if placed:
+                    positions[j, i, 0], positions[j, i, 1], positions[j, i, 2] = np.inf, np.inf, np.inf
+                continue
+            depth[j, i] = image_depth(kind, lens, z[j, i])
             if placed:
-                positions[texel, 0], positions[texel, 1], positions[texel, 2] = np.inf, np.inf, np.inf
-            continue
-        j = texel // width
-        ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, (texel - j * width) + 0.5, (top + j) + 0.5)
-        x, y = ox + z[texel] * dx, oy + z[texel] * dy
-        depth[texel] = np.float32(image_depth(kind, lens, z[texel]))
-        for row in range(3 if placed else 0):
-            k = 4 * row
-            positions[texel, row] = np.float32(((m[k] * x + m[k + 1] * y) + m[k + 2] * z[texel]) + m[k + 3])
+                ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, i + 0.5, (top + j) + 0.5)
+                x, y, w = world_point(world_from_cast, ox + z[j, i] * dx, oy + z[j, i] * dy, z[j, i])
+                positions[j, i, 0], positions[j, i, 1], positions[j, i, 2] = x, y, w
+
+
+@kernel(parallel=True)
+def points_on_triangles(kind, lens, tree, triangle, z, weights, top=0):
+    """Point of each texel's visible triangle: z, (H, W) float64, and the weights of its corners b and c, (H, W, 2).
+
+    Texels without a surface, triangle -1, are left as they are.
+    """
+    for j in prange(triangle.shape[0]):
+        for i in range(triangle.shape[1]):
+            if triangle[j, i] >= 0:
+                ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, i + 0.5, (top + j) + 0.5)
+                t = triangle_at(tree.corners, tree.place_of[triangle[j, i]])
+                z[j, i], weights[j, i, 0], weights[j, i, 1] = point_on_triangle(ox, oy, dx, dy, t)

@@ -12,6 +12,8 @@ so no ray slips between two triangles, nor hits one that it does not touch. (Exa
 the normal range, 2**-969 with its rest: corners 1e-150 of a unit away from a ray, say.)
 """
 
+from typing import NamedTuple
+
 from lfssao.core.jit import kernel
 
 # Twice the rounding error of a difference of two rounded products is below this share of their sizes' sum.
@@ -66,38 +68,70 @@ def edge_function(a, b, c, d):
     return exact_difference(a, b, c, d)
 
 
+class Triangle(NamedTuple):
+    """Corners a, b and c of a triangle, cast space, float64; scalars, as an array would have its references counted."""
+
+    ax: float
+    ay: float
+    az: float
+    bx: float
+    by: float
+    bz: float
+    cx: float
+    cy: float
+    cz: float
+
+
 @kernel(inline=True)
-def hit_triangle(ox, oy, dx, dy, ax, ay, az, bx, by, bz, cx, cy, cz):
-    """Depth at which a ray hits a triangle.
+def triangle_at(corners, p):
+    """The triangle of a row of corners, (F, 9) float64."""
+    return Triangle(
+        corners[p, 0], corners[p, 1], corners[p, 2],
+        corners[p, 3], corners[p, 4], corners[p, 5],
+        corners[p, 6], corners[p, 7], corners[p, 8],
+    )  # fmt: skip
 
-    Parameters
-    ----------
-    ox, oy, dx, dy : float64
-        The ray x = ox + dx z, y = oy + dy z.
-    ax, ay, az, bx, by, bz, cx, cy, cz : float64
-        The corners a, b, c (scalars, as each array handed over would have its references counted).
 
-    Returns
-    -------
-    hit : bool
-        Whether the ray meets the triangle; not where it is seen exactly edge on.
-    z : float64
-        ((u a_z + v b_z) + w c_z) / ((u + v) + w), held between the corners' z.
-    weight_b, weight_c : float64
-        Weights of b and c at that point, v and w over the same sum.
-    """
-    ap, aq = ax - (ox + dx * az), ay - (oy + dy * az)
-    bp, bq = bx - (ox + dx * bz), by - (oy + dy * bz)
-    cp, cq = cx - (ox + dx * cz), cy - (oy + dy * cz)
-    u = edge_function(bp, cq, bq, cp)
-    v = edge_function(cp, aq, cq, ap)
-    w = edge_function(ap, bq, aq, bp)
+@kernel(inline=True)
+def edge_functions(ox, oy, dx, dy, t):
+    """The three edge functions of a triangle moved along the ray x = ox + dx z, y = oy + dy z."""
+    ap, aq = t.ax - (ox + dx * t.az), t.ay - (oy + dy * t.az)
+    bp, bq = t.bx - (ox + dx * t.bz), t.by - (oy + dy * t.bz)
+    cp, cq = t.cx - (ox + dx * t.cz), t.cy - (oy + dy * t.cz)
+    return edge_function(bp, cq, bq, cp), edge_function(cp, aq, cq, ap), edge_function(ap, bq, aq, bp)
+
+
+@kernel(inline=True)
+def depth_on(t, u, v, w):
+    """The z = ((u a_z + v b_z) + w c_z) / ((u + v) + w) of a triangle, held between its corners' z."""
+    z = ((u * t.az + v * t.bz) + w * t.cz) / ((u + v) + w)
+    return min(max(z, min(t.az, t.bz, t.cz)), max(t.az, t.bz, t.cz))
+
+
+@kernel(inline=True)
+def hit_triangle(ox, oy, dx, dy, t):
+    """Whether the ray x = ox + dx z, y = oy + dy z hits a triangle, not exactly edge on, and at what z."""
+    u, v, w = edge_functions(ox, oy, dx, dy, t)
     if (u < 0.0 or v < 0.0 or w < 0.0) and (u > 0.0 or v > 0.0 or w > 0.0):
-        return False, 0.0, 0.0, 0.0
+        return False, 0.0
+    if (u + v) + w == 0.0:
+        return False, 0.0
+    return True, depth_on(t, u, v, w)
+
+
+@kernel(inline=True)
+def point_on_triangle(ox, oy, dx, dy, t):
+    """The point at which the ray hits a triangle: z, and the barycentric weights of b and c.
+
+    Embree's float32 may name a triangle that the ray passes by. Edge functions of the wrong sign then count as 0, which
+    gives a point of the triangle beside the ray; corner a stands for a triangle seen exactly edge on.
+    """
+    u, v, w = edge_functions(ox, oy, dx, dy, t)
     area = (u + v) + w
     if area == 0.0:
-        return False, 0.0, 0.0, 0.0
-    z = ((u * az + v * bz) + w * cz) / area
-    z = max(z, min(az, bz, cz))
-    z = min(z, max(az, bz, cz))
-    return True, z, v / area, w / area
+        return t.az, 0.0, 0.0
+    u = 0.0 if u < 0.0 < area or area < 0.0 < u else u
+    v = 0.0 if v < 0.0 < area or area < 0.0 < v else v
+    w = 0.0 if w < 0.0 < area or area < 0.0 < w else w
+    area = (u + v) + w
+    return depth_on(t, u, v, w), v / area, w / area

@@ -6,8 +6,8 @@ from math import inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.gbuffer.kernels.surface import write_surface
-from lfssao.optics.kernels.rays import texel_ray
+from lfssao.gbuffer.kernels.surface import world_point
+from lfssao.optics.kernels.rays import image_depth, texel_ray
 from lfssao.optics.view import View
 
 FloatTexture = NDArray[np.float32]
@@ -51,18 +51,22 @@ def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
     scene : Scene
         What it sees.
     """
-    size = view.height * view.width
-    depths = np.array([_first_hit(view, scene, *divmod(texel, view.width)) for texel in range(size)])
-    there = np.where(np.isfinite(depths), 0, -1).astype(np.int32)
-    depth, positions = np.empty(size, np.float32), np.empty((size, 3), np.float32)
-    world_from_cast = np.ravel(view.world_from_cast)
-    write_surface(view.ray_kind, view.lens, world_from_cast, view.width, there, depths, depth, positions)
-    return depth.reshape(view.height, view.width), positions.reshape(view.height, view.width, 3)
+    depth = np.full((view.height, view.width), np.inf, np.float32)
+    positions = np.full((view.height, view.width, 3), np.inf, np.float32)
+    for row in range(view.height):
+        for column in range(view.width):
+            ray = texel_ray(view.ray_kind, view.lens, column + 0.5, row + 0.5)
+            z = _first_hit(ray, scene)
+            if z < inf:
+                depth[row, column] = image_depth(view.ray_kind, view.lens, z)
+                x, y = ray[0] + z * ray[3], ray[1] + z * ray[4]
+                positions[row, column] = world_point(np.ravel(view.world_from_cast), x, y, z)
+    return depth, positions
 
 
-def _first_hit(view: View, scene: Scene, row: int, column: int) -> float:
-    """The z at which the ray of a texel first meets the scene, or infinity; rays have direction z = 1, origin z = 0."""
-    ox, oy, _, dx, dy, _, near, far = texel_ray(view.ray_kind, view.lens, column + 0.5, row + 0.5)
+def _first_hit(ray: tuple[float, ...], scene: Scene) -> float:
+    """The z at which a ray first meets the scene, or infinity; rays have direction z = 1, origin z = 0."""
+    ox, oy, _, dx, dy, _, near, far = ray
     if not near < far:
         return inf
     a, b, c, half = scene.wall

@@ -64,6 +64,7 @@ def test_spread_by_hand():
         agreement.spread(values[2:3])
 
 
+@pytest.mark.slow
 def test_an_eye_that_walks_sees_each_modules_number():
     """Module k's texture is k all over: with the nearest module's, a point near the screen takes what the eye meets."""
     textures = {k: np.full((48, 80), k, np.float32) for k in range(21)}

@@ -17,6 +17,7 @@ def small_case():
     return bench_algorithm2.gallery_case(64, 48)
 
 
+@pytest.mark.slow
 def test_c_has_the_bits_of_algorithm_2(small_case, tmp_path):
     """The bench ends with a sentence where a bit differs."""
     library = compile_baselines(tmp_path, 1, "-ffp-contract=off")
@@ -25,6 +26,7 @@ def test_c_has_the_bits_of_algorithm_2(small_case, tmp_path):
     assert 0.1 < bench_algorithm2.ours(small_case)().mean() < 0.5
 
 
+@pytest.mark.slow
 def test_a_shader_has_the_bits_of_algorithm_2(small_case):
     assert bench_baselines.glsl(small_case, 1)["glsl"]["equal_bits"] == 1.0
 
@@ -57,9 +59,9 @@ def test_the_papers_tables_are_their_own():
         parts = [ms for name, ms in sao.items() if name.startswith(whole) and not name.endswith("total")]
         assert sum(parts) == pytest.approx(sao[f"{whole}, total"])
     assert sao["Alchemy, total"] / sao["SAO, total"] == pytest.approx(7.1, abs=0.05)
-    columns = np.array([[0.71, 1.01, 1.18, 3.11], [0.71, 1.03, 1.31, 3.55], [0.54, 0.77, 1.14, 2.32],
-                        [0.59, 0.82, 0.97, 2.52]])  # fmt: skip
-    assert list(papers.VO_MILLISECONDS.values())[:4] == pytest.approx(columns.mean(axis=0).tolist(), abs=0.006)
+    columns = (0.71, 0.71, 0.54, 0.59), (1.01, 1.03, 0.77, 0.82), (1.18, 1.31, 1.14, 0.97), (3.11, 3.55, 2.32, 2.52)
+    means = [np.mean(column) for column in columns]
+    assert list(papers.VO_MILLISECONDS.values())[:4] == pytest.approx(means, abs=0.006)
 
 
 def test_a_papers_table_has_ratios_and_orders():

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import textbook
 
-from lfssao.bench.stability import cases, exact, measure, scalar_cases
+from lfssao.bench.stability import exact, measure, scalar_cases
 from lfssao.bench.stability.cases import CASES
 from lfssao.bench.stability.exact import CameraAtOrigin, CrossedSlits, GeneralDisplay, exact_image
 from lfssao.bench.stability.inputs import UNCHANGED, along_rays, display, near_lens, on_surface, scene
@@ -136,7 +136,7 @@ def test_a_wrong_decision_breaks_a_row(monkeypatch):
 
 def test_the_command_prints_the_table_and_writes_the_files(tmp_path, capsys, monkeypatch):
     kept = tuple(case for case in CASES if case.name in ("ordinary", "offset") or isinstance(case, Refusal))
-    monkeypatch.setattr(cases, "CASES", kept)
+    monkeypatch.setattr("lfssao.cli.bench_stability.CASES", kept)
     table, picture = tmp_path / "a.json", tmp_path / "a.png"
     assert main(["bench", "stability", "--json", str(table), "--plot", str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -144,7 +144,7 @@ def test_the_command_prints_the_table_and_writes_the_files(tmp_path, capsys, mon
     assert len(lines) == 1 + len(rows)
     assert picture.read_bytes().startswith(b"\x89PNG")
     broken = Refusal("x", "x", "x", lambda: None, "")
-    monkeypatch.setattr(cases, "CASES", (broken,))
+    monkeypatch.setattr("lfssao.cli.bench_stability.CASES", (broken,))
     assert main(["bench", "stability"]) == 1
     assert "it was served" in capsys.readouterr().out
 

@@ -27,36 +27,27 @@ SEEDS = 400
 
 
 def point(ms, model, sampling=None, serves=None, **more):
-    return {
-        "estimator": "lf", "sampler": "latin", "samples": 8, "radii": 1, "blur": 0.0, "dtype": "float32", "ms": ms,
-        "time_of": "latin",
-        "model": model, "sampling": sampling, "reference_error": None if sampling is None else 0.001,
-        "reference_serves": serves, **more,
-    }  # fmt: skip
+    setting = {"estimator": "lf", "sampler": "latin", "samples": 8, "radii": 1, "blur": 0.0, "dtype": "float32"}
+    reference = {"reference_error": None if sampling is None else 0.001, "reference_serves": serves}
+    return {**setting, "ms": ms, "time_of": "latin", "model": model, "sampling": sampling, **reference, **more}
 
 
 def result(*points):
     machine = {"processor": "a processor", "threads": 2}
     setup = {"scene": "statue", "width": 32, "height": 24, "machine": machine}
-    return {
-        "work_precision": FORMAT,
-        "setup": setup,
-        "estimators": {"lf": {"points": points}},
-    }
+    return {"work_precision": FORMAT, "setup": setup, "estimators": {"lf": {"points": points}}}
 
 
 MADE_UP = result(
-    point(1.0, 0.3, 0.2, True), point(2.0, 0.1, 0.1, True, samples=16), point(3.0, 0.1, 0.005, False, samples=32),
-    point(4.0, 0.04, 0.02, True, samples=64), point(5.0, 0.2, 0.05, True, samples=1, radii=3, blur=1.0),
-)  # fmt: skip
+    point(1.0, 0.3, 0.2, True),
+    point(2.0, 0.1, 0.1, True, samples=16),
+    point(3.0, 0.1, 0.005, False, samples=32),
+    point(4.0, 0.04, 0.02, True, samples=64),
+    point(5.0, 0.2, 0.05, True, samples=1, radii=3, blur=1.0),
+)
 
 
 # Slopes
-
-
-def half_plane_shares(rng, planes=100_000):
-    """The square's shares of half planes at random: a sum of two uniform numbers lies below c."""
-    return exact_share(*random_half_planes(rng, planes))
 
 
 def random_half_planes(rng, planes):
@@ -64,18 +55,18 @@ def random_half_planes(rng, planes):
     return np.cos(angle), np.sin(angle), c
 
 
-def exact_share(a, b, c):
+def exact_fraction(a, b, c):
+    """The fraction of the square in a half plane: a sum of two uniform numbers lies below c."""
     a, b = np.abs(a), np.abs(b)
-    parts = [sign * np.maximum(c + s * a + t * b, 0) ** 2 for s, t, sign in
-             ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))]  # fmt: skip
+    parts = [s * t * np.maximum(c + s * a + t * b, 0) ** 2 for s in (1, -1) for t in (1, -1)]
     return sum(parts) / (8 * a * b)
 
 
 def half_planes(rng, points):
-    """Each set's share of a half plane at random, less the exact one."""
+    """The fraction of each set in a random half plane, less the exact one."""
     a, b, c = random_half_planes(rng, SEEDS)
-    share = (a[:, None] * points[..., 0] + b[:, None] * points[..., 1] < c[:, None]).mean(axis=1)
-    return share - exact_share(a, b, c)
+    inside = (a[:, None] * points[..., 0] + b[:, None] * points[..., 1] < c[:, None]).mean(axis=1)
+    return inside - exact_fraction(a, b, c)
 
 
 def waves(rng, points):
@@ -86,7 +77,6 @@ def waves(rng, points):
 
 
 SIZES = (64, 144, 256, 576, 1024)
-INTEGRANDS = (half_planes, waves)
 
 
 def sets_of(sampler, sizes=SIZES, domain="square"):
@@ -96,9 +86,11 @@ def sets_of(sampler, sizes=SIZES, domain="square"):
 
 def errors_of(sets):
     """RMSE of both integrands at each size."""
-    rngs = [np.random.default_rng(7) for _ in INTEGRANDS]
-    return [[float(np.sqrt(np.mean(integrand(rng, points) ** 2))) for points in sets]
-            for rng, integrand in zip(rngs, INTEGRANDS, strict=True)]  # fmt: skip
+    errors = []
+    for integrand in (half_planes, waves):
+        rng = np.random.default_rng(7)
+        errors.append([float(np.sqrt(np.mean(integrand(rng, points) ** 2))) for points in sets])
+    return errors
 
 
 @pytest.mark.parametrize("sampler", ["random", "jittered", "latin"])
@@ -134,6 +126,7 @@ def law_slope(counts, zero_power, first_power):
     return fitted_slope(counts, [np.sqrt((zero_power + b / np.sqrt(n)) / n) for n in counts])[0]
 
 
+@pytest.mark.slow
 def test_poisson_disks_have_the_slopes_that_their_power_at_low_frequencies_gives():
     """S(0) is measured by waves along the wrapped axis, of the largest sets, that no rim disturbs.
 
@@ -144,19 +137,13 @@ def test_poisson_disks_have_the_slopes_that_their_power_at_low_frequencies_gives
     powers = [np.abs(np.exp(1j * np.pi * m * sets[-1][..., 1]).sum(axis=1)) ** 2 / SIZES[-1] for m in (1, 2, 3, 4)]
     zero = float(np.mean(powers))
     assert 0.05 < zero < 0.15
-    p = half_plane_shares(np.random.default_rng(3))
+    p = exact_fraction(*random_half_planes(np.random.default_rng(3), 100_000))
     variances = np.mean(p * (1 - p)), (1 - (np.sin(1.5) / 1.5 * np.sin(2.0) / 2.0) ** 2) / 2
     for errors, variance in zip(errors_of(sets), variances, strict=True):
         measured = fitted_slope(SIZES, errors)[0]
         law = law_slope(SIZES, zero, SIZES[0] * errors[0] ** 2 / variance)
         assert measured == pytest.approx(law, abs=0.05)
         assert -0.75 < measured < -0.55 < THEORY["poisson"][0]
-
-
-def test_the_law_of_poisson_disks_has_the_slopes_of_its_two_terms():
-    assert law_slope(SIZES, 0.1, 0.1) == pytest.approx(-0.5)
-    assert law_slope(SIZES, 0.0, 1.0) == pytest.approx(-0.75)
-    assert law_slope([10**9, 10**10, 10**11], 0.1, 0.1001) == pytest.approx(-0.5, abs=1e-3)
 
 
 def test_a_slope_is_the_exponent_and_needs_three_errors():
@@ -284,6 +271,7 @@ def test_times_are_of_warm_runs_in_turn():
     times = in_turn({"a": lambda: calls.append("a"), "b": lambda: calls.append("b")}, 3)
     assert "".join(calls) == "ab" + "ab" + "ba" + "ab"
     assert times["a"].low <= times["a"].median <= times["a"].high
+    assert Times.of(np.array([1.0, 2.0, 3.0, 4.0, 5.0]), 9.0) == Times(3.0, 2.0, 4.0, 9.0)
 
 
 @pytest.mark.parametrize("n", range(1, 8))
@@ -299,11 +287,10 @@ def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
     """Each pass is made to take a time of its own by the clock."""
     sizes = replace(grid.FULL, width=16, height=12, repeats=3)
     scene = BenchScene(builtin_scene("statue"), sizes, 1)
-    ms = {"ao": 100.0, "merge": 10.0, "blur": 1.0}
 
     def clocked(passes, repeats):
-        return {key: (7.0, np.arange(repeats) + ms[key[0]] * key[-1] if key[0] == "ao" else np.full(3, ms[key[0]]))
-                for key in passes}  # fmt: skip
+        ao = {key: (7.0, np.arange(repeats) + 100.0 * key[-1]) for key in passes if key[0] == "ao"}
+        return {key: (7.0, np.full(repeats, {"merge": 10.0, "blur": 1.0}.get(key[0]))) for key in passes} | ao
 
     monkeypatch.setattr("lfssao.bench.work_precision.setting_times.turns", clocked)
     made = setting_times(scene, ESTIMATORS["lf"], sizes, {"a": ((None, None), {})})
@@ -311,10 +298,6 @@ def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
     assert made["a"]["float32", (0.02,), 1.0].median == pytest.approx(2 + 1 + 11)
     assert made["a"]["float64", (0.01, 0.02, 0.035), 0.0].median == pytest.approx(6.5 + 3 + 11)
     assert made["a"]["float32", (0.02,), 1.0].first == 21
-
-
-def test_times_are_quartiles():
-    assert Times.of(np.array([1.0, 2.0, 3.0, 4.0, 5.0]), 9.0) == Times(3.0, 2.0, 4.0, 9.0)
 
 
 def test_the_front_holds_what_nothing_beats():
@@ -398,10 +381,11 @@ def test_advise_refuses_in_one_sentence(capsys, tmp_path):
     assert "--max-error" in refused(capsys, "advise")
 
 
+@pytest.mark.slow
 def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, monkeypatch):
-    tiny = replace(grid.QUICK, width=16, height=12, counts=(1, 4, 16), samplers=("random",), reference_count=256,
-                   repeats=1, own_counts=True)  # fmt: skip
-    monkeypatch.setattr(grid, "QUICK", tiny)
+    few = {"counts": (1, 4, 16), "samplers": ("random",), "reference_count": 256, "repeats": 1, "own_counts": True}
+    tiny = replace(grid.QUICK, width=16, height=12, **few)
+    monkeypatch.setattr("lfssao.cli.bench_work_precision.QUICK", tiny)
     names = ("lf", "vo-lines", "sao")
     monkeypatch.setattr(run, "ESTIMATORS", {name: ESTIMATORS[name] for name in names})
     real, measured = run.measure_estimator, []

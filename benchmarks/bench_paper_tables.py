@@ -181,12 +181,10 @@ def sao_table(repeats: int, threads: int) -> dict[str, Any]:
     buffers, unit = buffers_of(1920, 1080, 190, threads)
     radius, z = SAO_RADIUS * unit, linear_z(buffers)
     lines = texel_lines(buffers.view, z.dtype)
-    keys, taps = scalable.keys_of(z, lines.origin, 0.0), 9
+    keys = scalable.keys_of(z, lines.origin, 0.0)
 
     def sampling() -> np.ndarray:
-        return scalable.sample(
-            buffers, z, lines, radius, (0.01, 0.0), 5 / taps, True, taps, 7, "paper", "rotated", 3, 5, 0.01
-        )[0]
+        return scalable.sample(buffers, z, lines, radius, scalable.AppendixOptions())[0]
 
     visibility = sampling()
     runs: dict[str, Callable[[], object]] = {

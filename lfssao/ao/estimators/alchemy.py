@@ -2,7 +2,7 @@
 
     A(C) = max(0, 1 - 2 sigma / s  sum_i max(0, v_i . n + z_C beta) / (v_i . v_i + epsilon))^k,  v_i = Q_i - C
 
-and occlusion is 1 - A. SAO has 's points distributed on a ball about C' and no more; the readings taken here:
+and occlusion is 1 - A. SAO says 's points distributed on a ball about C' and no more. The readings taken here:
 
 - The taps are points of a disk of radius R around C that faces the viewer, at right angles to the texel's ray. Each is
   mapped into the image, and Q_i is the positions texture's point at the texel it lands in. On a camera that is the disk
@@ -34,49 +34,36 @@ where nothing rises above the tangent plane. In units of R:
   v . n = s + sqrt(s^2 - q^2), q their distance from there. The integral has no shorter form.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel
 from lfssao.ao.passes import Occlusion
 from lfssao.ao.textures import Buffers
 
 ROTATIONS = ("paper", "common", "none")
 
 
-def alchemy(
-    buffers: Buffers,
-    radius: float,
-    points: FloatArray,
-    weights: FloatArray | None,
-    sigma: float,
-    beta: float,
-    epsilon: float,
-    k: float,
-    rotation: str,
-) -> Occlusion:
-    """1 - A by SAO equation 1, on points of the positions texture around each texel (this file's first lines).
+@dataclass(frozen=True)
+class AlchemyOptions(Options):
+    """Options of ``alchemy``."""
 
-    Parameters
-    ----------
-    buffers : Buffers
-        The view's textures; normals are read.
-    radius : float
-        R, world units.
-    points : (s, 2)
-        Taps in the unit disk.
-    weights : None
-        Taps weigh the same; weights are not read.
-    sigma : float
-        Strength, in units of R.
-    beta : float
-        How steeply a surface must rise to occlude, as a share of the distance from the viewers.
-    epsilon : float
-        Guards the division, in units of R^2.
-    k : float
-        Contrast: the exponent of A.
-    rotation : str
-        'paper' or 'common' form of equation 8 (``lfssao.samples.kernels.spiral``), or 'none': the same taps everywhere.
-    """
+    sigma: float = option(1.0, "strength, in radii", limits=(0, 1e6))
+    beta: float = option(
+        1e-4, "how steeply a surface must rise to occlude, a fraction of the distance from the viewers", limits=(0, 1)
+    )
+    epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0, 1e6))
+    k: float = option(1.0, "contrast: the exponent of A", limits=(0, 100))
+    rotation: str = option(
+        "paper", "equation 8 as C reads it, as other renderers ship it, or the same taps everywhere", choices=ROTATIONS
+    )
+
+
+def alchemy(
+    buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: AlchemyOptions
+) -> Occlusion:
+    """Return 1 - A on points of the positions texture around each texel; points: (s, 2) taps; weights are not read."""
     from lfssao.ao.estimators.kernels import alchemy as kernels  # late: compiled for this estimator only
     from lfssao.samples.kernels import spiral
 
@@ -84,20 +71,20 @@ def alchemy(
     assert buffers.normals is not None  # the registry has seen to it
     turns = {"paper": spiral.PAPER, "common": spiral.COMMON, "none": -1}
     taps = np.ascontiguousarray(points, depth.dtype)
-    occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
     with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
-        squared, scale = dtype(epsilon * float(radius) * float(radius)), dtype(2 * sigma * float(radius) / len(taps))
-    kernels.alchemy(
-        np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions), np.ascontiguousarray(buffers.normals),
+        squared = dtype(options.epsilon * float(radius) * float(radius))
+        scale = dtype(2 * options.sigma * float(radius) / len(taps))
+    return run_kernel(
+        kernels.alchemy, depth, np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions),
+        np.ascontiguousarray(buffers.normals),
         buffers.directions, taps, view.world_to_image.kind, view.world_to_image.as_type(depth.dtype),
-        np.ascontiguousarray(view.viewer_distance(), depth.dtype), dtype(radius), dtype(beta), squared, scale, float(k),
-        turns[rotation], occlusion, outside,
+        np.ascontiguousarray(view.viewer_distance(), depth.dtype), dtype(radius), dtype(options.beta), squared, scale,
+        options.k, turns[options.rotation],
     )  # fmt: skip
-    return Occlusion(occlusion, int(outside.sum()))
 
 
 def spiral_points(n: int) -> tuple[FloatArray, None]:
-    """SAO's spiral of n taps by the most even number of turns, as points of the unit disk."""
+    """Return SAO's spiral of n taps by the most even number of turns, as points of the unit disk."""
     from lfssao.samples import best_turns
     from lfssao.samples.kernels.spiral import unit_taps  # late: compiled for this estimator only
 
@@ -112,13 +99,11 @@ ENTRIES = (
         title="obscurance by points of the surface above the tangent plane",
         source="SAO equation 1, after McGuire et al. 2011",
         run=alchemy,
+        options=AlchemyOptions,
         samples=spiral_points,
         dimensions=2,
         count=12,
         normals=True,
         texel_bytes=16,
-        parameters={"sigma": 1.0, "beta": 1e-4, "epsilon": 0.01, "k": 1.0, "rotation": "paper"},
-        limits={"sigma": (0, 1e6), "beta": (0, 1), "epsilon": (0, 1e6), "k": (0, 100)},
-        choices={"rotation": ROTATIONS},
     ),
 )

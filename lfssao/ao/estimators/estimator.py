@@ -1,18 +1,52 @@
-"""What the registry knows of an estimator."""
+"""An estimator as the registry knows it; its options are the fields of a frozen dataclass, each said once."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.passes import Occlusion
+from lfssao.ao.textures import Texture
 
 FloatArray = NDArray[np.float64]
 Value = float | int | str | bool
 
-# run(buffers, radius, points, weights, **parameters)
+# run(buffers, radius, points, weights, options)
 Run = Callable[..., Occlusion]
+
+
+def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> Occlusion:
+    """Return what a kernel writes into its last two arguments, occlusion and samples outside a row, (H, W) as depth."""
+    occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
+    kernel(*arguments, occlusion, outside)
+    return Occlusion(occlusion, int(outside.sum()))
+
+
+def option(
+    default: Value, meaning: str, *, limits: tuple[float, float] | None = None, choices: tuple[str, ...] = ()
+) -> Any:
+    """Return a field of an ``Options`` class.
+
+    Parameters
+    ----------
+    default : number, bool or str
+        Its value unless given; values have its type.
+    meaning : str
+        One line for ``lfssao estimators NAME``.
+    limits : tuple of two numbers, optional
+        Least and greatest value of a number.
+    choices : tuple of str
+        The values of a str.
+    """
+    said = {"meaning": meaning, "limits": limits, "choices": choices}
+    return field(default=default, metadata={key: value for key, value in said.items() if value})
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of an estimator, fields made by ``option``; this class is for those that have none."""
 
 
 @dataclass(frozen=True)
@@ -22,17 +56,18 @@ class Estimator:
     Attributes
     ----------
     name : str
-        What the registry and the command line call it.
+        Its name in the registry and on the command line.
     title : str
         One line for lists.
     source : str
         Paper and numbers of the equations, 'LF Algorithm 2' for example.
     run : callable
-        ``run(buffers, radius, points, weights, **parameters) -> Occlusion``. The registry checks all arguments before;
-        of the parameters it checks names, types, ``limits`` and ``choices``.
+        ``run(buffers, radius, points, weights, options) -> Occlusion``. The registry checks all arguments before.
+    options : type
+        The dataclass of its options.
     run_radii : callable or None
-        ``run_radii(buffers, radii, points, weights, **parameters) -> list of Occlusion``: what ``run`` makes of each
-        radius, the same bits in less time; None where it makes one after the other.
+        ``run_radii(buffers, radii, points, weights, options) -> list of Occlusion``, the bits that ``run`` makes of
+        each radius, in less time; None where it makes one after the other.
     samples : callable or None
         ``samples(n) -> (points, weights or None)``: its own sample set of n points, float64; None where it takes none.
     dimensions : int
@@ -41,12 +76,6 @@ class Estimator:
         The paper's number of samples, the default n.
     normals : bool
         Whether it reads the normals texture.
-    parameters : mapping
-        Names and default values of its parameters.
-    limits : mapping
-        Least and greatest value of a parameter that is a number, where it has them; the registry checks them.
-    choices : mapping
-        The values of a parameter that is a str; the registry checks them.
     texel_bytes : int
         Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
         kept with the view, the most over all views and parameters.
@@ -58,16 +87,37 @@ class Estimator:
     title: str
     source: str
     run: Run
+    options: type[Options] = Options
     run_radii: Callable[..., list[Occlusion]] | None = None
     samples: Callable[[int], tuple[FloatArray, FloatArray | None]] | None = None
     dimensions: int = 3
     count: int = 8
     normals: bool = False
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     texel_bytes: int = 4
     sampling: str | None = None
+
+    @property
+    def parameters(self) -> dict[str, Value]:
+        """Names and default values of its options."""
+        return {each.name: getattr(self.options, each.name) for each in fields(self.options)}
+
+    @property
+    def meanings(self) -> dict[str, str]:
+        """What each option means, one line."""
+        return self._said("meaning")
+
+    @property
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest value of each option that is a number, where it has them."""
+        return self._said("limits")
+
+    @property
+    def choices(self) -> dict[str, tuple[str, ...]]:
+        """The values of each option that is a str."""
+        return self._said("choices")
+
+    def _said(self, key: str) -> dict[str, Any]:
+        return {each.name: each.metadata[key] for each in fields(self.options) if key in each.metadata}
 
     def default_samples(self, n: int | None = None) -> tuple[FloatArray | None, FloatArray | None]:
         """Points and weights (None where all weigh the same) of its own sample set, n or ``count`` of them."""

@@ -1,18 +1,18 @@
 """Multi-resolution ambient occlusion, coarse to fine (after Hoang and Low 2010, 2012).
 
 LF merges several radii by their maximum (``passes.merge``); Hoang and Low keep a small square of taps and let the
-texels grow. What is read of them here is what LF and SAO say: AO is measured for different radii and the results merged
-(LF), computed at different output scales and upsampled with a joint bilateral filter before compositing (SAO 1.1). The
-forms below are the usual ones of that method as far as they are known, and ours:
+texels grow. LF and SAO cite them: AO is measured for different radii and merged (LF), or computed at different output
+scales and upsampled with a joint bilateral filter before compositing (SAO 1.1). The forms below are the usual ones of
+that method as far as they are known, and ours:
 
-- Coarse textures: level l + 1 has one texel for 2 x 2 of level l. It stands for one of them, the lower median by depth
-  of those that see a surface, and not for a mean, which would lie between surfaces.
+- Coarse textures: level l + 1 has one texel for 2 x 2 of level l, the lower median by depth of those that see a
+  surface; a mean would lie between surfaces.
 - Occlusion of a level: the mean over the (2 kernel + 1)^2 - 1 texels Q around P of (1 - t^2 / R^2) max(0, cos), where
   t = |Q - P| < R and cos = (Q - P) . n / t: VO section 3's obscurance with a square falloff, by points of the surface.
 - Upsampling: of the four coarse texels around, weights 9, 3, 3, 1 times ((1 + n . m) / 2)^8 times (R / (R + s))^16, s
   the distance of the coarse point from the fine one's tangent plane.
 - Combination: 1 - (1 - maximum) (1 - average) over the levels, so that an occluder that one level alone sees is not
-  averaged away, and one that all see is darker; or one of the two alone. Both are carried from level to level.
+  averaged away and one that all see is darker; or one of the two. Both are carried from level to level.
 
 A square of texels is the same on a module and on a camera, and no mapping is evaluated.
 
@@ -24,42 +24,31 @@ d) / t and t^2 = x^2 + y^2 + (2 d - x)^2; beside a sphere of radius s on a plane
 at a distance q < s from below its middle.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray
+from lfssao.ao.estimators.estimator import Estimator, Options, option
 from lfssao.ao.passes import Occlusion
 from lfssao.ao.textures import Buffers
 
 COMBINATIONS = ("both", "maximum", "average")
 
 
-def multiresolution(
-    buffers: Buffers,
-    radius: float,
-    points: FloatArray | None,
-    weights: FloatArray | None,
-    levels: int,
-    kernel: int,
-    combine: str,
-) -> Occlusion:
-    """Occlusion from a small square of texels at several resolutions (this file's first lines).
+@dataclass(frozen=True)
+class MultiresolutionOptions(Options):
+    """Options of ``multiresolution``."""
 
-    Parameters
-    ----------
-    buffers : Buffers
-        The view's textures; normals are read.
-    radius : float
-        R, world units: what is farther does not occlude.
-    points, weights : None
-        It takes no samples.
-    levels : int
-        How many resolutions, each half the one before.
-    kernel : int
-        Texels from the middle of the square to its edge.
-    combine : str
-        'both', 'maximum' or 'average' of the levels.
-    """
+    levels: int = option(4, "resolutions, each half the one before", limits=(1, 16))
+    kernel: int = option(2, "texels from the middle of the square to its edge", limits=(1, 64))
+    combine: str = option("both", "how the levels are combined", choices=COMBINATIONS)
+
+
+def multiresolution(
+    buffers: Buffers, radius: float, points: None, weights: None, options: MultiresolutionOptions
+) -> Occlusion:
+    """Return occlusion from a small square of texels at several resolutions; it takes no samples."""
     from lfssao.ao.estimators.kernels import multiresolution as kernels  # late: compiled for this estimator only
 
     assert buffers.normals is not None  # the registry has seen to it
@@ -68,7 +57,7 @@ def multiresolution(
     facing = np.ascontiguousarray(buffers.normals).reshape(-1, 3)
     pyramid: list[NDArray[np.int32]] = [np.empty(depth.shape, np.int32)]
     kernels.first_level(depth, pyramid[0])
-    for _ in range(levels - 1):
+    for _ in range(options.levels - 1):
         height, width = pyramid[-1].shape
         pyramid.append(np.empty(((height + 1) // 2, (width + 1) // 2), np.int32))
         kernels.halve(depth, pyramid[-2], pyramid[-1])
@@ -76,16 +65,16 @@ def multiresolution(
         squared = dtype.type(float(radius) * float(radius))
     outside = 0
     carried: tuple[NDArray[np.floating], NDArray[np.floating]] | None = None
-    for number in range(levels - 1, -1, -1):
+    for number in range(options.levels - 1, -1, -1):
         level = pyramid[number]
         most, missed = np.empty(level.shape, dtype), np.empty(level.shape[0], np.int64)
-        kernels.level_occlusion(level, places, facing, kernel, squared, most, missed)
+        kernels.level_occlusion(level, places, facing, options.kernel, squared, most, missed)
         total = most.copy()
         if carried is not None:
             kernels.refine(level, pyramid[number + 1], places, facing, dtype.type(radius), *carried, most, total)
         carried, outside = (most, total), outside + int(missed.sum())
     assert carried is not None
-    kernels.combine(*carried, levels, COMBINATIONS.index(combine))
+    kernels.combine(*carried, options.levels, COMBINATIONS.index(options.combine))
     return Occlusion(carried[0], outside)
 
 
@@ -95,12 +84,10 @@ ENTRIES = (
         title="obscurance by a small square of texels at several resolutions",
         source="Hoang and Low 2010, 2012, as LF and SAO cite them",
         run=multiresolution,
+        options=MultiresolutionOptions,
         dimensions=0,
         count=0,
         normals=True,
         texel_bytes=24,
-        parameters={"levels": 4, "kernel": 2, "combine": "both"},
-        limits={"levels": (1, 16), "kernel": (1, 64)},
-        choices={"combine": COMBINATIONS},
     ),
 )

@@ -24,7 +24,7 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
 
 
 class _Registry(Mapping[str, Estimator]):
-    """The estimators by name; lists names without importing what they name."""
+    """The estimators by name; their names are listed without importing them."""
 
     def __init__(self, families: dict[str, tuple[str, ...]]) -> None:
         self._family_of = {name: family for family, names in families.items() for name in names}
@@ -48,7 +48,7 @@ ESTIMATORS: Mapping[str, Estimator] = _Registry(_FAMILIES)
 
 
 def find_estimator(name: str) -> Estimator:
-    """The estimator of a name.
+    """Return the estimator of a name.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def estimate(
     weights: FloatArray | None = None,
     **parameters: Value,
 ) -> Occlusion:
-    """Ambient occlusion of one view by the estimator of a name.
+    """Return ambient occlusion of one view by the estimator of a name.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def estimate(
     points : (n, d) float64, optional
         Samples in the unit ball (d = 3) or disk (d = 2); the estimator's own set of its paper's size otherwise.
     weights : (n,) float64, optional
-        What each sample weighs, for estimators that weigh samples; they need not sum to 1.
+        The samples' weights, for estimators that read them; they need not sum to 1.
     parameters : numbers or str
-        The estimator's parameters by name, in place of their defaults.
+        The estimator's options by name, in place of their defaults (``lfssao estimators NAME`` lists them).
 
     Returns
     -------
@@ -106,26 +106,11 @@ def estimate_radii(
     weights: FloatArray | None = None,
     **parameters: Value,
 ) -> list[Occlusion]:
-    """``estimate`` for each of several radii; together they may take less time.
-
-    Parameters
-    ----------
-    name, buffers
-        As for ``estimate``.
-    radii : sequence of float
-        R of each, world units.
-    points, weights, parameters
-        As for ``estimate``.
-
-    Raises
-    ------
-    InputError
-        As for ``estimate``.
-    """
+    """Return ``estimate`` of each of several radii; together they may take less time."""
     estimator = find_estimator(name)
     for radius in radii:
         check_radius(radius)
-    values = full_parameters(estimator, parameters)
+    options = estimator.options(**full_parameters(estimator, parameters))
     if estimator.normals and buffers.normals is None:
         raise InputError(f"estimator {name} reads normals, and there is no normals texture")
     if points is None:
@@ -133,24 +118,24 @@ def estimate_radii(
     else:
         check_samples(estimator, points, weights)
     if estimator.run_radii is not None and len(radii) > 1:
-        return estimator.run_radii(buffers, radii, points, weights, **values)
-    return [estimator.run(buffers, radius, points, weights, **values) for radius in radii]
+        return estimator.run_radii(buffers, radii, points, weights, options)
+    return [estimator.run(buffers, radius, points, weights, options) for radius in radii]
 
 
 def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:
-    """All parameters of an estimator, each with the value given or its default; whole numbers for floats are converted.
+    """Return all parameters of an estimator, each with its default or the value given, in the type of the default.
 
     Raises
     ------
     InputError
         If it has no parameter of a name, or a value has the wrong type or is out of range.
     """
-    unknown = sorted(set(parameters) - set(estimator.parameters))
+    defaults = estimator.parameters
+    unknown = sorted(set(parameters) - set(defaults))
     if unknown:
-        known = ", ".join(estimator.parameters) or "none"
+        known = ", ".join(defaults) or "none"
         raise InputError(f"estimator {estimator.name} has no parameter '{unknown[0]}': it has {known}")
-    given = {name: _checked(estimator, name, value) for name, value in parameters.items()}
-    return {**estimator.parameters, **given}
+    return {**defaults, **{name: _checked(estimator, name, value) for name, value in parameters.items()}}
 
 
 def _checked(estimator: Estimator, name: str, value: Any) -> Value:
@@ -167,7 +152,8 @@ def _checked(estimator: Estimator, name: str, value: Any) -> Value:
         raise InputError(f"{wrong}it must be finite")
     if name in estimator.limits:
         low, high = estimator.limits[name]
-        if not isinstance(checked, str) and not low <= checked <= high:
+        assert not isinstance(checked, str)
+        if not low <= checked <= high:
             raise InputError(f"{wrong}it must be from {low:g} to {high:g}")
     if name in estimator.choices and checked not in estimator.choices[name]:
         raise InputError(f"{wrong}choose one of {', '.join(estimator.choices[name])}")

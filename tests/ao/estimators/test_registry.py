@@ -81,11 +81,9 @@ def test_an_entry_says_what_it_is(name):
     assert entry.name == name
     assert entry.title
     assert entry.source
-    assert inspect.getdoc(entry.run)
-    taken = list(inspect.signature(entry.run).parameters)
-    assert taken[:4] == ["buffers", "radius", "points", "weights"]
-    assert set(taken[4:]) == set(entry.parameters)
-    assert set(entry.limits) | set(entry.choices) <= set(entry.parameters)
+    assert list(inspect.signature(entry.run).parameters)[:5] == ["buffers", "radius", "points", "weights", "options"]
+    assert set(entry.meanings) == set(entry.parameters)
+    assert set(entry.choices) == {option for option, default in entry.parameters.items() if isinstance(default, str)}
     for parameter, (low, high) in entry.limits.items():
         assert low <= entry.parameters[parameter] <= high
     for parameter, choices in entry.choices.items():

@@ -411,9 +411,8 @@ def test_the_appendix_by_hand():
     buffers = Buffers(sight.view, depth, np.zeros((6, 6, 3)))
     z, lines = linear_z(buffers), texel_lines(sight.view, np.dtype(np.float64))
     radius = 0.5
-    made, _ = scalable.sample(
-        buffers, z, lines, radius, (0.01, 0.0), 5 / 1, True, 1, 1, "paper", "none", 3, 5, 0.01
-    )  # fmt: skip
+    options = scalable.AppendixOptions(beta=0.01, epsilon=0.01, taps=1, turns=1, mip="none")
+    made, _ = scalable.sample(buffers, z, lines, radius, options)
     # alpha = 1/2: h = 2 texels; theta = pi + phi at (x, y) = (2, 4), phi = 60 ^ (4 + 80) radians.
     theta = np.pi + (60 ^ 84)
     x, y = int(2 + 2 * np.cos(theta)), int(4 + 2 * np.sin(theta))

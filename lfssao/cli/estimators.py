@@ -1,26 +1,41 @@
-"""``lfssao estimators``: the estimators of occlusion, and what options say of them."""
+"""``lfssao estimators``: the estimators of occlusion and their parameters."""
 
 import argparse
+from collections.abc import Iterator
 from typing import Any
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
-from lfssao.ao.estimators.registry import ESTIMATORS, full_parameters
+from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, full_parameters
 from lfssao.cli import values
 from lfssao.errors import InputError
 from lfssao.samples import make_samples
 
 
 def add_to(estimators: argparse.ArgumentParser) -> None:
-    """Describe the command, which has no options."""
+    """Describe the command and its argument."""
     estimators.description = (
         "List the estimators that 'lfssao render --estimator NAME' knows: what each computes, after which paper, its "
-        "number of samples, its parameters with their defaults."
+        "number of samples, its parameters with their defaults. With a NAME say what its parameters mean."
     )
+    estimators.add_argument("name", nargs="?", metavar="NAME", help="an estimator whose parameters are explained")
     estimators.set_defaults(run=_list)
 
 
-def _list(_options: argparse.Namespace) -> None:
-    print("\n".join(_line(estimator) for estimator in ESTIMATORS.values()))
+def _list(options: argparse.Namespace) -> None:
+    if options.name is None:
+        print("\n".join(_line(estimator) for estimator in ESTIMATORS.values()))
+    else:
+        estimator = find_estimator(options.name)
+        print("\n".join([_line(estimator).splitlines()[0], *_meanings(estimator)]))
+
+
+def _meanings(estimator: Estimator) -> Iterator[str]:
+    """A line on each parameter: default, meaning, values."""
+    for name, meaning in estimator.meanings.items():
+        taken = ", ".join(estimator.choices.get(name, ()))
+        if name in estimator.limits:
+            taken = "{:.10g} to {:.10g}".format(*estimator.limits[name])
+        yield f"    {name}={estimator.parameters[name]}: {meaning}{taken and f' ({taken})'}"
 
 
 def _line(estimator: Estimator) -> str:

@@ -84,6 +84,11 @@ def test_all_estimators_are_listed(capsys):
     for name, entry in ESTIMATORS.items():
         assert f"{name}: {entry.title} ({entry.source})" in said.splitlines()
         assert all(f"{parameter}={value}" in said for parameter, value in entry.parameters.items())
+        assert main(["estimators", name]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0] == f"{name}: {entry.title} ({entry.source})"
+        for line, (parameter, value) in zip(lines[1:], entry.parameters.items(), strict=True):
+            assert line.strip().startswith(f"{parameter}={value}: {entry.meanings[parameter]}")
 
 
 @pytest.mark.parametrize(
@@ -109,5 +114,5 @@ def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path
     assert estimators == {"estimator", "neighbours", "point", "registry"}
     kernels = {name.rpartition(".")[2] for name in loaded if name.startswith("lfssao.") and ".kernels." in name}
     assert "ssao" in kernels
-    others = {"alchemy", "multiresolution", "point", "rows", "spiral", "truth"}
+    others = {"alchemy", "multiresolution", "point", "rows", "truth"}
     assert not kernels & others

@@ -61,7 +61,7 @@ class AreaOptions(VolumeOptions):
     """Options of VO by areas; VO's footnote wants the variance of the box, sqrt(3), its a and b imply 1."""
 
     half_width: float = option(
-        sqrt(3.0), "of the box that stands for the distribution of depth, in standard deviations", limits=(0.0, 100.0)
+        sqrt(3.0), "half-width of the box of depths that an area sees, in standard deviations", limits=(0.0, 100.0)
     )
     prefilter: bool = option(False, "whether each level is blurred by [1 2 1] / 4, against visible squares")
 

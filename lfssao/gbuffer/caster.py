@@ -30,7 +30,7 @@ CASTERS = ("exact", "embree")
 
 @dataclass(frozen=True, eq=False)
 class GBuffer:
-    """What a view sees, one value a texel.
+    """The visible surface of a view, one value a texel.
 
     Attributes
     ----------
@@ -68,16 +68,15 @@ class GBuffer:
 class RayCaster:
     """A mesh ready to be ray cast from any view that shares its cast space.
 
-    An exact float64 test of a ray and a triangle picks each ray's first hit. Conservative rasterisation
-    (``lfssao.gbuffer.rasterize``) finds the triangles to be tested where rays are separable and triangles cover few
-    texels, elsewhere a tree of boxes (``gbuffer.kernels.first_hit``), for which Embree proposes a hit a tile where
-    embreex is installed. The textures depend neither on which of these ran nor on Embree's build, the processor or
-    the number of threads. Embree's own tree is built when a view first asks for it.
+    An exact float64 test of a ray and a triangle picks each ray's first hit. Candidates come from conservative
+    rasterisation (``lfssao.gbuffer.rasterize``) if rays are separable and triangles cover few texels, else from a tree
+    of boxes (``gbuffer.kernels.first_hit``). The textures do not depend on which of the two ran, on Embree, the
+    processor or the number of threads. Embree's own tree is built when a view first asks for it.
 
     Parameters
     ----------
     mesh : Mesh
-        What to look at.
+        The scene.
     cast_from_world : (3, 4) float64
         Affine map world -> cast space (``View.cast_from_world``).
     threads : int
@@ -113,7 +112,7 @@ class RayCaster:
         Parameters
         ----------
         view : View
-            Where from; its cast space must be the caster's.
+            The view; its cast space must be the caster's.
         color : str or None
             How the mesh's textures are read, 'bilinear' or 'nearest'; None: no colour texture.
         normals : str or None
@@ -122,8 +121,7 @@ class RayCaster:
         rows : range, optional
             Rows that alone are cast: no other sees anything (``lfssao.optics.window.seen_rows``). All by default.
         caster : str
-            'exact'; or 'embree' for Embree's own answers, with depths in float64 on its triangles. Their bits depend on
-            the processor.
+            'exact', or 'embree' for the triangles that Embree finds, whose bits depend on the processor.
         positions : bool
             Whether the positions texture is made.
 
@@ -180,13 +178,13 @@ class RayCaster:
             first_hit.first_hits(view.ray_kind, view.lens, *size, tree, proposals, triangle, z, rows.start)
 
     def _proposals(self, view: View, rows: range) -> NDArray[np.int32]:
-        """A triangle likely to be the first in each tile: Embree's answer in its middle, -1 without embreex."""
+        """A triangle that is likely to be hit first in each tile: Embree's in its middle, -1 without embreex."""
         if embree_installed():
             return self._seen_by_embree(view, rows, first_hit.TILE)
         return np.full((-(-len(rows) // first_hit.TILE), -(-view.width // first_hit.TILE)), -1, np.int32)
 
     def _seen_by_embree(self, view: View, rows: range, step: int) -> NDArray[np.int32]:
-        """The triangle that Embree sees in the middle of each cell of step x step texels, -1 where it sees none."""
+        """Embree's triangle in the middle of each cell of step x step texels, -1 for none."""
         require_embree()
         shape = -(-len(rows) // step), -(-view.width // step)
         counts = np.empty(shape[0], np.int64)
@@ -228,7 +226,7 @@ def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTy
 
 
 def _check_range(name: str, vertices: NDArray[np.float64]) -> None:
-    """Refuse, before anything is cast, what float32 textures and Embree cannot hold."""
+    """Refuse coordinates that float32 textures and Embree cannot hold."""
     with np.errstate(over="ignore"):  # what overflows is refused below
         single = vertices.astype(np.float32)
     if not np.isfinite(single).all():

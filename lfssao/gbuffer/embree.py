@@ -1,4 +1,4 @@
-"""Embree, which finds what rays hit in float32: faster than our own tree, but not with equal bits on every machine."""
+"""Embree: first hits in float32, faster than the exact tree, but with other bits on other machines."""
 
 import math
 from collections.abc import Callable

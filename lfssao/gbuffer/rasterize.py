@@ -1,4 +1,4 @@
-"""First hits by conservative rasterisation (``lfssao.gbuffer.kernels.rasterize``), where candidates are few."""
+"""First hits by conservative rasterisation, for separable rays (``lfssao.gbuffer.kernels.rasterize``)."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from lfssao.gbuffer.kernels import rasterize
 from lfssao.optics.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
 from lfssao.optics.view import View
 
-# With more candidate pairs a texel the tree is as fast or faster, by measurement.
+# The tree is as fast or faster with more candidate pairs a texel, by measurement.
 MOST_PAIRS = 64.0
 
 # Bounds of rounding (``lfssao.gbuffer.kernels.rasterize``).
@@ -20,16 +20,16 @@ _LARGEST_OFFSET = 2.0**30
 
 
 class Candidates(NamedTuple):
-    """The rays of some rows, and the triangles by the texels in which they can be hit."""
+    """The rays of some rows, and the texels in which each triangle can be hit."""
 
     rays: rasterize.SeparableRays
     bounds: NDArray[np.int32]  # (F, 4): first and last column, first and last row
-    in_band: NDArray[np.int64]  # number of triangles that reach into each band of rows
+    in_band: NDArray[np.int64]  # number of triangles of each band of rows
     pairs: int  # of a triangle and a texel
 
 
 def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates | None:
-    """Triangles and the texels of some rows in which they can be hit.
+    """Find the texels of some rows in which each triangle can be hit.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
     Returns
     -------
     Candidates or None
-        None where rays are not separable: on curved screens, with conical diffusers and calibrated optics.
+        None if rays are not separable: on curved screens, with conical diffusers and calibrated optics.
     """
     if view.ray_kind == DISPLAY:
         return None
@@ -88,7 +88,7 @@ def _scales(
 
 
 def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
-    """How x, and y, of a corner becomes its place in the image.
+    """Numbers that take x, and y, of a corner to its image.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[
     Returns
     -------
     list of two (6,) float64
-        What ``lfssao.gbuffer.kernels.rasterize.bound_triangles`` takes.
+        As ``lfssao.gbuffer.kernels.rasterize.bound_triangles`` takes them.
     """
     lens, largest = view.lens.tolist(), np.inf
     if view.ray_kind == FLAT_LINEAR:

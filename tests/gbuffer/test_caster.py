@@ -86,13 +86,6 @@ def test_gbuffers_are_those_of_brute_force(scene, view, size, seed):
         assert (hits.triangle == -1).all()
 
 
-@pytest.mark.parametrize("name", VIEWS)
-@pytest.mark.parametrize("scene", [scenes.soup, scenes.sheets, scenes.stadium], ids=lambda scene: scene.__name__)
-def test_larger_gbuffers(scene, name):
-    view = scenes.VIEWS[name](64, 48)
-    check(in_world(scene, view, np.random.default_rng(3)), view)
-
-
 @pytest.mark.parametrize("scene", [scenes.slivers, scenes.pits, scenes.beyond], ids=lambda scene: scene.__name__)
 @pytest.mark.parametrize("name", ["virtual", "sample-a"])
 @pytest.mark.parametrize("guard", [0, 3])
@@ -163,17 +156,6 @@ def test_a_wide_view_from_near_by():
             check(in_world(scene, view, rng), view)
 
 
-def test_nothing_seen_is_infinite_and_black():
-    view = scenes.VIEWS["virtual"](5, 4)
-    vertices, faces = scenes.nothing(view, np.random.default_rng(1))
-    mesh = Mesh(vertices, faces, Paint.from_vertex_colors(np.ones((len(vertices), 3), np.float32), len(faces)))
-    seen = RayCaster(mesh, view.cast_from_world).gbuffer(view)
-    assert (seen.triangle == -1).all()
-    assert np.isposinf(seen.depth).all()
-    assert np.isposinf(seen.positions).all()
-    assert not seen.color.any()
-
-
 def test_by_hand():
     """A wall at z = 0.35, half the module's distance: what the screen shows, drawn together to the module."""
     view = scenes.VIEWS["virtual"](4, 3)
@@ -184,15 +166,6 @@ def test_by_hand():
     np.testing.assert_allclose(seen.positions[..., 0], np.tile(np.multiply(x, 0.5), (3, 1)), rtol=1e-6)
     y = [0.25, 0, -0.25]
     np.testing.assert_allclose(seen.positions[..., 1], np.tile(np.multiply(y, 1.175), (4, 1)).T, rtol=1e-6, atol=1e-9)
-
-
-def test_two_walls_of_which_the_nearer_is_seen():
-    for view in (scenes.VIEWS[name](9, 7) for name in VIEWS):
-        vertices = scenes.at(view, [-90, 90, 5, -90, 90, 5], [-90, -90, 90] * 2, [0.5] * 3 + [-0.5] * 3)
-        seen = RayCaster(Mesh(scenes.to_world(view, vertices), [[0, 1, 2], [3, 4, 5]]), view.cast_from_world).gbuffer(
-            view
-        )
-        assert (seen.triangle == 1).all()
 
 
 def test_coordinates_beyond_float32_are_refused():
@@ -318,27 +291,6 @@ def digests():
     assert len(made["tree"]) == 23
     assert len(set(made["tree"].values())) == 23
     return made
-
-
-def test_two_threads_see_the_same(digests):
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        assert digests_of_a_process("2", env={})[0] == digests
-        return
-    before = numba.get_num_threads()
-    try:
-        assert scenes.digests(2) == digests
-    finally:
-        numba.set_num_threads(before)
-
-
-def test_a_cpu_without_extensions_sees_the_same(digests, generic_cpu):
-    assert digests_of_a_process("2", env=generic_cpu)[0] == digests
-
-
-def test_without_embree_the_same_is_seen(digests, tmp_path):
-    (tmp_path / "embreex.py").write_text("raise ImportError\n")
-    path = os.pathsep.join([str(tmp_path), str(Path(lfssao.__file__).parents[1]), str(TESTS.parent)])
-    assert digests_of_a_process("2", env={"PYTHONPATH": path})[0] == digests
 
 
 def cpu_flags():

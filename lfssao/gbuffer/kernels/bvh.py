@@ -1,4 +1,4 @@
-"""A tree of boxes over the triangles, in float64, which finds those that a bundle of rays may meet.
+"""A bounding volume hierarchy (BVH) over the triangles: a tree of boxes, float64.
 
 The triangles are put in Morton order (Morton 1966) and four neighbours make a leaf. The tree is complete and has no
 pointers: node k has children 2k + 1 and 2k + 2, and the last ``leaves`` nodes are the leaves.
@@ -39,7 +39,7 @@ def _spread_bits(n):
 
 @kernel
 def morton_codes(vertices, faces, low, size, codes):
-    """Morton code of each triangle's middle in the box at ``low`` of edge lengths ``size``; codes: (F,) uint64."""
+    """Write the Morton code, (F,) uint64, of each triangle's middle in the box at ``low`` of edge lengths ``size``."""
     for f in range(faces.shape[0]):
         code = np.uint64(0)
         for axis in range(3):
@@ -53,7 +53,7 @@ def morton_codes(vertices, faces, low, size, codes):
 
 @kernel
 def leaf_count(triangles):
-    """How many leaves a tree over so many triangles has: a power of two."""
+    """Number of leaves of a tree over that many triangles, a power of two."""
     leaves = 1
     while leaves * LEAF < triangles:
         leaves *= 2
@@ -69,7 +69,7 @@ def build_boxes(corners, margin, boxes):
     corners : (F, 9) float64
         Corners of the triangles in Morton order; leaf k holds triangles LEAF k to LEAF k + LEAF - 1.
     margin : float
-        By how much every box is larger than its triangles, so that rounding cannot make a ray miss it.
+        Distance by which every box is larger than its triangles, so that rounding cannot make a ray miss it.
     boxes : (2 leaves - 1, 6) float64
         Out: lower and upper corner of each node; empty (inf, -inf) where a node holds nothing.
     """

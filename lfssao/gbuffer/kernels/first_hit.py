@@ -1,14 +1,12 @@
-"""Which triangle each texel's ray hits first: Embree proposes, float64 disposes.
+"""First hits by packet traversal of a bounding volume hierarchy, with an exact test of a ray and a triangle.
 
-Embree is asked for the middle of each tile of texels. What it names is tried on all of the tile's texels; where
-float64 finds it hit, it bounds how deep a nearer one can lie. Then the tile goes down the tree of boxes with the
-bundle of its rays, nearest boxes first, and every triangle that the bundle may meet is tried on every texel of the
-sub-tiles that it may meet; what lies behind the hits found so far is left out. The bounds of a bundle are those of
-the very numbers its rays have, and what is compared with a box is rounded as hit_triangle rounds (_may_meet), so
-nothing else is left out: the result is that of trying every triangle on every ray, whatever was proposed.
+A packet is the rays of one tile of texels. One triangle is proposed for each tile, by Embree where it is installed, and
+tested on all of the tile's texels: a hit bounds the depth of nearer ones. The packet then goes down the tree, nearer
+boxes first. Each triangle of a leaf is tested on the texels of the sub-tiles whose packets can meet its box, unless it
+lies behind the hits found so far.
 
-(Measured on the armadillo of 172,972 faces: with a proposal for every texel Embree costs more than it saves. Where
-triangles are small and rays separable, ``lfssao.gbuffer.kernels.rasterize`` finds the same in a quarter of the time.)
+The result is that of testing every triangle on every ray, whatever was proposed: a packet's bounds are those of its
+rays' own numbers, and a box is compared with numbers that are rounded as hit_triangle rounds them (``_may_meet``).
 """
 
 from typing import NamedTuple
@@ -44,40 +42,40 @@ def _product_range(a_low, a_high, b_low, b_high):
 
 
 @kernel(inline=True)
-def _may_meet(bundle, row, x0, y0, z0, x1, y1, z1):
-    """Whether a bundle of rays can touch a box.
+def _may_meet(packet, row, x0, y0, z0, x1, y1, z1):
+    """Whether a packet of rays can meet a box.
 
-    bundle[:, row]: smallest and largest o_x, d_x, o_y, d_y; smallest z at which one begins, largest at which one ends.
-    x and y are taken over all of the box's z, not only where the rays are: so the range holds every number o + d z that
-    hit_triangle makes of a corner, to the bit, as rounding keeps the order of numbers.
+    packet[:, row]: smallest and largest o_x, d_x, o_y, d_y; smallest z at which a ray begins, largest at which one
+    ends. The ranges of x and y are those over all of the box's z. They hold every number o + d z that hit_triangle
+    makes of a corner, to the bit, as rounding keeps the order of numbers.
     """
-    low, high = _product_range(bundle[2, row], bundle[3, row], z0, z1)
-    in_x = (bundle[0, row] + low <= x1) & (bundle[1, row] + high >= x0)
-    low, high = _product_range(bundle[6, row], bundle[7, row], z0, z1)
-    in_y = (bundle[4, row] + low <= y1) & (bundle[5, row] + high >= y0)
-    return (z0 <= bundle[9, row]) & (z1 >= bundle[8, row]) & in_x & in_y
+    low, high = _product_range(packet[2, row], packet[3, row], z0, z1)
+    in_x = (packet[0, row] + low <= x1) & (packet[1, row] + high >= x0)
+    low, high = _product_range(packet[6, row], packet[7, row], z0, z1)
+    in_y = (packet[4, row] + low <= y1) & (packet[5, row] + high >= y0)
+    return (z0 <= packet[9, row]) & (z1 >= packet[8, row]) & in_x & in_y
 
 
 @kernel(inline=True)
-def _widen(bundle, row, ox, oy, dx, dy, z0, z1):
-    """Take a ray, from z0 to z1, into a bundle."""
-    bundle[0, row], bundle[1, row] = min(bundle[0, row], ox), max(bundle[1, row], ox)
-    bundle[2, row], bundle[3, row] = min(bundle[2, row], dx), max(bundle[3, row], dx)
-    bundle[4, row], bundle[5, row] = min(bundle[4, row], oy), max(bundle[5, row], oy)
-    bundle[6, row], bundle[7, row] = min(bundle[6, row], dy), max(bundle[7, row], dy)
-    bundle[8, row], bundle[9, row] = min(bundle[8, row], z0), max(bundle[9, row], z1)
+def _widen(packet, row, ox, oy, dx, dy, z0, z1):
+    """Add a ray from z0 to z1 to a packet."""
+    packet[0, row], packet[1, row] = min(packet[0, row], ox), max(packet[1, row], ox)
+    packet[2, row], packet[3, row] = min(packet[2, row], dx), max(packet[3, row], dx)
+    packet[4, row], packet[5, row] = min(packet[4, row], oy), max(packet[5, row], oy)
+    packet[6, row], packet[7, row] = min(packet[6, row], dy), max(packet[7, row], dy)
+    packet[8, row], packet[9, row] = min(packet[8, row], z0), max(packet[9, row], z1)
 
 
 @kernel(inline=True)
-def _start_tile(kind, lens, tile, tree, proposed, ray, best, bundle):
-    """Rays, proposals' hits and bundles of a tile's texels.
+def _start_tile(kind, lens, tile, tree, proposed, ray, best, packet):
+    """Write rays, hits of the proposed triangle and packets of a tile's texels.
 
     proposed: number of a triangle, or -1. ray[place]: o_x, o_y, d_x, d_y, near. best[place]: z and triangle of the hit,
     the ray's far end and -1 where the proposal is not hit; z is -infinity where there is no texel or no ray.
     """
     for k in range(0, 10, 2):
-        for row in range(bundle.shape[1]):
-            bundle[k, row], bundle[k + 1, row] = np.inf, -np.inf
+        for row in range(packet.shape[1]):
+            packet[k, row], packet[k + 1, row] = np.inf, -np.inf
     for place in range(TILE * TILE):
         i, j = place % TILE, place // TILE
         best[place, 0], best[place, 1] = -np.inf, -1.0
@@ -92,17 +90,17 @@ def _start_tile(kind, lens, tile, tree, proposed, ray, best, bundle):
             if hit and near < z < far:
                 best[place, 0], best[place, 1] = z, proposed
         ray[place, 0], ray[place, 1], ray[place, 2], ray[place, 3], ray[place, 4] = ox, oy, dx, dy, near
-        _widen(bundle, _SUBS * _SUBS, ox, oy, dx, dy, near, best[place, 0])
-        _widen(bundle, (j // SUB) * _SUBS + i // SUB, ox, oy, dx, dy, near, best[place, 0])
+        _widen(packet, _SUBS * _SUBS, ox, oy, dx, dy, near, best[place, 0])
+        _widen(packet, (j // SUB) * _SUBS + i // SUB, ox, oy, dx, dy, near, best[place, 0])
 
 
 @kernel(inline=True)
-def _try_triangle(face, t, ray, best, bundle, meets):
-    """Try one triangle on every texel of the sub-tiles whose bundles may meet its box."""
+def _test_triangle(face, t, ray, best, packet, meets):
+    """Test one triangle on every texel of the sub-tiles whose packets can meet its box."""
     x0, y0, z0 = min(t.ax, t.bx, t.cx), min(t.ay, t.by, t.cy), min(t.az, t.bz, t.cz)
     x1, y1, z1 = max(t.ax, t.bx, t.cx), max(t.ay, t.by, t.cy), max(t.az, t.bz, t.cz)
     for sub in range(_SUBS * _SUBS):  # no branch here, so that LLVM makes vectors of it
-        meets[sub] = np.int64(_may_meet(bundle, sub, x0, y0, z0, x1, y1, z1))
+        meets[sub] = np.int64(_may_meet(packet, sub, x0, y0, z0, x1, y1, z1))
     for sub in range(_SUBS * _SUBS):
         if meets[sub] == 0:
             continue
@@ -118,8 +116,8 @@ def _try_triangle(face, t, ray, best, bundle, meets):
 
 
 @kernel(inline=True)
-def _search_tile(tree, stack, ray, best, bundle, meets):
-    """Go down the tree with the tile's bundle and try every triangle of the leaves that it may meet."""
+def _search_tile(tree, stack, ray, best, packet, meets):
+    """Go down the tree with the tile's packet and test every triangle of the leaves that it can meet."""
     boxes, whole = tree.boxes, _SUBS * _SUBS
     first_leaf = (boxes.shape[0] + 1) // 2 - 1
     stack[0] = 0
@@ -129,32 +127,32 @@ def _search_tile(tree, stack, ray, best, bundle, meets):
         node = stack[top]
         x0, y0, z0 = boxes[node, 0], boxes[node, 1], boxes[node, 2]
         x1, y1, z1 = boxes[node, 3], boxes[node, 4], boxes[node, 5]
-        if not _may_meet(bundle, whole, x0, y0, z0, x1, y1, z1):
+        if not _may_meet(packet, whole, x0, y0, z0, x1, y1, z1):
             continue
         if node < first_leaf:
-            # The child that begins nearer goes on top: what it hides need not be looked at.
+            # The nearer child goes on top: boxes behind its hits are skipped.
             near = 2 * node + 1 + np.int64(boxes[2 * node + 2, 2] < boxes[2 * node + 1, 2])
             stack[top], stack[top + 1] = 4 * node + 3 - near, near
             top += 2
             continue
         start = LEAF * (node - first_leaf)
         for p in range(start, min(start + LEAF, tree.order.shape[0])):
-            _try_triangle(tree.order[p], triangle_at(tree.corners, p), ray, best, bundle, meets)
-        _draw_in(best, bundle)
+            _test_triangle(tree.order[p], triangle_at(tree.corners, p), ray, best, packet, meets)
+        _shorten(best, packet)
 
 
 @kernel(inline=True)
-def _draw_in(best, bundle):
-    """Let bundles end where the last of their texels has its hit."""
+def _shorten(best, packet):
+    """End packets at the deepest hit of their texels."""
     tile_far = -np.inf
     for sub in range(_SUBS * _SUBS):
         corner = (sub // _SUBS) * SUB * TILE + (sub % _SUBS) * SUB
         far = -np.inf
         for k in range(SUB * SUB):
             far = max(far, best[corner + (k // SUB) * TILE + k % SUB, 0])
-        bundle[9, sub] = far
+        packet[9, sub] = far
         tile_far = max(tile_far, far)
-    bundle[9, _SUBS * _SUBS] = tile_far
+    packet[9, _SUBS * _SUBS] = tile_far
 
 
 @kernel(parallel=True)
@@ -170,8 +168,7 @@ def first_hits(kind, lens, width, height, tree, proposal, triangle, z, top=0):
     tree : Tree
         The triangles and the boxes over them.
     proposal : (ceil(H / TILE), ceil(W / TILE)) int32
-        A triangle that is likely to be the first in each tile, or -1. Proposals save time; the result is the
-        same.
+        A triangle that is likely to be hit first in each tile, or -1. It saves time; the result is the same.
     triangle, z : (H, W) int32, (H, W) float64
         Out: number of the triangle, -1 where there is none; z of the hit in cast space, the ray's end or -infinity
         where there is none.
@@ -180,13 +177,13 @@ def first_hits(kind, lens, width, height, tree, proposal, triangle, z, top=0):
     """
     for tile_row in prange(proposal.shape[0]):
         ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 2))
-        bundle = np.empty((10, _SUBS * _SUBS + 1))  # the sub-tiles', then the tile's
+        packet = np.empty((10, _SUBS * _SUBS + 1))  # of the sub-tiles, then of the tile
         stack, meets = np.empty(_STACK, np.int64), np.empty(_SUBS * _SUBS, np.int64)
         for tile_column in range(proposal.shape[1]):
             i0, j0 = tile_column * TILE, tile_row * TILE
             tile = Tile(i0, top + j0, min(TILE, width - i0), min(TILE, height - j0))
-            _start_tile(kind, lens, tile, tree, proposal[tile_row, tile_column], ray, best, bundle)
-            _search_tile(tree, stack, ray, best, bundle, meets)
+            _start_tile(kind, lens, tile, tree, proposal[tile_row, tile_column], ray, best, packet)
+            _search_tile(tree, stack, ray, best, packet, meets)
             for j in range(tile.rows):
                 for i in range(tile.columns):
                     z[j0 + j, i0 + i], triangle[j0 + j, i0 + i] = best[j * TILE + i, 0], np.int32(best[j * TILE + i, 1])

@@ -17,8 +17,8 @@ and beta = -1 / m_z (for rows -1 / z_o), in perspective 0 and 1, in orthographic
 
 So a margin of 2^-10 texels is enough. A corner whose r is not within its limit may appear anywhere.
 
-Every pair of a triangle and a texel between its bounds is a candidate, which hit_triangle decides. Measured on the
-armadillo, in place of the tree of boxes (``lfssao.gbuffer.kernels.first_hit``): a quarter of the time.
+Every pair of a triangle and a texel between its bounds is a candidate, which hit_triangle decides. This takes a quarter
+of the tree's time on the armadillo (``benchmarks/bench_gbuffer.py``).
 """
 
 from math import ceil, floor
@@ -46,10 +46,7 @@ class SeparableRays(NamedTuple):
 
 @kernel
 def separable_rays(kind, lens, columns, rows, top=0):
-    """Write o and d of x of each column's rays, (2, W), and of y of each row's, (2, H); returns near and far.
-
-    Rows are counted from ``top`` on.
-    """
+    """Write o and d of x of each column's rays, (2, W), and of y of each row's, (2, H); return near and far."""
     for i in range(columns.shape[1]):
         columns[0, i], _, _, columns[1, i], _, _, _, _ = texel_ray(kind, lens, i + 0.5, 0.5)
     for j in range(rows.shape[1]):
@@ -60,7 +57,7 @@ def separable_rays(kind, lens, columns, rows, top=0):
 
 @kernel(inline=True)
 def _image(x, z, axis, size):
-    """A corner's image along one axis, held within a texel of the texture, and whether its rounding is bounded."""
+    """A corner's image along one axis, clamped to a texel beside the texture, and whether its rounding is bounded."""
     alpha, beta, c, a, b, limit = axis[0], axis[1], axis[2], axis[3], axis[4], axis[5]
     r = 1.0 / (alpha + beta * z)
     if not 0.0 < r <= limit:
@@ -105,7 +102,7 @@ def bound_triangles(width, height, u_axis, v_axis, vertices, faces, texels, boun
 
 @kernel
 def count_candidates(bounds, counts):
-    """Number of candidate pairs; counts: (bands,) int64, 0 at first, out: triangles that reach into each band."""
+    """Number of candidate pairs. Adds the triangles that reach into each band to counts, (bands,) int64."""
     pairs = 0
     for f in range(bounds.shape[0]):
         i0, i1, j0, j1 = bounds[f, 0], bounds[f, 1], bounds[f, 2], bounds[f, 3]
@@ -118,10 +115,9 @@ def count_candidates(bounds, counts):
 
 @kernel
 def sort_into_bands(bounds, starts, members):
-    """Write the triangles of each band, in order.
+    """Write the triangles of each band, in order, into members, (n,) int32.
 
-    bounds: (F, 4) int32, of bound_triangles; starts: (bands,) int64, where each band begins in members, (n,) int32;
-    used up.
+    bounds: (F, 4) int32, of bound_triangles. starts: (bands,) int64, the place of each band in members; overwritten.
     """
     for f in range(bounds.shape[0]):
         if bounds[f, 0] <= bounds[f, 1] and bounds[f, 2] <= bounds[f, 3]:

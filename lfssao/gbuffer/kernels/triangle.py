@@ -1,4 +1,4 @@
-"""Whether a ray hits a triangle, and at what depth: float64, the same answer on every machine, no cracks.
+"""The exact test of a ray and a triangle: watertight, in float64, with the same answer on every machine.
 
 After Woop, Benthin, Wald 2013 ("Watertight ray/triangle intersection", JCGT 2:1), with the signs made exact. A ray is
 x = o_x + d_x z, y = o_y + d_y z. Each corner is moved along the ray into the plane z = 0, where the ray is the origin:

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from bits import bits
 from matplotlib.image import imread
 
 from lfssao.cli.main import main
@@ -12,10 +13,6 @@ from lfssao.samples import METHODS, make_samples, sample_set
 from lfssao.samples.formats import read_points, to_glsl
 from lfssao.samples.plot import draw_samples
 from lfssao.testing import PROMISES
-
-
-def bits(a):
-    return np.asarray(a, np.float64).view(np.int64)
 
 
 @pytest.mark.parametrize("form", ["csv", "json", "npy"])

@@ -3,6 +3,11 @@
 import numpy as np
 
 
+def bits(a):
+    """Float64 numbers, or a list of them, as integers."""
+    return np.asarray(a, np.float64).view(np.int64)
+
+
 def assert_same_bits(actual, expected):
     assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape)
     assert not np.isnan(actual).any()

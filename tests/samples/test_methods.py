@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from bits import bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import samples as specification
@@ -27,10 +28,6 @@ shells = st.tuples(
     st.one_of(st.floats(0, 1), st.sampled_from([0.0, 0.8, 1.0])),
     st.one_of(drawn_radii(), st.sampled_from([5e-324, 1e-310, 1.7e308])),
 ).map(lambda pair: (pair[0] * pair[1], pair[1]))
-
-
-def bits(a):
-    return np.asarray(a, np.float64).view(np.int64)
 
 
 def number(data, domain, name, counts=counts):

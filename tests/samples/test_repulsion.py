@@ -6,6 +6,7 @@ import make_repulsion
 import numpy as np
 import pytest
 import repulsion
+from bits import bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import repulsion as reference
@@ -15,10 +16,6 @@ from lfssao.samples import repulsion_table, sample_set
 
 VOLUME = 4 / 3 * math.pi
 KINDS = [("ball", None), ("disk", None), ("disk", True), ("disk", False)]
-
-
-def bits(a):
-    return np.asarray(a, np.float64).view(np.int64)
 
 
 # Kernels

@@ -5,6 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from bits import bits
 from hypothesis import given
 from hypothesis import strategies as st
 from reference import spiral as reference
@@ -18,10 +19,6 @@ from lfssao.samples.spiral import BEST_TURNS, find_turns, spiral_discrepancy
 VARIANTS = {"paper": spiral.PAPER, "common": spiral.COMMON}
 texels = st.one_of(st.integers(0, 20_000), st.integers(-300, 2**20), st.sampled_from([0, 1, 14_000, 2**31 - 1]))
 every_variant = pytest.mark.parametrize("variant", VARIANTS)
-
-
-def bits(a):
-    return np.asarray(a, np.float64).view(np.int64)
 
 
 @every_variant

@@ -1,4 +1,4 @@
-"""How far a module's mapping is from a matrix: the projective 3 x 4 matrix that fits it best, and what is left."""
+"""Distance of a module's mapping from a matrix: the projective 3 x 4 matrix that fits it best, and its error."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from lfssao.errors import InputError
 from lfssao.optics.display import Display
@@ -14,12 +15,10 @@ from lfssao.optics.view import WorldToImage
 
 Points = NDArray[np.float64]
 
-_STEPS = 30
-
 
 @dataclass(frozen=True, eq=False)
 class MatrixFit:
-    """A matrix that stands in for a mapping.
+    """A matrix in place of a mapping.
 
     Attributes
     ----------
@@ -38,7 +37,7 @@ class MatrixFit:
 
     @property
     def distance(self) -> NDArray[np.float64]:
-        """How far apart the two put each point, texels, (n,)."""
+        """Distance of the two images of each point, texels, (n,)."""
         away = self.fitted - self.image
         return np.asarray(np.hypot(away[:, 0], away[:, 1]))
 
@@ -49,7 +48,7 @@ class MatrixFit:
 
 
 def best_matrix(world_to_image: WorldToImage, points: Points) -> MatrixFit:
-    """The matrix with the least sum of squared distances in the image, by Gauss-Newton from the linear solution.
+    """Return the matrix with the least sum of squared distances in the image.
 
     Parameters
     ----------
@@ -68,25 +67,22 @@ def best_matrix(world_to_image: WorldToImage, points: Points) -> MatrixFit:
     points, image = points[kept], image[kept]
     if len(points) < 6:
         raise InputError(f"a matrix is fitted to at least 6 points, and {len(points)} are in the mapping's domain")
-    # Both sides about 1 in size: else the normal equations of texels and metres are badly conditioned.
+    # Both sides about 1 in size: else the equations of texels and metres are badly conditioned.
     middle, size = image.mean(axis=0), float(np.abs(image - image.mean(axis=0)).max()) or 1.0
-    aim = (image - middle) / size
-    rows = np.hstack([points, np.ones((len(points), 1))])
-    matrix = _linear(rows, aim)
-    error = _error(matrix, rows, aim)
-    for _ in range(_STEPS):
-        step, size_of_step = _newton_step(matrix, rows, aim), 1.0
-        while size_of_step > 1e-6 and not _error(matrix + size_of_step * step, rows, aim) <= error:
-            size_of_step *= 0.5
-        if size_of_step <= 1e-6:
-            break
-        matrix = matrix + size_of_step * step
-        before, error = error, _error(matrix, rows, aim)
-        if before - error <= 1e-12 * error:
-            break
-    back = np.array([[size, 0.0, middle[0]], [0.0, size, middle[1]], [0.0, 0.0, 1.0]])
-    whole = back @ matrix
-    return MatrixFit(whole / np.linalg.norm(whole), points, image, _project(matrix, rows) * size + middle)
+    aim, rows = (image - middle) / size, np.hstack([points, np.ones((len(points), 1))])
+
+    def error(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray((_project(matrix.reshape(3, 4), rows) - aim).T.ravel())
+
+    def slope(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+        third = matrix.reshape(3, 4)[2]
+        return _equations(rows / (rows @ third)[:, None], _project(matrix.reshape(3, 4), rows))
+
+    # Least squares of u w - m_1 X = 0, v w - m_2 X = 0 is a start near the least distances.
+    start = np.linalg.svd(_equations(rows, aim), full_matrices=False)[2][-1]
+    found = least_squares(error, start, slope, method="lm", ftol=1e-15, xtol=1e-15, gtol=1e-15).x.reshape(3, 4)
+    whole = np.array([[size, 0.0, middle[0]], [0.0, size, middle[1]], [0.0, 0.0, 1.0]]) @ found
+    return MatrixFit(whole / np.linalg.norm(whole), points, image, _project(found, rows) * size + middle)
 
 
 def _project(matrix: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -94,34 +90,20 @@ def _project(matrix: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[
     return np.asarray(image[:, :2] / image[:, 2:])
 
 
-def _error(matrix: NDArray[np.float64], rows: NDArray[np.float64], aim: NDArray[np.float64]) -> float:
-    return float(((_project(matrix, rows) - aim) ** 2).sum())
-
-
-def _linear(rows: NDArray[np.float64], aim: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix that solves u w - m_1 X = 0, v w - m_2 X = 0 in the least squares, of norm 1."""
-    none = np.zeros_like(rows)
-    system = np.vstack([np.hstack([rows, none, -aim[:, :1] * rows]), np.hstack([none, rows, -aim[:, 1:] * rows])])
-    return np.asarray(np.linalg.svd(system, full_matrices=False)[2][-1].reshape(3, 4))
-
-
-def _newton_step(
-    matrix: NDArray[np.float64], rows: NDArray[np.float64], aim: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """The step that solves the linearised problem; the shortest, as the matrix' scale is free."""
-    at, none, over = _project(matrix, rows), np.zeros_like(rows), rows / (rows @ matrix[2])[:, None]
-    slope = np.vstack([np.hstack([over, none, -at[:, :1] * over]), np.hstack([none, over, -at[:, 1:] * over])])
-    return np.asarray(np.linalg.lstsq(slope, (aim - at).T.ravel(), rcond=1e-12)[0].reshape(3, 4))
+def _equations(rows: NDArray[np.float64], image: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rows (X, 0, -u X) and (0, X, -v X), which a matrix's numbers multiply."""
+    none, (u, v) = np.zeros_like(rows), image.T[:, :, None]
+    return np.vstack([np.hstack([rows, none, -u * rows]), np.hstack([none, rows, -v * rows])])
 
 
 def roi_lattice(display: Display, steps: tuple[int, int, int] = (13, 7, 5)) -> Points:
-    """A lattice of physical points that fills the region of interest, (n, 3) float64, metres."""
+    """Return a lattice of physical points that fills the region of interest, (n, 3) float64, metres."""
     axes = [np.linspace(low, high, count) for low, high, count in zip(*display.roi, steps, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def matrix_fits(display: Display) -> list[MatrixFit]:
-    """The best matrix of each module, over what of the region of interest it sees; the world is physical space."""
+    """Return the best matrix of each module, over the part of the region of interest that it sees, in metres."""
     fits, points, world = [], roi_lattice(display), np.eye(3, 4)
     for k in range(len(display.modules)):
         seen = display.physical_to_image(k, points)[1] == VALID
@@ -130,7 +112,7 @@ def matrix_fits(display: Display) -> list[MatrixFit]:
 
 
 def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> Figure:
-    """A figure of two panels: one module's points and where its best matrix puts them; the error of all modules.
+    """Return a figure of one module's points and their images by its best matrix, and of the errors of all modules.
 
     Parameters
     ----------
@@ -149,8 +131,7 @@ def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> Fig
     right.semilogy(x, [f.rmse for f in fits], "s-", markersize=4, label="root mean square")
     right.axhline(1.0, color="gray", linewidth=0.8, linestyle="--")
     right.annotate("one texel", (x[0], 1.0), (0, 3), textcoords="offset points", color="gray", fontsize="small")
-    right.set(title="what the best matrix leaves", xlabel="x of the module, metres", ylabel="texels",
-              ylim=(0.5, None))  # fmt: skip
+    right.set(title="error of the best matrix", xlabel="x of the module, metres", ylabel="texels", ylim=(0.5, None))
     right.legend()
     return figure
 
@@ -158,12 +139,12 @@ def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> Fig
 def _draw_points(axes: Any, display: Display, fit: MatrixFit, index: int) -> None:
     module = display.modules[index]
     near, far = display.roi[0][2], display.roi[1][2]
-    share = (fit.points[:, 2] - near) / (far - near)
-    axes.scatter(*fit.image.T, s=14, c=share, cmap="coolwarm", label="mapping (red: far, blue: near)")
+    depth = (fit.points[:, 2] - near) / (far - near)
+    axes.scatter(*fit.image.T, s=14, c=depth, cmap="coolwarm", label="mapping (red: far, blue: near)")
     away = fit.fitted - fit.image
     axes.quiver(*fit.image.T, *away.T, angles="xy", scale_units="xy", scale=1, width=0.002, label="to the best matrix")
     axes.plot([0, module.width, module.width, 0, 0], [0, 0, module.height, module.height, 0], color="black", lw=1)
-    axes.set(aspect="equal", title=f"module {index}, points of the region of interest", xlabel="u, texels",
-             ylabel="v, texels")  # fmt: skip
+    axes.set(aspect="equal", title=f"module {index}, points of the region of interest")
+    axes.set(xlabel="u, texels", ylabel="v, texels")
     axes.invert_yaxis()
     axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=2)

@@ -28,8 +28,7 @@ from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
 from lfssao.samples.kernels import ball, spiral
 from lfssao.verify.bounds import bounds
 from lfssao.verify.bounds.kernels import depth_bounds as depth_ranges
-from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.bounds.texels import Surfaces
+from lfssao.verify.bounds.points import Surfaces, point_bounds
 from lfssao.verify.kit.cases import RECIPES
 from lfssao.verify.kit.stages import STAGES
 

@@ -19,12 +19,12 @@ from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.ao.textures import Buffers
-from lfssao.verify.bounds import points as point_oracle
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.judge import occlusion_bounds
-from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
-from lfssao.verify.bounds.points import BOUNDED, NORMALS, is_bounded, point_bounds
-from lfssao.verify.bounds.texels import Surfaces, Texels
+from lfssao.verify.bounds.kernels import point_bounds as kernels
+from lfssao.verify.bounds.kernels import projection_bounds
+from lfssao.verify.bounds.kernels.pairs import exact
+from lfssao.verify.bounds.points import BOUNDED, NORMALS, Surfaces, is_bounded, point_bounds
 
 RENDERERS = 40
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -163,12 +163,9 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     ways, spread = unit(rng.normal(size=(n, 3))), 2e-6 if model == "shader" else 4e-7
     places = rng.uniform(-1, 1, (n, 3)).astype(np.float32)
     far = (places + radius * (1 + rng.uniform(-spread, spread, (n, 1))) * ways).astype(np.float32)
-    positions = np.stack([places, far], axis=1).reshape(1, 2 * n, 3)
-    depth = np.zeros((1, 2 * n), np.float32)
-    display = find_display("virtual").with_resolution(2 * n, 1)
-    view = module_views(builtin_scene("statue"), display)[0]
-    texels = Texels(Surfaces(depth, positions, view.world_to_image, view.cast_from_world), MODELS[model])
-    may, must = point_oracle.range_check(texels, radius)(np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2))
+    by = MODELS[model].errors
+    pairs = [[tuple(exact(float(c)) for c in place) for place in side] for side in (places, far)]
+    may, must = np.array([kernels.in_range(*pair, radius, by) for pair in zip(*pairs, strict=True)]).T
     ar = arithmetic(model, rng, RENDERERS)
     away = [ar.subtract(far[None, :, k].astype(float), places[None, :, k].astype(float)) for k in range(3)]
     square = rr.dot(ar, away, away)
@@ -180,10 +177,8 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     assert must.any()
     offset = ways[7].astype(np.float32).astype(float)
     normals = across(rng, np.broadcast_to(offset, (1, n, 3)))
-    texels = Texels(
-        Surfaces(depth[:, :n], positions[:, :n], view.world_to_image, view.cast_from_world, normals), MODELS[model]
-    )
-    below, surely = point_oracle.below_surface(texels, offset, 0.0)
+    made = [kernels.is_below(offset, kernels.vector(normals, 0, i), by) for i in range(n)]
+    below, surely = np.array(made).T
     parts = list(offset)
     turned = rr.dot(ar, parts, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
     assert not (turned & ~below).any()
@@ -202,7 +197,7 @@ def test_image_points_equal_the_reference(data):
     kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).astype(np.float64)
     model = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))]
     image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
-    outcomes.map_positions(places, off, kind, m, model.errors, image, error, sure)
+    projection_bounds.map_positions(places, off, kind, m, model.errors, image, error, sure)
     by = reference.Errors(*model.errors)
     for place in range(6):
         pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]

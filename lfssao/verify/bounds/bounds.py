@@ -20,6 +20,7 @@ from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 
@@ -214,7 +215,9 @@ def project_positions(
     shape = positions.shape
     points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
     image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
-    outcomes.map_positions(points, off, world_to_image.kind, _rounded(world_to_image), model.errors, image, error, sure)
+    projection_bounds.map_positions(
+        points, off, world_to_image.kind, _rounded(world_to_image), model.errors, image, error, sure
+    )
     return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
 
 

@@ -99,6 +99,22 @@ def affine(a, x, b, y, c, by):
 
 
 @kernel(inline=True)
+def dot(x, y, by):
+    """Dot product of two triples of pairs, added in any order: three roundings of each term. Zero terms stay exact."""
+    value = (x[0].value * y[0].value + x[1].value * y[1].value) + x[2].value * y[2].value
+    own, size, flushed = 0.0, 0.0, 3.0
+    for k in range(3):
+        a, b = abs(x[k].value), abs(y[k].value)
+        own += (a * y[k].error + b * x[k].error) + x[k].error * y[k].error
+        size += (a + x[k].error) * (b + y[k].error)
+        flushed += a + b
+    if size == 0.0:
+        return exact(value)
+    r = by.operation
+    return Pair(value, own + 3.0 * (1.0 + 3.0 * r) * r * size + FLUSHED * flushed)
+
+
+@kernel(inline=True)
 def is_positive(x):
     """Whether x may be above 0, and whether it is for sure."""
     room = x.error * SAFETY

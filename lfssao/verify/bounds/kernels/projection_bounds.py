@@ -1,12 +1,92 @@
-"""Physical space -> image of any display, on pairs of ``kernels.pairs``: the steps of ``kernels.display``.
+"""World -> image of any mapping, on pairs: the steps of ``lfssao.optics.kernels``.
 
-Each operation of ``physical_to_image`` is done on pairs, in the order it has there, sums of three in any order. A
-decision of that order (behind the module, off the screen, folded) may fall either way where its number may be 0; the
-point may then lie in the domain and need not.
+Rows of matrices. A row of T terms t_1 + ... + t_T (the products with the point, with the offset, and the constant;
+terms of a zero coefficient are exact zeros) rounds each term at most once as a product and at most T - 1 times on its
+way through the sums, whatever their order; M (p + o), with n coefficients and c constants (0 or 1), rounds it
+1 + 1 + (n - 1) + c <= 2 n + c = T times. So the row is off by at most ((1 + r)^T - 1) sum abs(t_i): with T r < 2^-10,
+T r (1 + T r) sum abs(t_i). The sum of sizes is one of the point plus one of the offset, and so is this error: both are
+computed once a point and once a sample. Errors of the point and the offset themselves add abs(m_i) times their size.
+
+The display. Each operation of ``physical_to_image`` is done on pairs in the order it has there, sums of three in any
+order. A decision of that order (behind the module, off the screen, folded) may fall either way where its number may be
+0; the point may then lie in the domain and need not.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
 from lfssao.core.jit import kernel
-from lfssao.verify.bounds.kernels.pairs import Pair, add, affine, divide, exact, is_positive, multiply, root, subtract
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row
+from lfssao.verify.bounds.kernels.pairs import (
+    FLUSHED,
+    SAFETY,
+    Pair,
+    add,
+    affine,
+    divide,
+    exact,
+    is_positive,
+    multiply,
+    root,
+    subtract,
+)
+
+
+class Projected(NamedTuple):
+    """An image point with errors, and whether it may lie, and lies for sure, in the mapping's domain."""
+
+    u: Pair
+    v: Pair
+    z: Pair
+    may: bool
+    must: bool
+
+
+@kernel(inline=True)
+def row_roundings(m, row, r):
+    """How often, in units of r, a term of a row is rounded at most: T (1 + T r)."""
+    terms = 0
+    for k in range(3):
+        terms += 2 if m[4 * row + k] != 0.0 else 0
+    terms += 1 if m[4 * row + 3] != 0.0 else 0
+    return terms * (1.0 + terms * r)
+
+
+@kernel(inline=True)
+def row_sizes(m, row, x, y, z):
+    """abs(m0) x + abs(m1) y + abs(m2) z for x, y, z >= 0."""
+    k = 4 * row
+    return (abs(m[k]) * x + abs(m[k + 1]) * y) + abs(m[k + 2]) * z
+
+
+@kernel(inline=True)
+def point_row(m, row, point, r):
+    """A row of M (p, 1), p a point of three pairs."""
+    x, y, z = point
+    size = row_sizes(m, row, abs(x.value) + x.error, abs(y.value) + y.error, abs(z.value) + z.error)
+    size += abs(m[4 * row + 3])
+    own = row_sizes(m, row, x.error, y.error, z.error)
+    # Flushed may be two operands and a product a coefficient, and the sums.
+    flushed = FLUSHED * (4.0 + 4.0 * row_sizes(m, row, 1.0, 1.0, 1.0))
+    return Pair(affine_row(m, row, x.value, y.value, z.value), row_roundings(m, row, r) * r * size + own + flushed)
+
+
+@kernel(inline=True)
+def offset_row(m, row, offset, by):
+    """A row of M (o, 0), o an exact offset."""
+    x, y, z = offset[0], offset[1], offset[2]
+    size = row_sizes(m, row, abs(x), abs(y), abs(z)) * (1.0 + by.offset)
+    r = by.operation
+    return Pair(linear_row(m, row, x, y, z), row_roundings(m, row, r) * r * size + by.offset * size)
+
+
+@kernel(inline=True)
+def rows_of_point(kind, m, point, r):
+    """All four rows of M (p, 1), p a point of three pairs; the fourth is 1 for a mapping without one."""
+    q = point_row(m, 3, point, r) if kind == MATRIX else exact(1.0)
+    return point_row(m, 0, point, r), point_row(m, 1, point, r), point_row(m, 2, point, r), q
 
 
 @kernel(inline=True)
@@ -72,7 +152,7 @@ def _distort_pairs(d, u, v, by):
 
 @kernel(inline=True)
 def _and_positive(x, may, must):
-    """Both answers, may and must, after a demand that x > 0."""
+    """Whether all demands may hold, and hold for sure, with one more: x > 0."""
     may_x, must_x = is_positive(x)
     return may & may_x, must & must_x
 
@@ -95,7 +175,7 @@ def display_pairs(d, x, y, z, by):
     u, v : Pair
         Image point.
     may, must : bool
-        Whether the answer may be VALID, and whether it is for sure.
+        Whether the status may be VALID, and whether it is for sure.
     """
     m_x, m_z, y_o, z_o = exact(d[0]), exact(d[2]), exact(d[3]), exact(d[4])
     dx, dz = subtract(x, m_x, by), subtract(z, m_z, by)
@@ -124,3 +204,61 @@ def display_pairs(d, x, y, z, by):
         u, v, r2 = _distort_pairs(d, u, v, by)
         may, must = _and_positive(Pair(d[22] - r2.value, r2.error), may, must)
     return u, v, may, must
+
+
+@kernel(inline=True)
+def project(kind, m, rows, by):
+    """The image point of a point from its four rows: the half of a mapping that is not affine."""
+    a, b, c, q = rows
+    if kind == CROSSED_SLITS:
+        f, g = subtract(exact(m[12]), c, by), subtract(exact(m[13]), c, by)
+        u = add(exact(m[14]), divide(a, f, by), by)
+        v = add(exact(m[15]), divide(b, g, by), by)
+        may_f, must_f = is_positive(f)
+        may_g, must_g = is_positive(Pair(-g.value, g.error))
+        return Projected(u, v, c, may_f & may_g, must_f & must_g)
+    if kind == DISPLAY:
+        u, v, may, must = display_pairs(m[12:], a, b, c, by)
+        return Projected(u, v, c, may, must)
+    may, must = is_positive(q)
+    return Projected(divide(a, q, by), divide(b, q, by), divide(c, q, by), may, must)
+
+
+@kernel(inline=True)
+def widen(image, by):
+    """An image point with its errors as they count: a look-up's miss added, float64's own rounding outweighed."""
+    u = Pair(image.u.value, image.u.error * SAFETY + by.coordinate)
+    v = Pair(image.v.value, image.v.error * SAFETY + by.coordinate)
+    return Projected(u, v, Pair(image.z.value, image.z.error * SAFETY), image.may, image.must)
+
+
+@kernel(parallel=True)
+def map_positions(positions, allowance, kind, m, by, image, error, sure):
+    """Image points of positions, and by how much they may be off.
+
+    Parameters
+    ----------
+    positions : (n, 3) float64
+        World coordinates.
+    allowance : (n, 3) float64
+        How far each coordinate may be off by itself.
+    kind, m : int, (16,) or (44,) float64
+        The mapping, each number a float32.
+    by : Errors
+        What a renderer's arithmetic may be off by.
+    image, error : (n, 3) float64
+        Out: u, v, z and their errors; minus infinity where a position lies outside the mapping's domain for sure.
+    sure : (n,) bool
+        Out: whether it lies in the domain for sure.
+    """
+    for k in prange(positions.shape[0]):
+        x = Pair(positions[k, 0], allowance[k, 0])
+        y = Pair(positions[k, 1], allowance[k, 1])
+        z = Pair(positions[k, 2], allowance[k, 2])
+        found = project(kind, m, rows_of_point(kind, m, (x, y, z), by.operation), by)
+        image[k, 0], error[k, 0] = found.u
+        image[k, 1], error[k, 1] = found.v
+        image[k, 2], error[k, 2] = found.z
+        sure[k] = found.must
+        if not found.may:
+            error[k, 0] = -np.inf

@@ -1,0 +1,131 @@
+"""``point`` and ``hemisphere`` on pairs: their samples are decided as Algorithm 2's, but for three more decisions.
+
+- The surface of a texel has a range of depths: with its own rounding where it is made from a position.
+- The range check, distance^2 <= R^2, or distance <= R: both are admitted.
+- The half ball's turn, offset . normal < 0. Where rounding may change the sign both sides are taken.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.core.jit import kernel
+from lfssao.verify.bounds.kernels.pairs import Pair, dot, exact, is_positive, multiply, subtract
+from lfssao.verify.bounds.kernels.projection_bounds import project, rows_of_point, widen
+from lfssao.verify.bounds.kernels.ssao_bounds import box_of, offset_rows, project_sample, texel_point
+
+SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32
+
+
+@kernel(inline=True)
+def vector(texture, row, column):
+    """A texel's vector as exact pairs."""
+    x, y, z = texture[row, column]
+    return exact(np.float64(x)), exact(np.float64(y)), exact(np.float64(z))
+
+
+@kernel(parallel=True)
+def write_surface_depths(inputs, by, from_positions, low, high):
+    """The least and largest depth that a texel's surface may be compared with.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        The textures.
+    by : Errors
+        What a renderer's arithmetic may be off by.
+    from_positions : bool
+        Whether it is the image z of the texel's position.
+    low, high : (H, W) float64
+        Out; +infinity where there is no surface.
+    """
+    for j in prange(inputs.depth.shape[0]):
+        for i in range(inputs.depth.shape[1]):
+            depth = np.float64(inputs.depth[j, i])
+            low[j, i], high[j, i] = depth, depth
+            if from_positions and depth < np.inf:
+                rows = rows_of_point(inputs.kind, inputs.m, texel_point(inputs, by, i, j), by.operation)
+                image = widen(project(inputs.kind, inputs.m, rows, by), by)
+                low[j, i] = image.z.value - image.z.error if image.may else np.inf
+                high[j, i] = image.z.value + image.z.error if image.must else np.inf
+            if abs(depth) < 2.0**-126:  # may be flushed to zero
+                low[j, i], high[j, i] = min(low[j, i], 0.0), max(high[j, i], 0.0)
+
+
+@kernel(inline=True)
+def in_range(here, there, radius, by):
+    """Whether a place, three pairs, may be and is for sure within R of another, by distances or by their squares."""
+    away = subtract(there[0], here[0], by), subtract(there[1], here[1], by), subtract(there[2], here[2], by)
+    square, reach = dot(away, away, by), Pair(radius, radius * SINGLE)
+    reach = multiply(reach, reach, by)
+    rounded = square.error + 2.0 * by.root * (square.value + square.error)
+    return is_positive(Pair(reach.value - square.value, reach.error + rounded))
+
+
+@kernel(inline=True)
+def is_below(offset, normal, by):
+    """Whether an offset may and does for sure point below the surface of a normal, three pairs."""
+    o = (
+        Pair(-offset[0], by.offset * abs(offset[0])),
+        Pair(-offset[1], by.offset * abs(offset[1])),
+        Pair(-offset[2], by.offset * abs(offset[2])),
+    )
+    return is_positive(dot(normal, o, by))
+
+
+@kernel(inline=True)
+def is_hidden(inputs, image, low, high, here, reach, by):
+    """Whether a sample at an image point may be and is for sure behind a surface, and in range of its texel's place."""
+    box = box_of(inputs.depth.shape, image)
+    if not (box.may and box.known):
+        return box.may, False
+    z_low, z_high = image.z.value - image.z.error, image.z.value + image.z.error
+    may, must = False, box.must
+    for j in range(box.j0, box.j1 + 1):
+        for i in range(box.i0, box.i1 + 1):
+            behind, surely = low[j, i] < z_high, high[j, i] < z_low
+            if behind and reach < np.inf:
+                near, near_surely = in_range(here, vector(inputs.positions, j, i), reach, by)
+                behind, surely = near, surely & near_surely
+            may, must = may | behind, must & surely
+    return may, must
+
+
+@kernel(parallel=True)
+def count_hidden(inputs, normals, low, high, reach, by, fewest, most):
+    """The fewest and the most samples of every texel that a renderer may count as hidden.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        The textures and samples.
+    normals : (H, W, 3) float32
+        Normals by which samples are turned to the upper half of the ball; (0, 0, 3) for the whole ball.
+    low, high : (H, W) float64
+        ``write_surface_depths``.
+    reach : float
+        R of the range check, infinite without one.
+    by : Errors
+        What a renderer's arithmetic may be off by.
+    fewest, most : (H, W) int32
+        Out.
+    """
+    offsets, turns = offset_rows(inputs, by), normals.shape[0] != 0
+    for j in prange(inputs.depth.shape[0]):
+        for i in range(inputs.depth.shape[1]):
+            fewest[j, i], most[j, i] = 0, 0
+            if not inputs.depth[j, i] < np.inf:
+                continue
+            here = texel_point(inputs, by, i, j)
+            rows = rows_of_point(inputs.kind, inputs.m, here, by.operation)
+            for s in range(offsets.shape[0]):
+                below, surely = False, False
+                if turns:
+                    below, surely = is_below(inputs.offsets[s], vector(normals, j, i), by)
+                image = project_sample(inputs, by, rows, offsets[s], -1.0 if surely else 1.0)
+                may, must = is_hidden(inputs, image, low, high, here, reach, by)
+                if below and not surely:
+                    image = project_sample(inputs, by, rows, offsets[s], -1.0)
+                    may_too, must_too = is_hidden(inputs, image, low, high, here, reach, by)
+                    may, must = may | may_too, must & must_too
+                fewest[j, i] += np.int32(must)
+                most[j, i] += np.int32(may)

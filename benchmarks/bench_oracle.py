@@ -19,7 +19,7 @@ from lfssao.gbuffer.caster import GBuffer
 from lfssao.rendering.manifest import describe_machine
 from lfssao.scene.builtin import BUILTIN
 from lfssao.scene.mesh import Mesh
-from lfssao.verify.bounds.bounds import ao_bounds
+from lfssao.verify.bounds.ssao import ao_bounds
 
 MODELS = ("shader", "sampler", "nearest")
 DISPLAYS = ("virtual", "sample-a", "c80", "picoarray", "convex")

@@ -26,7 +26,8 @@ from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels import rays
 from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
 from lfssao.samples.kernels import ball, spiral
-from lfssao.verify.bounds import bounds
+from lfssao.verify.bounds import post
+from lfssao.verify.bounds import ssao as ssao_bounds
 from lfssao.verify.bounds.kernels import depth_bounds as depth_ranges
 from lfssao.verify.bounds.points import Surfaces, point_bounds
 from lfssao.verify.kit.cases import RECIPES
@@ -96,13 +97,13 @@ def accepted():
     positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3)).astype(np.float32)
     for view in (DISPLAY.view(0, WORLD), general, camera):
         for back in (None,) if view.screen_to_world is None else (None, view.screen_to_world):
-            found = bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
+            found = ssao_bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
             kind = f"{view.world_to_image.kind} {back is None}"
             yield f"accepted {kind}", np.array([found.lower, found.upper, found.undecided])
     given = Surfaces(depth, positions, general.world_to_image, general.cast_from_world)
     found = point_bounds("point", given, 0.4, samples, None, {"range_check": True, "surface": "positions"})
     yield "accepted points", np.array([found.lower, found.upper, found.undecided])
-    blurred = bounds.blur_bounds(found, 0.7)
+    blurred = post.blur_bounds(found, 0.7)
     yield "accepted blur", np.array([blurred.lower, blurred.upper])
     vertices, faces = rng.uniform(-0.3, 0.3, (40, 3)), rng.integers(0, 40, (30, 3)).astype(np.int32)
     triangles = rng.integers(0, 30, (9, HEIGHT * WIDTH)).astype(np.int32)

@@ -21,7 +21,8 @@ from lfssao import (
     module_views,
 )
 from lfssao.ao import passes
-from lfssao.verify.bounds import bounds as oracle
+from lfssao.verify.bounds import post, ssao
+from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS, find_model
 from lfssao.verify.bounds.explain import explain
 from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
@@ -58,7 +59,7 @@ def test_outcomes_equal_the_reference(case):
     view, depth, positions, samples, radius, model = case
     back = view.screen_to_world if positions is None else None
     inputs, errors = (
-        oracle.sample_inputs(depth, positions, view.world_to_image, samples, radius, back),
+        ssao.sample_inputs(depth, positions, view.world_to_image, samples, radius, back),
         find_model(model).errors,
     )
     _, places, inverse, offsets, exact, kind, m = inputs
@@ -96,7 +97,7 @@ def row_of(depth, samples, model="shader", radius=1.0, kind=IDENTITY):
     depth = np.array([depth], np.float32)
     width = depth.shape[1]
     positions = np.stack([np.arange(width) + 0.5, np.full(width, 0.5), depth[0]], axis=-1).astype(np.float32)[None]
-    found = oracle.ao_bounds(depth, positions, kind, np.array(samples, float).reshape(-1, 3), radius, model)
+    found = ssao.ao_bounds(depth, positions, kind, np.array(samples, float).reshape(-1, 3), radius, model)
     n = len(np.array(samples).reshape(-1, 3))
     return (found.lower[0] * n).tolist(), (found.upper[0] * n).tolist(), found.undecided[0].tolist()
 
@@ -120,14 +121,14 @@ def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undec
     depth, position = np.zeros((1, 1), np.float32), np.zeros((1, 1, 3), np.float32)
     for z, undecided in ((0.0, 0), (0.125, 0), (0.1, 1)):  # 0.1 in float64, rounded, or a rounded 1 times a rounded 0.1
         depth[:], position[..., 2] = np.float32(z) * 2, np.float32(z)
-        found = oracle.ao_bounds(depth, position, slits, np.array([[0.0, 0.0, z]]), 1.0)
+        found = ssao.ao_bounds(depth, position, slits, np.array([[0.0, 0.0, z]]), 1.0)
         assert found.undecided.tolist() == [[undecided]]
         assert found.lower.tolist() == [[0.0]]
 
 
 def test_fractions_hold_every_quotient_and_are_apart():
     for n in (1, 3, 8, 64):
-        low, high = oracle.fraction_bounds(n, MODELS["shader"])
+        low, high = ssao.fraction_bounds(n, MODELS["shader"])
         for k in range(n + 1):
             exact = Fraction(k, n)
             assert Fraction(float(low[k])) <= exact * (1 - Fraction(5, 2) * ULP) + ULP * exact
@@ -147,7 +148,7 @@ def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
     view = module_views(builtin_scene("ammonite"), find_display("virtual").with_resolution(12, 9))[0]
     depth, positions, samples = critical_scene(rng, view, 5, 0.3)
     given = depth, positions, view.world_to_image, samples, 0.3
-    found = {name: oracle.ao_bounds(*given, name) for name in MODELS}
+    found = {name: ssao.ao_bounds(*given, name) for name in MODELS}
     texture = passes.algorithm2(*given).texture
     np.testing.assert_array_equal(found["strict"].lower.view(np.int32), texture.view(np.int32))
     np.testing.assert_array_equal(found["strict"].upper.view(np.int32), texture.view(np.int32))
@@ -155,7 +156,7 @@ def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
         assert (found[outer].lower <= found[inner].lower).all()
         assert (found[inner].upper <= found[outer].upper).all()
     for sigma in (0.0, 0.7):
-        blurred = oracle.blur_bounds(oracle.exactly(texture), sigma, "strict")
+        blurred = post.blur_bounds(exactly(texture), sigma, "strict")
         np.testing.assert_array_equal(blurred.lower, passes.blur(texture, sigma))
         assert blurred.lower is blurred.upper or (blurred.lower == blurred.upper).all()
 
@@ -165,17 +166,17 @@ def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
 def test_blur_bounds_hold_the_blur_and_black_stays_black(model, sigma):
     rng = np.random.default_rng(5)
     texture = (rng.integers(0, 9, (7, 9)) / 8).astype(np.float32)
-    found = oracle.blur_bounds(oracle.exactly(texture), sigma, model)
+    found = post.blur_bounds(exactly(texture), sigma, model)
     assert not found.outside(passes.blur(texture, sigma)).any()
     assert (found.upper - found.lower).max() <= 5e-5
-    black = oracle.blur_bounds(oracle.exactly(0 * texture), sigma, model)
+    black = post.blur_bounds(exactly(0 * texture), sigma, model)
     assert not black.lower.any()
     assert not black.upper.any()
 
 
 def test_shade_bounds_turn_with_the_sign_of_the_colour():
-    occlusion = oracle.Bounds(np.float32([[0.25]]), np.float32([[0.5]]))
-    found = oracle.shade_bounds(np.float32([[[1.0, -1.0, 0.0]]]), occlusion)
+    occlusion = Bounds(np.float32([[0.25]]), np.float32([[0.5]]))
+    found = post.shade_bounds(np.float32([[[1.0, -1.0, 0.0]]]), occlusion)
     np.testing.assert_allclose(found.lower, [[[0.5, -0.75, 0.0]]], rtol=1e-6)
     np.testing.assert_allclose(found.upper, [[[0.75, -0.5, 0.0]]], rtol=1e-6)
     assert found.lower[0, 0, 0] < 0.5
@@ -183,16 +184,16 @@ def test_shade_bounds_turn_with_the_sign_of_the_colour():
 
 
 def test_merge_bounds_are_maxima_and_undecided_samples_add_up():
-    a = oracle.Bounds(np.float32([[0.1, 0.5]]), np.float32([[0.3, 0.5]]), np.int32([[2, 0]]))
-    b = oracle.Bounds(np.float32([[0.2, 0.1]]), np.float32([[0.2, 0.9]]), np.int32([[0, 1]]))
-    found = oracle.merge_bounds([a, b])
+    a = Bounds(np.float32([[0.1, 0.5]]), np.float32([[0.3, 0.5]]), np.int32([[2, 0]]))
+    b = Bounds(np.float32([[0.2, 0.1]]), np.float32([[0.2, 0.9]]), np.int32([[0, 1]]))
+    found = post.merge_bounds([a, b])
     np.testing.assert_array_equal(found.lower, np.float32([[0.2, 0.5]]))
     np.testing.assert_array_equal(found.upper, np.float32([[0.3, 0.9]]))
     assert found.undecided.tolist() == [[2, 1]]
 
 
 def test_a_number_that_is_none_is_outside():
-    found = oracle.exactly(np.float32([[0.5, 0.5]])).outside(np.float32([[np.nan, 0.5]]))
+    found = exactly(np.float32([[0.5, 0.5]])).outside(np.float32([[np.nan, 0.5]]))
     assert found.tolist() == [[True, False]]
 
 
@@ -209,7 +210,7 @@ def test_few_samples_are_undecided_in_the_embedded_scenes(name):
         samples, surface = make_samples(), gbuffer.depth < np.inf
         for radius in default_radii(mesh):
             given = gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius
-            undecided = oracle.ao_bounds(*given, screen_to_world=view.screen_to_world).undecided[surface]
+            undecided = ssao.ao_bounds(*given, screen_to_world=view.screen_to_world).undecided[surface]
             assert undecided.sum() <= 0.005 * undecided.size * len(samples)
             assert (undecided == 0).mean() >= 0.95
 
@@ -257,13 +258,13 @@ def test_what_does_not_fit_is_refused():
         {"samples": samples[:, :2]}, {"samples": samples + np.nan}, {"radius": -1.0}, {"model": "vague"},
         {"screen_to_world": np.eye(3)}, {"screen_to_world": np.eye(4), "world_to_image": slits},
     ]  # fmt: skip
-    oracle.ao_bounds(**good)
+    ssao.ao_bounds(**good)
     for change in bad:
         with pytest.raises(InputError):
-            oracle.ao_bounds(**{**good, **change})
+            ssao.ao_bounds(**{**good, **change})
     with pytest.raises(InputError, match="shader, sampler, nearest, strict"):
         find_model("vague")
     with pytest.raises(InputError):
-        oracle.shade_bounds(positions, oracle.exactly(depth[:1]))
+        post.shade_bounds(positions, exactly(depth[:1]))
     with pytest.raises(InputError):
-        oracle.merge_bounds([])
+        post.merge_bounds([])

@@ -20,7 +20,7 @@ from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.rendering.image_file import read_image_file
-from lfssao.verify.bounds import bounds
+from lfssao.verify.bounds import bounds, post, ssao
 from lfssao.verify.bounds.depth import displaced, stray_limit
 from lfssao.verify.compare.metrics import measure, ulp_distance
 from lfssao.verify.kit.cases import make_case
@@ -138,12 +138,12 @@ def test_stages_that_were_not_written_may_be_anything_that_is_right(tmp_path, re
     )
     right = bounds.exactly(merged[..., 0])
     if not written:
-        right = bounds.merge_bounds(
-            [bounds.ao_bounds(depth[..., 0], positions, to_image, np.array(settings["samples"]), radius, "sampler")
+        right = post.merge_bounds(
+            [ssao.ao_bounds(depth[..., 0], positions, to_image, np.array(settings["samples"]), radius, "sampler")
              for radius in settings["radii"]]
         )  # fmt: skip
         assert (right.upper > right.lower + 0.1).any()  # undecided samples
-    blurred = bounds.blur_bounds(right, settings["blur_sigma"], "sampler").upper
+    blurred = post.blur_bounds(right, settings["blur_sigma"], "sampler").upper
 
     def change(parts):
         parts["blurred"] = replace(parts["blurred"], pixels=blurred[..., None])

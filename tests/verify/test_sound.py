@@ -15,7 +15,8 @@ from oracle_scenes import ROI, WORLD_BOX, critical_scene, drawn_view, world_poin
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao import passes
-from lfssao.verify.bounds import bounds as oracle
+from lfssao.verify.bounds import post, ssao
+from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
@@ -75,28 +76,26 @@ def check(drawn, renderers, alter=lambda model: model):
     ar = arithmetic(name, rng, renderers)
     made, allowed = [], []
     for r in (radius, 0.7 * radius):
-        inputs = oracle.sample_inputs(depth, positions, mapping, samples, r, back)
+        inputs = ssao.sample_inputs(depth, positions, mapping, samples, r, back)
         numbers = None if back is None else back.ravel()
         points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers)
         assert_points_inside(points, depth, inputs, model.errors)
         made.append(rr.occlusion(ar, depth, *points))
-        allowed.append(oracle.ao_bounds(depth, positions, mapping, samples, r, model, back))
+        allowed.append(ssao.ao_bounds(depth, positions, mapping, samples, r, model, back))
         assert_inside(made[-1], allowed[-1], "ao")
-    merged, merged_bounds = np.maximum(*made), oracle.merge_bounds(allowed)
+    merged, merged_bounds = np.maximum(*made), post.merge_bounds(allowed)
     assert_inside(merged, merged_bounds, "merged")
     table = passes.gaussian_kernel(sigma)
     blurred = rr.blur(ar, merged, sigma, len(table) // 2, table)
-    blurred_bounds = oracle.blur_bounds(merged_bounds, sigma, model)
+    blurred_bounds = post.blur_bounds(merged_bounds, sigma, model)
     assert_inside(blurred, blurred_bounds, "blurred")
     rgb = rng.random((*depth.shape, 3)).astype(np.float32)
-    assert_inside(rr.shade(ar, rgb, blurred), oracle.shade_bounds(rgb, blurred_bounds, model), "shaded")
+    assert_inside(rr.shade(ar, rgb, blurred), post.shade_bounds(rgb, blurred_bounds, model), "shaded")
     # The later stages by themselves, all renderers on one texture.
     one = merged[0].astype(np.float32)
-    assert_inside(
-        rr.blur(ar, one, sigma, len(table) // 2, table), oracle.blur_bounds(oracle.exactly(one), sigma, model), "blur"
-    )
+    assert_inside(rr.blur(ar, one, sigma, len(table) // 2, table), post.blur_bounds(exactly(one), sigma, model), "blur")
     one = blurred[0].astype(np.float32)
-    assert_inside(rr.shade(ar, rgb, ar.full(one)), oracle.shade_bounds(rgb, oracle.exactly(one), model), "shade")
+    assert_inside(rr.shade(ar, rgb, ar.full(one)), post.shade_bounds(rgb, exactly(one), model), "shade")
     counts = [np.rint(m * n) for m in made]
     return int(sum(a.undecided.sum() for a in allowed)), sum(int((c.max(0) - c.min(0)).sum()) for c in counts)
 

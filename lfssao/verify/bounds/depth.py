@@ -31,17 +31,10 @@ from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels import rays
 from lfssao.optics.view import View, WorldToImage
-from lfssao.verify.bounds.bounds import (
-    Bounds,
-    FloatArray,
-    Texture,
-    down_to_single,
-    exactly,
-    project_positions,
-    up_to_single,
-)
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import depth_bounds as depth_ranges
+from lfssao.verify.bounds.ssao import project_positions
 
 ROUNDINGS = 16
 

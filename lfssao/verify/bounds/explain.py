@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix
 from lfssao.optics.view import WorldToImage
-from lfssao.verify.bounds.bounds import Texture, sample_inputs
+from lfssao.verify.bounds.bounds import Texture
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+from lfssao.verify.bounds.ssao import sample_inputs
 
 OUTCOMES = ("clear", "occluded", "undecided")
 

@@ -21,10 +21,12 @@ from functools import partial
 
 import numpy as np
 
-from lfssao.verify.bounds.bounds import Bounds, ao_bounds, blur_bounds, exactly, merge_bounds, shade_bounds
+from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
+from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
+from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.case import VIEW, Array, Arrays, Case, Parameters, described_mapping
 from lfssao.verify.verdict import Judged, Planes, Verdict, equal_bits, equal_values
 

@@ -22,20 +22,13 @@ from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.core.affine import Matrix
 from lfssao.core.sums import sum_in_order
 from lfssao.optics.view import WorldToImage
-from lfssao.verify.bounds.bounds import (
-    Bounds,
-    FloatArray,
-    Texture,
-    down_to_single,
-    fraction_bounds,
-    merge_bounds,
-    sample_inputs,
-    up_to_single,
-)
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import point_bounds as point_kernels
 from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
+from lfssao.verify.bounds.post import merge_bounds
+from lfssao.verify.bounds.ssao import fraction_bounds, sample_inputs
 
 Options = Mapping[str, Value]
 Weights = NDArray[np.floating[Any]] | None

@@ -14,9 +14,10 @@ from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View
 from lfssao.samples import make_samples, square_points
-from lfssao.verify.bounds.bounds import Bounds, blur_bounds, exactly, shade_bounds
+from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.judge import Frame, occlusion_bounds, without_guard
+from lfssao.verify.bounds.post import blur_bounds, shade_bounds
 from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
 
 MODEL = "shader"  # of the bounds

@@ -1,0 +1,142 @@
+"""Acceptance intervals of what follows the occlusion: the maximum over radii, the blur and the shading."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lfssao.ao import passes
+from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.core import elementary
+from lfssao.errors import InputError
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
+from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.kernels.pairs import SAFETY
+
+
+def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
+    """Bounds of the maximum over radii: the maximum rounds nothing and grows with each layer, so it is taken of both.
+
+    Parameters
+    ----------
+    layers : list of Bounds
+        One a radius, at least one, all of one size.
+
+    Raises
+    ------
+    InputError
+        If there is none, or sizes differ.
+    """
+    lower, upper = passes.merge([b.lower for b in layers]), passes.merge([b.upper for b in layers])
+    counts = [b.undecided for b in layers if b.undecided is not None]
+    return Bounds(lower, upper, sum(counts[1:], counts[0]) if len(counts) == len(layers) else None)
+
+
+def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of the Gaussian blur, horizontal then vertical, each pass rounded to a float32 texture.
+
+    A pass sums n products w a. It grows with each a, as weights are positive. Each term is rounded n times at most (as
+    a product and in n - 1 sums, in any order), and its weight is off by ``weight_errors``. So the sum is off by at most
+    the sum of w max(abs(a)) ((1 + weight error) (1 + r)^n - 1), which is added to the pass over the bounds.
+
+    Parameters
+    ----------
+    occlusion : Bounds
+        What is blurred.
+    sigma : float
+        Standard deviation, texels; 0 changes nothing.
+    model : str or ErrorModel
+        What float32 arithmetic may do.
+
+    Raises
+    ------
+    InputError
+        If sigma or the model is wrong.
+    """
+    chosen = find_model(model)
+    weights = passes.gaussian_kernel(sigma)
+    if len(weights) == 1:
+        return Bounds(occlusion.lower, occlusion.upper)
+    if chosen.exact:
+        return Bounds(passes.blur(occlusion.lower, sigma), passes.blur(occlusion.upper, sigma))
+    n = len(weights)
+    growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
+    terms = (1 + weight_errors(sigma, chosen)) * growth - 1
+    room = weights * terms * SAFETY + chosen.smallest * (weights > 0)  # small weights may be flushed
+    lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
+    for run in (blur_kernels.blur_horizontal, blur_kernels.blur_vertical):
+        size = np.maximum(np.abs(lower), np.abs(upper))
+        below, above, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
+        run(lower, weights, below)
+        run(upper, weights, above)
+        run(size, room, error)
+        error += (2 * n + 2) * chosen.smallest * (error > 0)  # sums of zeros are zero
+        lower = up_to_single(below - error).astype(np.float64)
+        upper = down_to_single(above + error).astype(np.float64)
+    return Bounds(lower.astype(np.float32), upper.astype(np.float32))
+
+
+def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
+    """How far, relatively, the weights of a renderer's blur may be off the float64 table.
+
+    The table's weights rounded to float32 are off by 2^-24. A renderer that makes them itself has x = -k^2 / (2
+    sigma^2) with up to five roundings and a quotient (sigma rounded, k / sigma, its square, the half), so exp(x) is off
+    by abs(x) times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1
+    roundings.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation, texels, positive.
+    model : ErrorModel
+        Not an exact one.
+    """
+    weights, r = passes.gaussian_kernel(sigma), model.operation
+    radius = len(weights) // 2
+    x = 0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2
+    x = np.where(weights > 0, x, 0.0)  # where exp is 0 in float64 no error makes more of it
+    argument = x * (2 * model.quotient + 6 * r)
+    constant, slope = model.exponential
+    own = (1 + constant + slope * x) * np.array([elementary.exp(a) for a in argument], np.float64) - 1
+    # The total is off by the mean of its terms' errors, and by its sums.
+    total = float(np.cumsum(weights * own)[-1]) + (2 * radius) * r * (1 + 2 * radius * r)
+    return (1 + own) * (1 + total / (1 - total)) * (1 + model.quotient) - 1 + 2.0**-24
+
+
+def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of rgb (1 - ao).
+
+    1 - ao falls with ao, so for rgb >= 0 the largest ao makes the least. (1 - ao) rgb is rounded twice; rgb - rgb ao
+    rounds rgb ao and the difference: r abs(rgb ao) + r abs(rgb (1 - ao)) more. Both are within
+    r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r).
+
+    Parameters
+    ----------
+    rgb : (H, W, 3) float32
+        Linear colour, given.
+    occlusion : Bounds
+        Of the occlusion that it is multiplied with.
+    model : str or ErrorModel
+        What float32 arithmetic may do.
+
+    Raises
+    ------
+    InputError
+        If sizes or the model are wrong.
+    """
+    chosen = find_model(model)
+    if chosen.exact:
+        ends = [passes.shade(rgb, end) for end in (occlusion.lower, occlusion.upper)]
+        return Bounds(np.minimum(*ends), np.maximum(*ends))
+    check_single("rgb", rgb, 3)
+    if rgb.shape != (*occlusion.lower.shape, 3):
+        raise InputError(f"rgb has shape {rgb.shape}, expected {(*occlusion.lower.shape, 3)}")
+    r, color = chosen.operation, rgb.astype(np.float64)
+    below, above = [], []
+    for end in (occlusion.lower, occlusion.upper):
+        ao = end.astype(np.float64)[..., None]
+        exact = color * (1 - ao)
+        error = np.abs(color) * (np.abs(ao) + 2 * np.abs(1 - ao)) * (r * (1 + 4 * r))
+        error += 4 * chosen.smallest * (color != 0)
+        below.append(exact - error)
+        above.append(exact + error)
+    return Bounds(up_to_single(np.minimum(*below)), down_to_single(np.maximum(*above)))

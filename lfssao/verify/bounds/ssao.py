@@ -1,0 +1,188 @@
+"""Acceptance intervals of LF's Algorithms 1 and 2.
+
+The AO of a texel is a count of decisions ``surDepth < smp.z``. ``kernels.ssao_bounds`` finds which of them no
+arithmetic of a model can get wrong: k_lo are occluded for sure, k_hi may be. The division by N adds its own rounding.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao import passes
+from lfssao.core.affine import Matrix
+from lfssao.errors import InputError
+from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.view import WorldToImage
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
+from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.kernels import projection_bounds
+from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+from lfssao.verify.bounds.kernels.pairs import SAFETY
+
+
+def ao_bounds(
+    depth: Texture,
+    positions: Texture | None,
+    world_to_image: WorldToImage,
+    samples: NDArray[np.floating[Any]],
+    radius: float,
+    model: str | ErrorModel = "shader",
+    screen_to_world: Matrix | None = None,
+) -> Bounds:
+    """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``, on given textures.
+
+    Parameters
+    ----------
+    depth : (H, W) float32
+        Image z, +infinity where there is no surface.
+    positions : (H, W, 3) float32 or None
+        World coordinates of the visible surface; not read by Algorithm 1.
+    world_to_image : WorldToImage
+        The mapping; renderers have its numbers rounded to float32.
+    samples : (n, 3)
+        Offsets in the unit ball.
+    radius : float
+        R, world units.
+    model : str or ErrorModel
+        What float32 arithmetic may do (``lfssao.verify.bounds.error_model``).
+    screen_to_world : (4, 4), optional
+        The inverse mapping, rounded to float32 likewise: Algorithm 1.
+
+    Returns
+    -------
+    Bounds
+        lower = k_lo / n and upper = k_hi / n as they may round, and the number of undecided samples, k_hi - k_lo.
+
+    Raises
+    ------
+    InputError
+        If a shape, a dtype, the radius or the model is wrong.
+    """
+    chosen = find_model(model)
+    inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
+    if chosen.exact:
+        if screen_to_world is None:
+            made = passes.algorithm2(depth, inputs.positions, world_to_image, samples, radius)
+        else:
+            forth = world_to_image.numbers.reshape(4, 4)
+            made = passes.algorithm1(depth, screen_to_world, forth, samples, radius)
+        return Bounds(made.texture, made.texture, np.zeros(depth.shape, np.int32))
+    fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
+    outcomes.count_outcomes(inputs, chosen.errors, fewest, most)
+    low, high = fraction_bounds(len(samples), chosen)
+    return Bounds(low[fewest], high[most], most - fewest)
+
+
+def sample_inputs(
+    depth: Texture,
+    positions: Texture | None,
+    world_to_image: WorldToImage,
+    samples: NDArray[np.floating[Any]],
+    radius: float,
+    screen_to_world: Matrix | None = None,
+) -> outcomes.Inputs:
+    """The arguments of ``ao_bounds``, checked and rounded as a renderer's are.
+
+    Parameters
+    ----------
+    depth, positions, world_to_image, samples, radius, screen_to_world
+        As of ``ao_bounds``.
+
+    Raises
+    ------
+    InputError
+        As ``ao_bounds``.
+    """
+    check_single("depth", depth, 2)
+    back, places = np.empty(0), np.empty((0, 0, 3), np.float32)
+    if screen_to_world is not None:
+        if np.shape(screen_to_world) != (4, 4):
+            raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
+        if world_to_image.kind != MATRIX:
+            raise InputError("Algorithm 1 needs a mapping that is a matrix")
+        back = np.ravel(screen_to_world).astype(np.float32).astype(np.float64)
+    elif positions is None:
+        raise InputError("Algorithm 2 reads positions, and there are none")
+    else:
+        places = np.ascontiguousarray(positions)
+        check_single("positions", places, 3)
+        if places.shape != (*depth.shape, 3):
+            raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
+    offsets, is_exact = _offsets(samples, radius)
+    kind, numbers = world_to_image.kind, _rounded(world_to_image)
+    return outcomes.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, kind, numbers)
+
+
+def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """R s in float64, and where no float32 arithmetic can make anything else of it."""
+    passes.check_radius(radius)
+    table = np.asarray(samples, np.float64)
+    if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
+        raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")
+    if not np.isfinite(table).all():
+        raise InputError("samples: a coordinate is not finite")
+    offsets = np.ascontiguousarray(radius * table)
+    with np.errstate(over="ignore"):  # what float32 cannot hold is not exact
+        exact = (np.float32(radius) == radius) & (table.astype(np.float32) == table)
+        exact &= offsets.astype(np.float32) == offsets
+    for factor in (np.float64(radius), table):
+        exact &= (factor == 0) | (np.abs(factor) >= 2.0**-126)  # else it may be flushed
+    return offsets, exact.all(axis=1)
+
+
+def project_positions(
+    positions: FloatArray, allowance: FloatArray, world_to_image: WorldToImage, model: ErrorModel
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Image points of positions, how far they may be off, and whether they lie in the mapping's domain for sure.
+
+    Parameters
+    ----------
+    positions : (..., 3)
+        World coordinates.
+    allowance : (..., 3)
+        How far each coordinate may be off by itself.
+    world_to_image : WorldToImage
+        The mapping; renderers have its numbers rounded to float32.
+    model : ErrorModel
+        Not an exact one.
+
+    Returns
+    -------
+    image, error : (..., 3)
+        u, v, z and their errors; that of u is minus infinity where a position is outside the domain for sure.
+    sure : (...) bool
+        Whether it lies in the domain for sure.
+    """
+    shape = positions.shape
+    points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
+    image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
+    projection_bounds.map_positions(
+        points, off, world_to_image.kind, _rounded(world_to_image), model.errors, image, error, sure
+    )
+    return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
+
+
+def _rounded(world_to_image: WorldToImage) -> FloatArray:
+    """A mapping's numbers as a renderer has them."""
+    return world_to_image.as_type(np.float32).astype(np.float64)
+
+
+def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
+    """Smallest and largest float32 that k of n samples may make, (n + 1,) each, for k = 0 to n.
+
+    k / n is a quotient, k (1 / n), or 1 / n added k times: two roundings of 1 / n at most (``quotient`` has both), and
+    k - 1 of the sum. 0 is exact.
+
+    Parameters
+    ----------
+    n : int
+        How many samples.
+    model : ErrorModel
+        Not an exact one.
+    """
+    k = np.arange(n + 1)
+    relative = model.quotient + k * model.operation * (1 + k * model.operation)
+    fraction = k / n
+    low, high = fraction * (1 - relative * SAFETY), fraction * (1 + relative * SAFETY)
+    return up_to_single(low), down_to_single(high)

@@ -1,27 +1,25 @@
-"""Bounds of depth, positions and colour: a texel's surface may be looked at a little beside its centre.
+"""Bounds of depth, positions and colour: a texel's surface may be looked at a little off its centre.
 
 ``ErrorModel.centre`` is how far, in texels: float32 rays and rasterisers that snap corners do not meet centres exactly.
-On a slope that moves the depth; at a silhouette another triangle is as right.
+On a slope that moves the depth; at a silhouette another triangle is as right. All bounds allow for the rounding of the
+depth itself: ``ROUNDINGS`` operations on numbers of the size of the largest coordinate.
 
 From a mesh: rays are cast through the centre, corners and edge middles of the box of that half width; every triangle
 that one of them hits gives a range. All between the nearest and the farthest is right, as small triangles that join
 them may show between the rays. Limit: a triangle in front of all that the rays hit, and thinner than their distance
 (1/256 of a texel for ``shader``), is not found.
 
-From a reference depth texture alone: the texel's slope is that of its neighbours, and beside a jump the neighbour's
-surface, carried on, is as right, and what lies between them is wrong. No such bound can be sound: what is thinner than
-a texel, or more than ``SLOPES`` times steeper in it than around it, is not seen. So the judge lets as many texels leave
-it as may look across an edge beside their centres (``stray_limit``). At silhouettes a shift by less than a texel is not
-noticed.
-
-Both allow for the rounding of the depth itself: 16 operations on numbers of the size of the largest coordinate.
+From a reference depth texture alone: the texel's slope is that of its neighbours. Next to a jump the neighbour's
+surface, carried on, is as right, and what lies between the two is wrong. No such bound can be sound: it misses
+surfaces thinner than a texel, and slopes more than ``SLOPES`` times steeper in a texel than around it. So the judge
+lets as many texels leave the bounds as may look across an edge (``stray_limit``). A shift by less than a texel is not
+noticed at silhouettes.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +39,6 @@ ROUNDINGS = 16
 # Without a mesh: how much steeper a surface may be inside a texel than from it to its neighbours.
 SLOPES = 8
 
-_NEIGHBOURS = tuple((j, i) for j, i in product((-1, 0, 1), repeat=2) if (j, i) != (0, 0))
-
 
 def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of the depth texture of a mesh.
@@ -52,7 +48,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     caster : RayCaster
         The mesh, in the view's cast space.
     view : View
-        What looks at it.
+        A module or a camera.
     model : str or ErrorModel
         What a renderer may do (``lfssao.verify.bounds.error_model``).
 
@@ -83,7 +79,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
 
 
 def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of the colour texture of a mesh: what nine rays through a texel see, and their span once more each way.
+    """Bounds of the colour texture of a mesh: the span of nine rays through a texel, widened by itself each way.
 
     Limit: a texture that changes within 1/256 of a texel (``shader``) is not followed.
 
@@ -92,7 +88,7 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
     caster : RayCaster
         The mesh, in the view's cast space.
     view : View
-        What looks at it.
+        A module or a camera.
     color : str
         How the mesh's textures are read, 'bilinear' or 'nearest'.
     model : str or ErrorModel
@@ -119,13 +115,13 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
 
 
 def displaced(view: View, du: float, dv: float) -> View:
-    """The view whose texels look where the given one has image points (du, dv) texels right of and below theirs."""
+    """The view whose texels look at the image points (du, dv) texels right of and below the given one's."""
     lens = view.lens.copy()
     if view.ray_kind == rays.FLAT_LINEAR:
         lens[5] -= du
         lens[7] -= dv
     elif view.ray_kind == rays.DISPLAY:
-        # The distortion's centre moves back, so what it gives is to be moved forth: texels -> screen after T(du, dv).
+        # The distortion's centre moves back, so its result is moved forth: texels -> screen after T(du, dv).
         lens[17] -= du
         lens[18] -= dv
         for row in (23, 26, 29):
@@ -144,7 +140,7 @@ def _screen_slope(view: View) -> float:
 
 
 def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of a depth texture from another one that is right, where there is no mesh.
+    """Bounds of a depth texture without a mesh, from another one that is right.
 
     Parameters
     ----------
@@ -163,21 +159,21 @@ def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bound
         return exactly(depth)
     reference = depth.astype(np.float64)
     slack = _slack(reference, chosen)
+    steps = _steps(reference, slack)
     with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
-        slope = np.max([_finite(near - reference) for near, *_ in _around(reference)], axis=0)
+        slope = np.max([_finite(step.near - reference) for step in steps], axis=0)
         room = slope * SLOPES * chosen.centre + slack
         lower, upper = [reference - room], [reference + room]
-        for near, next_one, opposite in _around(reference):
-            jump = _jumps(reference, near, next_one, opposite, slack)
-            on = np.where(np.isfinite(next_one) & np.isfinite(near), 2 * near - next_one, near)
-            lower.append(np.where(jump, np.minimum(near, on) - room, lower[0]))
-            upper.append(np.where(jump, np.maximum(near, on) + room, upper[0]))
+        for near, beyond, jump in steps:
+            carried = np.where(np.isfinite(beyond) & np.isfinite(near), 2 * near - beyond, near)
+            lower.append(np.where(jump, np.minimum(near, carried) - room, lower[0]))
+            upper.append(np.where(jump, np.maximum(near, carried) + room, upper[0]))
     low, high = up_to_single(np.array(lower)), down_to_single(np.array(upper))
-    return Bounds(low.min(axis=0), high.max(axis=0), strays=stray_limit(depth, chosen), ranges=(low, high))
+    return Bounds(low.min(axis=0), high.max(axis=0), strays=_strays(steps, chosen), ranges=(low, high))
 
 
 def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of a colour texture from another one that is right, where there is no mesh.
+    """Bounds of a colour texture without a mesh, from another one that is right.
 
     Each texel may have any colour between those of it and its eight neighbours, and beyond them by ``SLOPES`` times
     ``model.centre`` of their span and by ROUNDINGS operations.
@@ -209,12 +205,12 @@ def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorMod
 
 
 def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
-    """How many texels of a right depth or colour texture may leave the bounds that the reference's own gives.
+    """Return how many texels of a right depth or colour texture may leave the bounds that the reference's own gives.
 
     A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
-    centre. An edge that is L texels long, in any direction, meets at most 2 sqrt(2) c L boxes on average, and no more
-    than L of the texels beside it are counted here. So the mean number m is at most 2 sqrt(2) c times the texels at a
-    jump of depth; the limit is m + 4 sqrt(m), four standard deviations above it.
+    centre. An edge that is L texels long, in any direction, meets at most 2 sqrt(2) c L boxes on average, and at most L
+    texels next to it count here. So the mean number m is at most 2 sqrt(2) c times the texels at a jump of depth; the
+    limit is m + 4 sqrt(m), four standard deviations above it.
 
     Parameters
     ----------
@@ -223,41 +219,48 @@ def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     model : str or ErrorModel
         What a renderer may do; 0 for an exact one.
     """
-    chosen = find_model(model)
-    if chosen.exact:
-        return 0
-    reference = depth.astype(np.float64)
-    slack = _slack(reference, chosen)
-    with np.errstate(invalid="ignore"):
-        jumps = [_jumps(reference, *places, slack) for places in _around(reference)]
-    mean = 2 * sqrt(2) * chosen.centre * int(np.count_nonzero(np.any(jumps, axis=0)))
-    return int(mean + 4 * sqrt(mean))
+    chosen, reference = find_model(model), depth.astype(np.float64)
+    return _strays(_steps(reference, _slack(reference, chosen)), chosen)
 
 
-def _slack(reference: FloatArray, model: ErrorModel) -> float:
-    """Rounding of a depth, of the size of the largest."""
-    return ROUNDINGS * model.operation * _largest(reference)
+class _Step(NamedTuple):
+    """From each texel one step in a direction: the next texel's depth, that of the one beyond, where the step jumps."""
+
+    near: FloatArray
+    beyond: FloatArray
+    jump: NDArray[np.bool_]
 
 
-def _around(reference: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """For each of the eight directions the next texel's depth, that of the one behind it, and the opposite one's."""
+def _steps(reference: FloatArray, slack: float) -> list[_Step]:
+    """The steps to the eight neighbours; a jump is more than the slopes before and behind it explain."""
     padded = np.pad(reference, 2, mode="edge")
     height, width = reference.shape
 
     def shifted(j: int, i: int) -> FloatArray:
         return padded[2 + j : 2 + j + height, 2 + i : 2 + i + width]
 
-    for j, i in _NEIGHBOURS:
-        yield shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
+    made = []
+    with np.errstate(invalid="ignore"):  # infinity less infinity
+        for j, i in product((-1, 0, 1), repeat=2):
+            if (j, i) == (0, 0):
+                continue
+            near, beyond, opposite = shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
+            slopes = _finite(beyond - near) + _finite(reference - opposite)
+            jump = (near != reference) & ~(np.abs(near - reference) <= 4 * (slopes + slack))
+            made.append(_Step(near, beyond, jump))
+    return made
 
 
-def _jumps(
-    reference: FloatArray, near: FloatArray, next_one: FloatArray, opposite: FloatArray, slack: float
-) -> NDArray[np.bool_]:
-    """Where the step to the next texel is more than the slopes before and behind it explain."""
-    step, other = np.abs(near - reference), _finite(next_one - near) + _finite(reference - opposite)
-    found: NDArray[np.bool_] = (near != reference) & ~(step <= 4 * (other + slack))
-    return found
+def _strays(steps: list[_Step], model: ErrorModel) -> int:
+    if model.exact:
+        return 0
+    mean = 2 * sqrt(2) * model.centre * int(np.count_nonzero(np.any([step.jump for step in steps], axis=0)))
+    return int(mean + 4 * sqrt(mean))
+
+
+def _slack(reference: FloatArray, model: ErrorModel) -> float:
+    """Rounding of a depth, of the size of the largest."""
+    return ROUNDINGS * model.operation * _largest(reference)
 
 
 def _finite(difference: FloatArray) -> FloatArray:
@@ -273,7 +276,7 @@ def _largest(texture: NDArray[np.floating[Any]]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class PositionBounds:
-    """The positions that fit a depth texture: points of the texels' rays at its depths.
+    """Bounds of the positions that fit a depth texture: points of the texels' rays at its depths.
 
     A position is mapped into the image. Each coordinate may be off by ROUNDINGS operations on numbers of the size of
     the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations.
@@ -296,7 +299,7 @@ class PositionBounds:
     strays: int = 0
 
     def outside(self, positions: Texture) -> NDArray[np.bool_]:
-        """Where positions (H, W, 3) do not fit, (H, W)."""
+        """Whether each texel's position does not fit, (H, W, 3)."""
         depth, operation = self.depth, self.model.operation
         allowance = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
         with np.errstate(invalid="ignore"):  # of a NaN that signals
@@ -308,6 +311,6 @@ class PositionBounds:
         with np.errstate(invalid="ignore"):  # where there is no surface
             far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
             far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
-        surface, beside = depth < np.inf, np.any(positions != np.inf, axis=-1)
-        wrong: NDArray[np.bool_] = (surface & np.logical_or.reduce(far)) | (~surface & beside)
-        return wrong
+        finite = np.any(positions != np.inf, axis=-1)
+        wrong = np.where(depth < np.inf, np.logical_or.reduce(far), finite)
+        return np.repeat(wrong[..., None], 3, axis=-1)

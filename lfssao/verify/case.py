@@ -15,20 +15,20 @@ Array = NDArray[Any]
 Arrays = Mapping[str, Array]
 Parameters = Mapping[str, Any]
 
-# The stage of a case that is a whole view of ``lfssao render``.
-VIEW = "view"
+# Stages beside those of the kit: a whole view of ``lfssao render``, and images that only their values are known of.
+VIEW, IMAGES = "view", "images"
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One problem and its solution: a small one of the kit, or a view that ``lfssao render`` rendered.
+    """One problem and its solution: a small one of the kit, a view that ``lfssao render`` rendered, or plain images.
 
     Attributes
     ----------
     name : str
         What the kit's folder, reports and tests call it.
     stage : str
-        The stage that it tests (``lfssao.verify.kit.stages.STAGES``), or 'view'.
+        The stage that it tests (``lfssao.verify.kit.stages.STAGES``), 'view', or 'images'.
     title : str
         One line on what is special about it.
     parameters : mapping
@@ -36,12 +36,12 @@ class Case:
     inputs : mapping of arrays
         What the stage is given.
     outputs : mapping of arrays
-        What it must return. The first output is the one that counts; the others are steps on the way and can be left
-        out. A view has all its textures, in the order of the passes.
+        The results that are right. The first output is the one that counts; the others are steps on the way and can
+        be left out. A view has all its textures, in the order of the passes.
     bounds : mapping of Bounds
         Bounds of outputs by name, for a renderer within the error model of shading languages. An output without bounds
         must have equal bits. A view has those of depth and colour from the mesh, if it is known; bounds of the later
-        textures depend on what the renderer made (``lfssao.verify.bounds.judge``).
+        textures depend on what the renderer made (``lfssao.verify.bounds.view``).
     specified : bool
         Whether SPECIFICATION.md says how to compute it.
     """

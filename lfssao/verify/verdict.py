@@ -1,4 +1,4 @@
-"""What is said of one texture: the verdicts with their exit codes, and the texels that they rest on."""
+"""Verdicts on one texture, with their exit codes and the numbers that they rest on."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -11,13 +11,14 @@ from lfssao.verify.bounds.bounds import Bounds
 
 Plane = NDArray[Any]
 Planes = tuple[Plane, ...]
+Flags = NDArray[np.bool_]
 
-# As idiff's; 1, warnings only, is what a whole report may have.
+# As idiff's; only a whole report may have 1, warnings only.
 SAME, WARNING, FAILED, NOT_COMPARABLE, FILE_ERROR = range(5)
 
 
 class Verdict(Enum):
-    """What is said of a texture, with the exit code that it leads to."""
+    """A verdict on a texture, with the exit code that it leads to."""
 
     EQUAL_BITS = "equal bits", SAME
     EQUAL_VALUES = "equal values", SAME
@@ -33,13 +34,9 @@ class Verdict(Enum):
         self.code = code
 
 
-def _nothing() -> NDArray[np.bool_]:
-    return np.zeros(0, np.bool_)
-
-
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A verdict and the texels that it rests on.
+    """A verdict and the numbers that it rests on.
 
     Attributes
     ----------
@@ -48,26 +45,31 @@ class Judged:
     detail : str
         Why it was not compared; '' where it was.
     differing : bool array
-        Texels that differ in a bit.
+        Numbers that differ in a bit; of the texture's shape, (0,) where it was not compared.
     outside : bool array
-        Texels outside the bounds; where none are known, texels of another value.
+        Numbers outside the bounds; numbers of another value where no bounds are known.
     bounds : Bounds or None
-        What the texture was held to; None where its bits are equal or no bounds are known.
+        The bounds of the texture; None where its bits are equal or no bounds are known.
     """
 
     verdict: Verdict
     detail: str = ""
-    differing: NDArray[np.bool_] = field(default_factory=_nothing)
-    outside: NDArray[np.bool_] = field(default_factory=_nothing)
+    differing: Flags = field(default_factory=lambda: np.zeros(0, np.bool_))
+    outside: Flags = field(default_factory=lambda: np.zeros(0, np.bool_))
     bounds: Bounds | None = None
 
 
-def equal_bits(a: Plane, b: Plane) -> NDArray[np.bool_]:
-    """Where two arrays of one type have the same bits."""
+def texels(flags: Flags) -> Flags:
+    """Flags of texels (H, W) from those of numbers (H, W, C), (H, W) or (W,): whether any of its numbers has one."""
+    return np.any(flags, axis=-1) if flags.ndim == 3 else np.atleast_2d(flags)
+
+
+def equal_bits(a: Plane, b: Plane) -> Flags:
+    """Whether the numbers of two arrays of one type have the same bits."""
     kind = f"u{a.dtype.itemsize}"
     return np.asarray(a.view(kind) == b.view(kind))
 
 
-def equal_values(a: Plane, b: Plane) -> NDArray[np.bool_]:
-    """Where two arrays have equal values: -0 is +0, one NaN is as good as another, +inf is not -inf."""
+def equal_values(a: Plane, b: Plane) -> Flags:
+    """Whether the numbers of two arrays have equal values: -0 is +0, NaN is NaN, +inf is not -inf."""
     return np.asarray((a == b) | (np.isnan(a) & np.isnan(b)))

@@ -21,9 +21,9 @@ from lfssao.optics.kernels import projection as kinds
 from lfssao.rendering.manifest import describe_settings, describe_view
 from lfssao.samples import square_points
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds, displaced
-from lfssao.verify.bounds.judge import judge
 from lfssao.verify.case import Case
-from lfssao.verify.compare.intervals import view_case
+from lfssao.verify.compare.view_case import view_case
+from lfssao.verify.judge import judge
 from lfssao.verify.verdict import Verdict
 
 SIZE = 14

@@ -20,11 +20,11 @@ from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.judge import occlusion_bounds
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels.pairs import exact
 from lfssao.verify.bounds.points import BOUNDED, NORMALS, Surfaces, is_bounded, point_bounds
+from lfssao.verify.bounds.view import occlusion_bounds
 
 RENDERERS = 40
 pytestmark = pytest.mark.usefixtures("one_thread")

@@ -312,5 +312,5 @@ class PositionBounds:
             far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
             far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
         finite = np.any(positions != np.inf, axis=-1)
-        wrong = np.where(depth < np.inf, np.logical_or.reduce(far), finite)
-        return np.repeat(wrong[..., None], 3, axis=-1)
+        wrong = np.where(depth < np.inf, np.any(far, axis=0), finite)
+        return np.stack([wrong] * 3, axis=-1)

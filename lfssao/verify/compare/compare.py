@@ -1,23 +1,24 @@
 """A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import find_model
-from lfssao.verify.bounds.judge import Rules, judge_planes
-from lfssao.verify.compare.intervals import ViewOracle, knows_occlusion
+from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
 from lfssao.verify.compare.picture import Panels
+from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, result_of
 from lfssao.verify.compare.source import Mine, Reference
-from lfssao.verify.compare.surface import Surface
+from lfssao.verify.compare.surface import MeshBounds, Surface
+from lfssao.verify.compare.view_case import knows_occlusion
+from lfssao.verify.judge import judge
 from lfssao.verify.verdict import Verdict
-
-Reason = Callable[[str, tuple[int, int], Bounds | None], str]
 
 
 def compare(
@@ -122,7 +123,7 @@ class Comparison:
         InputError
             If the manifest does not hold what the oracle needs.
         """
-        view = self._reference.view(module)
+        self._reference.described(module)  # a wrong manifest is refused before files are read
         try:
             reference, case = self._reference.read(module)
             parts = self._mine.parts(module)
@@ -135,52 +136,58 @@ class Comparison:
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
         matcher = Matcher(parts, reference, self._rules)
-        optional = set() if case is None else set(list(case.outputs)[1:])
+        optional = set(list(case.outputs)[1:]) if self._reference.kit else set()
         found, refused = _found_layers(module, matcher, reference, optional)
-        rules: Rules = _no_rules if case is None else case.bounds.get
-        reason: Reason = _no_reason
-        if view is not None:
-            oracle = ViewOracle(view, found, reference, self._model, partial(self._from_mesh, module, reference))
-            rules, reason = oracle.allowed, oracle.reason
-            if not knows_occlusion(view.parameters):
-                self._unbounded = view.parameters["estimator"]
-        lacking = set() if view is None else _without_intervals([layer.name for layer in reference])
-        panels = Panels(module)
-        for right in reference:
-            if self._wanted is not None and right.name not in self._wanted:
-                continue
-            if right.name in refused:
-                self._results.append(refused[right.name])
-            elif right.name in found:
-                self._judge(found[right.name], right, rules, reason, panels, lacking)
-        if self._panels is None or panels.rank > self._panels.rank:
-            self._panels = panels
+        if case.stage == VIEW:
+            case = replace(case, bounds=MeshBounds(partial(self._from_mesh, module, case)))
+            if not knows_occlusion(case.parameters):
+                self._unbounded = case.parameters["estimator"]
+        wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
+        try:
+            self._judge(module, wanted, found, refused, case)
+        except InputError as error:
+            raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
         if self._wanted is None:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
     def _judge(
-        self, mine: Layer, right: Layer, rules: Rules, reason: Reason, panels: Panels, lacking: Set[str]
+        self,
+        module: str,
+        wanted: Sequence[Layer],
+        found: Mapping[str, Layer],
+        refused: Mapping[str, Result],
+        case: Case,
     ) -> None:
-        """Compare one layer of the module of ``panels`` with the reference's."""
-        name = right.name
-        try:
-            judged = judge_planes(mine.planes, right.planes, partial(rules, name))
-            result = result_of(panels.module, mine, right, judged, lambda texel: reason(name, texel, judged.bounds))
-        except InputError as error:
-            raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
-        self._results.append(result)
-        if judged.verdict is Verdict.DIFFERENT and name in lacking:
-            self._without.add(name)
-        panels.offer(mine, right, judged)
-        if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
-            some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
-            limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
-            self._notes.append(f"{panels.module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+        """Judge the layers of a module that the other renderer has; those that it may leave out are in neither."""
+        mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in found.items()}
+        judgements = judge(mine, case, self._model, [layer.name for layer in wanted if layer.name in found])
+        lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
+        panels = Panels(module)
+        for right in wanted:
+            name = right.name
+            if name in refused:
+                self._results.append(refused[name])
+            if name not in judgements:
+                continue
+            judged = judgements[name]
+            reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
+            result = result_of(module, found[name], right, judged, reason)
+            self._results.append(result)
+            panels.offer(found[name], right, judged)
+            if judged.verdict is Verdict.DIFFERENT and name in lacking:
+                self._without.add(name)
+            if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
+                some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
+                limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
+                self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+        if self._panels is None or panels.rank > self._panels.rank:
+            self._panels = panels
 
-    def _from_mesh(self, module: str, reference: Sequence[Layer]) -> Mapping[str, Bounds]:
-        """Bounds of a module's depth and colour from the reference's mesh, where it is known."""
-        shape = next((layer.planes[0].shape for layer in reference if layer.name == "depth"), ())
+    def _from_mesh(self, module: str, case: Case) -> dict[str, Bounds]:
+        """Bounds of a module's depth and colour from the reference's mesh, empty where it is not known."""
         assert self._surface is not None  # there is a manifest
+        depth = case.outputs.get("depth")
+        shape = () if depth is None else depth.shape
         return self._surface.bounds(self._reference.entries[module], shape, self._model)
 
     def report(self) -> Report:
@@ -243,15 +250,6 @@ def _without_intervals(names: Sequence[str]) -> set[str]:
     layers = [name for name in names if name.startswith("ao_")]
     ao = [] if {"depth", "positions"} <= set(names) else [*layers, "merged", "blurred", "shaded"]
     return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
-
-
-def _no_rules(_: str) -> None:
-    """Nothing but values is known to be right."""
-
-
-def _no_reason(*_: object) -> str:
-    """A case says how to compute an output, not why."""
-    return ""
 
 
 def _channel_names(layer: Layer) -> list[str]:

@@ -10,7 +10,7 @@ from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.verify.compare.layers import Layer
-from lfssao.verify.verdict import SAME, Judged, Verdict, equal_values
+from lfssao.verify.verdict import SAME, Judged, Verdict, equal_values, texels
 
 _WIDTH = 480  # pixels of each panel, at most
 _MOST_ROWS = 12
@@ -42,7 +42,8 @@ class Panels:
         if self.rank == 0:
             self.rows = []
         self.rank = max(self.rank, rank)
-        height, width = judged.differing.shape
+        differing, outside = texels(judged.differing), texels(judged.outside)
+        height, width = differing.shape
         step = max(1, -(-max(height, width) // _WIDTH))
         low, high = _span(reference)
         self.rows.append(
@@ -51,7 +52,7 @@ class Panels:
                 "reference": _colors(reference, low, high)[::step, ::step],
                 "mine": _colors(mine, low, high)[::step, ::step],
                 "difference": _largest(_difference(mine, reference), step),
-                "verdict": _largest(judged.differing.astype(np.uint8) + judged.outside, step),
+                "verdict": _largest(differing.astype(np.uint8) + outside, step),
             }
         )
 

@@ -1,4 +1,4 @@
-"""What a report says of one texture of one module: its verdict, its figures, its worst texels."""
+"""A report's result on one texture of one module: its verdict, its figures, its worst texels."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import Metrics, measure
-from lfssao.verify.verdict import Judged, Planes, Verdict, equal_values
+from lfssao.verify.verdict import Flags, Judged, Planes, Verdict, equal_values, texels
 
 WORST = 10
 
@@ -42,20 +42,20 @@ class Texel:
 
 @dataclass(frozen=True)
 class Result:
-    """What is said of one texture of one module.
+    """The result on one texture of one module.
 
     Attributes
     ----------
     module, layer : str
         Names of the module and of the texture.
     verdict : Verdict
-        The sum of it.
+        The verdict on it.
     detail : str
         Why it was not compared; '' where it was.
     metrics : Metrics or None
         None where it was not compared.
     outside : int
-        How many texels are outside the interval; where none is known, how many differ.
+        Number of texels outside the interval; where none is known, of those that differ.
     interval : bool
         Whether one is known; it is not asked for where bits are equal.
     worst : tuple of Texel
@@ -75,58 +75,43 @@ class Result:
 def result_of(
     module: str, mine: Layer, reference: Layer, judged: Judged, reason: Callable[[tuple[int, int]], str]
 ) -> Result:
-    """The result of a texture that was judged.
-
-    Parameters
-    ----------
-    module : str
-        The module of the two textures.
-    mine, reference : Layer
-        The textures.
-    judged : Judged
-        Their verdict.
-    reason : callable
-        Asked why a texel, (column, row), is what it is.
-    """
+    """The result of a texture that was judged; ``reason`` says why a texel, (column, row), is what it is."""
     metrics = measure(mine.planes, reference.planes)
     if judged.verdict is Verdict.EQUAL_BITS:
         return Result(module, reference.name, judged.verdict, metrics=metrics)
+    outside, known = texels(judged.outside), judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE)
     ends: tuple[Planes, Planes] | None = None
     if judged.bounds is not None:
-        ends = _channels(judged.bounds.lower), _channels(judged.bounds.upper)
-
-    def texel(i: int, j: int) -> Texel:
-        def values(planes: Planes) -> tuple[float, ...]:
-            return tuple(plane[j, i].item() for plane in planes)
-
-        lower, upper = (None, None) if ends is None else (values(ends[0]), values(ends[1]))
-        own, right = values(mine.planes), values(reference.planes)
-        return Texel(i, j, own, right, lower, upper, bool(judged.outside[j, i]), reason((i, j)))
-
-    places = _worst_places(mine.planes, reference.planes, ends or (reference.planes, reference.planes), judged)
-    known = judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE)
-    worst = tuple(texel(i, j) for i, j in places)
-    return Result(module, reference.name, judged.verdict, "", metrics, int(judged.outside.sum()), known, worst)
+        ends = _planes(judged.bounds.lower, outside), _planes(judged.bounds.upper, outside)
+    worst = []
+    for i, j in _worst_places(mine.planes, reference.planes, ends, judged):
+        own, right, *interval = (
+            tuple(plane[j, i].item() for plane in planes) for planes in (mine.planes, reference.planes, *(ends or ()))
+        )
+        lower, upper = interval or (None, None)
+        worst.append(Texel(i, j, own, right, lower, upper, bool(outside[j, i]), reason((i, j))))
+    return Result(module, reference.name, judged.verdict, "", metrics, int(outside.sum()), known, tuple(worst))
 
 
-def _channels(texture: np.ndarray) -> Planes:
-    return (texture,) if texture.ndim == 2 else tuple(np.moveaxis(texture, -1, 0))
+def _planes(texture: np.ndarray, like: Flags) -> Planes:
+    """The channels of a texture, each as large as ``like``."""
+    return tuple(np.moveaxis(texture.reshape(*like.shape, -1), -1, 0))
 
 
 def _worst_places(
-    mine: Planes, reference: Planes, ends: tuple[Planes, Planes], judged: Judged
+    mine: Planes, reference: Planes, ends: tuple[Planes, Planes] | None, judged: Judged
 ) -> list[tuple[int, int]]:
     """Columns and rows: those outside first, then by how far off they are, NaN and infinity before all; row by row."""
-    outside = judged.outside
+    outside, differing = texels(judged.outside), texels(judged.differing)
     off = np.zeros(outside.shape)
     with np.errstate(all="ignore"):  # infinity less infinity is not a number, and counts as infinitely far
-        for a, b, low, high in zip(mine, reference, *ends, strict=True):
+        for a, b, low, high in zip(mine, reference, *(ends or (reference, reference)), strict=True):
             x, y = a.astype(np.float64), b.astype(np.float64)
             beyond = np.maximum(low.astype(np.float64) - x, x - high.astype(np.float64))
             distance = np.where(outside, np.maximum(beyond, 0), np.abs(x - y))
             distance[equal_values(a, b)] = 0
             off = np.maximum(off, np.where(np.isnan(distance), np.inf, distance))
-    places = np.flatnonzero(judged.differing | outside)
+    places = np.flatnonzero(differing | outside)
     order = np.lexsort((places, -off.ravel()[places], ~outside.ravel()[places]))[:WORST]
     width = outside.shape[1]
     return [(int(place) % width, int(place) // width) for place in places[order]]

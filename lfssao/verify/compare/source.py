@@ -12,9 +12,9 @@ from lfssao.errors import InputError
 from lfssao.rendering.folder import load_manifest
 from lfssao.rendering.image_file import ENDINGS, ImagePart, part_of, read_image_file
 from lfssao.rendering.manifest import MANIFEST, digest
-from lfssao.verify.case import Case
-from lfssao.verify.compare.intervals import not_written, view_case
+from lfssao.verify.case import IMAGES, Case
 from lfssao.verify.compare.layers import Layer, layers_of
+from lfssao.verify.compare.view_case import not_written, view_case
 from lfssao.verify.kit.folder import read_case, read_index
 from lfssao.verify.kit.stages import MODEL
 
@@ -80,18 +80,20 @@ class Reference:
         """The error model of a kit's bounds; None where the reference is none."""
         return MODEL if self.kit else None
 
-    def view(self, module: str) -> Case | None:
-        """What the manifest says of a module, its textures left out; None where there is no manifest.
+    def described(self, module: str) -> Case:
+        """The case that a module's manifest describes, its outputs left out; without manifest a case of images.
 
         Raises
         ------
         InputError
             If the manifest does not hold what bounds are made of.
         """
-        return None if self.manifest is None else view_case(self.path, self.manifest, self.entries[module])
+        if self.manifest is None:
+            return Case(module, IMAGES, "", {}, {}, {})
+        return view_case(self.path, self.manifest, self.entries[module])
 
-    def read(self, module: str) -> tuple[list[Layer], Case | None]:
-        """The layers of a module in the order of the stages, and its case where it is one of a kit.
+    def read(self, module: str) -> tuple[list[Layer], Case]:
+        """The layers of a module in the order of the stages, and its case.
 
         Raises
         ------
@@ -106,7 +108,7 @@ class Reference:
         layers = layers_of(read_image_file(self.files[module]))
         if module in self.entries:
             _check_digests(self.files[module], layers, self.entries[module]["textures"])
-        return layers, None
+        return layers, replace(self.described(module), outputs={layer.name: layer.texture for layer in layers})
 
 
 def _images(path: Path) -> list[tuple[str, Path]]:

@@ -1,8 +1,8 @@
 """The mesh that a reference was rendered of: with it the intervals of depth and colour are bounds and no estimates."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,23 @@ from lfssao.scene.mesh import Mesh
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.compare.intervals import not_written
+from lfssao.verify.compare.view_case import not_written
+
+
+class MeshBounds(Mapping[str, Bounds]):
+    """Bounds of a view's depth and colour, made when the first of them is asked for: casting rays takes long."""
+
+    def __init__(self, make: Callable[[], dict[str, Bounds]]) -> None:
+        self._make = cache(make)
+
+    def __getitem__(self, name: str) -> Bounds:
+        return self._make()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._make())
+
+    def __len__(self) -> int:
+        return len(self._make())
 
 
 class Surface:

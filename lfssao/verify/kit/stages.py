@@ -16,8 +16,8 @@ from lfssao.optics.view import View
 from lfssao.samples import make_samples, square_points
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.judge import Frame, occlusion_bounds, without_guard
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
+from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds, without_guard
 from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
 
 MODEL = "shader"  # of the bounds
@@ -161,15 +161,16 @@ def stage_bounds(stage: str, parameters: Parameters, inputs: Arrays) -> dict[str
     stage, parameters, inputs
         As of ``Case``.
     """
-    model, made = MODELS[MODEL], dict[str, Bounds | None]()
+    model = MODELS[MODEL]
     if stage in ("algorithm1", "algorithm2", "estimator"):
-        made["occlusion"] = occlusion_bounds(parameters, inputs, parameters["radius"], model)
-    elif stage == "blur":
-        made["blurred"] = blur_bounds(exactly(inputs["source"]), parameters["sigma"], model)
-    elif stage == "shade":
-        made["shaded"] = shade_bounds(inputs["image"], exactly(inputs["occlusion"]), model)
-    elif stage == "frame":
-        frame = Frame(parameters, inputs, without_guard(inputs["image"], parameters["guard"]), model)
-        made = {"shaded": frame.shaded(), "merged": frame.merged(), "blurred": frame.blurred()}
-        made |= {f"ao_{k + 1}": frame.ao(k) for k in range(len(parameters["radii"]))}
-    return {name: bounds for name, bounds in made.items() if bounds is not None}
+        found = occlusion_bounds(parameters, inputs, parameters["radius"], model)
+        return {} if found is None else {"occlusion": found}
+    if stage == "blur":
+        return {"blurred": blur_bounds(exactly(inputs["source"]), parameters["sigma"], model)}
+    if stage == "shade":
+        return {"shaded": shade_bounds(inputs["image"], exactly(inputs["occlusion"]), model)}
+    if stage != "frame":
+        return {}
+    names = "shaded", "merged", "blurred", *(f"ao_{k + 1}" for k in range(len(parameters["radii"])))
+    view = ViewBounds(parameters, inputs, model)
+    return {name: bounds for name in names if isinstance(bounds := view.find(name), Bounds)}

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lfssao.verify.bounds.judge import judge
 from lfssao.verify.case import Array, Case
+from lfssao.verify.judge import judge
 from lfssao.verify.kit.folder import read_case
 from lfssao.verify.verdict import Judged, Verdict
 

@@ -1,0 +1,160 @@
+"""Bounds of the textures of a view, each made of what the renderer itself made before it.
+
+    depth       ``depth.depth_bounds``
+    positions   ``depth.PositionBounds`` of the depth texture
+    color       ``depth.color_bounds``
+    ao_1 ...    ``ssao.ao_bounds`` of depth and positions; of other estimators ``points.point_bounds``
+    merged      ``post.merge_bounds`` of ao_1 ...
+    blurred     ``post.blur_bounds`` of merged; with a guard band, which merged lacks, of the bounds from depth on
+    shaded      ``post.shade_bounds`` of color and blurred
+
+Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
+``depth.stray_limit`` texels may leave these bounds.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lfssao.verify.bounds.bounds import Bounds, exactly
+from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
+from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
+from lfssao.verify.bounds.ssao import ao_bounds
+from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
+
+
+def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
+    """Bounds of one radius' occlusion, guard band included; None where none are known.
+
+    Parameters
+    ----------
+    parameters : mapping
+        The estimator, LF's by default, and what it reads.
+    inputs : mapping of arrays
+        Textures and samples.
+    radius : float
+        R, world units.
+    model : ErrorModel
+        What float32 arithmetic may do.
+    """
+    mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
+    depth, positions = inputs.get("depth"), inputs.get("positions")
+    back = parameters.get("screen_to_world")
+    if depth is None or (positions is None and back is None):
+        return None
+    if name == "lf":
+        back = None if back is None else np.array(back)
+        return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back)
+    if name not in BOUNDED or model.exact or positions is None:
+        return None
+    axes, options = np.array(parameters["view"]["cast_from_world"]), parameters["options"]
+    surfaces = Surfaces(depth, positions, mapping, axes, inputs.get("normals"), inputs.get("directions"))
+    return point_bounds(name, surfaces, radius, inputs.get("points"), inputs.get("weights"), options, model)
+
+
+class ViewBounds:
+    """Bounds of the textures of a view, made when they are first asked for.
+
+    Parameters
+    ----------
+    parameters : mapping
+        ``radii``, ``sigma``, ``guard``, ``mapping`` and what occlusion is made with.
+    inputs : mapping of arrays
+        Depth, positions, normals, samples and the image that AO is multiplied into, the guard band included.
+    model : ErrorModel
+        What float32 arithmetic may do.
+    own : mapping of arrays
+        Textures that a renderer made: those after them are made of them.
+    right : mapping of arrays
+        The reference's textures, for those whose bounds are not known.
+    mesh : mapping of Bounds
+        Bounds of depth and colour from the mesh, where it is known.
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        inputs: Arrays,
+        model: ErrorModel,
+        own: Arrays | None = None,
+        right: Arrays | None = None,
+        mesh: Mapping[str, Bounds] | None = None,
+    ) -> None:
+        self._parameters, self._inputs, self._model = parameters, inputs, model
+        self._own, self._right, self._mesh = own or {}, right or {}, mesh or {}
+        self._guard, self._names = int(parameters["guard"]), [f"ao_{k + 1}" for k in range(len(parameters["radii"]))]
+        self._layers: dict[str, Bounds | None] = {}
+
+    def find(self, name: str) -> Bounds | PositionBounds | None:
+        """Bounds of a texture; None where nothing but its values is known to be right.
+
+        Raises
+        ------
+        InputError
+            If the parameters do not fit the textures.
+        """
+        if name == "depth":
+            return self._mesh.get(name) or depth_bounds_of(self._right[name], self._model)
+        if name == "color":
+            return self._mesh.get(name) or color_bounds_of(self._right[name], self._right.get("depth"), self._model)
+        if name == "positions":
+            return self._positions()
+        return self._stage(name)
+
+    def _positions(self) -> Bounds | PositionBounds | None:
+        if self._model.exact:
+            return exactly(self._right["positions"])
+        depth = self._inputs.get("depth")
+        return None if depth is None else PositionBounds(described_mapping(self._parameters), depth, self._model)
+
+    def _stage(self, name: str) -> Bounds | None:
+        """Bounds of a texture of the later passes."""
+        if name in self._names:
+            layer = self._layer(name)
+            return None if layer is None else layer.crop(self._guard)
+        if name == "merged":
+            return _merged([self._made(layer) for layer in self._names])
+        if name == "blurred":
+            return self._blurred()
+        blurred, image = self._made("blurred") if name == "shaded" else None, self._inputs.get("image")
+        if blurred is None or image is None:
+            return None
+        return shade_bounds(without_guard(image, self._guard), blurred, self._model)
+
+    def _layer(self, name: str) -> Bounds | None:
+        """Occlusion of one radius, guard band included."""
+        if name not in self._layers:
+            radius = self._parameters["radii"][self._names.index(name)]
+            self._layers[name] = occlusion_bounds(self._parameters, self._inputs, radius, self._model)
+        return self._layers[name]
+
+    def _blurred(self) -> Bounds | None:
+        """The blur of the merged texture, or with a guard band of the layers that include it."""
+        sigma = self._parameters["sigma"]
+        if self._guard == 0:
+            merged = self._made("merged")
+            return None if merged is None else blur_bounds(merged, sigma, self._model)
+        whole = _merged([self._layer(layer) for layer in self._names])
+        if whole is None:
+            return exactly(self._right["blurred"]) if "blurred" in self._right else None
+        return blur_bounds(whole, sigma, self._model).crop(self._guard)
+
+    def _made(self, name: str) -> Bounds | None:
+        """What the next pass reads: the renderer's own texture, or all that its bounds allow."""
+        if name in self._own:
+            return exactly(self._own[name])
+        found = self._stage(name)
+        return exactly(self._right[name]) if found is None and name in self._right else found
+
+
+def _merged(layers: list[Bounds | None]) -> Bounds | None:
+    """Bounds of the maximum of layers; None where those of one are not known."""
+    known = [layer for layer in layers if layer is not None]
+    return merge_bounds(known) if len(known) == len(layers) else None
+
+
+def without_guard(texture: Array, guard: int) -> Array:
+    """A texture without its guard band."""
+    return texture if guard == 0 else np.ascontiguousarray(texture[guard:-guard, guard:-guard])

@@ -1,0 +1,77 @@
+"""Reasons of verdicts: why a texel is what it is, in one sentence."""
+
+import numpy as np
+
+from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.explain import explain
+from lfssao.verify.case import VIEW, Array, Arrays, Case, described_mapping
+
+_REASONS = {
+    "depth": "expected: a depth between this texel's and a neighbour's in the reference (no mesh given)",
+    "positions": "expected: the point of the texel's ray at the depth of the depth texture",
+    "color": "expected: a colour between those of this texel and its neighbours",
+    "blurred": "expected: the blur of the renderer's own merged texture",
+    "shaded": "expected: the image times 1 - blurred, both the renderer's own",
+}
+
+
+def reason_of(
+    name: str, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel, texel: tuple[int, int]
+) -> str:
+    """Why a texel of a view is what it is, in one sentence; '' where none is known.
+
+    Parameters
+    ----------
+    name : str
+        The texture.
+    mine : mapping of arrays
+        The renderer's textures.
+    case : Case
+        The view.
+    bounds : Bounds or None
+        The bounds that the texture was held to.
+    model : ErrorModel
+        What float32 arithmetic may do.
+    texel : (int, int)
+        Column and row.
+    """
+    if case.stage != VIEW:
+        return ""
+    (i, j), layers = texel, [f"ao_{k + 1}" for k in range(len(case.parameters["radii"]))]
+    if name in layers:
+        return _occlusion_reason(layers.index(name), mine, case, bounds, model, texel)
+    if name == "merged":
+        textures = [mine.get(layer, case.outputs.get(layer)) for layer in layers]
+        values = ", ".join(f"{texture[j, i]:.7g}" for texture in textures if texture is not None)
+        return f"the radii have {values}" if values else ""
+    if name in ("depth", "color") and bounds is not None and name in case.bounds:
+        missed = name == "depth" and bounds.lower[j, i] == np.inf
+        seen = "nothing" if missed else f"this interval of {name}"
+        return f"nine rays into the mesh, within {model.centre:.2g} texel of the texel's centre, see {seen}"
+    return _REASONS.get(name, "")
+
+
+def _occlusion_reason(
+    k: int, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel, texel: tuple[int, int]
+) -> str:
+    """The sample that comes nearest to another outcome at radius k; of other estimators the number undecided."""
+    parameters = case.parameters
+    if parameters["estimator"] != "lf":
+        undecided = None if bounds is None else bounds.undecided
+        points = len(case.inputs.get("points", ()))
+        return "" if undecided is None else f"{undecided[texel[1], texel[0]]} of {points} points are undecided"
+    guard, back = parameters["guard"], parameters["screen_to_world"]
+    depth, positions = (_first_whole(name, mine, case.outputs) for name in ("depth", "positions"))
+    if depth is None or (positions is None and back is None):
+        return ""
+    place, mapping = (texel[0] + guard, texel[1] + guard), described_mapping(parameters)
+    samples, radius = case.inputs["samples"], parameters["radii"][k]
+    found = explain(place, depth, positions, mapping, samples, radius, model, back)
+    return str(found[0]) if found else "no surface is seen there"
+
+
+def _first_whole(name: str, *sides: Arrays) -> Array | None:
+    """The first side's texture, or if it is missing or holds NaN the second's."""
+    textures = [side[name] for side in sides if name in side]
+    return next((texture for texture in textures if not np.isnan(texture).any()), None)

@@ -1,0 +1,94 @@
+"""Judge a renderer's textures, each by what the renderer itself made before it.
+
+An error is named once, at the stage where it began: the blur of a wrong merge is right if it is the blur of that merge.
+Where a renderer wrote no texture of a stage, or one with NaN, depth, positions and colour are the reference's, and any
+occlusion within its bounds will do (``lfssao.verify.bounds.view``).
+"""
+
+from collections.abc import Callable, Collection
+from typing import cast
+
+import numpy as np
+
+from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.depth import PositionBounds
+from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.view import ViewBounds
+from lfssao.verify.case import VIEW, Array, Arrays, Case
+from lfssao.verify.verdict import Judged, Verdict, equal_bits, equal_values, texels
+
+Find = Callable[[str], Bounds | PositionBounds | None]
+
+
+def judge(
+    mine: Arrays, case: Case, model: str | ErrorModel = "shader", names: Collection[str] | None = None
+) -> dict[str, Judged]:
+    """Judge outputs of a case: equal bits are right; others by bounds or, where none are known, by values.
+
+    Parameters
+    ----------
+    mine : mapping of arrays
+        What a renderer made, by the names of the outputs.
+    case : Case
+        What is right.
+    model : str or ErrorModel
+        What float32 arithmetic may do in a view; the bounds of a case of the kit are made.
+    names : collection of str, optional
+        Judge these outputs only.
+
+    Returns
+    -------
+    dict of Judged
+        In the order of the passes: steps on the way before the output that they lead to. MISSING for an output that
+        the renderer did not make, MISMATCH for one of another shape or type.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, or the case's parameters are wrong.
+    """
+    chosen = find_model(model)
+    main, *steps = case.outputs
+    order, find = [*steps, main], cast(Find, case.bounds.get)
+    if case.stage == VIEW:
+        order, find = list(case.outputs), _view_bounds(mine, case, chosen).find
+    return {name: _judge_output(name, mine, case, find) for name in order if names is None or name in names}
+
+
+def _view_bounds(mine: Arrays, case: Case, model: ErrorModel) -> ViewBounds:
+    """Bounds of a view's textures, given those that a renderer made."""
+    right = case.outputs
+    own = {name: array for name, array in mine.items() if _is_whole(array, right.get(name))}
+    inputs = {**case.inputs, **right, **own}
+    if "color" in inputs:
+        inputs["image"] = inputs["color"]
+    elif "depth" in inputs and not case.parameters.get("colored", False):  # a mesh without colour is white
+        inputs["image"] = np.repeat(np.isfinite(inputs["depth"]).astype(np.float32)[..., None], 3, axis=2)
+    return ViewBounds(case.parameters, inputs, model, own, right, case.bounds)
+
+
+def _is_whole(texture: Array, reference: Array | None) -> bool:
+    """Whether a texture can be what a later stage is made of."""
+    if reference is None or texture.shape != reference.shape or texture.dtype != np.float32:
+        return False
+    return not bool(np.isnan(texture).any())
+
+
+def _judge_output(name: str, mine: Arrays, case: Case, find: Find) -> Judged:
+    if name not in mine:
+        return Judged(Verdict.MISSING)
+    array, right = mine[name], case.outputs[name]
+    if (array.shape, array.dtype) != (right.shape, right.dtype):
+        detail = f"it is {array.shape} of {array.dtype}, expected {right.shape} of {right.dtype}"
+        return Judged(Verdict.MISMATCH, detail)
+    differing = ~equal_bits(array, right)
+    if not differing.any():
+        return Judged(Verdict.EQUAL_BITS, "", differing, differing)
+    allowed = find(name)
+    if allowed is None:
+        outside = ~equal_values(array, right)
+        return Judged(Verdict.DIFFERENT if outside.any() else Verdict.EQUAL_VALUES, "", differing, outside)
+    outside = allowed.outside(array)
+    inside = np.count_nonzero(texels(outside)) <= allowed.strays
+    bounds = allowed if isinstance(allowed, Bounds) else None
+    return Judged(Verdict.INSIDE if inside else Verdict.OUTSIDE, "", differing, outside, bounds)

@@ -25,9 +25,9 @@ class Bounds:
     lower, upper : (H, W) or (H, W, 3) float32
         Smallest and largest value, both admitted.
     undecided : (H, W) int32 or None
-        How many samples rounding decides, over all radii that went in; None behind the blur.
+        Number of samples that rounding decides, over all radii that went in; None behind the blur.
     strays : int
-        How many texels of a right texture may leave the bounds.
+        Number of texels of a right texture that may leave the bounds.
     ranges : pair of (K, H, W) float32, or None
         Smallest and largest values of K ranges: a value must lie in one of them, and not just between their ends.
     """
@@ -39,13 +39,7 @@ class Bounds:
     ranges: tuple[Texture, Texture] | None = None
 
     def outside(self, texture: Texture) -> NDArray[np.bool_]:
-        """Where a texture leaves the bounds; everywhere it is not a number.
-
-        Raises
-        ------
-        InputError
-            If it is of another shape.
-        """
+        """Whether each number of a texture leaves the bounds, as NaN does. InputError if its shape is another."""
         if texture.shape != self.lower.shape:
             raise InputError(f"a texture has shape {texture.shape}, its bounds have {self.lower.shape}")
         if self.ranges is not None:
@@ -54,7 +48,7 @@ class Bounds:
         return ~((texture >= self.lower) & (texture <= self.upper))
 
     def crop(self, guard: int) -> "Bounds":
-        """The bounds without a guard band of so many texels."""
+        """The bounds without a guard band of that width, texels."""
         if guard == 0:
             return self
         inner = slice(guard, -guard), slice(guard, -guard)
@@ -68,7 +62,7 @@ def exactly(texture: Texture) -> Bounds:
 
 
 def up_to_single(values: FloatArray) -> Texture:
-    """The smallest float32 that is not below each value: the lower end of what a float32 above it can be."""
+    """The smallest float32 that is not below each value: the least that a float32 above it can be."""
     single = values.astype(np.float32)
     return np.where(single < values, np.nextafter(single, np.float32(np.inf)), single)
 

@@ -50,12 +50,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     view : View
         A module or a camera.
     model : str or ErrorModel
-        What a renderer may do (``lfssao.verify.bounds.error_model``).
-
-    Raises
-    ------
-    InputError
-        If there is no such model.
+        Limits of a renderer; InputError if there is none of that name.
     """
     chosen = find_model(model)
     if chosen.exact:
@@ -92,7 +87,7 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
     color : str
         How the mesh's textures are read, 'bilinear' or 'nearest'.
     model : str or ErrorModel
-        What a renderer may do (``lfssao.verify.bounds.error_model``).
+        Limits of a renderer; InputError if there is none of that name.
 
     Raises
     ------
@@ -147,12 +142,7 @@ def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bound
     depth : (H, W) float32
         The reference.
     model : str or ErrorModel
-        What a renderer may do (``lfssao.verify.bounds.error_model``).
-
-    Raises
-    ------
-    InputError
-        If there is no such model.
+        Limits of a renderer; InputError if there is none of that name.
     """
     chosen = find_model(model)
     if chosen.exact:
@@ -185,12 +175,7 @@ def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorMod
     depth : (H, W) float32 or None
         Its depth texture, at whose jumps some texels may leave the bounds.
     model : str or ErrorModel
-        What a renderer may do (``lfssao.verify.bounds.error_model``).
-
-    Raises
-    ------
-    InputError
-        If there is no such model.
+        Limits of a renderer; InputError if there is none of that name.
     """
     chosen = find_model(model)
     if chosen.exact:
@@ -217,7 +202,7 @@ def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     depth : (H, W) float32
         The reference.
     model : str or ErrorModel
-        What a renderer may do; 0 for an exact one.
+        Limits of a renderer; 0 for an exact one.
     """
     chosen, reference = find_model(model), depth.astype(np.float64)
     return _strays(_steps(reference, _slack(reference, chosen)), chosen)
@@ -288,9 +273,9 @@ class PositionBounds:
     depth : (H, W) float32
         Image z.
     model : ErrorModel
-        What float32 arithmetic may do; not an exact one.
+        Limits of float32 arithmetic; not an exact one.
     strays : int
-        None may leave them.
+        No texel may leave the bounds.
     """
 
     world_to_image: WorldToImage

@@ -1,7 +1,7 @@
-"""What a renderer's float32 arithmetic may do: the error models of the oracle, by name.
+"""Limits of a renderer's float32 arithmetic: the error models of the oracle, by name.
 
 A model says by how much the result of one operation may differ from the exact result of its operands, relative to
-that result. Of an exact result x, 2^e <= abs(x) < 2^(e + 1), one ulp is 2^(e - 23), so n ulp are at most n 2^-23 x.
+that result. One ulp of an exact result x, 2^e <= abs(x) < 2^(e + 1), is 2^(e - 23), so n ulp are at most n 2^-23 x.
 
     correctly rounded to nearest            half an ulp   2^-24 x
     correctly rounded, direction not said   one ulp       2^-23 x     (GLSL 4.60 section 4.7.1, Vulkan, WGSL: + - *)
@@ -9,11 +9,11 @@ that result. Of an exact result x, 2^e <= abs(x) < 2^(e + 1), one ulp is 2^(e - 
     inverse square root                     2 ulp; sqrt is inherited from 1 / inversesqrt, 2 + 2.5 ulp
     exp                                     3 + 2 abs(x) ulp
 
-All three allow numbers below 2^-126 to be flushed to zero, and a product and a sum to be fused (an operation less that
-rounds, so each bound holds a fortiori). Two of them allow sums to be reordered. What is correctly rounded and
-representable is exact.
+All three allow numbers below 2^-126 to be flushed to zero, and a product and a sum to be fused (one rounding less, so
+each bound holds all the more). Two of them allow sums to be reordered. A correctly rounded result that is representable
+is exact.
 
-What else a renderer is free to do, in every model but ``strict``:
+A renderer is free to do more, in every model but ``strict``:
 
 - Sums of a matrix row, of the blur and of 1 / N may be added in any order, and a row may be applied to the point and to
   the offset of a sample each, or to their sum.
@@ -24,7 +24,7 @@ What else a renderer is free to do, in every model but ``strict``:
   sum; the two passes may be made of float32 intermediate textures only.
 - rgb (1 - ao) may be rgb - rgb ao.
 
-What it is given and may not change: the numbers of the mapping and of ``screen_to_world``, each rounded once to
+It may not change its inputs: the numbers of the mapping and of ``screen_to_world``, each rounded once to
 float32, N, and texture look-ups at the floor of a coordinate.
 """
 
@@ -43,12 +43,12 @@ class ErrorModel:
     Attributes
     ----------
     name : str
-        What the oracle's functions and the command line call it.
+        Its name in the oracle's functions and on the command line.
     title : str
         One line for lists.
     exact : bool
-        Correctly rounded to nearest even in the written order, nothing fused: each stage has one right value. The
-        numbers below mean nothing then.
+        Whether it is correctly rounded to nearest even in the written order, nothing fused: each stage has one right
+        value. The numbers below mean nothing then.
     operation : float
         Relative error of + - *.
     quotient : float
@@ -58,9 +58,9 @@ class ErrorModel:
     exponential : (float, float)
         Relative error of exp(x): the first, plus abs(x) times the second.
     coordinate : float
-        How far, in texels, a look-up may miss the coordinate (samplers of fixed precision); 0 for an exact floor.
+        Distance, in texels, by which a look-up may miss the coordinate (samplers of fixed precision); 0 for a floor.
     centre : float
-        How far, in texels, from its centre a texel's surface may be looked at: precision of rays or of the rasteriser.
+        Distance, in texels, from its centre at which a texel's surface may be seen: precision of rays or rasteriser.
     smallest : float
         Numbers below it may be flushed to zero.
     """
@@ -83,7 +83,7 @@ class ErrorModel:
 
     @property
     def errors(self) -> Errors:
-        """What kernels are given."""
+        """The numbers as kernels take them."""
         return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate)
 
 

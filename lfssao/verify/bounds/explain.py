@@ -1,4 +1,4 @@
-"""Why the samples of one texel fall as they do: which texel each reads, and how near it came to another answer."""
+"""Reasons of the samples of one texel: which texel each reads, and how near it came to another outcome."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,12 +18,12 @@ OUTCOMES = ("clear", "occluded", "undecided")
 
 @dataclass(frozen=True)
 class Sample:
-    """What one sample of one texel does.
+    """One sample of one texel: where it lands and how it is decided.
 
     Attributes
     ----------
     number : int
-        Which sample, from 0.
+        Number of the sample, from 0.
     outcome : str
         'clear', 'occluded', or 'undecided': rounding may make it either.
     u, v, z : float
@@ -31,11 +31,11 @@ class Sample:
     texel : (int, int) or None
         Column and row of the texel that it reads; None outside the texture or the domain.
     from_edge : float
-        How far, in texels, the image point is from the nearest edge of that texel.
+        Distance, in texels, of the image point from the nearest edge of that texel.
     behind : float
         z less the depth of the surface there: positive, occluded; minus infinity before no surface.
     error_uv, error_z : float
-        How far u or v, and z, may be off.
+        Errors of u or v, and of z.
     """
 
     number: int
@@ -70,7 +70,7 @@ def explain(
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
 ) -> list[Sample]:
-    """The samples of one texel, those that come nearest to another answer first.
+    """The samples of one texel, those that come nearest to another outcome first.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def _sample(number: int, row: list[float], depth: Texture) -> Sample:
 
 
 def _closeness(sample: Sample) -> tuple[bool, float]:
-    """Undecided samples first, then by how many errors away another answer is."""
+    """Undecided samples first, then by the distance to another outcome in units of the error."""
     edge = sample.from_edge / sample.error_uv if sample.error_uv > 0 else np.inf
     depth = abs(sample.behind) / sample.error_z if sample.error_z > 0 else np.inf
     return sample.outcome != "undecided", min(edge, depth)

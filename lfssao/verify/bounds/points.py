@@ -89,7 +89,7 @@ def point_bounds(
     options : mapping
         All of the estimator's parameters.
     model : str or ErrorModel
-        What float32 arithmetic may do; not an exact one, under which there is one right value.
+        Limits of float32 arithmetic; not an exact one, under which there is one right value.
 
     Returns
     -------

@@ -14,17 +14,9 @@ from lfssao.verify.bounds.kernels.pairs import SAFETY
 
 
 def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
-    """Bounds of the maximum over radii: the maximum rounds nothing and grows with each layer, so it is taken of both.
+    """Bounds of the maximum over radii, from the bounds of each; InputError if there are none or sizes differ.
 
-    Parameters
-    ----------
-    layers : list of Bounds
-        One a radius, at least one, all of one size.
-
-    Raises
-    ------
-    InputError
-        If there is none, or sizes differ.
+    The maximum rounds nothing and grows with each layer: it is that of the lower and that of the upper ends.
     """
     lower, upper = passes.merge([b.lower for b in layers]), passes.merge([b.upper for b in layers])
     counts = [b.undecided for b in layers if b.undecided is not None]
@@ -41,11 +33,11 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     Parameters
     ----------
     occlusion : Bounds
-        What is blurred.
+        Bounds of the texture that is blurred.
     sigma : float
         Standard deviation, texels; 0 changes nothing.
     model : str or ErrorModel
-        What float32 arithmetic may do.
+        Limits of float32 arithmetic.
 
     Raises
     ------
@@ -81,14 +73,7 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     The table's weights rounded to float32 are off by 2^-24. A renderer that makes them itself has x = -k^2 / (2
     sigma^2) with up to five roundings and a quotient (sigma rounded, k / sigma, its square, the half), so exp(x) is off
     by abs(x) times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1
-    roundings.
-
-    Parameters
-    ----------
-    sigma : float
-        Standard deviation, texels, positive.
-    model : ErrorModel
-        Not an exact one.
+    roundings. sigma is positive, the model not an exact one.
     """
     weights, r = passes.gaussian_kernel(sigma), model.operation
     radius = len(weights) // 2
@@ -116,7 +101,7 @@ def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "sha
     occlusion : Bounds
         Of the occlusion that it is multiplied with.
     model : str or ErrorModel
-        What float32 arithmetic may do.
+        Limits of float32 arithmetic.
 
     Raises
     ------

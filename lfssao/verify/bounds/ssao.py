@@ -45,7 +45,7 @@ def ao_bounds(
     radius : float
         R, world units.
     model : str or ErrorModel
-        What float32 arithmetic may do (``lfssao.verify.bounds.error_model``).
+        Limits of float32 arithmetic (``lfssao.verify.bounds.error_model``).
     screen_to_world : (4, 4), optional
         The inverse mapping, rounded to float32 likewise: Algorithm 1.
 
@@ -82,18 +82,7 @@ def sample_inputs(
     radius: float,
     screen_to_world: Matrix | None = None,
 ) -> outcomes.Inputs:
-    """The arguments of ``ao_bounds``, checked and rounded as a renderer's are.
-
-    Parameters
-    ----------
-    depth, positions, world_to_image, samples, radius, screen_to_world
-        As of ``ao_bounds``.
-
-    Raises
-    ------
-    InputError
-        As ``ao_bounds``.
-    """
+    """The arguments of ``ao_bounds``, checked as there and rounded as a renderer's are."""
     check_single("depth", depth, 2)
     back, places = np.empty(0), np.empty((0, 0, 3), np.float32)
     if screen_to_world is not None:
@@ -115,7 +104,7 @@ def sample_inputs(
 
 
 def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """R s in float64, and where no float32 arithmetic can make anything else of it."""
+    """R s in float64, and whether every float32 arithmetic makes exactly that of it."""
     passes.check_radius(radius)
     table = np.asarray(samples, np.float64)
     if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
@@ -134,25 +123,10 @@ def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatAr
 def project_positions(
     positions: FloatArray, allowance: FloatArray, world_to_image: WorldToImage, model: ErrorModel
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Image points of positions, how far they may be off, and whether they lie in the mapping's domain for sure.
+    """Image points of positions (..., 3), their errors, and whether they lie in the mapping's domain for sure.
 
-    Parameters
-    ----------
-    positions : (..., 3)
-        World coordinates.
-    allowance : (..., 3)
-        How far each coordinate may be off by itself.
-    world_to_image : WorldToImage
-        The mapping; renderers have its numbers rounded to float32.
-    model : ErrorModel
-        Not an exact one.
-
-    Returns
-    -------
-    image, error : (..., 3)
-        u, v, z and their errors; that of u is minus infinity where a position is outside the domain for sure.
-    sure : (...) bool
-        Whether it lies in the domain for sure.
+    ``allowance`` (..., 3) is how far each coordinate is off by itself; the model is not an exact one. The error of u is
+    minus infinity for a position that is outside the domain for sure.
     """
     shape = positions.shape
     points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
@@ -172,14 +146,7 @@ def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
     """Smallest and largest float32 that k of n samples may make, (n + 1,) each, for k = 0 to n.
 
     k / n is a quotient, k (1 / n), or 1 / n added k times: two roundings of 1 / n at most (``quotient`` has both), and
-    k - 1 of the sum. 0 is exact.
-
-    Parameters
-    ----------
-    n : int
-        How many samples.
-    model : ErrorModel
-        Not an exact one.
+    k - 1 of the sum. 0 is exact. The model is not an exact one.
     """
     k = np.arange(n + 1)
     relative = model.quotient + k * model.operation * (1 + k * model.operation)

@@ -37,7 +37,7 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     radius : float
         R, world units.
     model : ErrorModel
-        What float32 arithmetic may do.
+        Limits of float32 arithmetic.
     """
     mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
     depth, positions = inputs.get("depth"), inputs.get("positions")
@@ -64,7 +64,7 @@ class ViewBounds:
     inputs : mapping of arrays
         Depth, positions, normals, samples and the image that AO is multiplied into, the guard band included.
     model : ErrorModel
-        What float32 arithmetic may do.
+        Limits of float32 arithmetic.
     own : mapping of arrays
         Textures that a renderer made: those after them are made of them.
     right : mapping of arrays

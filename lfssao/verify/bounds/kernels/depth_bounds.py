@@ -40,22 +40,10 @@ def _range_over_box(kind, lens, u, v, reach, a, b, c):
 
 @kernel(parallel=True)
 def depth_ranges(kind, lens, width, reach, vertices, faces, triangles, lower, upper):
-    """The ranges of depth of every texel, one for each ray through its box.
+    """Write the range of depths of each ray through each texel's box, (9, n) float64, +infinity for nothing.
 
-    Parameters
-    ----------
-    kind, lens : int, float64 array
-        The kind of ray and its numbers.
-    width : int
-        Width of the texture.
-    reach : float
-        Half the box's edge, texels.
-    vertices, faces : (V, 3) float64, (F, 3) int32
-        The mesh in cast space.
-    triangles : (9, n) int32
-        The triangle that each ray of each texel hits, -1 for none.
-    lower, upper : (9, n) float64
-        Out: depth texture's values, +infinity for nothing.
+    ``reach`` is half the box's edge, texels; vertices and faces are the mesh in cast space; ``triangles``, (9, n)
+    int32, holds the triangle that each ray hits, -1 for none.
     """
     for texel in prange(triangles.shape[1]):
         j = texel // width

@@ -25,18 +25,9 @@ def vector(texture, row, column):
 
 @kernel(parallel=True)
 def write_surface_depths(inputs, by, from_positions, low, high):
-    """The least and largest depth that a texel's surface may be compared with.
+    """Write the least and largest depth that a texel's surface may be compared with, (H, W) float64.
 
-    Parameters
-    ----------
-    inputs : Inputs
-        The textures.
-    by : Errors
-        What a renderer's arithmetic may be off by.
-    from_positions : bool
-        Whether it is the image z of the texel's position.
-    low, high : (H, W) float64
-        Out; +infinity where there is no surface.
+    That is the depth texture or, with ``from_positions``, the image z of the texel's position.
     """
     for j in prange(inputs.depth.shape[0]):
         for i in range(inputs.depth.shape[1]):
@@ -92,22 +83,10 @@ def is_hidden(inputs, image, low, high, here, reach, by):
 
 @kernel(parallel=True)
 def count_hidden(inputs, normals, low, high, reach, by, fewest, most):
-    """The fewest and the most samples of every texel that a renderer may count as hidden.
+    """Write the fewest and the most samples of every texel that a renderer may count as hidden, (H, W) int32.
 
-    Parameters
-    ----------
-    inputs : Inputs
-        The textures and samples.
-    normals : (H, W, 3) float32
-        Normals by which samples are turned to the upper half of the ball; (0, 0, 3) for the whole ball.
-    low, high : (H, W) float64
-        ``write_surface_depths``.
-    reach : float
-        R of the range check, infinite without one.
-    by : Errors
-        What a renderer's arithmetic may be off by.
-    fewest, most : (H, W) int32
-        Out.
+    Normals, (H, W, 3) float32, turn samples to the upper half of the ball; (0, 0, 3) for the whole ball. ``low`` and
+    ``high`` are those of ``write_surface_depths``; ``reach`` is R of the range check, infinite without one.
     """
     offsets, turns = offset_rows(inputs, by), normals.shape[0] != 0
     for j in prange(inputs.depth.shape[0]):

@@ -159,23 +159,9 @@ def _and_positive(x, may, must):
 
 @kernel(inline=True)
 def display_pairs(d, x, y, z, by):
-    """``physical_to_image`` of pairs.
+    """``physical_to_image`` of pairs: u, v, whether the status may be VALID, and whether it is for sure.
 
-    Parameters
-    ----------
-    d : (32,) float64
-        The module's numbers (``lfssao.optics.kernels.display``).
-    x, y, z : Pair
-        Physical coordinates.
-    by : Errors
-        What an operation may be off by.
-
-    Returns
-    -------
-    u, v : Pair
-        Image point.
-    may, must : bool
-        Whether the status may be VALID, and whether it is for sure.
+    d, (32,) float64, are the module's numbers (``lfssao.optics.kernels.display``).
     """
     m_x, m_z, y_o, z_o = exact(d[0]), exact(d[2]), exact(d[3]), exact(d[4])
     dx, dz = subtract(x, m_x, by), subtract(z, m_z, by)
@@ -234,22 +220,9 @@ def widen(image, by):
 
 @kernel(parallel=True)
 def map_positions(positions, allowance, kind, m, by, image, error, sure):
-    """Image points of positions, and by how much they may be off.
+    """Write u, v, z of positions (n, 3) and their errors, and whether they lie in the mapping's domain for sure.
 
-    Parameters
-    ----------
-    positions : (n, 3) float64
-        World coordinates.
-    allowance : (n, 3) float64
-        How far each coordinate may be off by itself.
-    kind, m : int, (16,) or (44,) float64
-        The mapping, each number a float32.
-    by : Errors
-        What a renderer's arithmetic may be off by.
-    image, error : (n, 3) float64
-        Out: u, v, z and their errors; minus infinity where a position lies outside the mapping's domain for sure.
-    sure : (n,) bool
-        Out: whether it lies in the domain for sure.
+    ``allowance`` is how far each coordinate is off. The error of u is minus infinity outside the domain for sure.
     """
     for k in prange(positions.shape[0]):
         x = Pair(positions[k, 0], allowance[k, 0])

@@ -196,17 +196,7 @@ def trace_sample(inputs, by, column, row, rows, offsets, s):
 
 @kernel(parallel=True)
 def count_outcomes(inputs, by, fewest, most):
-    """The fewest and the most samples of every texel that a renderer may count as occluded.
-
-    Parameters
-    ----------
-    inputs : Inputs
-        The textures and samples.
-    by : Errors
-        What a renderer's arithmetic may be off by.
-    fewest, most : (H, W) int32
-        Out.
-    """
+    """Write the fewest and the most samples of every texel that a renderer may count as occluded, (H, W) int32."""
     offsets = offset_rows(inputs, by)
     for j in prange(inputs.depth.shape[0]):
         for i in range(inputs.depth.shape[1]):
@@ -222,18 +212,9 @@ def count_outcomes(inputs, by, fewest, most):
 
 @kernel
 def trace_samples(inputs, by, column, row, found):
-    """The image points and outcomes of the samples of one texel, as ``count_outcomes`` finds them.
+    """Write the image points and outcomes of the samples of one texel, (n, 9) float64.
 
-    Parameters
-    ----------
-    inputs : Inputs
-        The textures and samples.
-    by : Errors
-        What a renderer's arithmetic may be off by.
-    column, row : int
-        The texel.
-    found : (n, 9) float64
-        Out: u, its error, v, its error, z, its error, whether it may and must lie in the domain, the outcome.
+    A row is u, its error, v, its error, z, its error, whether it may and must lie in the domain, the outcome.
     """
     offsets = offset_rows(inputs, by)
     rows = rows_of_point(inputs.kind, inputs.m, texel_point(inputs, by, column, row), by.operation)

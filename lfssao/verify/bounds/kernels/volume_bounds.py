@@ -86,7 +86,7 @@ def cast_depth(axis, place, by):
 
 @kernel(parallel=True)
 def write_cast_depths(inputs, axis, by, low, high):
-    """The least and largest cast z that a texel's surface may have; depth itself unless the mapping is a matrix."""
+    """Write the least and largest cast z of each texel's surface, (H, W) float64; its depth but for a camera's."""
     for j in prange(inputs.depth.shape[0]):
         for i in range(inputs.depth.shape[1]):
             depth = exact(np.float64(inputs.depth[j, i]))
@@ -142,22 +142,10 @@ def is_hidden(inputs, image, depth, reach, low, high, by):
 
 @kernel(parallel=True)
 def sum_hidden(inputs, ball, low, high, by, fewest, most, undecided):
-    """The least and largest fraction of every texel's ball that a renderer may find hidden, sums not yet rounded.
+    """Write the least and largest fraction of every texel's ball that a renderer may find hidden, (H, W) float64.
 
-    Parameters
-    ----------
-    inputs : Inputs
-        The textures and points.
-    ball : Ball
-        How points are weighted and reflected.
-    low, high : (H, W) float64
-        ``write_cast_depths``.
-    by : Errors
-        What a renderer's arithmetic may be off by.
-    fewest, most : (H, W) float64
-        Out.
-    undecided : (H, W) int32
-        Out: how many points are undecided.
+    Sums are not rounded yet. ``low`` and ``high`` are those of ``write_cast_depths``; ``undecided``, (H, W) int32,
+    gets the number of undecided points.
     """
     for j in prange(inputs.depth.shape[0]):
         for i in range(inputs.depth.shape[1]):

@@ -18,6 +18,7 @@ from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import MeshBounds, Surface
 from lfssao.verify.compare.view_case import knows_occlusion
 from lfssao.verify.judge import judge
+from lfssao.verify.kit.stages import MODEL
 from lfssao.verify.verdict import Verdict
 
 
@@ -207,10 +208,11 @@ class Comparison:
             names = ", ".join(sorted(self._without))
             note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
             notes = [note, *notes]
+        kit_model = MODEL if self._reference.kit else None
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),
-            model=self._reference.kit_model if self._reference.manifest is None else self._model.name,
+            model=kit_model if self._reference.manifest is None else self._model.name,
             exact=self._exact,
             estimator=self._unbounded,
             modules=len(self._reference.files),

@@ -1,4 +1,4 @@
-"""The layers of a module's files, and which channels of another renderer's files they are (DESIGN section 9)."""
+"""The layers of a module's files, and the channels of another renderer's files that they are (DESIGN section 9)."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from lfssao.errors import InputError
 from lfssao.rendering.image_file import ImagePart
 from lfssao.verify.verdict import Planes
 
-# The order in which stages are computed: of two that differ the earlier one is to blame.
+# The order of the passes: the earlier one of two stages that differ is to blame.
 _STAGES = ("depth", "positions", "normals", "color", "ao", "merged", "blurred", "shaded")
 _STANDARD = {"Z": "depth", "P": "positions", "N": "normals"}
 
@@ -51,7 +51,7 @@ class Layer:
 def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:
     """The layers that parts of a reference hold, in the order of the stages.
 
-    A named part is a layer; of a part without name each group of channels ``layer.channel`` is one.
+    A named part is a layer; in a part without name each group of channels ``layer.channel`` is one.
     """
     layers = []
     for part in parts:
@@ -86,7 +86,7 @@ class _Channel:
 
     @property
     def names(self) -> tuple[str, str]:
-        """What it may be called: its name, and with the name of its part before it."""
+        """Its name, and its name with that of its part before it."""
         name = self.part.channels[self.number]
         return name, f"{self.part.name}.{name}"
 
@@ -101,7 +101,7 @@ class Matcher:
     Parameters
     ----------
     parts : sequence of ImagePart
-        What the other renderer wrote for the module.
+        The other renderer's images of the module.
     layers : sequence of Layer
         All of the reference's.
     rules : mapping
@@ -118,10 +118,7 @@ class Matcher:
     def find(self, layer: Layer) -> Layer | None:
         """The other renderer's channels in the order of the reference's; None where it has none of them.
 
-        Raises
-        ------
-        MismatchError
-            If it has some of them only, or two for one.
+        MismatchError if it has some of them only, or two for one.
         """
         found = self._by_rule(layer)
         if found is None:
@@ -146,7 +143,7 @@ class Matcher:
         return [c.names[bool(c.part.name)] for c in self._all if (id(c.part), c.number) not in self._used]
 
     def why_missing(self, layer: Layer) -> str:
-        """Why a layer was not found, in a sentence, and what of the other renderer may be it; asked at last."""
+        """Why a layer was not found, in a sentence that names channels which may be it; called at last."""
         wanted = [layer.name, *layer.channels, *(_full(layer.name, channel) for channel in layer.channels)]
         ruled = [self._rules[name] for name in wanted if name in self._rules]
         if ruled:
@@ -159,7 +156,7 @@ class Matcher:
         return f"there is no such layer; if it is one of {some}, say so by --map, such as --map {rule}"
 
     def _by_rule(self, layer: Layer) -> list[list[_Channel]] | None:
-        """What ``--map`` says of the layer or any of its channels."""
+        """Candidates of each channel where ``--map`` names the layer or any of its channels, else None."""
         if layer.name in self._rules:
             name = self._rules[layer.name]
             group = [c for c in self._all if c.part.name == name or c.names[0].rpartition(".")[0] == name]
@@ -193,14 +190,14 @@ class Matcher:
         return []
 
     def _is_another_layers(self, channel: _Channel, layer: Layer) -> bool:
-        """Whether a channel without part carries the name of a channel that another layer has and this one has not."""
+        """Whether a channel has the name of a channel that another layer has and this one has not."""
         name = channel.names[0]
         return name not in layer.channels and any(
             name in other.channels for other in self._layers if other.name != layer.name
         )
 
     def _by_place(self, layer: Layer) -> list[list[_Channel]]:
-        """A part of the layer's name, or the only one where there is one layer, with as many channels: in order."""
+        """Channels in order, from a part with the layer's name, or the only part for the only layer, and as many."""
         group = [c for c in self._all if c.part.name == layer.name]
         if not group and len(self._layers) == len(self._parts) == 1:
             group = list(self._all)
@@ -221,13 +218,7 @@ def _full(layer: str, channel: str) -> str:
 
 
 def check_comparable(mine: Layer, reference: Layer) -> None:
-    """Refuse textures of different sizes, data windows or types.
-
-    Raises
-    ------
-    MismatchError
-        With the difference.
-    """
+    """Refuse textures of different sizes, data windows or types by a MismatchError that names the difference."""
     for a, b in zip(mine.planes, reference.planes, strict=True):
         if a.shape != b.shape:
             raise MismatchError(

@@ -1,4 +1,4 @@
-"""How far two textures lie apart: bits, ulp, mean, RMSE, PSNR, SSIM, and what is no finite number in one of them."""
+"""Distances of two textures: bits, ulp, mean, RMSE, PSNR, SSIM, and numbers that are finite in one only."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -18,13 +18,13 @@ class Metrics:
     Attributes
     ----------
     texels : int
-        How many there are.
+        Number of texels.
     differing : int
-        How many differ in a bit of any channel.
+        Number of texels that differ in a bit of any channel.
     max_ulp : int
         Greatest distance in representable numbers (for integers: in codes); -0 and +0 are 0 apart.
     max_error, mean_error, rmse : float
-        Of the absolute difference, in the texture's unit.
+        Figures of the absolute difference, in the texture's unit.
     psnr : float or None
         Peak signal-to-noise ratio, dB; the peak is 1 where the reference lies within 0 to 1, the largest code of
         integers, else the reference's range. None where nothing differs or the range is 0.
@@ -48,9 +48,9 @@ class Metrics:
 
 
 def ulp_distance(a: Plane, b: Plane) -> NDArray[np.uint64]:
-    """Representable numbers from a to b, of one type, each finite."""
+    """Number of representable numbers from a to b, finite ones of one type."""
     x, y = _ordered(a), _ordered(b)
-    # Of float64 the distance may exceed int64; the wrapped difference is right as an unsigned number.
+    # A distance of float64 may exceed int64; the wrapped difference is right as an unsigned number.
     return np.where(x < y, y - x, x - y).view(np.uint64)
 
 
@@ -64,13 +64,7 @@ def _ordered(a: Plane) -> NDArray[np.int64]:
 
 
 def measure(mine: Planes, reference: Planes) -> Metrics:
-    """All distances of two textures, channel by channel.
-
-    Parameters
-    ----------
-    mine, reference : tuples of (H, W) arrays
-        Channels, equal in number, type and size.
-    """
+    """All distances of two textures, whose channels (H, W) are equal in number, type and size."""
     differing = np.zeros(mine[0].shape, np.bool_)
     for a, b in zip(mine, reference, strict=True):
         differing |= ~equal_bits(a, b)

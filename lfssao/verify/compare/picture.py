@@ -1,4 +1,4 @@
-"""The difference picture: of one module, each stage's two textures, their difference and where it is right."""
+"""The difference picture of one module: each stage's two textures, their difference and where it is right."""
 
 from pathlib import Path
 from typing import Any
@@ -20,13 +20,7 @@ _MEANINGS = ("equal bits", "differs, right", "outside, or differs where no inter
 
 
 class Panels:
-    """What the picture shows of one module, small: textures as 8-bit colours, differences and verdicts by maxima.
-
-    Parameters
-    ----------
-    module : str
-        Which module.
-    """
+    """The picture's panels of one module, small: textures as 8-bit colours, differences and verdicts by maxima."""
 
     def __init__(self, module: str) -> None:
         self.module = module
@@ -34,7 +28,7 @@ class Panels:
         self.rows: list[dict[str, Any]] = []
 
     def offer(self, mine: Layer, reference: Layer, judged: Judged) -> None:
-        """Keep a stage: of those with equal bits the first alone, until one differs."""
+        """Keep a stage; the first alone of those with equal bits, until one differs."""
         verdict = judged.verdict
         rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code == SAME else 2
         if (self.rows and rank == 0) or len(self.rows) >= _MOST_ROWS:
@@ -58,7 +52,7 @@ class Panels:
 
 
 def _span(layer: Layer) -> tuple[float, float]:
-    """Least and greatest finite value; 0 and 1 where all lie between, as of AO and colours."""
+    """Least and greatest finite value; 0 and 1 where all lie between, as in AO and colours."""
     finite = np.concatenate([plane[np.isfinite(plane)].astype(np.float64) for plane in layer.planes])
     if layer.planes[0].dtype.kind != "f":
         return 0.0, float(np.iinfo(layer.planes[0].dtype).max)
@@ -100,13 +94,7 @@ def _largest(array: NDArray[Any], step: int) -> NDArray[Any]:
 
 
 def save_panels(panels: Panels | None, path: Path) -> None:
-    """Draw the picture into a file.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to draw, the file's ending is not .png, .svg or .pdf, or it cannot be written.
-    """
+    """Draw the picture into a .png, .svg or .pdf; InputError if there is nothing to draw or it cannot be written."""
     if path.suffix not in _FORMATS:
         raise InputError(f"{path}: its name must end in one of {', '.join(_FORMATS)}")
     if panels is None or not panels.rows:
@@ -145,7 +133,7 @@ def _draw_difference(figure: Any, axes: Any, difference: NDArray[np.float64]) ->
     finite = difference[(difference > 0) & np.isfinite(difference)]
     high = float(finite.max(initial=0)) or 1.0
     low = min(max(float(finite.min(initial=high)), 1e-10 * high), 0.9 * high)
-    # Masked: what is equal, where a logarithm has no place; `over`: what is infinite.
+    # Equal numbers are masked, as a logarithm has no place for them; infinite ones are `over`.
     held = np.where(np.isfinite(difference), np.clip(difference, low, high), 2 * high)
     shown = np.ma.masked_array(held, difference == 0)
     image = axes.imshow(shown, cmap=colors, norm=LogNorm(low, high), interpolation="nearest")

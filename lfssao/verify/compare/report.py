@@ -24,7 +24,7 @@ _HEAD = ("stage", "equal bits", "inside", "outside", "other", "texels off", "max
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What a comparison found.
+    """The outcome of a comparison.
 
     Attributes
     ----------
@@ -35,15 +35,15 @@ class Report:
     exact : bool
         Whether all but equal bits fails.
     estimator : str or None
-        The reference's estimator where it is one of whose occlusion no intervals are known.
+        The reference's estimator if no intervals of its occlusion are known.
     modules : int
-        How many the reference has.
+        Number of the reference's modules.
     results : tuple of Result
-        One a texture, module by module, in the order of the stages; of a module that cannot be read, one alone.
+        One a texture, module by module, in the order of the stages; one alone for a module that cannot be read.
     notes : tuple of str
-        What of the other renderer was not compared.
+        Warnings, such as of the other renderer's textures that were not compared.
     panels : Panels or None
-        What the difference picture shows.
+        The panels of the difference picture.
     """
 
     mine: str
@@ -75,7 +75,7 @@ class Report:
 
     @property
     def first_failure(self) -> Result | None:
-        """The first result that fails: of the first such module, its earliest stage."""
+        """The first result that fails: the earliest stage of the first such module."""
         return next((r for r in self.results if self.code(r) != SAME), None)
 
     def __str__(self) -> str:
@@ -115,7 +115,7 @@ class Report:
         return [list(_HEAD), *(_row(name, stages[name]) for name in sorted(stages, key=stage_order))]
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it as JSON can hold it: infinite and undefined numbers are strings or null."""
+        """The whole report as JSON can hold it: infinite and undefined numbers are strings or null."""
         first, failure = self.first_difference, self.first_failure
         return {
             "format": FORMAT,
@@ -137,24 +137,11 @@ class Report:
         return finite
 
     def write_json(self, path: Path) -> None:
-        """Write ``as_dict`` to a file.
-
-        Raises
-        ------
-        InputError
-            If it cannot be written.
-        """
-        text = json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n"
-        write_text(path, text)
+        """Write ``as_dict`` to a file; InputError if it cannot be written."""
+        write_text(path, json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n")
 
     def write_junit(self, path: Path) -> None:
-        """Write JUnit XML: a test suite a module, a test case a stage.
-
-        Raises
-        ------
-        InputError
-            If it cannot be written.
-        """
+        """Write JUnit XML, a test suite a module, a test case a stage; InputError if it cannot be written."""
         text = ElementTree.tostring(self._junit(), encoding="unicode", xml_declaration=False)
         write_text(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
 
@@ -180,10 +167,7 @@ class Report:
     def save_picture(self, path: Path) -> None:
         """Draw the first module that fails, else that differs, else the first: both sides, difference, verdict.
 
-        Raises
-        ------
-        InputError
-            If nothing was compared or the file cannot be written.
+        InputError if nothing was compared or the file cannot be written.
         """
         save_panels(self.panels, path)
 

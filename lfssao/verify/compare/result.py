@@ -14,7 +14,7 @@ WORST = 10
 
 @dataclass(frozen=True)
 class Texel:
-    """One of the worst texels.
+    """One of the worst texels of a texture.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The two sides of a comparison: which files hold which module, and what the reference's manifest says of them."""
+"""The two sides of a comparison: the files of each module, and what the reference's manifest says of them."""
 
 import re
 from collections.abc import Sequence
@@ -16,7 +16,6 @@ from lfssao.verify.case import IMAGES, Case
 from lfssao.verify.compare.layers import Layer, layers_of
 from lfssao.verify.compare.view_case import not_written, view_case
 from lfssao.verify.kit.folder import read_case, read_index
-from lfssao.verify.kit.stages import MODEL
 
 
 @dataclass(frozen=True)
@@ -28,13 +27,13 @@ class Reference:
     path : Path
         The folder or the file.
     files : dict
-        The file of each module, by the module's name; of a kit the folder of each case.
+        The file of each module, by the module's name; for a kit the folder of each case.
     manifest : dict or None
-        What ``lfssao render`` said of them.
+        The manifest that ``lfssao render`` wrote.
     entries : dict
         The manifest's entry of each module, by its name; empty without manifest.
     kit : bool
-        Whether it is a kit, or a case of one: what is said of modules is then said of cases.
+        Whether it is a kit, or a case of one: its modules are cases.
     """
 
     path: Path
@@ -45,13 +44,7 @@ class Reference:
 
     @classmethod
     def open(cls, path: Path) -> "Reference":
-        """Find the files.
-
-        Raises
-        ------
-        InputError
-            If there are none, or a manifest is there and is wrong.
-        """
+        """Find the files; InputError if there are none, or a manifest is there and is wrong."""
         folder = path if path.is_dir() else path.parent
         if not path.is_dir() and not path.is_file():
             raise InputError(f"{path}: there is no such file or folder")
@@ -74,11 +67,6 @@ class Reference:
         if not own:  # a file beside a manifest that does not speak of it
             return cls(path, {path.stem: path}, None, {})
         return cls(path, {name: path for name in own}, manifest, own)
-
-    @property
-    def kit_model(self) -> str | None:
-        """The error model of a kit's bounds; None where the reference is none."""
-        return MODEL if self.kit else None
 
     def described(self, module: str) -> Case:
         """The case that a module's manifest describes, its outputs left out; without manifest a case of images.
@@ -160,7 +148,7 @@ class Mine:
     files : dict
         The files of each module of the reference, with the rest of each one's name: the layer, where a file has one.
     extra : tuple of str
-        Files that look like modules that the reference does not have.
+        Files that seem to hold modules which the reference does not have.
     """
 
     path: Path
@@ -171,12 +159,8 @@ class Mine:
     def open(cls, path: Path, reference: Reference) -> "Mine":
         """Find the files of the reference's modules.
 
-        ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', one layer of it.
-
-        Raises
-        ------
-        InputError
-            If the path is not there, or one is a file and the other a folder.
+        ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', one layer of it. InputError if
+        the path is not there, or one is a file and the other a folder.
         """
         if not path.exists():
             raise InputError(f"{path}: there is no such file or folder")
@@ -203,10 +187,7 @@ class Mine:
     def parts(self, module: str) -> list[ImagePart]:
         """All parts of a module's files; one without name has that of the layer in its file's name.
 
-        Raises
-        ------
-        InputError
-            If a file cannot be read.
+        InputError if a file cannot be read.
         """
         parts = []
         for path, layer in self.files[module]:

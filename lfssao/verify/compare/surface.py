@@ -1,4 +1,4 @@
-"""The mesh that a reference was rendered of: with it the intervals of depth and colour are bounds and no estimates."""
+"""The mesh that a reference shows: with it the intervals of depth and colour are bounds and no estimates."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -60,7 +60,7 @@ class Surface:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Say in a sentence that the manifest is none, whatever it led to."""
+        """Turn whatever a wrong manifest leads to into an InputError."""
         try:
             yield
         except InputError:
@@ -72,44 +72,39 @@ class Surface:
     def mesh(self) -> Mesh | None:
         """The mesh where it stands in the folder's frame; None if it is not at hand, or another version's.
 
-        Raises
-        ------
-        InputError
-            If the file cannot be read or is not the scene that the manifest describes.
+        InputError if the file cannot be read or is not the scene that the manifest describes.
         """
         with self._reading():
-            return self._read_mesh()
-
-    def _read_mesh(self) -> Mesh | None:
-        scene, frame, name = self._manifest["scene"], self._manifest.get("frame"), self._file
-        if not isinstance(scene["name"], str):
-            raise TypeError(f"the scene's name is {scene['name']!r}")
-        if name is None and scene["name"] not in BUILTIN:
-            return None
-        name = name or scene["name"]
-        mesh = builtin_scene(name) if name in BUILTIN else _load(name)
-        found = describe_scene(mesh)
-        if any(found[part] != scene[part] for part in ("vertices_sha256", "faces_sha256")):
-            if self._file is None:
+            scene, frame = self._manifest["scene"], self._manifest.get("frame")
+            if not isinstance(scene["name"], str):
+                raise TypeError(f"the scene's name is {scene['name']!r}")
+            name = self._file or scene["name"]
+            if self._file is None and name not in BUILTIN:
                 return None
-            raise InputError(f"--mesh: {name} is not the scene that the reference was rendered of, {scene['name']}")
-        self._has_colors = mesh.paint is not None and found["paint_sha256"] == scene["paint_sha256"]
-        return mesh if frame is None else moved(mesh, _affine(frame["world_from_scene"]))
+            mesh = builtin_scene(name) if name in BUILTIN else _load(name)
+            found = describe_scene(mesh)
+            if any(found[part] != scene[part] for part in ("vertices_sha256", "faces_sha256")):
+                if self._file is None:
+                    return None
+                described = f"the scene that the reference was rendered of, {scene['name']}"
+                raise InputError(f"--mesh: {name} is not {described}")
+            self._has_colors = mesh.paint is not None and found["paint_sha256"] == scene["paint_sha256"]
+            return mesh if frame is None else moved(mesh, _affine(frame["world_from_scene"]))
 
     def bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
         """Bounds of a view's depth and colour.
 
         They are left out where the mesh is not at hand or has other colours, where rays cannot be cast here, and where
-        the view is not one that the manifest's numbers make again.
+        the manifest's numbers do not make the view again.
 
         Parameters
         ----------
         entry : dict
-            What the manifest says of the view.
+            The manifest's entry of the view.
         shape : (int, int)
             Height and width of the depth texture.
         model : ErrorModel
-            What a renderer may do.
+            Limits of a renderer.
 
         Raises
         ------
@@ -117,23 +112,21 @@ class Surface:
             If the manifest does not describe the scene and the view.
         """
         with self._reading():
-            return self._bounds(entry, shape, model)
-
-    def _bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
-        if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
-            return {}
-        view = self._view(self.mesh, entry)
-        if not np.array_equal(view.world_to_image.numbers, entry["view"]["world_to_image"]):
-            return {}
-        try:
-            self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, int(config.NUMBA_NUM_THREADS))
-        except MissingPackageError:
-            return {}
-        made = {"depth": depth_bounds(self._caster, view, model)}
-        if self._has_colors:
-            chosen = self._manifest["settings"]["color_filter"]
-            made["color"] = color_bounds(self._caster, view, chosen, model)
-        return made
+            if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
+                return {}
+            view = self._view(self.mesh, entry)
+            if not np.array_equal(view.world_to_image.numbers, entry["view"]["world_to_image"]):
+                return {}
+            try:
+                threads = int(config.NUMBA_NUM_THREADS)
+                self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, threads)
+            except MissingPackageError:
+                return {}
+            made = {"depth": depth_bounds(self._caster, view, model)}
+            if self._has_colors:
+                chosen = self._manifest["settings"]["color_filter"]
+                made["color"] = color_bounds(self._caster, view, chosen, model)
+            return made
 
     def _view(self, mesh: Mesh, entry: dict[str, Any]) -> View:
         """The view of a manifest's entry."""

@@ -1,4 +1,4 @@
-"""Mappings whose domains have borders at numbers that arithmetic meets exactly, and points beside and on them."""
+"""Mappings whose domains have borders at numbers that arithmetic meets exactly, and points next to and on them."""
 
 from dataclasses import replace
 from typing import Any
@@ -21,7 +21,7 @@ def _display(module: Module, **options: Any) -> Display:
     return Display("kit", 1.0, 0.75, modules=(module,), roi=((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3)), **settings)
 
 
-# Points on and beside the borders that a display has of its own; z of the lens and of the observers all have.
+# Points on and next to the borders of one display only; all have borders at z of the lens and of the observers.
 _DISPLAYS: dict[str, tuple[Display, Points]] = {
     "crossed_slits": (_display(_LENS), []),
     "conical": (
@@ -62,13 +62,7 @@ BORDERS = (*_DISPLAYS, "camera")
 
 
 def border_problem(name: str) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Parameters and inputs of the stage ``mapping``.
-
-    Parameters
-    ----------
-    name : str
-        One of ``BORDERS``.
-    """
+    """Parameters and inputs of the stage ``mapping`` for one of ``BORDERS``."""
     if name == "camera":
         kind, numbers = MATRIX, _CAMERA
         points = [(0.5, 0.25, z) for z in (0.0, 1.0, 2.0, -1.0, -0.25)]

@@ -12,28 +12,13 @@ from lfssao.errors import InputError
 from lfssao.optics.display import Display
 from lfssao.samples import METHODS, make_samples
 from lfssao.verify.case import Case
+from lfssao.verify.kit import views
 from lfssao.verify.kit.borders import BORDERS, border_problem
 from lfssao.verify.kit.estimator_cases import estimator_recipes
 from lfssao.verify.kit.scenes import SCENE, textures
 from lfssao.verify.kit.specification import is_specified
 from lfssao.verify.kit.stages import STAGES, stage_bounds
-from lfssao.verify.kit.views import (
-    CAMERA_SCENE,
-    DISPLAYS,
-    MISSED,
-    MODULE,
-    NEAR,
-    RADIUS,
-    WORLD,
-    Problem,
-    Recipe,
-    described,
-    make_camera,
-    make_display,
-    module_view,
-    noise,
-    small_display,
-)
+from lfssao.verify.kit.views import MISSED, NEAR, Problem, Recipe
 
 _DISPLAY_TITLES = {
     "crossed_slits": "flat screen, linear diffuser, texture aligned to the screen",
@@ -44,26 +29,32 @@ _DISPLAY_TITLES = {
     "calibrated": "homography and radial distortion of a calibration",
     "negated": "homography whose ninth number is negative, distortion by k2 alone",
 }
+_SEED = 0xFEDCBA9DF6543215
+_FOLDING = views.make_display(
+    replace(views.MODULE, homography=(30.0, 0.0, 8.0, 0.0, -30.0, 3.0, 0.0, 0.0, 1.0), k1=-0.1, width=16, height=6)
+)
 
 
-def _module_problem(display: Display, table: tuple[Any, ...] = ("latin", 8, 1), radius: float = RADIUS) -> Problem:
+def _module_problem(
+    display: Display, table: tuple[Any, ...] = ("latin", 8, 1), radius: float = views.RADIUS
+) -> Problem:
     """Algorithm 2 on the one module of a display, with a table of ``make_samples``."""
-    view = module_view(display)
+    view = views.module_view(display)
     depth, positions = textures(view, SCENE)
-    parameters = {"radius": radius, "mapping": described(view.world_to_image)}
+    parameters = {"radius": radius, "mapping": views.described(view.world_to_image)}
     return parameters, {"depth": depth, "positions": positions, "samples": make_samples(*table)}
 
 
 def _camera_problem(projection: str, *size: int) -> Problem:
     """Algorithm 1 on a camera."""
-    view = make_camera(projection, *size)
+    view = views.make_camera(projection, *size)
     assert view.screen_to_world is not None
     parameters = {
         "radius": 0.5,
         "screen_to_world": view.screen_to_world.tolist(),
         "world_to_screen": view.world_to_image.numbers.reshape(4, 4).tolist(),
     }
-    return parameters, {"depth": textures(view, CAMERA_SCENE)[0], "samples": make_samples("latin", 8, 1)}
+    return parameters, {"depth": textures(view, views.CAMERA_SCENE)[0], "samples": make_samples("latin", 8, 1)}
 
 
 def _near_camera_problem() -> Problem:
@@ -76,9 +67,9 @@ def _near_camera_problem() -> Problem:
 
 def _matrix_problem() -> Problem:
     """Algorithm 2 where the mapping is a matrix: positions are read, not made from depth."""
-    view = make_camera("perspective")
-    depth, positions = textures(view, CAMERA_SCENE)
-    parameters = {"radius": 0.5, "mapping": described(view.world_to_image)}
+    view = views.make_camera("perspective")
+    depth, positions = textures(view, views.CAMERA_SCENE)
+    parameters = {"radius": 0.5, "mapping": views.described(view.world_to_image)}
     return parameters, {"depth": depth, "positions": positions, "samples": make_samples("latin", 8, 1)}
 
 
@@ -94,7 +85,7 @@ def _ties() -> Problem:
 
 
 def _background() -> Problem:
-    parameters, inputs = _module_problem(small_display())
+    parameters, inputs = _module_problem(views.small_display())
     return parameters, {
         "depth": np.full_like(inputs["depth"], np.inf),
         "positions": np.full_like(inputs["positions"], np.inf),
@@ -102,48 +93,43 @@ def _background() -> Problem:
     }
 
 
-def _folding() -> Display:
-    homography = (30.0, 0.0, 8.0, 0.0, -30.0, 3.0, 0.0, 0.0, 1.0)
-    return make_display(replace(MODULE, homography=homography, k1=-0.1, width=16, height=6))
-
-
 def _mapping_problem(seen_by: Display | str) -> Problem:
     """World points, most of them where a display has an image, and some where no display has one."""
-    view = make_camera(seen_by) if isinstance(seen_by, str) else module_view(seen_by)
-    spread = np.array(2.0 * noise(4, 60, 3) - 1.0, np.float32)
+    view = views.make_camera(seen_by) if isinstance(seen_by, str) else views.module_view(seen_by)
+    spread = np.array(2.0 * views.noise(4, 60, 3) - 1.0, np.float32)
     far = np.array([[0, 0, s] for s in (-3, -2, -1.1, 1.1, 2, 3.5)] + [[3, 0, 0], [-9, 0, 0], [0, 9, 0]], np.float32)
-    return {"mapping": described(view.world_to_image)}, {"points": np.concatenate([spread, far])}
+    return {"mapping": views.described(view.world_to_image)}, {"points": np.concatenate([spread, far])}
 
 
 def _numbers_problem(display: Display, guard: int) -> Problem:
     values = json.loads(json.dumps(asdict(display)))  # tuples as the lists that a file gives back
-    return {"display": values, "module": 0, "guard": guard, "physical_from_world": WORLD.tolist()}, {}
+    return {"display": values, "module": 0, "guard": guard, "physical_from_world": views.WORLD.tolist()}, {}
 
 
 def _frame_problem() -> Problem:
     guard = 3
-    view = module_view(small_display(), guard)
+    view = views.module_view(views.small_display(), guard)
     depth, positions = textures(view, SCENE)
-    image = noise(5, *depth.shape, 3)
+    image = views.noise(5, *depth.shape, 3)
     image[np.isinf(depth)] = 0
     parameters = {
-        "radii": [0.08, 0.2, 0.5], "sigma": 1.0, "guard": guard, "mapping": described(view.world_to_image),
+        "radii": [0.08, 0.2, 0.5], "sigma": 1.0, "guard": guard, "mapping": views.described(view.world_to_image),
     }  # fmt: skip
     samples = make_samples("latin", 8, 1)
     return parameters, {"depth": depth, "positions": positions, "samples": samples, "image": image}
 
 
-def _merge_problem(*shape: int) -> Problem:
-    return {}, {"layers": noise(0, *shape)}
+def _blur_problem(sigma: float, height: int, width: int) -> Problem:
+    return {"sigma": sigma}, {"source": views.noise(1, height, width)}
 
 
-def _blur_problem(sigma: float, *shape: int) -> Problem:
-    return {"sigma": sigma}, {"source": noise(1, *shape)}
+def _merge_problem(count: int, height: int, width: int) -> Problem:
+    return {}, {"layers": views.noise(0, count, height, width)}
 
 
 def _shade_problem() -> Problem:
     ramp = (np.arange(48, dtype=np.float32) / np.float32(47)).reshape(6, 8)
-    return {}, {"image": noise(2, 6, 8, 3) * 3 - 1, "occlusion": ramp}
+    return {}, {"image": views.noise(2, 6, 8, 3) * 3 - 1, "occlusion": ramp}
 
 
 def _samples_problem(method: str, n: int, seed: int, r_min: float, r_max: float) -> Problem:
@@ -169,20 +155,47 @@ def _philox_problem() -> Problem:
     return {}, {"counters": np.ascontiguousarray(table[:, :4]), "keys": np.ascontiguousarray(table[:, 4:])}
 
 
+# Name, method, number, seed, least and largest radius.
+_SAMPLES = (
+    *((method, method, 12, 2**40 + 7, 0.8, 1.0) for method in ("random", "jittered", "latin")),
+    ("ball", "jittered", 9, _SEED, 0.0, 0.3),
+    ("sphere", "jittered", 10, _SEED, 0.9, 0.9000000000000001),
+    ("point", "random", 2, _SEED, 0.0, 0.0),
+    ("one", "latin", 1, _SEED, 0.5, 0.7),
+)
+
+# Name, sigma, height, width.
+_BLURS = (
+    ("usual", 1.0, 12, 16),
+    ("wide", 2.5, 3, 2),
+    ("narrow", 0.01, 4, 4),
+    ("none", 0.0, 2, 3),
+    ("one_texel", 1.0, 1, 1),
+    ("row", 0.7, 1, 9),
+)
+
+# Samples far around surfaces, some of which reach where the mapping is not defined: name, title, display.
+_FAR_SAMPLES = (
+    ("behind_lens_and_observers", "samples behind the lens and behind the observers", NEAR),
+    ("conical_beyond", "conical diffuser: samples beyond where it has an image", replace(NEAR, diffuser="conical")),
+    ("convex_missed", "convex screen: samples that no point of it shows", MISSED),
+    ("folded", "samples beyond where the distortion folds", _FOLDING),
+    ("behind_homography", "samples behind the line w = 0 of a homography", views.DISPLAYS["negated"]),
+)
+
+
 def _numbers() -> Iterator[Recipe]:
     for function in ("sincospi", "cbrt", "exp"):
         title = f"{function}, float64"
         yield Recipe(f"elementary_{function}", "elementary", title, _elementary_problem, function)
     yield Recipe("philox", "philox", "Philox4x32-10", _philox_problem)
-    for method in ("random", "jittered", "latin"):
-        title = f"the table of 12 samples, {method}"
-        yield Recipe(f"samples_{method}", "samples", title, _samples_problem, method, 12, 2**40 + 7, 0.8, 1.0)
-    for name, method, n, r_min, r_max in (
-        ("ball", "jittered", 9, 0.0, 0.3), ("sphere", "jittered", 10, 0.9, 0.9000000000000001),
-        ("point", "random", 2, 0.0, 0.0), ("one", "latin", 1, 0.5, 0.7),
-    ):  # fmt: skip
-        title, shape = f"{method}, {n} samples from {r_min:g} to {r_max:g}", (0xFEDCBA9DF6543215, r_min, r_max)
-        yield Recipe(f"samples_{name}", "samples", title, _samples_problem, method, n, *shape)
+    for name, method, n, seed, low, high in _SAMPLES:
+        title = (
+            f"the table of 12 samples, {method}"
+            if name == method
+            else f"{method}, {n} samples from {low:g} to {high:g}"
+        )
+        yield Recipe(f"samples_{name}", "samples", title, _samples_problem, method, n, seed, low, high)
 
 
 def _views() -> Iterator[Recipe]:
@@ -190,7 +203,7 @@ def _views() -> Iterator[Recipe]:
         yield Recipe(f"algorithm1_{projection}", "algorithm1", f"{projection} camera", _camera_problem, projection)
         title = f"world points in a {projection} camera"
         yield Recipe(f"mapping_{projection}", "mapping", title, _mapping_problem, projection)
-    for name, display in DISPLAYS.items():
+    for name, display in views.DISPLAYS.items():
         title = _DISPLAY_TITLES[name]
         for guard, suffix in ((0, ""), (5, "_guard_5")):
             numbers = f"the mapping's numbers: {title}"
@@ -204,29 +217,21 @@ def _views() -> Iterator[Recipe]:
     yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _matrix_problem)
     for method in METHODS["ball"]:
         title = f"16 samples by the method {method}, the table an input"
-        yield Recipe(f"table_{method}", "algorithm2", title, _module_problem, small_display(), (method, 16, 2))
+        yield Recipe(f"table_{method}", "algorithm2", title, _module_problem, views.small_display(), (method, 16, 2))
 
 
 def _singular() -> Iterator[Recipe]:
-    small = small_display()
+    small, one = views.small_display(), views.DISPLAYS["crossed_slits"].with_resolution(1, 1)
     yield Recipe("ties", "algorithm2", "samples on borders of texels and just as deep as the surface", _ties)
     yield Recipe("background", "algorithm2", "no surface anywhere", _background)
-    one = DISPLAYS["crossed_slits"].with_resolution(1, 1)
-    yield Recipe("one_texel", "algorithm2", "a texture of one texel", _module_problem, one)
-    title = "radius 0: every sample is its point"
-    yield Recipe("zero_radius", "algorithm2", title, _module_problem, small, ("latin", 8, 1), 0.0)
-    yield Recipe("one_sample", "algorithm2", "one sample", _module_problem, small, ("random", 1, 4))
-    title = "most samples outside the texture"
-    yield Recipe("outside", "algorithm2", title, _module_problem, small, ("latin", 16, 3), 1.2)
-    # Samples far around surfaces: some reach where the mapping is not defined.
-    conical, beyond = replace(NEAR, diffuser="conical"), "conical diffuser: samples beyond where it has an image"
-    for name, title, display in (
-        ("behind_lens_and_observers", "samples behind the lens and behind the observers", NEAR),
-        ("conical_beyond", beyond, conical),
-        ("convex_missed", "convex screen: samples that no point of it shows", MISSED),
-        ("folded", "samples beyond where the distortion folds", _folding()),
-        ("behind_homography", "samples behind the line w = 0 of a homography", DISPLAYS["negated"]),
+    for name, title, *arguments in (
+        ("one_texel", "a texture of one texel", one),
+        ("zero_radius", "radius 0: every sample is its point", small, ("latin", 8, 1), 0.0),
+        ("one_sample", "one sample", small, ("random", 1, 4)),
+        ("outside", "most samples outside the texture", small, ("latin", 16, 3), 1.2),
     ):
+        yield Recipe(name, "algorithm2", title, _module_problem, *arguments)
+    for name, title, display in _FAR_SAMPLES:
         shown = display if name == "folded" else display.with_resolution(16, 12)
         yield Recipe(name, "algorithm2", title, _module_problem, shown, ("latin", 24, 3, 0.2, 1.0), 1.2)
 
@@ -234,10 +239,7 @@ def _singular() -> Iterator[Recipe]:
 def _pictures() -> Iterator[Recipe]:
     yield Recipe("merge_three", "merge", "three radii", _merge_problem, 3, 12, 16)
     yield Recipe("merge_one", "merge", "one radius: a copy", _merge_problem, 1, 3, 5)
-    for name, sigma, height, width in (
-        ("usual", 1.0, 12, 16), ("wide", 2.5, 3, 2), ("narrow", 0.01, 4, 4), ("none", 0.0, 2, 3),
-        ("one_texel", 1.0, 1, 1), ("row", 0.7, 1, 9),
-    ):  # fmt: skip
+    for name, sigma, height, width in _BLURS:
         title = f"sigma {sigma:g}, {width} x {height} texels"
         yield Recipe(f"blur_{name}", "blur", title, _blur_problem, sigma, height, width)
     yield Recipe("shade", "shade", "colours below, in and above 0 to 1", _shade_problem)

@@ -18,21 +18,9 @@ from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import View, WorldToImage
 from lfssao.samples import make_samples
 from lfssao.verify.case import Arrays
+from lfssao.verify.kit import views
 from lfssao.verify.kit.scenes import SCENE, Scene, textures
-from lfssao.verify.kit.views import (
-    CAMERA_SCENE,
-    DISPLAYS,
-    MISSED,
-    RADIUS,
-    WIDE,
-    Problem,
-    Recipe,
-    described,
-    make_camera,
-    module_view,
-    noise,
-    small_display,
-)
+from lfssao.verify.kit.views import CAMERA_SCENE, Problem, Recipe, described, module_view, noise
 
 
 def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str, Value]) -> Problem:
@@ -40,9 +28,9 @@ def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str,
 
     Changed options get more texels and a larger radius: filters of larger footprints are not reached otherwise.
     """
-    large = DISPLAYS["crossed_slits"].with_resolution(48, 36)
-    view = make_camera("perspective") if camera else module_view(large if changes else small_display())
-    radius = 0.5 if camera else 0.7 if changes else RADIUS
+    large = views.DISPLAYS["crossed_slits"].with_resolution(48, 36)
+    view = views.make_camera("perspective") if camera else module_view(large if changes else views.small_display())
+    radius = 0.5 if camera else 0.7 if changes else views.RADIUS
     return _on_view(estimator, view, CAMERA_SCENE if camera else SCENE, radius, changes, _own_tables(estimator))
 
 
@@ -78,7 +66,7 @@ _DISK = ((0.0, 0.0), (0.6, 0.1), (-0.3, 0.7), (0.2, -0.8), (-1.0, 0.0))
 
 def _disk_problem(estimator: Estimator, changes: Mapping[str, Value], tables: Arrays) -> Problem:
     """An estimator over a disk where some of the disk has no image: beyond the screen, behind the lens."""
-    view = module_view(MISSED.with_resolution(24, 18))
+    view = module_view(views.MISSED.with_resolution(24, 18))
     parameters, inputs = _on_view(estimator, view, SCENE, 1.2, changes, tables)
     turned = {"normals": -inputs["normals"]} if estimator.normals and "randomize" in changes else {}
     return parameters, {**inputs, **turned}  # turned away from the viewer, as in smoothed meshes
@@ -111,7 +99,7 @@ def _remap_problem() -> Problem:
     """Depths so far before their positions that in some texels most samples are occluded, in others few."""
     tables = {"points": make_samples("latin", 8, 1)}
     parameters, inputs = _on_view(
-        ESTIMATORS["point"], module_view(small_display()), SCENE, RADIUS, {"remap": True}, tables
+        ESTIMATORS["point"], module_view(views.small_display()), SCENE, views.RADIUS, {"remap": True}, tables
     )
     return parameters, {**inputs, "depth": inputs["depth"] - noise(12, *inputs["depth"].shape) * np.float32(0.1)}
 
@@ -166,7 +154,7 @@ def _curved_recipes() -> Iterator[Recipe]:
     """Estimators over balls and disks where the mapping is any display's, and has no image of some of their places."""
     changes: dict[str, Value] = {"surface": "positions", "range_check": True, "rotation": "common"}
     for name in ("alchemy", "point", "hemisphere", "vo-points", "vo-points-normal"):
-        estimator, view = ESTIMATORS[name], module_view(MISSED.with_resolution(16, 12))
+        estimator, view = ESTIMATORS[name], module_view(views.MISSED.with_resolution(16, 12))
         own = {option: value for option, value in changes.items() if option in estimator.parameters}
         build = _on_view, estimator, view, SCENE, 1.2, own, _own_tables(estimator)
         yield Recipe(f"curved_{name}", "estimator", f"{estimator.title}: convex screen", *build)
@@ -218,14 +206,14 @@ def _rough(view: View, radius: float, estimator: Estimator, changes: Mapping[str
 
 def _beyond_planes(estimator: Estimator, projection: str) -> Problem:
     """A camera's depths of which some stand for no distance: none at all in perspective, otherwise one below 0."""
-    parameters, inputs = _on_view(estimator, make_camera(projection), CAMERA_SCENE, 0.5, {"mip": "harmonic"}, {})
+    parameters, inputs = _on_view(estimator, views.make_camera(projection), CAMERA_SCENE, 0.5, {"mip": "harmonic"}, {})
     depth = np.where(noise(10, *inputs["depth"].shape) < 0.1, _BEYOND[projection], inputs["depth"])
     return parameters, {**inputs, "depth": depth}
 
 
 def _endless(estimator: Estimator) -> Problem:
     """A camera whose far plane lies at infinity; some depths are 1 and more, which stands for no distance."""
-    view = make_camera("perspective", 20, 15)
+    view = views.make_camera("perspective", 20, 15)
     f_u, f_v, c_u, c_v, near = view.lens[:5].tolist()
     forth = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, 1, -near], [0, 0, 1, 0]])
     back = np.array(
@@ -262,7 +250,7 @@ def _lines_problem(estimator: Estimator, display: Display, changes: Mapping[str,
 
 def _no_line_problem(estimator: Estimator) -> Problem:
     """Surfaces also in texels that have no line, as no caster of rays along the lines would give them."""
-    parameters, inputs = _lines_problem(estimator, WIDE.with_resolution(20, 15), {})
+    parameters, inputs = _lines_problem(estimator, views.WIDE.with_resolution(20, 15), {})
     there = np.isnan(inputs["lines"][..., 0]) & (noise(10, *inputs["depth"].shape) < 0.5)
     depth = np.where(there, noise(12, *there.shape), inputs["depth"])
     positions = np.where(there[..., None], noise(13, *there.shape, 3), inputs["positions"])
@@ -271,7 +259,7 @@ def _no_line_problem(estimator: Estimator) -> Problem:
 
 def _pass_recipes() -> Iterator[Recipe]:
     """Estimators that pass over texels and their levels."""
-    large, odd, one = (DISPLAYS["crossed_slits"].with_resolution(*size) for size in ((48, 36), (33, 21), (1, 1)))
+    large, odd, one = (views.DISPLAYS["crossed_slits"].with_resolution(*size) for size in ((48, 36), (33, 21), (1, 1)))
     for name in ("sao", "sao-equation-1", "multiresolution"):
         estimator = ESTIMATORS[name]
         builds: dict[str, tuple[Any, ...]] = {
@@ -279,14 +267,14 @@ def _pass_recipes() -> Iterator[Recipe]:
             for suffix, changes in (_LEVELS if estimator.normals else _PASSES).items()
         }
         builds["one_texel"] = _on_view, estimator, module_view(one), SCENE, 0.3, {}, {}
-        builds["zero_radius"] = _on_view, estimator, module_view(small_display()), SCENE, 0.0, {}, {}
+        builds["zero_radius"] = _on_view, estimator, module_view(views.small_display()), SCENE, 0.0, {}, {}
         builds["wide"] = _on_view, estimator, module_view(large), SCENE, 1e7, {}, {}
         if not estimator.normals:
             builds |= {projection: (_beyond_planes, estimator, projection) for projection in _BEYOND}
             builds["infinite_far_plane"] = _endless, estimator
             builds["near"] = _rough, module_view(odd), 0.05, estimator, {}
             for kind in ("convex", "conical"):
-                display = DISPLAYS[kind].with_resolution(20, 15)
+                display = views.DISPLAYS[kind].with_resolution(20, 15)
                 builds[kind] = _lines_problem, estimator, display, {"mip": "harmonic", "log_q": 0}
             builds["no_line"] = _no_line_problem, estimator
         for suffix, build in builds.items():

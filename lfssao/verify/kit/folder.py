@@ -27,6 +27,9 @@ FORMAT = 1
 _INDEX = "kit.json"
 _HEADER = 128  # bytes before the numbers of a .npy file: what NumPy's format 1.0 pads short headers to
 
+# The fields of a case that the index repeats.
+_HEAD = {"name": str, "stage": str, "title": str, "specified": bool}
+
 _CHANNELS = {
     "depth": ("Z",),
     "positions": ("P.X", "P.Y", "P.Z"),
@@ -39,7 +42,7 @@ _OCCLUSIONS = ("occlusion", "layers", "merged", "source", "horizontal", "blurred
 
 
 def write_kit(folder: Path, cases: Iterable[Case], specification: str) -> None:
-    """Write a kit: into a temporary folder beside it, which is then renamed.
+    """Write a kit into a temporary folder next to it, which is then renamed.
 
     Parameters
     ----------
@@ -109,19 +112,16 @@ def write_case(folder: Path, case: Case) -> dict[str, Any]:
         parts = _parts(arrays)
         if parts:
             write_exr(folder / file, parts)
-    return {**_head(case), "folder": f"cases/{case.name}", "sha256": hashlib.sha256(text).hexdigest()}
-
-
-def _head(case: Case) -> dict[str, Any]:
-    return {"name": case.name, "stage": case.stage, "title": case.title, "specified": case.specified}
+    head = {key: getattr(case, key) for key in _HEAD}
+    return {**head, "folder": f"cases/{case.name}", "sha256": hashlib.sha256(text).hexdigest()}
 
 
 def describe_case(case: Case) -> dict[str, Any]:
-    """What case.json holds; with the digests of all arrays it fixes every bit of the case."""
+    """The contents of case.json; with the digests of all arrays they fix every bit of the case."""
     described = {name: _describe(name, array) for name, array in arrays_of(case).items()}
     return {
         "format": FORMAT,
-        **_head(case),
+        **{key: getattr(case, key) for key in _HEAD},
         "parameters": dict(case.parameters),
         "inputs": {name: described[name] for name in case.inputs},
         "outputs": {name: described[name] for name in case.outputs},
@@ -178,22 +178,17 @@ def _parts(arrays: Arrays) -> list[Part]:
 def read_index(folder: Path) -> list[dict[str, Any]]:
     """The entries of a kit's cases: name, stage, title, folder and whether it is specified.
 
-    Raises
-    ------
-    InputError
-        If it is no kit, or one of a newer format.
+    InputError if it is no kit, or one of a newer format.
     """
     path = folder / _INDEX
-    kit = _read_json(path)
-    keys = {"name": str, "stage": str, "title": str, "folder": str, "specified": bool, "sha256": str}
-    cases = kit.get("cases")
+    cases, keys = _read_json(path).get("cases"), _HEAD | {"folder": str, "sha256": str}
     if not isinstance(cases, list) or not all(_has(case, keys) for case in cases):
         raise InputError(f"{path}: its list of cases is malformed")
     return cases
 
 
 def read_kit(folder: Path) -> Iterator[Case]:
-    """All cases of a kit, one after the other; errors are those of read_index and read_case."""
+    """All cases of a kit, one after the other; errors as of read_index and read_case."""
     for entry in read_index(folder):
         yield read_case(folder / entry["folder"])
 
@@ -201,17 +196,11 @@ def read_kit(folder: Path) -> Iterator[Case]:
 def read_case(folder: Path) -> Case:
     """One case from its folder, every array checked against its digest.
 
-    Raises
-    ------
-    InputError
-        If a file is missing or is not what it should be, or of a newer format.
+    InputError if a file is missing or is not what it should be, or of a newer format.
     """
     path = folder / "case.json"
     described = _read_json(path)
-    keys = {
-        "name": str, "stage": str, "title": str, "specified": bool, "parameters": dict, "inputs": dict, "outputs": dict,
-        "bounds": dict,
-    }  # fmt: skip
+    keys = _HEAD | dict.fromkeys(("parameters", "inputs", "outputs", "bounds"), dict)
     if not _has(described, keys):
         raise InputError(f"{path}: one of {', '.join(keys)} is missing or of the wrong type")
     bounds = {}
@@ -224,10 +213,8 @@ def read_case(folder: Path) -> Case:
     )
     if not outputs:
         raise InputError(f"{path}: it has no outputs")
-    return Case(
-        described["name"], described["stage"], described["title"], described["parameters"], inputs, outputs, bounds,
-        described["specified"],
-    )  # fmt: skip
+    head = {key: described[key] for key in _HEAD}
+    return Case(**head, parameters=described["parameters"], inputs=inputs, outputs=outputs, bounds=bounds)
 
 
 def _side(path: Path, pair: Any, side: str) -> Any:

@@ -42,15 +42,7 @@ SCENE = Scene((0.16, 0.2, -0.1, 0.36), (((-0.12, 0.05, 0.05), 0.14), ((0.2, -0.1
 
 
 def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
-    """Depth, (H, W), and positions, (H, W, 3), of a scene in a view; +infinity where there is no surface.
-
-    Parameters
-    ----------
-    view : View
-        A module of a display, or a camera.
-    scene : Scene
-        What it sees.
-    """
+    """Depth, (H, W), and positions, (H, W, 3), of a scene in a view; +infinity where there is no surface."""
     depth = np.full((view.height, view.width), np.inf, np.float32)
     positions = np.full((view.height, view.width, 3), np.inf, np.float32)
     for row in range(view.height):

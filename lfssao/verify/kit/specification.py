@@ -21,7 +21,7 @@ def is_specified(estimator: str) -> bool:
 def specification() -> str:
     """The text of SPECIFICATION.md: the stages, then the estimators that are specified.
 
-    They stand in the order of the registry, where what others are made of comes first.
+    They stand in the order of the registry, in which an estimator comes before those that are made of it.
     """
     names = ["SPECIFICATION.md", *(f"estimator_{name}.md" for name in ESTIMATORS if is_specified(name))]
     whole = "\n".join(files("lfssao.verify.kit").joinpath(name).read_text(encoding="utf-8") for name in names)

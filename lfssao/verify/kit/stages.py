@@ -1,4 +1,4 @@
-"""The stages that cases are for: what each makes of its inputs, by the program's own functions, and its bounds."""
+"""The stages of cases: the outputs of each from its inputs, by the program's own functions, and their bounds."""
 
 from collections.abc import Callable
 
@@ -61,18 +61,18 @@ def _offsets(parameters: Parameters, inputs: Arrays) -> Outputs:
 def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
     to_image = described_mapping(parameters)
     m = to_image.as_type(np.float32)
-    image, answers = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
+    image, statuses = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
     for k, (x, y, z) in enumerate(inputs["points"]):
         u, v, depth, valid = mapping.world_to_image(to_image.kind, m, x, y, z)
         if valid:
             image[k] = u, v, depth
         elif to_image.kind == mapping.DISPLAY:
-            # What a kernel returns to Python is a float: the next one would compute in float64.
+            # A kernel returns a Python float: the next one would compute in float64.
             physical = [np.float32(mapping.affine_row(m, row, x, y, z)) for row in range(3)]
-            answers[k] = display_kernels.physical_to_image(m[12:], *physical)[2]
+            statuses[k] = display_kernels.physical_to_image(m[12:], *physical)[2]
         else:
-            answers[k] = 1
-    return {"image": image, "answers": answers}
+            statuses[k] = 1
+    return {"image": image, "answers": statuses}
 
 
 def _occlusion(occlusion: passes.Occlusion) -> Outputs:
@@ -134,7 +134,7 @@ def _estimator(parameters: Parameters, inputs: Arrays) -> Outputs:
     return _occlusion(estimate(*chosen, **parameters["options"]))
 
 
-# What a stage makes of parameters and inputs: its outputs by name, the one that counts first.
+# The outputs of a stage by name, the one that counts first, from parameters and inputs.
 STAGES: dict[str, Run] = {
     "elementary": _elementary,
     "philox": _philox,
@@ -155,11 +155,7 @@ def stage_bounds(stage: str, parameters: Parameters, inputs: Arrays) -> dict[str
     """Bounds of a stage's outputs by name, for a renderer within the error model of shading languages.
 
     Stages without bounds round nothing, or are float64 or integers, which every language has: equal bits are asked.
-
-    Parameters
-    ----------
-    stage, parameters, inputs
-        As of ``Case``.
+    Stage, parameters and inputs are those of a ``Case``.
     """
     model = MODELS[MODEL]
     if stage in ("algorithm1", "algorithm2", "estimator"):

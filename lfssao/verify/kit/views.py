@@ -1,4 +1,4 @@
-"""What the cases look at: displays, cameras, and numbers that look like noise; and what a case is made by."""
+"""Displays, cameras and noise that the cases are made of, and the recipe of a case."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,17 +24,7 @@ RADIUS = 0.2
 
 
 class Recipe:
-    """How a case is made.
-
-    Parameters
-    ----------
-    name, stage, title : str
-        As of ``Case``.
-    build : callable
-        ``build(*arguments) -> (parameters, inputs)``.
-    arguments
-        What it is called with.
-    """
+    """A case's name, stage and title, and ``build(*arguments)``, which makes its parameters and inputs."""
 
     def __init__(self, name: str, stage: str, title: str, build: Callable[..., Problem], *arguments: Any) -> None:
         self.name, self.stage, self.title, self.build, self.arguments = name, stage, title, build, arguments
@@ -71,12 +61,12 @@ def described(to_image: WorldToImage) -> dict[str, Any]:
 
 
 def module_view(display: Display, guard: int = 0) -> View:
-    """What the one module of a display sees of the turned world."""
+    """The view of the one module of a display into the turned world."""
     return display.view(0, WORLD, guard)
 
 
 def make_camera(projection: str, width: int = 32, height: int = 24) -> View:
-    """What a camera sees that looks down on the world's middle."""
+    """The view of a camera that looks down on the world's middle."""
     camera = Camera(projection, (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 3.0, 8.0)
     return camera.view(width, height)
 

@@ -17,8 +17,7 @@ def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, 
     Parameters
     ----------
     mine : array, or mapping of arrays
-        What the renderer made of the case's inputs: its first output, or outputs by their names, the first one among
-        them.
+        The renderer's outputs from the case's inputs: the first one, or outputs by their names, the first among them.
     case : Case, str or Path
         The case, its name, or its folder in a kit that 'lfssao kit' wrote.
     strict : bool
@@ -33,19 +32,15 @@ def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, 
         If there is no such case.
     """
     __tracebackhide__ = True
-    wrong = list(_faults(mine, _case(case), strict))
+    if isinstance(case, Path):
+        case = read_case(case)
+    elif isinstance(case, str):
+        from lfssao.verify.kit.cases import make_case  # late: it compiles kernels, and cases on disk need none
+
+        case = make_case(case)
+    wrong = list(_faults(mine, case, strict))
     if wrong:
         raise AssertionError("\n".join(wrong))
-
-
-def _case(case: Case | str | Path) -> Case:
-    if isinstance(case, Case):
-        return case
-    if isinstance(case, Path):
-        return read_case(case)
-    from lfssao.verify.kit.cases import make_case  # late: it compiles kernels, and cases on disk need none
-
-    return make_case(case)
 
 
 def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iterator[str]:

@@ -200,6 +200,7 @@ def test_a_number_that_is_none_is_outside():
 # Sharpness
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["gallery", "statue", "armadillo", "ammonite"])
 def test_few_samples_are_undecided_in_the_embedded_scenes(name):
     """At most 0.5 % of the samples at visible points, at least 95 % of the visible texels certain, in every radius."""

@@ -1,6 +1,8 @@
 """``lfssao compare``: verdicts, figures, exit codes, matching of channels, reports; that idiff's traps are not here."""
 
+import functools
 import json
+import operator
 import shutil
 import subprocess
 import sys
@@ -271,25 +273,15 @@ def test_values_are_compared_by_default_and_bits_with_exact(pair, tmp_path):
     assert compare(nans[0], nans[0], "--exact") == 0
 
 
-def usage_errors(file):
-    return (
-        ["--no-such-option", file, file],
-        [file],
-        [file, file, "--model", "foo"],
-        [file, file, "--map", "foo"],
-        [file, file, "--map", "a=nothing"],
-        [file, file, "--layers", "nothing"],
-        [file, file, "--json", file.parent / "no" / "a.json"],
-        [file, file, "--picture", file.parent / "a.txt"],
-        [file, file.parent],
-        [file, file.parent / "nothing.exr"],
-    )
-
-
-@pytest.mark.parametrize("number", range(10))
-def test_usage_errors_are_neither_a_warning_nor_a_difference(pair, capsys, number):
+@pytest.mark.parametrize(
+    "words",
+    ["--no-such-option {0} {0}", "{0}", "{0} {0} --model foo", "{0} {0} --map foo", "{0} {0} --map a=nothing",
+     "{0} {0} --layers nothing", "{0} {0} --json {1}/no/a.json", "{0} {0} --picture {1}/a.txt", "{0} {1}",
+     "{0} {1}/nothing.exr"],
+)  # fmt: skip
+def test_usage_errors_are_neither_a_warning_nor_a_difference(pair, capsys, words):
     file, _ = pair
-    assert compare(*usage_errors(file)[number]) == 4
+    assert compare(*(word.format(file, file.parent) for word in words.split())) == 4
     assert capsys.readouterr().err.count("\n") == 1
 
 
@@ -331,18 +323,12 @@ def test_channels_that_are_missing_are_noticed(tmp_path, capsys):
     assert compare(tmp_path / "b.exr", tmp_path / "a.exr") == 1
 
 
-@pytest.mark.parametrize("kind", ["half", "double", "uint8"])
-def test_another_data_type_is_not_converted(tmp_path, capsys, kind):
-    for name, a_kind in (("a.tif", kind), ("b.tif", "float")):
-        spec = oiio.ImageSpec(5, 4, 1, "uint8" if a_kind == "uint8" else a_kind)
-        file = oiio.ImageOutput.create(str(tmp_path / name).replace(".tif", ".exr") if kind == "half" else
-                                       str(tmp_path / name))  # fmt: skip
-        target = str(tmp_path / name).replace(".tif", ".exr") if kind == "half" else str(tmp_path / name)
-        assert file.open(target, spec)
-        assert file.write_image(np.ones((4, 5, 1), np.float32))
-        assert file.close()
-    ending = "exr" if kind == "half" else "tif"
-    assert compare(tmp_path / f"a.{ending}", tmp_path / f"b.{ending}") == 3
+@pytest.mark.parametrize(("kind", "ending"), [("half", "exr"), ("double", "tif"), ("uint8", "tif")])
+def test_another_data_type_is_not_converted(tmp_path, capsys, kind, ending):
+    files = [tmp_path / f"{name}.{ending}" for name in ("a", "b")]
+    for file, dtype in zip(files, (kind, "float"), strict=True):
+        write_image(file, np.ones((4, 5, 1), np.float32), dtype)
+    assert compare(*files) == 3
     assert "the reference's is of float32" in capsys.readouterr().out
 
 
@@ -356,9 +342,9 @@ def single(reference, module, layer):
     return np.ascontiguousarray(part.pixels[..., order])
 
 
-def write_tiff(path, pixels):
+def write_image(path, pixels, dtype="float"):
     file = oiio.ImageOutput.create(str(path))
-    assert file.open(str(path), oiio.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], "float"))
+    assert file.open(str(path), oiio.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], dtype))
     assert file.write_image(pixels)
     assert file.close()
 
@@ -372,7 +358,7 @@ def test_one_file_a_layer_in_other_formats(tmp_path, reference):
             elif layer == "ao_2":
                 write_exr(tmp_path / f"{module}-{layer}.exr", [Part("", ("Y",), pixels)])
             else:
-                write_tiff(tmp_path / f"{module}.{layer}.tif", pixels)
+                write_image(tmp_path / f"{module}.{layer}.tif", pixels)
     report = lfssao.compare(tmp_path, reference)
     assert set(verdicts(report)) == {(module, layer) for module in MODULES for layer in LAYERS}
     assert not different(report)
@@ -612,13 +598,19 @@ def beside(reference, target, du, dv, scene="statue"):
     return changed(reference, target, "module_004", change)
 
 
-def without_scene(reference, target):
-    """The same folder of a mesh file that is not at hand."""
+def with_entry(reference, target, place, value):
+    """A copy of a rendered folder whose manifest has another value at a place, a path of keys."""
     shutil.copytree(reference, target)
     manifest = json.loads((target / "manifest.json").read_text())
-    manifest["scene"]["name"] = "mine.obj"
+    entry = functools.reduce(operator.getitem, place[:-1], manifest)
+    entry[place[-1]] = value
     (target / "manifest.json").write_text(json.dumps(manifest))
     return target
+
+
+def without_scene(reference, target):
+    """The same folder of a mesh file that is not at hand."""
+    return with_entry(reference, target, ("scene", "name"), "mine.obj")
 
 
 def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
@@ -656,14 +648,7 @@ def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
     ids=str,
 )
 def test_a_manifest_that_does_not_give_the_mesh_its_view(tmp_path, capsys, reference, place, value, code):
-    folder = tmp_path / "reference"
-    shutil.copytree(reference, folder)
-    manifest = json.loads((folder / "manifest.json").read_text())
-    entry = manifest
-    for key in place[:-1]:
-        entry = entry[key]
-    entry[place[-1]] = value
-    (folder / "manifest.json").write_text(json.dumps(manifest))
+    folder = with_entry(reference, tmp_path / "reference", place, value)
     surface = np.argwhere(np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40]
     mine = changed(reference, tmp_path / "mine", "module_004", poke("depth", tuple(surface), 2.0))
     assert compare(mine, folder, "--layers", "depth") == code
@@ -671,11 +656,7 @@ def test_a_manifest_that_does_not_give_the_mesh_its_view(tmp_path, capsys, refer
 
 
 def test_another_estimators_occlusion_is_said_to_have_no_interval(tmp_path, capsys, reference):
-    folder = tmp_path / "reference"
-    shutil.copytree(reference, folder)
-    manifest = json.loads((folder / "manifest.json").read_text())
-    manifest["settings"]["estimator"] = "hbao"
-    (folder / "manifest.json").write_text(json.dumps(manifest))
+    folder = with_entry(reference, tmp_path / "reference", ("settings", "estimator"), "hbao")
     mine = changed(reference, tmp_path / "mine", "module_004", nudge("ao_1"))
     assert compare(mine, folder) == 2
     text = capsys.readouterr().out
@@ -723,11 +704,10 @@ def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator
     (worst,) = (r.worst[0] for r in found if r.layer == "ao_1")
     assert worst.lower[0] <= worst.reference[0] <= worst.upper[0]
     assert worst.reason == f"0 of {8 if estimator == 'hemisphere' else 12} points are undecided"
-    manifest = json.loads((reference / "manifest.json").read_text())
-    manifest["settings"]["parameters"] |= {"thickness": 0.1} if estimator == "vo-points" else {"range_check": "yes"}
-    (reference / "manifest.json").write_text(json.dumps(manifest))
+    option, value = ("thickness", 0.1) if estimator == "vo-points" else ("range_check", "yes")
+    other = with_entry(reference, tmp_path / "other", ("settings", "parameters", option), value)
     capsys.readouterr()
-    code = compare(inside, reference)
+    code = compare(inside, other)
     said = capsys.readouterr()
     if estimator == "vo-points":  # the directions in which texels look are no layer
         assert (code, "of estimator vo-points must have equal values" in said.out) == (2, True)
@@ -835,9 +815,7 @@ def test_a_header_of_a_thousand_million_pixels_is_refused(tmp_path, reference):
 def test_npy_files_are_checked_before_they_are_read(tmp_path):
     def refused(words):
         with pytest.raises(InputError, match=words):
-            lfssao.rendering.image_file.read_image_file(tmp_path / "a.npy")
-
-    import lfssao.rendering.image_file
+            read_image_file(tmp_path / "a.npy")
 
     np.save(tmp_path / "a.npy", np.ones((3, 4), np.float32))
     data = (tmp_path / "a.npy").read_bytes()

@@ -18,6 +18,7 @@ from lfssao.testing import assert_conforms
 from lfssao.verify.kit.cases import RECIPES, make_case
 from lfssao.verify.kit.folder import read_case, write_kit
 
+pytestmark = pytest.mark.slow
 CASES = [recipe.name for recipe in RECIPES.values() if recipe.stage in glsl_renderer.STAGES]
 
 

@@ -18,6 +18,8 @@ from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.rendering.image_file import read_image_file
 
+pytestmark = pytest.mark.slow
+
 # Kind of file, whether its mutants are of an uncompressed file (whose numbers mutate too), how many: 2,100 in all.
 RUNS = [("mine", False, 600), ("mine", True, 500), ("reference", False, 300), ("manifest", False, 700)]
 COMMAND = ["render", "statue", "--display", "sample-a", "--modules", "3:4", "--resolution", "16x12", "--radii", "4%",

@@ -79,12 +79,14 @@ def check_shares(drawn, options, half, alter=lambda model: model):
     return int(found.undecided.sum()), int((np.rint(made * n).max(0) - np.rint(made * n).min(0)).sum())
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]), st.booleans())
 def test_no_renderer_of_point_leaves_its_bounds(drawn, check, surface, remap):
     check_shares(drawn, {"remap": remap, "range_check": check, "surface": surface}, half=False)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]))
 def test_no_renderer_of_the_half_ball_leaves_its_bounds(drawn, check, surface):
@@ -130,6 +132,7 @@ def check_volume(drawn, options, tangent):
     return int(found.undecided.sum()), int((made[0].max(0) - made[0].min(0) > 1e-3).sum())
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(
     drawn_problems(), st.booleans(), st.sampled_from([0.0, 0.02, 0.2]), st.sampled_from([0.0, 0.5]),

@@ -22,7 +22,7 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
 
 EXAMPLES, RENDERERS = 100, 100
-pytestmark = pytest.mark.usefixtures("one_thread")
+pytestmark = [pytest.mark.usefixtures("one_thread"), pytest.mark.slow]
 
 
 def arithmetic(model, rng, renderers):

@@ -7,16 +7,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lfssao.core.files import write_whole
-from lfssao.errors import InputError
 from lfssao.samples import statistics
 from lfssao.samples.sets import SampleSet
 
-FORMATS = (".png", ".svg", ".pdf")
 _COORDINATES = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi"), "sphere": ("z", "phi"), "ball": ("z / r", "phi")}
 
 
 def draw_samples(made: SampleSet, r_min: float = 0.0, r_max: float = 1.0) -> Figure:
-    """A figure of four panels: points, radial histogram, periodogram, pair correlation.
+    """Return a figure of four panels: points, radial histogram, periodogram, pair correlation.
 
     Parameters
     ----------
@@ -83,23 +81,12 @@ def _draw_radii(axes: Any, made: SampleSet, r_min: float, r_max: float) -> None:
 
 
 def save_samples(made: SampleSet, path: Path, r_min: float = 0.0, r_max: float = 1.0) -> None:
-    """Draw a set into a file.
-
-    Parameters
-    ----------
-    made : SampleSet
-        The set.
-    path : Path
-        The picture; its name ends in .png, .svg or .pdf.
-    r_min, r_max : float
-        The ball's shell.
+    """Draw a set into a file, as a picture of its ending; arguments as of ``draw_samples``.
 
     Raises
     ------
     InputError
-        If the file's ending is another, or it cannot be written.
+        If it cannot be written.
     """
-    if path.suffix not in FORMATS:
-        raise InputError(f"{path}: its name must end in one of {', '.join(FORMATS)}")
     figure = draw_samples(made, r_min, r_max)
     write_whole(path, lambda part: figure.savefig(part, dpi=110))

@@ -2,7 +2,6 @@
 
 import ctypes
 import fcntl
-import json
 import os
 import pty
 import re
@@ -18,24 +17,20 @@ import time
 import numpy as np
 import pytest
 from exr_parts import read_parts
+from jobs import manifest_of, render, sentence
 
 from lfssao import __version__
 from lfssao.cli.main import main
 
-SMALL = ["render", "statue", "--resolution", "64x48"]
+SMALL = ["statue", "--resolution", "64x48"]
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 def refused(capsys, folder, *words):
     """The one sentence of a refused command, which must not have made its output folder."""
-    out = folder / "new" / "out"
-    assert main(["render", *words, "-o", str(out)]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
-    assert captured.err.startswith("lfssao: ")
+    render(folder / "new" / "out", *words, code=2)
     assert not (folder / "new").exists()
-    return captured.err.removeprefix("lfssao: ").rstrip("\n")
+    return sentence(capsys)
 
 
 BAD_VALUES = {
@@ -146,34 +141,30 @@ def test_commands_without_their_words(capsys):
         (["render", "statue", "-o", ""], "--output is empty"),
     ):
         assert main(words) == 2
-        error = capsys.readouterr().err
-        assert part in error
-        assert error.count("\n") == 1
+        assert part in sentence(capsys)
 
 
 @pytest.mark.parametrize("place", ["file", "file/a", "file/a/b", "link", "/proc/lfssao", "/proc", "/dev/null"])
 def test_output_that_cannot_be_written(capsys, tmp_path, place):
     (tmp_path / "file").write_text("mine")
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
-    assert main([*SMALL, "-o", str(tmp_path / place)]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert f"{tmp_path / place}: the output folder cannot be" in error
+    render(tmp_path / place, *SMALL, code=2)
+    assert f"{tmp_path / place}: the output folder cannot be" in sentence(capsys)
     assert sorted(os.listdir(tmp_path)) == ["file", "link"]
     assert (tmp_path / "file").read_text() == "mine"
 
 
 def test_output_is_checked_before_the_scene_is_loaded(capsys, tmp_path):
     (tmp_path / "file").write_text("mine")
-    assert main(["render", "teapot.obj", "-o", str(tmp_path / "file")]) == 2
-    assert "the output folder cannot be made" in capsys.readouterr().err
+    render(tmp_path / "file", "teapot.obj", code=2)
+    assert "the output folder cannot be made" in sentence(capsys)
 
 
 def test_refused_command_leaves_a_folder_as_it_was(capsys, tmp_path):
     (tmp_path / "module_000.exr").write_text("mine")
     before = os.stat(tmp_path).st_mtime_ns
     for words in (["teapot.obj"], ["statue", "--samples", "0"], ["statue", "--resolution", "60000x60000"]):
-        assert main(["render", *words, "-o", str(tmp_path)]) == 2
+        render(tmp_path, *words, code=2)
     assert os.listdir(tmp_path) == ["module_000.exr"]
     assert os.stat(tmp_path).st_mtime_ns == before
     assert (tmp_path / "module_000.exr").read_text() == "mine"
@@ -183,7 +174,7 @@ def test_name_of_a_scene_wins_over_a_folder(tmp_path, monkeypatch):
     # `lfssao render statue -o statue` makes such a folder; it must work twice.
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
-        assert main([*SMALL, "-o", "statue"]) == 0
+        render("statue", *SMALL)
     assert (tmp_path / "statue" / "module_000.exr").exists()
 
 
@@ -194,14 +185,12 @@ def test_degenerate_faces_are_said(capsys, tmp_path):
         ("a", ["2 faces without an area are left out", "it names 'no.mtl', which is not there"]),
         ("b", ["1 face without an area is left out"]),
     ):
-        words = ["render", str(tmp_path / f"{name}.obj"), "--resolution", "8x6", "--radii", "10%"]
-        assert main([*words, "-o", str(tmp_path / name)]) == 0
+        render(tmp_path / name, str(tmp_path / f"{name}.obj"), "--resolution", "8x6", "--radii", "10%")
         said = capsys.readouterr().err.splitlines()
         assert len(said) == len(wanted)
         for line, part in zip(said, wanted, strict=True):
             assert f"{name}.obj: {part}" in line
-        manifest = json.loads((tmp_path / name / "manifest.json").read_text())
-        assert manifest["scene"]["degenerate_faces_left_out"] == (2 if name == "a" else 1)
+        assert manifest_of(tmp_path / name)["scene"]["degenerate_faces_left_out"] == (2 if name == "a" else 1)
 
 
 @pytest.mark.parametrize("words", [["--version"], ["--help"], ["render", "--help"]])
@@ -228,9 +217,8 @@ def test_extreme_meshes_give_textures_without_nan(tmp_path, capsys):
     for scale, offset in ((9e29, 0.0), (2e-30, 0.0), (1.0, 1e5)):
         corners = "".join("v {!r} {!r} {!r}\n".format(*v) for v in (mesh * scale + offset).tolist())
         (tmp_path / "a.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
-        words = ["render", str(tmp_path / "a.obj"), "--resolution", "16x12", "-o", str(tmp_path / "out")]
         for more in (["--radii", "10%"], ["--radii", "10%", "--camera"], ["--radii", "1e30,0"]):
-            assert main([*words, *more]) == 0
+            render(tmp_path / "out", str(tmp_path / "a.obj"), "--resolution", "16x12", *more)
         for name in ("module_000", "camera"):
             parts = read_parts(tmp_path / "out" / f"{name}.exr")
             assert len(parts) > 5
@@ -242,28 +230,25 @@ def test_a_scene_too_far_from_the_origin_is_refused(tmp_path, capsys):
     """At 1e6 float32 positions are 0.06 apart: a texel of 1 / 16 knows its place, one of 1 / 64 does not."""
     corners = "v 1e6 0 0\nv 1000001 0 0\nv 1e6 1 0\nf 1 2 3\n"
     (tmp_path / "a.obj").write_text(corners)
-    words = ["render", str(tmp_path / "a.obj"), "-o", str(tmp_path / "out")]
     for more in (["--display", "virtual"], ["--camera"]):
-        assert main([*words, *more, "--resolution", "64x64"]) == 2
-        error = capsys.readouterr().err
-        assert "the scene is 1 large and reaches 1e+06 from the world's origin" in error
-        assert error.count("\n") == 1
+        job = [str(tmp_path / "a.obj"), *more, "--radii", "10%", "--resolution"]
+        render(tmp_path / "out", *job, "64x64", code=2)
+        assert "the scene is 1 large and reaches 1e+06 from the world's origin" in sentence(capsys)
         assert not (tmp_path / "out").exists()
-        assert main([*words, *more, "--resolution", "12x12", "--radii", "10%"]) == 0
+        render(tmp_path / "out", *job, "12x12")
         shutil.rmtree(tmp_path / "out")
 
 
-# --- in a process of its own
+# In a process of its own
 
 
-def start(*words, **keywords):
-    return subprocess.Popen(
-        [sys.executable, "-m", "lfssao", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **keywords
-    )
+def start(*words):
+    command = [sys.executable, "-m", "lfssao", "render", *words]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 def test_python_m_in_a_pipe_says_one_line_and_nothing_else(tmp_path):
-    process = start("render", "ammonite", "--resolution", "64x48", "--camera", "-o", str(tmp_path / "out"))
+    process = start("ammonite", "--resolution", "64x48", "--camera", "-o", str(tmp_path / "out"))
     out, error = process.communicate(timeout=60)
     assert process.returncode == 0
     assert error == b""  # no bar, no warnings
@@ -271,14 +256,14 @@ def test_python_m_in_a_pipe_says_one_line_and_nothing_else(tmp_path):
 
 
 def test_python_m_returns_the_exit_code(tmp_path):
-    process = start("render", "teapot.obj", "-o", str(tmp_path / "out"))
+    process = start("teapot.obj", "-o", str(tmp_path / "out"))
     _, error = process.communicate(timeout=60)
     assert (process.returncode, error) == (2, b"lfssao: teapot.obj: there is no such file\n")
 
 
 def test_folder_name_that_is_not_text(tmp_path):
     folder = os.fsencode(tmp_path) + b"/caf\xe9"
-    process = start("render", "statue", "--resolution", "8x6", "--radii", "10%", "-o", folder)
+    process = start("statue", "--resolution", "8x6", "--radii", "10%", "-o", folder)
     out, error = process.communicate(timeout=60)
     assert (process.returncode, out) == (2, b"")
     assert error.count(b"\n") == 1
@@ -295,12 +280,12 @@ def test_reader_of_the_output_may_be_gone(tmp_path):
 
 
 def on_terminal(words, columns=80):
-    """Exit code and everything that a command writes to a terminal."""
+    """Exit code and everything that a render writes to a terminal."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24 if columns else 0, columns, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
     process = subprocess.Popen(
-        [sys.executable, "-m", "lfssao", *words], stdout=theirs, stderr=theirs, stdin=theirs, env=environment
+        [sys.executable, "-m", "lfssao", "render", *words], stdout=theirs, stderr=theirs, stdin=theirs, env=environment
     )
     os.close(theirs)
     text = b""
@@ -339,7 +324,7 @@ def test_message_after_a_bar_has_a_line_of_its_own(tmp_path):
 @pytest.mark.parametrize("after", [0, 1, 4])
 def test_interrupt_leaves_whole_files_only(tmp_path, after):
     out = tmp_path / "out"
-    process = start("render", "statue", "--display", "sample-a", "--radii", "1%,2%", "-o", str(out))
+    process = start("statue", "--display", "sample-a", "--radii", "1%,2%", "-o", str(out))
     deadline = time.monotonic() + 60
     wanted = out if after == 0 else out / f"module_{after - 1:03d}.exr"
     while not wanted.exists() and time.monotonic() < deadline:
@@ -365,12 +350,12 @@ def test_interrupt_inside_a_callback_from_llvm_is_not_lost(monkeypatch, capsys):
     exec(compile(source, "/site-packages/llvmlite/binding/executionengine.py", "exec"), names)
     in_c = ctypes.CFUNCTYPE(None)(names["callback"])
 
-    def render(_options):
+    def hold(_options):
         in_c()
         done.append("returned")
         time.sleep(30)
 
-    monkeypatch.setattr("lfssao.cli.render._render", render)
+    monkeypatch.setattr("lfssao.cli.render._render", hold)
     assert main(["render", "-o", "nowhere"]) == 130
     assert done == ["called", "returned"]
     assert capsys.readouterr().err == "lfssao: interrupted; every file that was written is whole\n"

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from bits import bits
+from jobs import sentence
 from matplotlib.image import imread
 
 from lfssao.cli.main import main
@@ -150,10 +151,7 @@ def test_a_picture_is_written(tmp_path, capsys):
 ])  # fmt: skip
 def test_bad_options_get_one_sentence(words, message, capsys):
     assert main(["samples", *words]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("lfssao: ")
-    assert error.count("\n") == 1
-    assert message in error
+    assert message in sentence(capsys)
 
 
 @pytest.mark.parametrize(("name", "content", "message"), [
@@ -173,7 +171,4 @@ def test_bad_options_get_one_sentence(words, message, capsys):
 def test_malformed_files_get_one_sentence(tmp_path, capsys, name, content, message):
     (tmp_path / name).write_bytes(content)
     assert main(["samples", "check", str(tmp_path / name)]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("lfssao: ")
-    assert error.count("\n") == 1
-    assert message in error
+    assert message in sentence(capsys)

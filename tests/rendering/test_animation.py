@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import digests_of, manifest_of, render, sentence
 
 import lfssao.rendering.run
 from lfssao.cli.main import main
@@ -28,7 +29,7 @@ CUBE = Mesh(
     np.array([[x, y, z] for x in (-1.0, 3.0) for y in (0.0, 5.0) for z in (2.0, 4.0)]),
     np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]], np.int32),
 )
-SMALL = ["--display", "sample-a", "--modules", "9:11", "--resolution", "32x24", "--radii", "0.05,0.1"]
+SMALL = ["ammonite", "--display", "sample-a", "--modules", "9:11", "--resolution", "32x24", "--radii", "0.05,0.1"]
 
 
 @given(st.integers(1, 400), st.data())
@@ -140,10 +141,8 @@ def test_files_that_are_no_files(tmp_path):
 
 @pytest.mark.parametrize("value", ["0", "-1", "1.5", "", "10001", "x", "a.txt", "missing.json", "٤"])
 def test_bad_frames_are_refused_before_anything_is_made(tmp_path, capsys, value):
-    assert main(["render", "ammonite", *SMALL, "--frames", value, "-o", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("lfssao: --frames")
-    assert error.count("\n") == 1
+    render(tmp_path / "out", *SMALL, "--frames", value, code=2)
+    assert sentence(capsys).startswith("--frames")
     assert not (tmp_path / "out").exists()
 
 
@@ -163,18 +162,13 @@ def animated(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(lfssao.rendering.run, "RayCaster", Counting)
-        words = ["render", "ammonite", *SMALL, "--frames", str(folder / "path.json"), "-o", str(folder / "out")]
-        assert main(words) == 0
+        render(folder / "out", *SMALL, "--frames", str(folder / "path.json"))
     return folder / "out", read_transforms(folder / "path.json"), len(built)
-
-
-def manifest(folder):
-    return json.loads((folder / "manifest.json").read_text())
 
 
 def test_trees_are_built_once_for_each_place(animated):
     assert animated[2] == 2
-    seconds = [manifest(animated[0] / f"frame_000{k}")["seconds"]["passes"]["build_bvh"] for k in range(4)]
+    seconds = [manifest_of(animated[0] / f"frame_000{k}")["seconds"]["passes"]["build_bvh"] for k in range(4)]
     assert [value > 0 for value in seconds] == [True, True, False, False]
 
 
@@ -184,7 +178,7 @@ def test_frames_are_folders_with_all_that_a_still_has(animated):
     for k in range(4):
         names = sorted(path.name for path in (folder / f"frame_000{k}").iterdir())
         assert names == ["contact.png", "manifest.json", "module_009.exr", "module_010.exr"]
-        frame = manifest(folder / f"frame_000{k}")["frame"]
+        frame = manifest_of(folder / f"frame_000{k}")["frame"]
         assert frame == {"number": k, "count": 4, "world_from_scene": transforms[k].tolist()}
 
 
@@ -204,9 +198,9 @@ def test_each_frame_shows_the_moved_mesh_through_the_same_views(animated):
 
 def test_still_has_no_frame_and_one_frame_in_place_is_the_still(tmp_path):
     for name, more in (("still", []), ("one", ["--frames", "1"])):
-        assert main(["render", "ammonite", *SMALL, *more, "-o", str(tmp_path / name)]) == 0
-    assert manifest(tmp_path / "still")["frame"] is None
-    still, one = (manifest(folder)["views"] for folder in (tmp_path / "still", tmp_path / "one" / "frame_0000"))
+        render(tmp_path / name, *more)
+    assert manifest_of(tmp_path / "still")["frame"] is None
+    still, one = (manifest_of(folder)["views"] for folder in (tmp_path / "still", tmp_path / "one" / "frame_0000"))
     for a, b in zip(still, one, strict=True):
         assert (a["textures"], a["view"]) == (b["textures"], b["view"])
 
@@ -220,22 +214,18 @@ def test_a_frame_is_read_like_a_still(animated, capsys):
 
 def test_frames_go_on_where_they_were_interrupted(animated, tmp_path):
     folder, _, _ = animated
-    words = ["render", "ammonite", *SMALL, "--frames", str(folder.parent / "path.json"), "-o", str(folder), "--resume"]
-    before = [manifest(folder / f"frame_000{k}")["views"] for k in range(4)]
+    before = [digests_of(folder / f"frame_000{k}") for k in range(4)]
     (folder / "frame_0002" / "module_009.exr").unlink()
     (folder / "frame_0002" / "manifest.json").unlink()
     (folder / "frame_0003" / "contact.png").unlink()
-    assert main(words) == 0
-    for k in range(4):
-        for a, b in zip(manifest(folder / f"frame_000{k}")["views"], before[k], strict=True):
-            assert a["textures"] == b["textures"]
+    render(folder, *SMALL, "--frames", str(folder.parent / "path.json"), "--resume")
+    assert [digests_of(folder / f"frame_000{k}") for k in range(4)] == before
     assert (folder / "frame_0003" / "contact.png").exists()
 
 
 def test_frames_of_a_camera_share_its_place(tmp_path):
-    words = ["render", "ammonite", "--camera", "--resolution", "32x24", "--radii", "0.05", "--frames", "2"]
-    assert main([*words, "-o", str(tmp_path)]) == 0
-    views = [manifest(tmp_path / f"frame_000{k}")["views"][0] for k in range(2)]
+    render(tmp_path, "ammonite", "--camera", "--resolution", "32x24", "--radii", "0.05", "--frames", "2")
+    views = [manifest_of(tmp_path / f"frame_000{k}")["views"][0] for k in range(2)]
     assert views[0]["view"] == views[1]["view"]
     assert views[0]["textures"]["depth"] != views[1]["textures"]["depth"]
 

@@ -1,6 +1,5 @@
 """The same job on other processes: dask's workers, one of which is killed, and any executor; equal digests."""
 
-import json
 import logging
 import os
 import signal
@@ -14,9 +13,9 @@ from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
 import pytest
+from jobs import digests_of, render, sentence
 
 import lfssao.rendering.run
-from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.job import Job
@@ -26,21 +25,13 @@ from lfssao.rendering.settings import Settings
 from lfssao.rendering.views import module_views
 from lfssao.scene.builtin import builtin_scene
 
-COMMAND = ["render", "ammonite", "--display", "sample-a", "--resolution", "160x96", "--radii", "0.05,0.1"]
+COMMAND = ["ammonite", "--display", "sample-a", "--resolution", "160x96", "--radii", "0.05,0.1"]
 COUNT = 21
-
-
-def digests(folder):
-    views = json.loads((folder / "manifest.json").read_text())["views"]
-    assert [view["name"] for view in views] == [f"module_{k:03d}" for k in range(COUNT)]
-    return [{name: t["sha256"] for name, t in view["textures"].items()} for view in views]
 
 
 @pytest.fixture(scope="module")
 def local(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("local")
-    assert main([*COMMAND, "-o", str(folder)]) == 0
-    return digests(folder)
+    return digests_of(render(tmp_path_factory.mktemp("local"), *COMMAND))
 
 
 @pytest.fixture(scope="module")
@@ -80,11 +71,11 @@ def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys
 
     killer = threading.Thread(target=kill_one)
     killer.start()
-    assert main([*COMMAND, "-o", str(folder), "--scheduler", cluster.scheduler_address]) == 0
+    render(folder, *COMMAND, "--scheduler", cluster.scheduler_address)
     killer.join()
     assert killed[0] < COUNT  # in the middle
     assert before[0] not in processes(cluster)
-    assert digests(folder) == local
+    assert digests_of(folder) == local
     names = [f"module_{k:03d}.exr" for k in range(COUNT)]
     assert sorted(os.listdir(folder)) == ["contact.png", "manifest.json", *names]
     captured = capsys.readouterr()
@@ -93,7 +84,7 @@ def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys
 
 def test_what_a_worker_refuses_is_said_here(cluster, tmp_path, capsys):
     (tmp_path / "module_004.exr").mkdir()
-    assert main([*COMMAND, "-o", str(tmp_path), "--scheduler", cluster.scheduler_address]) == 2
+    render(tmp_path, *COMMAND, "--scheduler", cluster.scheduler_address, code=2)
     error = capsys.readouterr().err.splitlines()
     assert [line for line in error if line.startswith("lfssao: ")] == error[-1:]
     assert f"{tmp_path / 'module_004.exr'}: it cannot be written" in error[-1]
@@ -102,36 +93,44 @@ def test_what_a_worker_refuses_is_said_here(cluster, tmp_path, capsys):
 
 def test_a_scheduler_of_this_job_alone(local, tmp_path):
     """In a process of its own, with warnings as errors from its start."""
-    command = [sys.executable, "-W", "error::UserWarning", "-m", "lfssao", *COMMAND, "-o", str(tmp_path / "out")]
+    command = [
+        sys.executable,
+        "-W",
+        "error::UserWarning",
+        "-m",
+        "lfssao",
+        "render",
+        *COMMAND,
+        "-o",
+        str(tmp_path / "out"),
+    ]
     done = subprocess.run([*command, "--scheduler", "local"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.count("\n") == 1
-    assert digests(tmp_path / "out") == local
+    assert digests_of(tmp_path / "out") == local
 
 
 def test_no_scheduler_answers(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("lfssao.rendering.cluster._SECONDS_TO_ANSWER", 0.3)
-    words = [*COMMAND, "-o", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]
-    assert main(words) == 2
+    render(tmp_path / "out", *COMMAND, "--scheduler", "tcp://127.0.0.1:1", code=2)
     assert "--scheduler: no dask scheduler answers at tcp://127.0.0.1:1" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("value", ["", "remote", "127.0.0.1:8786", "tcp://", "tcp://a", "tcp://a b:1", "http://a:1"])
 def test_addresses_that_are_none(tmp_path, capsys, value):
-    assert main([*COMMAND, "-o", str(tmp_path / "out"), "--scheduler", value]) == 2
-    assert "--scheduler: " in capsys.readouterr().err
+    render(tmp_path / "out", *COMMAND, "--scheduler", value, code=2)
+    assert "--scheduler: " in sentence(capsys)
 
 
 def test_threads_of_workers_are_their_own(tmp_path, capsys):
-    words = [*COMMAND, "-o", str(tmp_path / "out"), "--threads", "1", "--scheduler", "tcp://127.0.0.1:1"]
-    assert main(words) == 2
+    render(tmp_path / "out", *COMMAND, "--threads", "1", "--scheduler", "tcp://127.0.0.1:1", code=2)
     assert "--threads does not go with a scheduler's address" in capsys.readouterr().err
 
 
 def test_without_the_package(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    assert main([*COMMAND, "-o", str(tmp_path / "out"), "--scheduler", "local"]) == 2
+    render(tmp_path / "out", *COMMAND, "--scheduler", "local", code=2)
     assert "pip install 'lfssao[dask]'" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 

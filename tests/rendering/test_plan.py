@@ -7,9 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import raycast_scenes as scenes
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from reference import raycast
+from jobs import manifest_of, render
 
 from lfssao import (
     Buffers,
@@ -154,8 +152,6 @@ def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
 
 
 # The bench
-
-
 def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
     display = find_display("virtual").with_resolution(48, 36)
     box = savings.at_a_tenth(statue, display)
@@ -172,57 +168,6 @@ def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, cap
     assert "BITS DIFFER" in capsys.readouterr().out
     (scene,) = json.loads(table.read_text())["scenes"]
     assert (scene["scene"], scene["same"]) == ("a tenth", False)
-
-
-# Rows
-
-
-def cast(view, vertices, faces):
-    hits = raycast.first_hits(raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height), vertices[faces])
-    return hits.triangle.reshape(view.height, view.width) >= 0
-
-
-BOX_FACES = np.array([(0, 1, 3), (0, 3, 2), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 3, 7), (2, 7, 6),
-                      (0, 2, 6), (0, 6, 4), (1, 3, 7), (1, 7, 5)])  # fmt: skip
-
-
-@settings(max_examples=80)
-@given(
-    name=st.sampled_from(list(scenes.VIEWS)),
-    size=st.sampled_from([(20, 15), (33, 9), (1, 1), (24, 18)]),
-    seed=st.integers(0, 2**32),
-)
-def test_no_ray_outside_the_rows_hits_what_is_in_the_box(name, size, seed):
-    """Boxes anywhere, drawn as their six sides, by brute force; at most 3 rows too many on each side."""
-    view, rng = scenes.VIEWS[name](*size), np.random.default_rng(seed)
-    points = scenes.anywhere(view, rng, 2, 0.6)
-    points = points[0] + (points - points[0]) * rng.choice([1.0, 0.3, 0.02])
-    bounds = scenes.to_world(view, points)
-    bounds = np.stack([bounds.min(axis=0), bounds.max(axis=0)])
-    corners = np.array(list(itertools.product(*bounds.T)))
-    hit = cast(view, np.stack(raycast.affine(view.cast_from_world, *corners.T), axis=1), BOX_FACES)
-    rows, seen = seen_rows(view, bounds), np.flatnonzero(hit.any(axis=1))
-    if len(seen):
-        assert rows.start <= seen[0] <= seen[-1] < rows.stop
-        if rows.start > 0 and rows.stop < view.height:  # not cut off by the texture's border
-            assert seen[0] - rows.start <= 3
-            assert rows.stop - 1 - seen[-1] <= 3
-
-
-def test_all_rows_are_cast_for_a_box_at_a_singular_plane():
-    """A box that reaches the eye, the lens or the observers' line, or lies where rounding is not small."""
-    for name in scenes.VIEWS:
-        view = scenes.VIEWS[name](20, 15)
-        end = 9.0 + (0.0 if name in ("perspective", "orthographic") else float(view.lens[1]))
-        around = scenes.to_world(view, np.array([[-9.0, -9.0, -9.0], [9.0, 9.0, end]]))
-        assert seen_rows(view, np.sort(around, axis=0)) == range(view.height), name
-    view = scenes.VIEWS["virtual"](20, 15)
-    middle = np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]])
-    assert seen_rows(view, middle) != range(view.height)
-    for axis in range(2):
-        box = middle.copy()
-        box[:, axis] = 1e14 * (1 - 1e-3), 1e14
-        assert seen_rows(view, box) == range(view.height)
 
 
 @pytest.mark.parametrize("way", scenes.WAYS)
@@ -246,14 +191,12 @@ def test_gbuffers_of_some_rows(way, name):
 
 
 # The command and the manifest
-
-RENDER = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii",
+RENDER = ["statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii",
           "0,0.1,0.1", "--blur", "0.7", "--threads", "1"]  # fmt: skip
 
 
 def test_the_manifest_lists_what_is_left_out(tmp_path):
-    assert main([*RENDER, "-o", str(tmp_path)]) == 0
-    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    manifest = manifest_of(render(tmp_path, *RENDER))
     left = {each["what"]: (each["left_out"], each["of"]) for each in manifest["plan"]}
     assert left["radii"] == (1, 3)
     assert left["samples of radius 0"] == (7, 8)
@@ -291,12 +234,12 @@ def test_modules_that_miss_the_scene_are_left_out(statue):
 
 def test_a_plan_takes_a_renders_options_and_writes_nothing(tmp_path, capsys):
     before = sorted(tmp_path.iterdir())
-    assert main(["plan", *RENDER[1:], "-o", str(tmp_path / "never")]) == 0
+    assert main(["plan", *RENDER, "-o", str(tmp_path / "never")]) == 0
     text = capsys.readouterr().out
     assert "radii: 1 of 3; a radius that comes again has the texture of the first" in text
     assert "texels of module_003; AO of a texel without a surface is 0" in text
     assert "module_003: AO takes" in text
-    assert main(["plan", *RENDER[1:], "--json", "--neighbours", "1"]) == 0
+    assert main(["plan", *RENDER, "--json", "--neighbours", "1"]) == 0
     made = json.loads(capsys.readouterr().out)
     assert {each["what"] for each in made["left_out"]} >= {"radii", "samples of radius 0", "normals"}
     assert made["view"] == "module_003"
@@ -343,13 +286,12 @@ def test_radii_below_half_a_texel_everywhere(statue):
 
 
 def test_a_job_warns_of_such_radii_once(tmp_path, capsys):
-    job = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "32x24", "--frames", "2",
-           "-o", str(tmp_path)]  # fmt: skip
-    assert main([*job, "--radii", "0.0001,0.1"]) == 0
+    job = ["statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "32x24", "--frames", "2", "--radii"]
+    render(tmp_path, *job, "0.0001,0.1")
     said = capsys.readouterr().err
     assert said.count("radius 0.0001 is less than half a texel everywhere: its AO says nothing") == 1
     assert said.count("half a texel") == 1
-    assert main([*job, "--radii", "0.0002,0.0001,0.1"]) == 0
+    render(tmp_path, *job, "0.0002,0.0001,0.1")
     assert "radii 0.0002, 0.0001 are less than half a texel everywhere: their AO says" in capsys.readouterr().err
-    assert main([*job, "--radii", "0,0.1"]) == 0
+    render(tmp_path, *job, "0,0.1")
     assert "half a texel" not in capsys.readouterr().err

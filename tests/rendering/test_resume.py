@@ -18,36 +18,26 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from exr_parts import read_parts, write_parts
+from jobs import digests_of, manifest_of, render, sentence
 
 import lfssao.rendering.run
-from lfssao.cli.main import main
 from lfssao.core.files import remove_leftovers
 from lfssao.errors import InputError
 from lfssao.rendering.exr import Part, write_exr
 
 NEEDS_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
 COUNT = 6
-COMMAND = ["render", "ammonite", "--display", "sample-a", "--modules", f"3:{3 + COUNT}", "--resolution", "64x48",
+COMMAND = ["ammonite", "--display", "sample-a", "--modules", f"3:{3 + COUNT}", "--resolution", "64x48",
            "--radii", "0.05,0.1", "--blur", "1.5"]  # fmt: skip
 FILES = [f"module_{3 + k:03d}.exr" for k in range(COUNT)]
 
 
 def run(folder, *more, code=0):
-    assert main([*COMMAND, "-o", str(folder), *more]) == code
-    return folder
-
-
-def manifest(folder):
-    return json.loads((folder / "manifest.json").read_text())
-
-
-def digests(folder):
-    """What a manifest says of the textures' bits."""
-    return [{n: t["sha256"] for n, t in view["textures"].items()} for view in manifest(folder)["views"]]
+    return render(folder, *COMMAND, *more, code=code)
 
 
 def without_seconds(folder):
-    return [{name: value for name, value in view.items() if name != "seconds"} for view in manifest(folder)["views"]]
+    return [{name: value for name, value in view.items() if name != "seconds"} for view in manifest_of(folder)["views"]]
 
 
 @pytest.fixture(scope="module")
@@ -71,14 +61,14 @@ def check_whole_or_absent(folder, undisturbed):
         assert pixels_digest(folder / name) == pixels_digest(undisturbed / name)
     if "manifest.json" in names:
         assert len(there) == COUNT
-        assert digests(folder) == digests(undisturbed)
+        assert digests_of(folder) == digests_of(undisturbed)
     return len(there)
 
 
 def check_resumes(folder, undisturbed):
     run(folder, "--resume")
     assert sorted(os.listdir(folder)) == sorted([*FILES, "contact.png", "manifest.json"])
-    assert digests(folder) == digests(undisturbed)
+    assert digests_of(folder) == digests_of(undisturbed)
     assert without_seconds(folder) == without_seconds(undisturbed)
     for name in FILES:
         assert pixels_digest(folder / name) == pixels_digest(undisturbed / name)
@@ -104,13 +94,14 @@ def count_files(folder):
     return sum(name in FILES for name in os.listdir(folder)) if folder.exists() else 0
 
 
+@pytest.mark.slow
 def test_killed_at_fifty_random_moments(server, undisturbed, tmp_path):
     """Moments are spread over the job by how many files are there, not by the clock, which differs between machines."""
     random_ = random.Random(8)
     stopped_between = 0
     for kill in range(50):
         folder = tmp_path / f"{kill}"
-        server.stdin.write(json.dumps([*COMMAND, "-o", str(folder)]) + "\n")
+        server.stdin.write(json.dumps(["render", *COMMAND, "-o", str(folder)]) + "\n")
         server.stdin.flush()
         child = int(server.stdout.readline())
         wanted, rest = random_.randrange(COUNT + 1), 0.02 * random_.random()
@@ -165,8 +156,7 @@ def test_full_disk_ends_the_job_and_more_room_lets_it_go_on(undisturbed, tmp_pat
     size = sum((undisturbed / name).stat().st_size for name in FILES)
     with small_disk(tmp_path / "disk", size * 6 // 10) as disk:
         run(disk / "out", code=2)
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1
+        error = sentence(capsys)
         assert "it cannot be written" in error
         assert "the disk is full" in error
         assert not [name for name in os.listdir(disk / "out") if name.startswith(".")]
@@ -204,7 +194,7 @@ def test_a_limit_of_the_files_size(undisturbed, tmp_path):
     """What a full disk does, for those who cannot mount one."""
     limit = max((undisturbed / name).stat().st_size for name in FILES) * 2 // 3
     done = subprocess.run(
-        [sys.executable, "-m", "lfssao", *COMMAND, "-o", str(tmp_path / "out")],
+        [sys.executable, "-m", "lfssao", "render", *COMMAND, "-o", str(tmp_path / "out")],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
         capture_output=True,
         text=True,
@@ -255,7 +245,7 @@ def test_folder_becomes_unwritable(undisturbed, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("after", [1, 3])
 def test_interrupted(server, undisturbed, tmp_path, after):
     folder = tmp_path / "out"
-    server.stdin.write(json.dumps([*COMMAND, "-o", str(folder)]) + "\n")
+    server.stdin.write(json.dumps(["render", *COMMAND, "-o", str(folder)]) + "\n")
     server.stdin.flush()
     child = int(server.stdout.readline())
     while count_files(folder) < after:
@@ -279,7 +269,7 @@ def test_a_finished_job_is_left_as_it_is(undisturbed, tmp_path):
     before = stamps(folder)
     check_resumes(folder, undisturbed)
     assert stamps(folder) == before
-    assert all(set(view["seconds"]) == {"verify"} for view in manifest(folder)["views"])
+    assert all(set(view["seconds"]) == {"verify"} for view in manifest_of(folder)["views"])
 
 
 def test_resume_begins_a_job_where_there_is_none(undisturbed, tmp_path):
@@ -339,11 +329,7 @@ def test_what_is_damaged_is_made_anew_and_the_rest_kept(undisturbed, tmp_path, d
         (["--resolution", "64x50"], "resolution"),
         (["--filter", "nearest"], "color_filter"),
         (["--normals"], "normals"),
-        pytest.param(
-            ["--caster", "embree"],
-            "caster",
-            marks=pytest.mark.skipif(find_spec("embreex") is None, reason="no embreex"),
-        ),
+        pytest.param(["--caster", "embree"], "caster", marks=NEEDS_EMBREE),
     ],
 )
 def test_resume_refuses_another_job(undisturbed, tmp_path, capsys, more, name):
@@ -351,8 +337,7 @@ def test_resume_refuses_another_job(undisturbed, tmp_path, capsys, more, name):
     os.unlink(folder / FILES[0])
     before = {file: (folder / file).read_bytes() for file in os.listdir(folder)}
     run(folder, *more, "--resume", code=2)
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
+    error = sentence(capsys)
     assert f"{FILES[1]}: it was rendered with other parameters (" in error
     assert name in error.split("(")[1].split(")")[0].split(", ")
     assert {file: (folder / file).read_bytes() for file in os.listdir(folder)} == before
@@ -360,9 +345,8 @@ def test_resume_refuses_another_job(undisturbed, tmp_path, capsys, more, name):
 
 def test_resume_refuses_another_scene_and_another_version(undisturbed, tmp_path, capsys, monkeypatch):
     folder = shutil.copytree(undisturbed, tmp_path / "out")
-    words = [word if word != "ammonite" else "statue" for word in COMMAND]
-    assert main([*words, "-o", str(folder), "--resume"]) == 2
-    assert "other parameters (scene, view)" in capsys.readouterr().err
+    render(folder, "statue", *COMMAND[1:], "--resume", code=2)
+    assert "other parameters (scene, view)" in sentence(capsys)
     monkeypatch.setattr(lfssao, "__version__", "9.9.9")
     run(folder, "--resume", code=2)
     assert "other parameters (version)" in capsys.readouterr().err
@@ -372,7 +356,6 @@ def test_resume_notices_another_colour(tmp_path, capsys):
     for name, color in (("a", "1 0 0"), ("b", "0 1 0")):
         lines = "".join(f"v {x} {y} 0 {color}\n" for x, y in ((0, 0), (1, 0), (0, 1)))
         (tmp_path / f"{name}.obj").write_text(lines + "f 1 2 3\n")
-    words = ["--resolution", "16x12", "-o", str(tmp_path / "out")]
-    assert main(["render", str(tmp_path / "a.obj"), *words]) == 0
-    assert main(["render", str(tmp_path / "b.obj"), *words, "--resume"]) == 2
-    assert "other parameters (scene)" in capsys.readouterr().err
+    render(tmp_path / "out", str(tmp_path / "a.obj"), "--resolution", "16x12")
+    render(tmp_path / "out", str(tmp_path / "b.obj"), "--resolution", "16x12", "--resume", code=2)
+    assert "other parameters (scene)" in sentence(capsys)

@@ -1,25 +1,24 @@
 """The virtual viewer: against the reference, against direct ray casts, and ``lfssao view``."""
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import bench_edges
 import numba
 import numpy as np
 import pytest
-from PIL import Image
 from reference import viewer as reference
 
 from lfssao import InputError, LightField, Mesh, Paint, RayCaster, eye_point, eye_range, eye_view, find_display
-from lfssao.cli.main import main
 from lfssao.optics.display import Module
-from lfssao.rendering.exr import read_exr, write_exr
 from lfssao.rendering.viewer import BLENDS
 
 IDENTITY = np.eye(3, 4)
+
+
 PRESETS = ("sample-a", "sample-b", "convex", "picoarray")
+
+
 SIZE = 32, 20
 
 
@@ -42,10 +41,18 @@ def odd(display):
 
 
 DISPLAYS = {name: find_display(name).with_resolution(*SIZE) for name in PRESETS}
+
+
 DISPLAYS["odd"] = odd(DISPLAYS["sample-a"])
+
+
 # Lenses above the observers' height and nearer to the screen than they are: the cone differs from the straight line.
 CONICAL = DISPLAYS["sample-b"]
+
+
 DISPLAYS["conical"] = replace(CONICAL, modules=tuple(replace(m, y=0.2, z=0.3) for m in CONICAL.modules))
+
+
 DISPLAYS["concave"] = replace(DISPLAYS["sample-a"], screen_curvature=-0.4, observer_curvature=0.3)
 
 
@@ -157,8 +164,6 @@ def test_a_mirrored_scene_gives_a_mirrored_picture(name, blend):
 
 
 # Against direct ray casts
-
-
 def line(count):
     """sample-a with so many modules on its line and a low screen, 100 x 2 texels: what is measured is horizontal."""
     display = replace(find_display("sample-a"), screen_height=0.02).with_resolution(100, 2)
@@ -294,8 +299,6 @@ def test_what_a_light_field_refuses():
 
 
 # Straight edges (benchmarks/bench_edges.py)
-
-
 @pytest.mark.parametrize("index", [10, 20])
 def test_straight_edges_bend_with_the_square_of_their_length(index):
     display, lengths = find_display("sample-a"), (0.001, 0.004, 0.016)
@@ -320,172 +323,3 @@ def test_an_edges_error_is_that_of_its_curve():
     assert bent == pytest.approx(sagitta, rel=0.02)
     behind = bench_edges.chord_errors(display, 20, starts, ends + np.array([0.0, 0.0, 0.7]))
     assert np.isnan(behind).all()
-
-
-# The command
-
-
-@pytest.fixture(scope="module")
-def rendered(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("view") / "out"
-    words = ["render", "statue", "-o", str(folder), "--display", "sample-a", "--resolution", "64x38", "--radii", "5%"]
-    assert main([*words, "--samples", "4", "--guard", "3"]) == 0
-    return folder
-
-
-@pytest.fixture
-def folder(rendered, tmp_path):
-    """A copy of the rendered folder that a test may spoil."""
-    for path in rendered.iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
-    return tmp_path
-
-
-def view(*words):
-    return main(["view", *map(str, words)])
-
-
-def pixels(path):
-    return np.asarray(Image.open(path).convert("RGB"))
-
-
-def test_view_writes_what_the_library_composes(folder, capsys):
-    assert view(folder, "--eye-x", "0.4", "--width", "50") == 0
-    assert capsys.readouterr().out == f"{folder / 'view.png'}\n"
-    field = LightField(find_display("sample-a").with_resolution(64, 38), range(21))
-    for k in range(21):
-        part = read_exr(folder / f"module_{k:03d}.exr")["shaded"]
-        field.put(k, part.pixels[..., [part.channels.index(c) for c in "RGB"]])
-    from lfssao.core.srgb import to_codes
-
-    expected = to_codes(field.photograph(0.4, 50).image)
-    assert expected.any()
-    assert np.array_equal(pixels(folder / "view.png"), expected)
-
-
-@pytest.mark.parametrize(("layer", "blend"), [("color", "nearest"), ("ao_1", "gaussian"), ("blurred", "linear")])
-def test_layers_and_blends(folder, layer, blend):
-    target = folder / "other.png"
-    words = ["--eye-x", "-0.4", "--layer", layer, "--blend", blend, "--width", "40", "-o", target]
-    assert view(folder, *words) == 0
-    found = pixels(target)
-    assert found.shape == (24, 40, 3)
-    grey = np.array_equal(found[..., 0], found[..., 2])
-    assert grey == (layer != "color")
-    assert len(np.unique(found)) > 3
-    # Where there is no surface: no colour, but all of the light.
-    assert (found[0, 0] == (0 if layer == "color" else 255)).all()
-
-
-@pytest.mark.parametrize(("count", "name"), [(2, "a.png"), (6, "a.gif"), (6, "a.webp")])
-def test_orbit_has_as_many_frames_and_comes_back(folder, count, name):
-    assert view(folder, "--orbit", count, "--width", "48", "-o", folder / name) == 0
-    with Image.open(folder / name) as image:
-        assert image.n_frames == count
-        assert image.size == (48, 29)
-        frames = []
-        for k in range(count):
-            image.seek(k)
-            frames.append(np.asarray(image.convert("RGB")).astype(int))
-    for k in range(1, count // 2):
-        assert np.abs(frames[k] - frames[count - k]).max() <= (12 if name.endswith("gif") else 0)
-    assert view(folder, "--eye-x", eye_range(find_display("sample-a"))[1], "--width", "48") == 0
-    if not name.endswith("gif"):
-        assert np.array_equal(frames[count // 2], pixels(folder / "view.png"))
-
-
-def test_orbit_has_24_frames_by_default(folder):
-    assert view(folder, "--orbit", "--width", "48") == 0
-    with Image.open(folder / "orbit.png") as image:
-        assert image.n_frames == 24
-
-
-def test_a_part_of_the_modules_is_dark_elsewhere(tmp_path, capsys):
-    words = ["render", "statue", "-o", str(tmp_path), "--display", "sample-a", "--modules", "8:13"]
-    assert main([*words, "--resolution", "32x20", "--radii", "5%", "--samples", "2"]) == 0
-    capsys.readouterr()
-    assert view(tmp_path, "--width", "40") == 0
-    assert "of the screen is black" in capsys.readouterr().err
-    assert view(tmp_path, "--orbit", "2", "--width", "40") == 0
-
-
-def edit(folder, change):
-    manifest = json.loads((folder / "manifest.json").read_text())
-    manifest = change(manifest) or manifest
-    (folder / "manifest.json").write_text(json.dumps(manifest))
-
-
-def set_in(*path, value):
-    def change(manifest):
-        for key in path[:-1]:
-            manifest = manifest[key]
-        manifest[path[-1]] = value
-
-    return change
-
-
-SPOILED = {
-    "no manifest": lambda f: (f / "manifest.json").unlink(),
-    "a folder": lambda f: ((f / "manifest.json").unlink(), (f / "manifest.json").mkdir()),
-    "no JSON": lambda f: (f / "manifest.json").write_text("{"),
-    "bytes": lambda f: (f / "manifest.json").write_bytes(b"\xff\xfe\x00"),
-    "a list": lambda f: (f / "manifest.json").write_text("[1]"),
-    "format": lambda f: edit(f, set_in("format", value=99)),
-    "camera": lambda f: edit(f, set_in("display", value=None)),
-    "no views": lambda f: edit(f, set_in("views", value=[])),
-    "strange view": lambda f: edit(f, set_in("views", 0, "name", value="module_999")),
-    "text": lambda f: edit(f, set_in("display", "screen_width", value="wide")),
-    "negative": lambda f: edit(f, set_in("display", "screen_width", value=-1)),
-    "unknown key": lambda f: edit(f, set_in("display", "more", value=1)),
-    "no modules": lambda f: edit(f, set_in("display", "modules", value=None)),
-    "texture size": lambda f: edit(f, set_in("views", 3, "view", "width", value=90)),
-    "missing EXR": lambda f: (f / "module_007.exr").unlink(),
-    "corrupt EXR": lambda f: (f / "module_007.exr").write_bytes(b"v/1\x01rubbish"),
-    "cut EXR": lambda f: (f / "module_007.exr").write_bytes((f / "module_007.exr").read_bytes()[:3000]),
-    "other EXR": lambda f: (f / "module_007.exr").write_bytes((f / "module_008.exr").read_bytes()),
-    "no layer": lambda f: write_exr(f / "module_007.exr", [read_exr(f / "module_007.exr")["depth"]]),
-}
-
-
-@pytest.mark.parametrize("what", SPOILED)
-def test_a_spoiled_folder_is_refused_in_one_sentence(folder, capsys, what):
-    SPOILED[what](folder)
-    assert view(folder, "--width", "20") == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("lfssao: ")
-    assert captured.err.count("\n") == 1
-    assert not (folder / "view.png").exists()
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--eye-x", "nan"), ("--eye-x", "inf"), ("--eye-x", "left"), ("--width", "0"), ("--width", "99999"),
-        ("--orbit", "3"), ("--orbit", "0"), ("--orbit", "1.5"), ("--orbit", "4", "--eye-x", "0"), ("--blend", "cubic"),
-        ("--layer", "depth"), ("--layer", "nothing"), ("-o", "view.jpg"), ("-o", ""), ("-o", "/nowhere/view.png"),
-        ("--orbit", "-o", "view.bmp"),
-    ],
-)  # fmt: skip
-def test_bad_options_are_refused_in_one_sentence(rendered, capsys, words):
-    before = sorted(rendered.iterdir())
-    assert view(rendered, *words) == 2
-    captured = capsys.readouterr()
-    assert captured.err.startswith("lfssao: ")
-    assert captured.err.count("\n") == 1
-    assert len(captured.err) < 300
-    assert sorted(rendered.iterdir()) == before
-
-
-def test_a_camera_and_a_display_of_one_module_are_refused(tmp_path, capsys):
-    small = ["--resolution", "32x24", "--radii", "5%", "--samples", "2"]
-    for words, reason in ((["--camera"], "--camera"), ([], "one module")):
-        assert main(["render", "statue", *words, "-o", str(tmp_path), *small]) == 0
-        capsys.readouterr()
-        assert view(tmp_path) == 2
-        assert reason in capsys.readouterr().err
-
-
-def test_a_missing_folder_is_refused(tmp_path, capsys):
-    assert view(Path(tmp_path / "none")) == 2
-    assert "there is no folder" in capsys.readouterr().err

@@ -1,19 +1,16 @@
 """Layers beside depth and positions: normals, colour filters, and the guard band around every texture."""
 
-import json
-import math
 import shutil
 
 import numpy as np
 import pytest
 from exr_parts import read_parts, write_parts
+from jobs import digests_of, manifest_of, render, sentence
 
 from lfssao import (
     Buffers,
-    Camera,
     InputError,
     Mesh,
-    Paint,
     RayCaster,
     Settings,
     builtin_scene,
@@ -40,103 +37,6 @@ def view_of(mesh, guard=0, module=3):
     ]
 
 
-def unit(x, y, z):
-    """The kernel's normalisation again: by the largest component, then by the length."""
-    size = max(abs(x), abs(y), abs(z))
-    x, y, z = x / size, y / size, z / size
-    length = math.sqrt((x * x + y * y) + z * z)
-    return x / length, y / length, z / length
-
-
-def geometric(mesh, face):
-    a, b, c = (mesh.vertices[corner].tolist() for corner in mesh.faces[face])
-    e, f = [q - p for p, q in zip(a, b, strict=True)], [q - p for p, q in zip(a, c, strict=True)]
-    return unit(e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0])
-
-
-def test_geometric_normals_are_the_triangles_and_face_the_viewer(statue):
-    view = view_of(statue)
-    seen = RayCaster(statue, view.cast_from_world).gbuffer(view, None, "geometric")
-    texels = np.argwhere(seen.triangle >= 0)
-    assert len(texels) > 300
-    for j, i in texels:
-        expected = np.array(geometric(statue, seen.triangle[j, i]), np.float32)
-        found = seen.normals[j, i]
-        same = np.array_equal(found.view(np.int32), expected.view(np.int32))
-        assert same or np.array_equal(found.view(np.int32), (-expected).view(np.int32))
-    display = find_display("sample-a").with_resolution(*RESOLUTION)
-    _, direction, _ = display.texel_ray(3, texels[:, 1] + 0.5, texels[:, 0] + 0.5)
-    into_scene = direction * [1, 1, -1]  # the ROI is fitted by one scale and z turned round
-    assert ((seen.normals[seen.triangle >= 0] * into_scene).sum(axis=1) <= 1e-6).all()
-    assert not seen.normals[seen.triangle < 0].any()
-
-
-def test_a_surface_seen_from_behind_has_its_normal_turned():
-    corners = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1.5, 0]])
-    for faces in ([[0, 1, 2]], [[0, 2, 1]]):
-        mesh = Mesh(corners, np.array(faces))
-        view = Camera.looking_at(np.array([[-1.0, -1, -1], [1, 1.5, 1]])).view(16, 12)
-        seen = RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric")
-        assert (seen.normals[seen.triangle >= 0] == [0, 0, 1]).all()
-
-
-def test_smooth_normals_are_those_of_the_vertices():
-    corners = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1.5, 0]])
-    normals = np.array([[-3.0, 0, 4], [3, 0, 4], [0, 5, 0.0]])
-    mesh = Mesh(corners, np.array([[0, 1, 2]]), normals=normals)
-    view = Camera.looking_at(np.array([[-1.0, -1, -1], [1, 1.5, 1]]), "orthographic").view(64, 48)
-    caster = RayCaster(mesh, view.cast_from_world)
-    seen = caster.gbuffer(view, None, "smooth")
-    j, i = np.argwhere(seen.triangle >= 0)[50]
-    # Barycentric weights from the position, another way than the kernel's.
-    x, y = seen.positions[j, i, :2].astype(float)
-    c = (y + 1) / 2.5
-    b = (x + (1 - c)) / 2
-    expected = np.array(unit(*((1 - b - c) * normals[0] + b * normals[1] + c * normals[2]).tolist()))
-    np.testing.assert_allclose(seen.normals[j, i], expected, atol=1e-6)
-    # Without normals at the vertices smooth ones are the triangles'.
-    bare = RayCaster(Mesh(corners, mesh.faces), view.cast_from_world).gbuffer(view, None, "smooth")
-    assert (bare.normals[bare.triangle >= 0] == [0, 0, 1]).all()
-
-
-def test_nearest_filter_gives_only_colours_of_the_texture():
-    texture = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [0, 0, 1]]], np.float32)
-    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    paint = Paint(np.ones((1, 3), np.float32), np.zeros(2, np.int32), (texture,), corners[:, :2].copy())
-    mesh = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), paint)
-    view = Camera.looking_at(mesh.bounds + np.array([[0, 0, -0.1], [0, 0, 0.1]]), "orthographic").view(40, 40)
-    caster = RayCaster(mesh, view.cast_from_world)
-    nearest, bilinear = caster.gbuffer(view, "nearest"), caster.gbuffer(view, "bilinear")
-    surface = nearest.triangle >= 0
-    x, y = nearest.positions[surface][:, 0], nearest.positions[surface][:, 1]
-    clear = (np.abs(x - 0.5) > 1e-3) & (np.abs(y - 0.5) > 1e-3)
-    expected = texture[(y < 0.5).astype(int), (x > 0.5).astype(int)]
-    assert np.array_equal(nearest.color[surface][clear], expected[clear])
-    assert len(np.unique(bilinear.color[surface], axis=0)) > 4
-
-
-def test_unknown_layers_are_refused(statue):
-    view = view_of(statue)
-    caster = RayCaster(statue, view.cast_from_world)
-    with pytest.raises(InputError, match=r"normals is 'round'.*geometric, smooth"):
-        caster.gbuffer(view, None, "round")
-    with pytest.raises(InputError, match=r"color is 'cubic'.*bilinear, nearest"):
-        caster.gbuffer(view, "cubic")
-
-
-@pytest.mark.parametrize("guard", [1, 7, 32])
-def test_a_guard_band_adds_texels_and_changes_none(statue, guard):
-    plain, banded = view_of(statue), view_of(statue, guard)
-    caster = RayCaster(statue, plain.cast_from_world)
-    inner, outer = caster.gbuffer(plain), caster.gbuffer(banded)
-    crop = slice(guard, -guard), slice(guard, -guard)
-    assert outer.depth.shape == (48 + 2 * guard, 64 + 2 * guard)
-    for name in ("depth", "positions", "color"):
-        a, b = getattr(inner, name), np.ascontiguousarray(getattr(outer, name)[crop])
-        assert np.array_equal(a.view(np.int32), b.view(np.int32))
-    assert np.array_equal(inner.triangle, outer.triangle[crop])
-
-
 def test_a_guard_band_lets_occluders_outside_be_seen():
     # A floor towards the viewer and a wall that only the guard band sees.
     display = find_display("virtual").with_resolution(64, 48)
@@ -155,8 +55,8 @@ def test_a_guard_band_lets_occluders_outside_be_seen():
 
 
 def test_exr_windows_say_where_the_guard_band_is(tmp_path):
-    arguments = ["render", "statue", "-o", str(tmp_path), "--resolution", "32x24", "--guard", "5", "--normals"]
-    assert main([*arguments, "--samples", "2", "--radii", "2%"]) == 0
+    words = ["--resolution", "32x24", "--guard", "5", "--normals", "--samples", "2", "--radii", "2%"]
+    render(tmp_path, "statue", *words)
     found = {}
     for spec, _ in read_parts(tmp_path / "module_000.exr"):
         found[spec.get_string_attribute("name")] = (
@@ -170,22 +70,23 @@ def test_exr_windows_say_where_the_guard_band_is(tmp_path):
 
 
 def test_command_line_layers(tmp_path, capsys):
-    common = ["render", "ammonite", "--resolution", "32x24", "--samples", "2", "--radii", "2%"]
-    assert main([*common, "-o", str(tmp_path / "a"), "--normals", "smooth", "--filter", "nearest"]) == 0
+    common = ["ammonite", "--resolution", "32x24", "--samples", "2", "--radii", "2%"]
+    render(tmp_path / "a", *common, "--normals", "smooth", "--filter", "nearest")
     for wrong, word in (
         (["--normals", "up"], "normals"),
         (["--filter", "cubic"], "color_filter"),
         (["--caster", "vulkan"], "caster is 'vulkan': choose one of exact, embree"),
         (["--guard", "-1"], "--guard"),
     ):
-        assert main([*common, "-o", str(tmp_path / "b"), *wrong]) == 2
-        assert word in capsys.readouterr().err
+        render(tmp_path / "b", *common, *wrong, code=2)
+        assert word in sentence(capsys)
     assert not (tmp_path / "b").exists()
 
 
 # Layers that are asked for
-
 PASS_OF = {"ao": "ao", "merged": "merge", "blurred": "blur", "shaded": "shade"}
+
+
 NEEDED = {  # by hand: what each layer is made of
     "depth": set(), "positions": set(), "color": set(), "normals": set(), "ao": set(), "merged": {"ao"},
     "blurred": {"ao", "merged"}, "shaded": {"ao", "merged", "blurred"},
@@ -254,25 +155,18 @@ def test_layers_by_default_and_those_that_there_are_not(statue):
         estimate("lf", Buffers.of(made.gbuffer, view), 0.1)
 
 
-RENDER = ["render", "statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii", "3%,6%"]
+RENDER = ["statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii", "3%,6%"]
 
 
 @pytest.fixture(scope="module")
 def whole_folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("layers") / "whole"
-    assert main([*RENDER, "-o", str(folder)]) == 0
-    return folder
-
-
-def manifest_of(folder):
-    return json.loads((folder / "manifest.json").read_text())
+    return render(tmp_path_factory.mktemp("layers") / "whole", *RENDER)
 
 
 @pytest.mark.parametrize("asked", ["depth", "merged", "ao,positions", "shaded", "blurred,depth,color,shaded"])
 def test_folders_of_some_layers(whole_folder, tmp_path, capsys, asked):
     """Their parts are the whole folder's; they can be taken up, compared, and viewed if they have a picture."""
-    folder, wanted = tmp_path / "some", asked.split(",")
-    assert main([*RENDER, "--layers", asked, "-o", str(folder)]) == 0
+    folder, wanted = render(tmp_path / "some", *RENDER, "--layers", asked), asked.split(",")
     sheet = {"blurred", "depth", "color", "shaded"} <= set(wanted)
     assert ("contact.png" in capsys.readouterr().out) == (folder / "contact.png").is_file() == sheet
     names = {part for name in wanted for part in (("ao_1", "ao_2") if name == "ao" else (name,))}
@@ -286,8 +180,7 @@ def test_folders_of_some_layers(whole_folder, tmp_path, capsys, asked):
         parts = {spec.get_string_attribute("name") for spec, _ in read_parts(folder / one["file"])}
         assert parts == names
     (folder / "module_003.exr").unlink()
-    assert main([*RENDER, "--layers", asked, "-o", str(folder), "--resume"]) == 0
-    again = manifest_of(folder)
+    again = manifest_of(render(folder, *RENDER, "--layers", asked, "--resume"))
     assert [v["textures"] for v in again["views"]] == [v["textures"] for v in manifest["views"]]
     assert "verify" in again["views"][0]["seconds"]
     assert main(["compare", str(folder), str(folder)]) == 0
@@ -314,7 +207,7 @@ def test_folders_of_some_layers(whole_folder, tmp_path, capsys, asked):
 )
 def test_a_comparison_says_which_intervals_need_other_layers(whole_folder, tmp_path, capsys, asked, without):
     """A renderer whose numbers are off by an ulp: intervals tell that this is right."""
-    assert main([*RENDER, "--layers", asked, "-o", str(tmp_path / "some")]) == 0
+    render(tmp_path / "some", *RENDER, "--layers", asked)
     (tmp_path / "mine").mkdir()
     for name in ("module_002.exr", "module_003.exr"):
         parts = read_parts(whole_folder / name)
@@ -331,25 +224,22 @@ def test_a_comparison_says_which_intervals_need_other_layers(whole_folder, tmp_p
 
 
 def test_a_job_of_other_layers_is_not_taken_up_and_leaves_no_sheet(whole_folder, tmp_path, capsys):
-    folder = tmp_path / "copy"
-    shutil.copytree(whole_folder, folder)
-    job = [*RENDER, "--layers", "depth,merged", "-o", str(folder)]
-    assert main([*job, "--resume"]) == 2
-    assert "it was rendered with other parameters (layers)" in capsys.readouterr().err
+    folder = shutil.copytree(whole_folder, tmp_path / "copy")
+    render(folder, *RENDER, "--layers", "depth,merged", "--resume", code=2)
+    assert "it was rendered with other parameters (layers)" in sentence(capsys)
     assert (folder / "contact.png").is_file()
-    assert main(job) == 0
+    render(folder, *RENDER, "--layers", "depth,merged")
     assert not (folder / "contact.png").exists()
 
 
 def test_colour_alone_of_a_mesh_without_any_is_refused(tmp_path, capsys):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    job = ["render", str(tmp_path / "a.obj"), "-o", str(tmp_path / "out"), "--resolution", "16x12", "--layers"]
-    assert main([*job, "color"]) == 2
-    assert capsys.readouterr().err == f"lfssao: {tmp_path}/a.obj has no colour, and no other layer was asked for\n"
-    assert main([*job, "color,depth"]) == 0
-    assert set(manifest_of(tmp_path / "out")["views"][0]["textures"]) == {"depth"}
+    job = [str(tmp_path / "a.obj"), "--resolution", "16x12", "--layers"]
+    render(tmp_path / "out", *job, "color", code=2)
+    assert sentence(capsys) == f"{tmp_path}/a.obj has no colour, and no other layer was asked for"
+    assert set(digests_of(render(tmp_path / "out", *job, "color,depth"))[0]) == {"depth"}
 
 
 def test_no_radius_is_warned_of_where_no_ao_is_asked_for(tmp_path, capsys):
-    assert main([*RENDER[:-1], "0.00001", "--layers", "depth", "-o", str(tmp_path)]) == 0
+    render(tmp_path, *RENDER[:-1], "0.00001", "--layers", "depth")
     assert capsys.readouterr().err == ""

@@ -5,7 +5,7 @@ import hashlib
 import numpy as np
 import pytest
 
-from lfssao.rendering.digests import digest
+from lfssao.rendering.manifest import digest
 
 NUMBERS = np.random.default_rng(3).random((24, 32, 3), np.float32)
 

@@ -1,0 +1,74 @@
+"""Files are whole or absent, and folders that cannot be written are refused before anything is touched."""
+
+import os
+
+import pytest
+
+from lfssao.core.files import check_folder, output_folder, write_whole
+from lfssao.errors import InputError
+
+
+def test_write_whole_keeps_the_old_file_when_interrupted(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def interrupted(part):
+        part.write_text("half")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(path, interrupted)
+    assert os.listdir(tmp_path) == ["a.txt"]
+    assert path.read_text() == "old"
+
+
+def test_write_whole_replaces_and_does_not_overwrite(tmp_path):
+    # Whoever has the old file open, or linked to it, keeps it whole.
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    os.link(path, tmp_path / "link.txt")
+    write_whole(path, lambda part: part.write_text("new"))
+    assert (path.read_text(), (tmp_path / "link.txt").read_text()) == ("new", "old")
+
+
+def test_write_whole_into_a_folder_that_went(tmp_path):
+    with pytest.raises(InputError, match="cannot be written"):
+        write_whole(tmp_path / "a" / "b.txt", lambda part: part.write_text("x"))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_whole(tmp_path / "file" / "b.txt", lambda part: part.write_text("x"))
+
+
+def test_output_folder_removes_only_what_it_made(tmp_path):
+    (tmp_path / "old").mkdir()
+
+    def fail_in(path, *made):
+        with output_folder(path):
+            for name in made:
+                (path / name).write_text("x")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail_in(tmp_path / "old" / "new" / "newer")
+    assert os.listdir(tmp_path) == ["old"]
+    assert os.listdir(tmp_path / "old") == []
+    with pytest.raises(KeyboardInterrupt):
+        fail_in(tmp_path / "old")
+    assert os.listdir(tmp_path) == ["old"]
+    # A signal between making the temporary file and the clause that removes it leaves it to the folder.
+    with pytest.raises(KeyboardInterrupt):
+        fail_in(tmp_path / "new", "whole.exr", f".half.{os.getpid()}.part.exr", ".half.0.part.exr")
+    assert sorted(os.listdir(tmp_path / "new")) == [".half.0.part.exr", "whole.exr"]
+
+
+def test_check_folder_touches_nothing(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    for bad in ("file", "file/a", "file/a/b", "link", "link/a"):
+        with pytest.raises(InputError, match="the output folder cannot be made"):
+            check_folder(tmp_path / bad)
+    check_folder(tmp_path / "a" / "b")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(InputError, match="no permission"):
+        check_folder(tmp_path / "a" / "b")
+    assert sorted(os.listdir(tmp_path)) == ["file", "link"]

@@ -72,7 +72,7 @@ def _compare(options: argparse.Namespace) -> int:
     except Exception:  # a fault of this program must not end with 1, which says that textures are right
         traceback.print_exc()
         return NOT_COMPARED
-    with suppress(BrokenPipeError):  # whoever read the text may have gone; the code is still wanted
+    with suppress(BrokenPipeError):  # the reader of the text may have gone; the exit code still counts
         print("\n".join(printable(line) for line in str(report).split("\n")), flush=True)
     return report.exit_code
 
@@ -96,7 +96,7 @@ def _report(options: argparse.Namespace) -> Report:
 
 
 def _rules(words: list[str]) -> dict[str, str]:
-    """What ``--map`` says, by the reference's names."""
+    """The names of ``--map`` in MINE by those in REFERENCE."""
     rules: dict[str, str] = {}
     for word in words:
         mine, equals, reference = word.partition("=")

@@ -154,7 +154,7 @@ def _display(options: argparse.Namespace) -> Display:
 
 
 def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
-    """What the manifest says of the samples, and the settings but for the radii, which depend on the scene."""
+    """The manifest's entry of the samples, and the settings but for the radii, which depend on the scene."""
     try:
         estimator = find_estimator(options.estimator)
     except InputError as error:

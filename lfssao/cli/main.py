@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         say("interrupted; every file that was written is whole")
         return INTERRUPTED
-    except BrokenPipeError:  # whoever read the output has gone; Python would complain once more when it exits
+    except BrokenPipeError:  # the reader of the output has gone; Python would complain once more when it exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     return code or 0

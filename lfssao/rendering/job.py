@@ -35,9 +35,9 @@ class Job:
     mesh : Mesh
         The scene before it is moved.
     views : tuple of View
-        What is rendered in each frame.
+        The views of each frame.
     settings : Settings
-        What the AO passes are run with.
+        Settings of the AO passes.
     folder : Path
         Output folder; with frames, the folder of their folders.
     head : mapping
@@ -117,7 +117,7 @@ class Job:
 
     @cached_property
     def _identity(self) -> dict[str, str]:
-        """The part of the identity that all items share."""
+        """The part of the identity that is the same for all items."""
         scene = {name: value for name, value in self.head["scene"].items() if name.endswith("sha256")}
         settings = {name: short_digest(value) for name, value in describe_settings(self.settings).items()}
         return {"version": short_digest(lfssao.__version__), "scene": short_digest(scene), **settings}

@@ -30,12 +30,12 @@ _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
 
 class Result(NamedTuple):
-    """What is left of an item once its file is there.
+    """The rest of an item once its file is there.
 
     Attributes
     ----------
     entry : dict
-        What the manifest says of the view.
+        The view's entry in the manifest.
     strip : PIL.Image.Image or None
         Its row of the contact sheet, if it has one.
     """
@@ -155,7 +155,7 @@ def _inside(part: Part) -> NDArray[np.float32]:
 
 
 def _entry(job: Job, item: Item, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
-    """What the manifest says of a view: from its parts alone, so that a file taken up again says the same."""
+    """The view's entry in the manifest, from its parts alone, so that a file taken up again has the same."""
     view, path = job.views[item.view], job.path(item)
     return {
         "name": view.name,

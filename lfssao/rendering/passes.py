@@ -71,7 +71,7 @@ class Textures:
 
     @cached_property
     def image(self) -> FloatTexture:
-        """What AO is multiplied into, (H, W, 3): the colour texture, or white on the surface.
+        """The image without AO, (H, W, 3): the colour texture, or white on the surface.
 
         Raises
         ------

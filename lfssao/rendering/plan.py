@@ -41,7 +41,7 @@ class LeftOut:
 def planned(
     views: Sequence[View], boxes: Sequence[NDArray[np.float64]], settings: Settings, colored: bool
 ) -> list[LeftOut]:
-    """What is left out as far as it is known before rays are cast.
+    """Work left out, as far as it is known before rays are cast.
 
     Parameters
     ----------

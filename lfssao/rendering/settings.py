@@ -1,4 +1,4 @@
-"""What the AO passes are run with: radii, samples, estimator, layers."""
+"""Settings of the AO passes: radii, samples, estimator, layers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,12 +1,12 @@
 """The virtual viewer: what an eye on the observer line sees of a display, composed from its modules' textures.
 
-The ideal picture, of infinitely many modules, is that of a pinhole at the eye (``eye_view``): through screen point S
+The ideal picture, with infinitely many modules, is that of a pinhole at the eye (``eye_view``): through screen point S
 it sees along the straight line eye - S. Seen from above that line meets the modules' row between two modules, at m*;
-module m's ray through S passes it, at depth z, at a distance |m - m*| |z| / m_z (flat screen, modules at m_z). So with
-modules a pitch p apart a point at depth z appears displaced by up to |z| p / (2 m_z) with ``nearest``, |z| p /
-(m_z sqrt(12)) in the root mean square. ``linear`` joins the neighbours on both sides: on content whose colour f is
-smooth the errors cancel up to f'' (z p / m_z)^2 / 8; details that are not large against p |z| / m_z appear
-twice. Nothing is displaced on the screen itself, z = 0, or vertically.
+module m's ray through S passes it, at depth z, at a distance |m - m*| |z| / m_z (flat screen, modules at m_z). With
+modules a pitch p apart, ``nearest`` displaces a point at depth z by up to |z| p / (2 m_z), |z| p / (m_z sqrt(12)) in
+the root mean square. ``linear`` joins the modules on both sides: where the colour f is smooth the errors cancel up to
+f'' (z p / m_z)^2 / 8; details that are not large against p |z| / m_z appear twice. Nothing is displaced on the screen
+itself, z = 0, or vertically.
 """
 
 from dataclasses import dataclass
@@ -30,16 +30,16 @@ BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbe
 
 
 class LightField:
-    """A display and what its modules show.
+    """A display and the textures that its modules show.
 
     Parameters
     ----------
     display : Display
-        Of at least two modules: with one there is no angular step, so nobody knows what its rays reach.
+        A display of at least two modules, as one alone has no angular step.
     modules : sequence of int
-        Which of them will be given textures; the others stay dark.
+        The modules that will be given textures; the others stay dark.
     channels : int
-        Of every texture.
+        Channels of every texture.
 
     Raises
     ------
@@ -80,10 +80,10 @@ class LightField:
         self._starts[index] = start
 
     def photograph(self, eye_x: float, width: int = 1024, blend: str = "linear") -> "Photograph":
-        """What an eye on the observer line sees, as a photograph of the screen (LF figure 14).
+        """A photograph of the screen from an eye on the observer line (LF figure 14).
 
-        At a screen point a module counts by the angle, seen from above and taken by its sine, from the line to the
-        eye to the module's ray; it reaches an eye up to half an angular step of the modules from its ray.
+        At a screen point a module's weight depends on the angle between the line to the eye and the module's ray, seen
+        from above and taken by its sine. A ray reaches an eye up to half an angular step of the modules from it.
 
         Parameters
         ----------
@@ -93,8 +93,9 @@ class LightField:
             Width of the picture, pixels.
         blend : str
             'nearest': the one module whose ray passes next to the eye. 'linear': the neighbours on its left and right,
-            each by the share of the other's angle in the step. 'gaussian': all within 6 steps, by exp(-q^2 / 2), q
-            the angle in units of 1.5 steps, as in the code of LF's first author. A texture is read bilinearly.
+            each by the fraction of the step that the other's angle takes. 'gaussian': all within 6 steps, by
+            exp(-q^2 / 2), q the angle in units of 1.5 steps, as in the code of LF's first author. A texture is read
+            bilinearly.
 
         Raises
         ------
@@ -115,12 +116,12 @@ class LightField:
 
 @dataclass(frozen=True, eq=False)
 class Photograph:
-    """What an eye sees of the screen.
+    """A picture of the screen from an eye.
 
     Attributes
     ----------
     image : (H, W, C) float32
-        As the textures, linear; the rectangle screen_width x screen_height of z = 0. 0 where no module reaches.
+        Linear, as the textures; the rectangle screen_width x screen_height of z = 0, 0 where no module reaches.
     dark : int
         How many pixels no module reaches (or, on a curved screen, see none of it).
     """
@@ -146,7 +147,7 @@ def picture_size(display: Display, width: int) -> tuple[int, int]:
 
 
 def _depth_on_arc(curvature: float, x: float) -> float:
-    """Depth of a vertical cylinder through the origin at x, the root towards z = 0; NaN where it does not reach."""
+    """Depth at x of a vertical cylinder through the origin, on its side at z = 0; NaN beyond its radius."""
     inside = 1.0 - (curvature * x) * (curvature * x)
     return curvature * (x * x) / (1.0 + sqrt(inside)) if inside > 0.0 else float("nan")
 
@@ -180,7 +181,7 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
     Parameters
     ----------
     display : Display
-        The display; nothing of its modules matters but how far behind the screen they are.
+        The display; only the depth of its modules matters.
     physical_from_world : (3, 4) float64
         Affine map world -> physical.
     eye_x, width : float, int
@@ -219,7 +220,7 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
 def eye_range(display: Display, modules: Any = None) -> tuple[float, float]:
     """Leftmost and rightmost eye, x in metres, that rays of the modules reach from the whole screen's width.
 
-    Where no eye is reached from both ends of the screen: those that are reached from its middle.
+    If both ends of the screen reach no common eye, those that its middle reaches.
 
     Parameters
     ----------
@@ -234,7 +235,7 @@ def eye_range(display: Display, modules: Any = None) -> tuple[float, float]:
         If no eye is.
     """
     shining = range(len(display.modules)) if modules is None else modules
-    ends = [_reached(display, shining, share * display.screen_width) for share in (-0.499, 0.0, 0.499)]
+    ends = [_reached(display, shining, place * display.screen_width) for place in (-0.499, 0.0, 0.499)]
     for group in (ends, ends[1:2]):
         low, high = max(a for a, _ in group), min(b for _, b in group)
         if low <= high:
@@ -243,12 +244,12 @@ def eye_range(display: Display, modules: Any = None) -> tuple[float, float]:
 
 
 def _reached(display: Display, modules: Any, s_x: float) -> tuple[float, float]:
-    """Where the outermost rays through the screen point at s_x, half way up, meet the observers; (inf, -inf): none."""
+    """Leftmost and rightmost observer, x, that rays through the screen point (s_x, 0) meet; (inf, -inf): none."""
     point = np.array([s_x, 0.0, _depth_on_arc(display.screen_curvature, s_x)])
     found = []
     for k in modules:
-        (u, v, _), answer = display.physical_to_image(k, point)
+        (u, v, _), status = display.physical_to_image(k, point)
         origin, direction, (near, far) = display.texel_ray(k, u, v)
-        if answer == display_kernels.VALID and near < far:
+        if status == display_kernels.VALID and near < far:
             found.append(float(origin[0] + direction[0] * near))
     return min(found, default=float("inf")), max(found, default=float("-inf"))

@@ -236,6 +236,7 @@ def test_a_scene_too_far_from_the_origin_is_refused(tmp_path, capsys):
         assert "the scene is 1 large and reaches 1e+06 from the world's origin" in sentence(capsys)
         assert not (tmp_path / "out").exists()
         render(tmp_path / "out", *job, "12x12")
+        capsys.readouterr()
         shutil.rmtree(tmp_path / "out")
 
 
@@ -321,6 +322,7 @@ def test_message_after_a_bar_has_a_line_of_its_own(tmp_path):
     assert "module_001.exr: it cannot be written" in last
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [0, 1, 4])
 def test_interrupt_leaves_whole_files_only(tmp_path, after):
     out = tmp_path / "out"

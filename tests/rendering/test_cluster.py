@@ -55,6 +55,7 @@ def processes(cluster):
         return sorted(client.run(os.getpid).values())
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys):
     folder, before = tmp_path / "out", processes(cluster)
     assert len(set(before)) == 2
@@ -91,6 +92,7 @@ def test_what_a_worker_refuses_is_said_here(cluster, tmp_path, capsys):
     assert not (tmp_path / "manifest.json").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_of_this_job_alone(local, tmp_path):
     """In a process of its own, with warnings as errors from its start."""
     command = [

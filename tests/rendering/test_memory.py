@@ -30,6 +30,7 @@ def test_memory_is_checked_against_what_is_there(monkeypatch):
         check_memory(2**16, 2**15, 5, 4)
 
 
+@pytest.mark.slow
 def test_memory_is_what_the_passes_take():
     """Of sao where the texels' lines are a table, which needs more than all that comes after it."""
     mesh, display = builtin_scene(), find_display("convex")

@@ -72,6 +72,7 @@ def test_exr_windows_say_where_the_guard_band_is(tmp_path):
 def test_command_line_layers(tmp_path, capsys):
     common = ["ammonite", "--resolution", "32x24", "--samples", "2", "--radii", "2%"]
     render(tmp_path / "a", *common, "--normals", "smooth", "--filter", "nearest")
+    capsys.readouterr()
     for wrong, word in (
         (["--normals", "up"], "normals"),
         (["--filter", "cubic"], "color_filter"),

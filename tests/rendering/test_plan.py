@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import raycast_scenes as scenes
+from bits import assert_same_bits
 from jobs import manifest_of, render
 
 from lfssao import (
@@ -41,10 +42,6 @@ def statue():
     return builtin_scene("statue")
 
 
-def bits(array):
-    return array.view(np.int32) if array.dtype == np.float32 else array
-
-
 def assert_same(one, other):
     """All textures bit for bit, their shapes and dtypes, and what they count."""
     layers = [(t.merged, t.blurred, t.image, t.shaded, *t.ao, t.gbuffer.depth, t.gbuffer.positions, t.gbuffer.triangle,
@@ -52,8 +49,8 @@ def assert_same(one, other):
     for a, b in zip(*layers, strict=True):
         assert (a is None) == (b is None)
         if a is not None:
-            assert (a.shape, a.dtype, a.flags.c_contiguous) == (b.shape, b.dtype, True)
-            np.testing.assert_array_equal(bits(a), bits(b))
+            assert a.flags.c_contiguous
+            assert_same_bits(a, b)
     assert one.outside == other.outside
 
 
@@ -148,7 +145,7 @@ def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
     (made,) = occlusions(Buffers.of(gbuffer, shifted), options)
     right = passes.algorithm2(gbuffer.depth, gbuffer.positions, shifted.world_to_image, options.samples, 0.0)
     assert made.outside == right.outside == 8 * (gbuffer.triangle >= 0).sum()
-    np.testing.assert_array_equal(bits(made.texture), bits(right.texture))
+    assert_same_bits(made.texture, right.texture)
 
 
 # The bench
@@ -187,7 +184,7 @@ def test_gbuffers_of_some_rows(way, name):
         for part, nothing in (("depth", np.inf), ("positions", np.inf), ("normals", 0), ("triangle", -1)):
             got, want = getattr(seen, part), getattr(whole, part).copy()
             want[~inside] = nothing
-            np.testing.assert_array_equal(bits(got), bits(want))
+            assert_same_bits(got, want)
 
 
 # The command and the manifest

@@ -1,8 +1,8 @@
 """The three kinds of mapping step by step, as display, camera and kernels compute them, on numbers with error bounds.
 
-In ``EXACT`` arithmetic the same steps give the exact image. Each class has beside its steps the kernels' own image
-and the mapping as the kernels take it: ``to_image``, and a camera's inverse ``back``. With that, AO is Algorithm 1 and
-points are u, v and depth.
+In ``EXACT`` arithmetic the same steps give the exact image. Each class also has the kernels' own image and the mapping
+as the kernels take it: ``to_image``, and a camera's inverse ``back``, for which AO is Algorithm 1 and points are u, v
+and depth.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,8 @@ Texture = NDArray[np.floating[Any]]
 Point = tuple[Fraction, Fraction, Fraction]
 
 # u, v and z of a point + offset, and whether it lies in the mapping's domain; None where rounding may decide.
-Steps = Callable[[Point, Point], tuple[Tracked, Tracked, Tracked, bool | None]]
+Image = tuple[Tracked, Tracked, Tracked, bool | None]
+Steps = Callable[[Point, Point], Image]
 
 
 def rational(numbers: Any) -> Point:
@@ -57,15 +58,7 @@ def _affine(row: Sequence[Tracked], p: Sequence[Tracked]) -> Tracked:
 
 @dataclass(frozen=True, eq=False)
 class CrossedSlits:
-    """The first module of a flat display with the linear diffuser.
-
-    Attributes
-    ----------
-    display : Display
-        The display.
-    physical_from_world : (3, 4) float64
-        The affine map.
-    """
+    """The first module of a flat display with the linear diffuser, in world coordinates of an affine map, (3, 4)."""
 
     display: Display
     physical_from_world: Matrix
@@ -77,24 +70,15 @@ class CrossedSlits:
         return self.display.view(0, self.physical_from_world).world_to_image
 
     def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
-        """The steps of ``Display.view`` and of CROSSED_SLITS; the mapping is made in float64.
+        """The steps of ``Display.view``, in float64, and of CROSSED_SLITS in the kernels' arithmetic, ``work``.
 
-        Parameters
-        ----------
-        work : Arithmetic
-            The kernels' arithmetic.
-        probe : float
-            Relative error of every input, for condition numbers.
+        Inputs have the relative error ``probe``, for condition numbers.
         """
         make = DOUBLE if work.unit else EXACT
         shown, module = self.display, self.display.modules[0]
-        m_x, m_z, y_o, z_o, screen_width, screen_height, width, height = (
-            _given(make, n, probe)
-            for n in (
-                module.x, module.z, shown.observer_height, shown.observer_z, shown.screen_width, shown.screen_height,
-                module.width, module.height,
-            )
-        )  # fmt: skip
+        m_x, m_z, width, height = (_given(make, n, probe) for n in (module.x, module.z, module.width, module.height))
+        y_o, z_o = (_given(make, n, probe) for n in (shown.observer_height, shown.observer_z))
+        screen_width, screen_height = (_given(make, n, probe) for n in (shown.screen_width, shown.screen_height))
         rows = [[_given(make, float(entry), probe) for entry in row] for row in self.physical_from_world]
         u_scale, v_scale, half = width / screen_width, -height / screen_height, make.number(0.5)
         for row, centre, factor in ((rows[0], m_x, u_scale * m_z), (rows[1], y_o, v_scale * z_o)):
@@ -104,7 +88,7 @@ class CrossedSlits:
         m_z, z_o = work.rounded(m_z), work.rounded(z_o)
         rows = [[work.rounded(entry) for entry in row] for row in rows]
 
-        def image(point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+        def image(point: Point, offset: Point) -> Image:
             place, way = ([_given(work, n, probe) for n in vector] for vector in (point, offset))
             a, b, c = (_affine(row, place) + _linear(row, way) for row in rows)
             return u_0 + a / (m_z - c), v_0 + b / (z_o - c), c, all_of(c.is_less(m_z), z_o.is_less(c))
@@ -128,19 +112,7 @@ def _rows(m: Texture, count: int, place: Any, offset: Texture) -> list[Texture]:
 
 @dataclass(frozen=True)
 class CameraAtOrigin:
-    """A camera at the world's origin that looks along -Z.
-
-    Attributes
-    ----------
-    projection : str
-        'perspective' or 'orthographic'.
-    distance, extent : float
-        It sees ``extent`` of height at ``distance``.
-    near, far : float
-        Depths 0 and 1.
-    width, height : int
-        Texels.
-    """
+    """A 'perspective' or 'orthographic' camera at the origin that looks along -Z, with ``extent`` at ``distance``."""
 
     projection: str
     distance: float
@@ -171,10 +143,8 @@ class CameraAtOrigin:
     def matrices(self, work: Arithmetic, probe: float = 0.0) -> tuple[list[list[Tracked]], list[list[Tracked]]]:
         """World to screen and back, rows of four, made in float64 and rounded to an arithmetic."""
         make = DOUBLE if work.unit else EXACT
-        distance, extent, near, far, width, height = (
-            _given(make, n, probe)
-            for n in (self.distance, self.extent, self.near, self.far, self.width, self.height)
-        )  # fmt: skip
+        distance, extent = (_given(make, n, probe) for n in (self.distance, self.extent))
+        near, far, width, height = (_given(make, n, probe) for n in (self.near, self.far, self.width, self.height))
         o, one, half = make.number(0), make.number(1), make.number(0.5)
         u_0, v_0, focal, span = width * half, height * half, height / extent, far - near
         if self.projection == "perspective":
@@ -194,7 +164,7 @@ class CameraAtOrigin:
         """The steps of Algorithm 1: a texel's (u, v, depth) into the world, the offset added, and back."""
         forth, back = self.matrices(work, probe)
 
-        def image(point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+        def image(point: Point, offset: Point) -> Image:
             screen, way = ([_given(work, n, probe) for n in vector] for vector in (point, offset))
             x, y, z, w = (_affine(row, screen) for row in back)
             place = [x / w, y / w, z / w]
@@ -214,16 +184,9 @@ class CameraAtOrigin:
 
 @dataclass(frozen=True, eq=False)
 class GeneralDisplay:
-    """One module of any display, world coordinates being physical.
+    """Module ``index`` of any display, in physical coordinates.
 
-    Exact is the mapping that the module's float64 numbers stand for (``lfssao.optics.kernels.display``).
-
-    Attributes
-    ----------
-    display : Display
-        The display.
-    index : int
-        Number of the module.
+    The exact mapping is that of the module's float64 numbers (``lfssao.optics.kernels.display``).
     """
 
     display: Display
@@ -242,7 +205,7 @@ class GeneralDisplay:
         m_x, m_y, m_z, y_o, z_o, screen, observers, conical = d[:8]
         one = work.number(1)
 
-        def image(point: Point, offset: Point) -> tuple[Tracked, Tracked, Tracked, bool | None]:
+        def image(point: Point, offset: Point) -> Image:
             x, y, z = (_given(work, a, probe) + _given(work, b, probe) for a, b in zip(point, offset, strict=True))
             dx, dz = x - m_x, z - m_z
             t_s, meets_screen = _circle(screen, m_x, m_z, dx, dz)
@@ -286,7 +249,7 @@ def _hypot(a: Tracked, b: Tracked) -> Tracked:
 
 
 def _circle(curvature: Tracked, x: Tracked, z: Tracked, dx: Tracked, dz: Tracked) -> tuple[Tracked, bool | None]:
-    """Share of the way along (dx, dz) at which a circle is left, and whether it is met."""
+    """Fraction of the way along (dx, dz) at which a circle is left, and whether it is met."""
     a = curvature * (dx * dx + dz * dz)
     b = curvature * (x * dx + z * dz) - dz
     c = curvature * (x * x + z * z) - (z + z)

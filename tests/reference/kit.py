@@ -57,17 +57,17 @@ def mapping_of(parameters):
 def mapping_stage(parameters, inputs):
     kind, m = mapping_of(parameters)
     images = [mapping.to_image(kind, m, mapping.affine_rows(kind, m, point)) for point in inputs["points"]]
-    answers = [answer for *_, answer in images]
-    places = [place if answer == 0 else [0, 0, 0] for *place, answer in images]
-    return {"image": np.array(places, np.float32), "answers": np.array(answers, np.int32)}
+    statuses = [status for *_, status in images]
+    places = [place if status == 0 else [0, 0, 0] for *place, status in images]
+    return {"image": np.array(places, np.float32), "answers": np.array(statuses, np.int32)}
 
 
 def occlusion_stage(parameters, inputs, algorithm):
     table = offsets(parameters["radius"], inputs["samples"])
-    occlusion, answers = algorithm(table)
-    counts = answers.sum(axis=0)
+    occlusion, statuses = algorithm(table)
+    counts = statuses.sum(axis=0)
     outside = np.array([counts[1:].sum()])
-    return {"occlusion": occlusion, "outside": outside, "offsets": np.array(table), "answers": counts.tolist()}
+    return {"occlusion": occlusion, "outside": outside, "offsets": np.array(table), "statuses": counts.tolist()}
 
 
 def algorithm1_stage(parameters, inputs):

@@ -43,7 +43,7 @@ def linear_rows(kind, m, offset):
 
 
 def to_image(kind, m, sums):
-    """u, v, image z, answer."""
+    """u, v, image z, status."""
     if kind == "crossed slits":
         a, b, c = sums
         z_m, z_o, u_0, v_0 = m[12:]
@@ -51,15 +51,15 @@ def to_image(kind, m, sums):
     if kind == "matrix":
         a, b, c, q = sums
         return a / q, b / q, c / q, 0 if q > 0 else 1
-    u, v, answer = physical_to_image(m[12:], *sums)
-    return u, v, sums[2], answer
+    u, v, status = physical_to_image(m[12:], *sums)
+    return u, v, sums[2], status
 
 
 def texel_at(shape, image):
-    """Row and column of the texel that u, v, image z and answer lie in; None outside."""
-    u, v, _, answer = image
+    """Row and column of the texel that u, v, image z and status lie in; None outside."""
+    u, v, _, status = image
     height, width = shape[:2]
-    return (int(v), int(u)) if answer == 0 and u >= 0 and u < width and v >= 0 and v < height else None
+    return (int(v), int(u)) if status == 0 and u >= 0 and u < width and v >= 0 and v < height else None
 
 
 def crossing(curvature, x, z, dx, dz):
@@ -72,7 +72,7 @@ def crossing(curvature, x, z, dx, dz):
 
 
 def screen_point(d, x, y, z):
-    """s_x, s_y, s_z, answer."""
+    """s_x, s_y, s_z, status."""
     zero = type(x)(0)
     m_x, m_y, m_z, y_o, z_o = d[:5]
     t_s, d_s = crossing(d[5], m_x, m_z, x - m_x, z - m_z)
@@ -96,7 +96,7 @@ def screen_point(d, x, y, z):
 
 
 def screen_to_texel(d, s_x, s_y, s_z):
-    """u, v, answer of a screen point."""
+    """u, v, status of a screen point."""
     zero = type(s_x)(0)
     if s_z != 0:
         g = d[2] / (d[2] - s_z)
@@ -122,9 +122,9 @@ def screen_to_texel(d, s_x, s_y, s_z):
 
 
 def physical_to_image(d, x, y, z):
-    """u, v, answer."""
-    *screen, answer = screen_point(d, x, y, z)
-    return screen_to_texel(d, *screen) if answer == 0 else (type(x)(0), type(x)(0), answer)
+    """u, v, status."""
+    *screen, status = screen_point(d, x, y, z)
+    return screen_to_texel(d, *screen) if status == 0 else (type(x)(0), type(x)(0), status)
 
 
 # Section 16

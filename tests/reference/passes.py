@@ -15,18 +15,18 @@ from reference.mapping import affine_row, affine_rows, linear_rows, texel_at, to
 
 @np.errstate(all="ignore")
 def occlusion(depth, point_of, offsets, kind, m):
-    """Occlusion, and how often each row of texels got each answer, (H, 6): 5 for a sample outside the texture."""
-    made, answers = np.zeros_like(depth), np.zeros((len(depth), 6), np.int64)
+    """Occlusion, and how often each row of texels got each status, (H, 6): 5 for a sample outside the texture."""
+    made, statuses = np.zeros_like(depth), np.zeros((len(depth), 6), np.int64)
     m, linear = list(m), [linear_rows(kind, m, offset) for offset in offsets]
     for j, i in np.argwhere(depth < np.inf).tolist():
         affine, count = affine_rows(kind, m, point_of(j, i)), 0
         for offset in linear:
             image = to_image(kind, m, [p + o for p, o in zip(affine, offset, strict=True)])
             texel = texel_at(depth.shape, image)
-            answers[j, 5 if texel is None and image[3] == 0 else image[3]] += 1
+            statuses[j, 5 if texel is None and image[3] == 0 else image[3]] += 1
             count += texel is not None and depth[texel] < image[2]
         made[j, i] = made.dtype.type(count) / max(len(offsets), 1)
-    return made, answers
+    return made, statuses
 
 
 def algorithm1(depth, offsets, screen_to_world, m):
@@ -54,15 +54,15 @@ def algorithm2_with_neighbours(depth, positions, offsets, views):
     for j, i in np.argwhere(depth < np.inf).tolist():
         hidden = 0
         for offset in offsets:
-            answers = []
+            hits = []
             for texture, kind, m in views:
                 sums = zip(affine_rows(kind, m, positions[j, i]), linear_rows(kind, m, offset), strict=True)
                 image = to_image(kind, m, [p + o for p, o in sums])
                 texel = texel_at(texture.shape, image)
                 if texel is not None:
-                    answers.append(texture[texel] < image[2])
-            hidden += bool(answers) and all(answers)
-            outside[j] += not answers
+                    hits.append(texture[texel] < image[2])
+            hidden += bool(hits) and all(hits)
+            outside[j] += not hits
         made[j, i] = made.dtype.type(hidden) / max(len(offsets), 1)
     return made, outside
 

@@ -56,8 +56,8 @@ def point(parameters, inputs, hemisphere=False):
                 outside += 1
             else:
                 count += occluded(texel, image[2], here)
-        share = dtype(count) / dtype(len(table))
-        made[j, i] = 2 * max(dtype(0), share - dtype(0.5)) if options.get("remap") else share
+        fraction = dtype(count) / dtype(len(table))
+        made[j, i] = 2 * max(dtype(0), fraction - dtype(0.5)) if options.get("remap") else fraction
     return made, outside
 
 

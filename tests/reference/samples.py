@@ -40,13 +40,13 @@ def algorithm3(xi1, xi2):
     return w * cosine, w * sine, z
 
 
-def algorithm4(x, y, z, share, r_min, r_max):
+def algorithm4(x, y, z, fraction, r_min, r_max):
     """Sphere to shell."""
     if r_max == 0:
         return 0.0, 0.0, 0.0
     inner = r_min / r_max
     cube = inner * inner * inner
-    r = cbrt(cube + share * (1 - cube)) * r_max
+    r = cbrt(cube + fraction * (1 - cube)) * r_max
     r = min(max(r, r_min), r_max)
     return r * x, r * y, r * z
 

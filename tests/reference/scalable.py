@@ -161,7 +161,7 @@ def levels_of(z, mip, max_level, o):
 def sample(view, z, places, options, radius, constants):
     """A and outside."""
     dtype, (height, width) = view.dtype, z.shape
-    scale, bias, depth_bias, share = constants
+    scale, bias, depth_bias, falloff = constants
     inverse, epsilon, o = dtype(1 / radius), dtype(options["epsilon"]), dtype(view.origin)
     levels, normals = levels_of(z, options["mip"], options["max_level"], o), view.normals(z, places)
     s, tau = options["taps"], options["turns"]
@@ -176,7 +176,7 @@ def sample(view, z, places, options, radius, constants):
         u = (view.point(row, column, d) - places[j, i]) * inverse
         square = dot(u, u)
         above = dot(u, normals[j, i]) - less
-        left = 1 - share * square
+        left = 1 - falloff * square
         term = ((left * left) * left) * (above / (square + epsilon))
         return term if above > 0 and left > 0 and term > 0 else 0
 

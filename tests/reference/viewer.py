@@ -44,8 +44,8 @@ def sine(d, s, eye):
 
 def texel(d, shape, s):
     """Image point at which a module shows s, or None."""
-    u, v, answer = screen_to_texel(d, *s)
-    return None if texel_at(shape, (u, v, None, answer)) is None else (u, v)
+    u, v, status = screen_to_texel(d, *s)
+    return None if texel_at(shape, (u, v, None, status)) is None else (u, v)
 
 
 def neighbours(sines):

@@ -18,7 +18,7 @@ def cross(a, b):
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def shares(weights):
+def fractions(weights):
     total = in_order(weights)
     return [weight / total for weight in weights]
 
@@ -32,7 +32,7 @@ def axis_depth(depth, positions, row):
 
 
 class Scene:
-    """What the parts share, of one case."""
+    """The common part of one case."""
 
     def __init__(self, parameters, inputs):
         depth, view = inputs["depth"], parameters["view"]
@@ -50,7 +50,7 @@ class Scene:
         return np.array([linear_row(self.rows, row, *vector) for row in range(4)])
 
     def image(self, sums):
-        """u, v, something and the answer of a place."""
+        """u, v, something and the status of a place."""
         a, b, q, c = sums
         return to_image(self.kind, self.m, [a, b, c, q] if self.kind == "matrix" else [a, b, c])
 
@@ -121,7 +121,7 @@ def points(parameters, inputs, normal):
     scene = Scene(parameters, inputs)
     dtype, table = scene.dtype, inputs["points"].astype(scene.dtype)
     weights = inputs["weights"].tolist() if "weights" in inputs else [1.0] * len(table)
-    samples = list(zip(table, rounded(shares(weights), dtype), map(scene.linear, table), strict=True))
+    samples = list(zip(table, rounded(fractions(weights), dtype), map(scene.linear, table), strict=True))
 
     def once(radius, thickness):
         r, t = dtype(radius), dtype(thickness)
@@ -134,7 +134,7 @@ def points(parameters, inputs, normal):
             here = scene.affine(scene.positions[j, i])
             mirrored, lifted = (r + r) * scene.linear(m), (r + r) * scene.linear(n)
             total, outside = dtype(0), 0
-            for o, share, sums in samples:
+            for o, fraction, sums in samples:
                 mirror = dot(o, m)
                 above = dot(o, n) - mirror * twice
                 lift = above if above < 0 else dtype(0)
@@ -145,7 +145,7 @@ def points(parameters, inputs, normal):
                     continue
                 before = place[3] - scene.z[q]
                 if before > 0 and before <= reach:
-                    total = total + share
+                    total = total + fraction
             return total, outside
 
         return scene.solve(value_of)
@@ -159,9 +159,9 @@ def disk_lines(inputs, normal, dtype):
     halves = [math.sqrt(max(1 - (x * x + y * y), 0)) for x, y in places]
     weights = inputs["weights"].tolist() if "weights" in inputs else halves
     if any(half > 0 for half in halves):
-        made = shares([weight if half > 0 else 0.0 for weight, half in zip(weights, halves, strict=True)])
-        by_length = [share / (2 * half) if half > 0 else 0.0 for share, half in zip(made, halves, strict=True)]
-        areas = [max(area, 2.0**-100) for area in shares(by_length)]
+        made = fractions([weight if half > 0 else 0.0 for weight, half in zip(weights, halves, strict=True)])
+        by_length = [fraction / (2 * half) if half > 0 else 0.0 for fraction, half in zip(made, halves, strict=True)]
+        areas = [max(area, 2.0**-100) for area in fractions(by_length)]
     else:
         by_length, areas = [0.0] * len(places), [1 / len(places)] * len(places)
     rows = zip(places, halves, by_length, areas, strict=True)
@@ -248,23 +248,23 @@ def look(levels, level, u, v):
 
 
 def surface_box(levels, frame, level, image, depth, half_width):
-    """Share, low and high; share 0 where there is nothing."""
+    """Filled fraction, low and high; 0 where there is nothing."""
     level, dtype = min(max(level, 0.0), len(levels) - 1.0), frame.scene.dtype
     whole, part = int(level), level - int(level)
-    share, first, second = look(levels, whole, *image[:2])
+    filled, first, second = look(levels, whole, *image[:2])
     if part > 0:
         coarse = look(levels, whole + 1, *image[:2])
-        share, first, second = (a + part * (b - a) for a, b in zip((share, first, second), coarse, strict=True))
-    if not share > 0:
+        filled, first, second = (a + part * (b - a) for a, b in zip((filled, first, second), coarse, strict=True))
+    if not filled > 0:
         return 0, None, None
-    mean = first / share
-    variance = second / share - mean * mean
+    mean = first / filled
+    variance = second / filled - mean * mean
     sigma = math.sqrt(variance) if variance > 0 else 0.0
     middle, reach = (mean - float(depth)) * float(frame.steep), (half_width * sigma) * float(frame.steep)
     low, high = middle - reach, middle + reach
     if math.isnan(low) or math.isnan(high):
         return 0, None, None
-    return share, *(dtype(min(max(edge, -(2.0**100)), 2.0**100)) for edge in (low, high))
+    return filled, *(dtype(min(max(edge, -(2.0**100)), 2.0**100)) for edge in (low, high))
 
 
 def hidden(low, high, bottom, top):
@@ -285,7 +285,7 @@ def areas(parameters, inputs, normal):
 
     def detail_of(frame):
         images = [frame.scene.image(frame.place(dtype(x), dtype(y))) for x, y in ((0, 0), (1, 0), (0, 1))]
-        if any(answer != 0 for *_, answer in images):
+        if any(status != 0 for *_, status in images):
             return dtype(512)
         (u_0, v_0), (u_1, v_1), (u_2, v_2) = (image[:2] for image in images)
         parallelogram = (u_1 - u_0) * (v_2 - v_0) - (v_1 - v_0) * (u_2 - u_0)
@@ -294,11 +294,11 @@ def areas(parameters, inputs, normal):
     def length_of(frame, detail, line, top, t, place, image, texel):
         _, _, half, unit, area = line
         level = float(detail) + 0.5 * log2(area)
-        share, low, high = surface_box(levels, frame, level, image, place[3], options["half_width"])
-        if not share > 0 or not top > -half:
+        filled, low, high = surface_box(levels, frame, level, image, place[3], options["half_width"])
+        if not filled > 0 or not top > -half:
             return 0
         length = hidden(low, high, -half, top) - hidden(low + t, high + t, -half, top)
-        return (unit * dtype(share)) * length
+        return (unit * dtype(filled)) * length
 
     return disk_estimator(parameters, inputs, normal, length_of, detail_of, 2.0**102)
 
@@ -341,8 +341,8 @@ def hbao(parameters, inputs):
         slope_1, slope_2 = frame.slopes(inputs["normals"][j, i])
         start, total, outside = (dtype(i) + dtype(0.5), dtype(j) + dtype(0.5)), dtype(0), 0
         for y, x in around:
-            u, v, _, answer = scene.image(frame.place(x, y))
-            if answer != 0:
+            u, v, _, status = scene.image(frame.place(x, y))
+            if status != 0:
                 outside += steps
                 continue
             horizon = first_horizon(x * slope_1 + y * slope_2)

@@ -78,10 +78,10 @@ def test_outcomes_equal_the_reference(case):
             pairs = reference.texel_point(inverse, i, j, depth[j, i], by)
         sets = []
         for o, certain, row in zip(offsets, exact, found, strict=True):
-            u, v, z, truths, answers = reference.sample(depth, pairs, o, certain, kind, m, by, back is None)
-            sets.append(answers)
+            u, v, z, truths, outcomes_of = reference.sample(depth, pairs, o, certain, kind, m, by, back is None)
+            sets.append(outcomes_of)
             assert (bool(row[6]), bool(row[7])) == (True in truths, truths == {True})
-            assert row[8] == (2 if len(answers) == 2 else float(True in answers))
+            assert row[8] == (2 if len(outcomes_of) == 2 else float(True in outcomes_of))
             if True in truths:
                 numbers = np.array([u.x, u.e, v.x, v.e, z.x, z.e])
                 np.testing.assert_array_equal(row[:6], numbers)

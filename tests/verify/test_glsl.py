@@ -161,7 +161,7 @@ WRONG = {
     "the last sample left out": (r"s < samples; \+\+s", "s < samples - 1; ++s", "algorithm2_crossed_slits"),
     "behind for before": (r"< image\.z\)", "> image.z)", "algorithm2_crossed_slits"),
     "clamped where outside": (r"image\.x >= 0\.0 && ", "", "outside"),
-    "answers not looked at": (r"there = there && ", "there = ", "behind_lens_and_observers"),
+    "statuses not looked at": (r"there = there && ", "there = ", "behind_lens_and_observers"),
     "no distortion": (r"k1 != 0\.0 \|\| k2 != 0\.0", "false", "algorithm2_calibrated"),
     "k2 for r^2": (r"k1 \+ r \* k2", "k1 + k2", "algorithm2_calibrated"),
     "the linear diffuser for the conical": (r"number\(7\) == 0\.0", "true", "algorithm2_conical"),

@@ -123,10 +123,10 @@ def test_an_option_that_is_changed_shows_in_its_case(name):
     assert (plain != case.outputs["occlusion"]).any() == (case.parameters["options"] != options)
 
 
-def answers_of(name):
-    """How many samples of an AO case are: in the texture, answered 1, 2, 3, 4, outside the texture."""
+def statuses_of(name):
+    """Numbers of samples of an AO case: in the texture, of status 1, 2, 3, 4, outside the texture."""
     case = make_case(name)
-    return reference.solve(case.stage, case.parameters, case.inputs)["answers"]
+    return reference.solve(case.stage, case.parameters, case.inputs)["statuses"]
 
 
 @pytest.mark.parametrize(
@@ -135,9 +135,9 @@ def answers_of(name):
      ("algorithm2_concave", [3]), ("outside", [5]), ("behind_homography", [4]), ("behind_camera", [1])],
 )  # fmt: skip
 def test_singular_cases_have_their_singularity(name, singular):
-    answers = answers_of(name)
-    assert answers[0] > 50
-    assert all(answers[k] > 50 for k in singular)
+    statuses = statuses_of(name)
+    assert statuses[0] > 50
+    assert all(statuses[k] > 50 for k in singular)
 
 
 @pytest.mark.parametrize(
@@ -194,11 +194,11 @@ def test_cases_of_borders_have_points_that_are_on_them_exactly(name, on, beyond)
     case = make_case(f"border_{name}")
     numbers = [Fraction(n) for n in case.parameters["mapping"]["numbers"]]
     found = {1: set(), 0: set(), -1: set()}
-    for point, answer in zip(case.inputs["points"].tolist(), case.outputs["answers"].tolist(), strict=True):
+    for point, status in zip(case.inputs["points"].tolist(), case.outputs["answers"].tolist(), strict=True):
         x, y, z = (Fraction(n) for n in point)
         if name == "camera" or numbers[16] < z < numbers[14]:
             side = side_of(name, numbers, x, y, z)
-            found[(side > 0) - (side < 0)].add(answer)
+            found[(side > 0) - (side < 0)].add(status)
     assert found[0] == on
     assert found[-1] == {beyond}
     assert 0 in found[1]
@@ -420,7 +420,7 @@ def test_faults_are_named_from_the_first_stage_on():
     assert second.startswith("case frame, output shaded: 1 of 576 numbers")
 
 
-def test_what_is_no_answer_is_refused():
+def test_arrays_that_are_no_output_are_refused():
     case = make_case("merge_three")
     merged = case.outputs["merged"]
     for mine, reason in (

@@ -63,16 +63,16 @@ def screens():
 
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value", "ignore:overflow")
 def test_points_whose_rays_reach_the_screen_only_behind_the_lens():
-    """The answer, u and v of the reference and the kernel, where the crossing lies behind the lens among others."""
+    """The status, u and v of the reference and the kernel, where the crossing lies behind the lens among others."""
     behind = 0
     for d, points in screens():
-        image, answers = np.empty((6, 3), np.float32), np.empty(6, np.int64)
-        kernels.map_points(d, points, 10**9, 10**9, image, answers)
-        for point, place, answer in zip(points, image, answers, strict=True):
+        image, statuses = np.empty((6, 3), np.float32), np.empty(6, np.int64)
+        kernels.map_points(d, points, 10**9, 10**9, image, statuses)
+        for point, place, status in zip(points, image, statuses, strict=True):
             u, v, got = mapping.physical_to_image(d, *point)
-            assert got == (0 if answer == kernels.OUTSIDE else answer)
+            assert got == (0 if status == kernels.OUTSIDE else status)
             if got == 0:
                 assert (u, v) == tuple(place[:2])
             t_s, hits = mapping.crossing(d[5], d[0], d[2], point[0] - d[0], point[2] - d[2])
-            behind += bool(hits >= 0 and t_s <= 0 and answer == kernels.MISSES_SCREEN)
+            behind += bool(hits >= 0 and t_s <= 0 and status == kernels.MISSES_SCREEN)
     assert behind > 5

@@ -87,32 +87,29 @@ class ErrorModel:
         return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate)
 
 
-MODELS: dict[str, ErrorModel] = {
-    model.name: model
-    for model in (
-        ErrorModel("shader", "as GLSL, Vulkan and WGSL demand: + - * within 1 ulp, division 2.5 ulp, fused or not"),
-        ErrorModel(
-            "sampler", "shader, and textures are read by a nearest sampler with 8 bits below the texel",
-            coordinate=2.0**-8,
-        ),
-        ErrorModel(
-            "nearest", "+ - * / sqrt rounded to nearest (C, CUDA), fused or not, any order",
-            operation=0.5 * ULP, quotient=ULP * (1 + ULP), root=0.5 * ULP, exponential=(2.0 * ULP, 0.0),
-            centre=2.0**-12,
-        ),
-        ErrorModel("strict", "+ - * / sqrt rounded to nearest in the written order: equal bits", exact=True),
-    )
-}  # fmt: skip
+_MODELS = (
+    ErrorModel("shader", "as GLSL, Vulkan and WGSL demand: + - * within 1 ulp, division 2.5 ulp, fused or not"),
+    ErrorModel(
+        "sampler",
+        "shader, and textures are read by a nearest sampler with 8 bits below the texel",
+        coordinate=2.0**-8,
+    ),
+    ErrorModel(
+        "nearest",
+        "+ - * / sqrt rounded to nearest (C, CUDA), fused or not, any order",
+        operation=0.5 * ULP,
+        quotient=ULP * (1 + ULP),
+        root=0.5 * ULP,
+        exponential=(2.0 * ULP, 0.0),
+        centre=2.0**-12,
+    ),
+    ErrorModel("strict", "+ - * / sqrt rounded to nearest in the written order: equal bits", exact=True),
+)
+MODELS = {model.name: model for model in _MODELS}
 
 
 def find_model(model: str | ErrorModel) -> ErrorModel:
-    """The error model of a name, or the model itself.
-
-    Raises
-    ------
-    InputError
-        If there is no model of that name.
-    """
+    """The error model of a name, or the model itself; InputError if there is no model of that name."""
     if isinstance(model, ErrorModel):
         return model
     if model not in MODELS:

@@ -12,7 +12,7 @@ texel, by as much as the surface there differs. No interval of them is known; th
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,16 @@ class Surfaces:
     directions: Texture | None = None
 
 
+class Problem(NamedTuple):
+    """The arguments of ``point_bounds``, checked, but for the radius."""
+
+    surfaces: Surfaces
+    points: FloatArray
+    weights: Weights
+    options: Options
+    model: ErrorModel
+
+
 def point_bounds(
     name: str,
     surfaces: Surfaces,
@@ -105,7 +115,8 @@ def point_bounds(
         return None
     if name in NORMALS and surfaces.normals is None:
         return None
-    return BOUNDED[name](surfaces, radius, np.asarray(points, np.float64), weights, options, find_model(model))
+    given = Problem(surfaces, np.asarray(points, np.float64), weights, options, find_model(model))
+    return BOUNDED[name](given, radius)
 
 
 def is_bounded(name: str, options: Options, directions: bool = False) -> bool:
@@ -113,25 +124,15 @@ def is_bounded(name: str, options: Options, directions: bool = False) -> bool:
     return name in BOUNDED and (directions or not float(options.get("thickness", 0.0)) > 0)
 
 
-def _hidden_points(
-    surfaces: Surfaces,
-    radius: float,
-    points: FloatArray,
-    _: Weights,
-    options: Options,
-    model: ErrorModel,
-    *,
-    half: bool,
-) -> Bounds:
+def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     """Bounds of ``point``, or with ``half`` of ``hemisphere``."""
-    depth, normals = surfaces.depth, surfaces.normals if half else None
-    inputs = sample_inputs(depth, surfaces.positions, surfaces.world_to_image, points, radius)
-    low, high = np.empty(depth.shape), np.empty(depth.shape)
+    surfaces, options, model = given.surfaces, given.options, given.model
+    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, given.points, radius)
+    low, high, fewest, most = (np.empty(surfaces.depth.shape, dtype) for dtype in ("f8", "f8", "i4", "i4"))
     point_kernels.write_surface_depths(inputs, model.errors, options["surface"] == "positions", low, high)
-    fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
-    reach = float(radius) if options["range_check"] else np.inf
+    normals, reach = surfaces.normals if half else None, float(radius) if options["range_check"] else np.inf
     point_kernels.count_hidden(inputs, _contiguous(normals), low, high, reach, model.errors, fewest, most)
-    lower, upper = fraction_bounds(len(points), model)
+    lower, upper = fraction_bounds(len(given.points), model)
     if options.get("remap"):
         lower, upper = _remapped(lower, model, -1), _remapped(upper, model, 1)
     return Bounds(lower[fewest], upper[most], most - fewest)
@@ -144,64 +145,46 @@ def _remapped(fractions: Texture, model: ErrorModel, sign: int) -> Texture:
     return down_to_single(moved) if sign > 0 else up_to_single(moved)
 
 
-def _hidden_volume(
-    surfaces: Surfaces,
-    radius: float,
-    points: FloatArray,
-    weights: Weights,
-    options: Options,
-    model: ErrorModel,
-    *,
-    tangent: bool,
-) -> Bounds:
+def _hidden_volume(given: Problem, radius: float, *, tangent: bool) -> Bounds:
     """Bounds of ``vo-points``, or with ``tangent`` of ``vo-points-normal``, of one radius or two."""
-    at = partial(_volume_at, surfaces, points, weights, options, model, tangent)
-    first, second = at(radius), float(options["second"])
+    first, second = _volume_at(given, radius, tangent), float(given.options["second"])
     if second == 0:
         return first
-    other = at(second * radius)
+    other = _volume_at(given, second * radius, tangent)
     merged = merge_bounds([first, other])
-    if options["combine"] == "minimum":
+    if given.options["combine"] == "minimum":
         return merged
     # a + b (1 - a), or 1 - (1 - a) (1 - b): numbers up to 1, rounded four times; of zeros it is zero.
     ends = []
     for one, two, sign in ((first.lower, other.lower, -1), (first.upper, other.upper, 1)):
         a = one.astype(np.float64)
         both = a + two.astype(np.float64) * (1 - a)
-        ends.append(np.maximum(both + sign * 4 * model.operation * SAFETY * (both > 0), 0))
+        ends.append(np.maximum(both + sign * 4 * given.model.operation * SAFETY * (both > 0), 0))
     return Bounds(up_to_single(ends[0]), down_to_single(ends[1]), merged.undecided)
 
 
-def _volume_at(
-    surfaces: Surfaces,
-    points: FloatArray,
-    weights: Weights,
-    options: Options,
-    model: ErrorModel,
-    tangent: bool,
-    radius: float,
-) -> Bounds:
+def _volume_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     """Bounds at one radius; weights are added in any order, and what is above 1 is 1."""
-    depth, n, r = surfaces.depth, len(points), model.operation
-    rounded = points.astype(np.float32).astype(np.float64)
-    inputs = sample_inputs(depth, surfaces.positions, surfaces.world_to_image, rounded, radius)
-    given = np.ones(n) if weights is None else np.asarray(weights, np.float64)
-    axis, thickness = surfaces.cast_from_world[2].astype(np.float32).astype(np.float64), float(options["thickness"])
+    surfaces, options, errors, n = given.surfaces, given.options, given.model.errors, len(given.points)
+    points = given.points.astype(np.float32).astype(np.float64)
+    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, points, radius)
+    weights = np.ones(n) if given.weights is None else np.asarray(given.weights, np.float64)
+    thickness = float(options["thickness"])
     mirrors = ball_mirrors(bool(options["randomize"]), int(options["seed"]), np.dtype(np.float32))
     ball = volume_kernels.Ball(
-        fractions=(given / sum_in_order(given.tolist())).astype(np.float32).astype(np.float64),
+        fractions=(weights / sum_in_order(weights.tolist())).astype(np.float32).astype(np.float64),
         mirrors=mirrors.astype(np.float64),
         normals=_contiguous(surfaces.normals if tangent else None),
         directions=_contiguous(surfaces.directions if thickness > 0 else None),
-        axis=axis,
+        axis=surfaces.cast_from_world[2].astype(np.float32).astype(np.float64),
         radius=float(radius),
         thickness=thickness,
     )
-    low, high = np.empty(depth.shape), np.empty(depth.shape)
-    volume_kernels.write_cast_depths(inputs, axis, model.errors, low, high)
-    fewest, most, undecided = np.empty(depth.shape), np.empty(depth.shape), np.empty(depth.shape, np.int32)
-    volume_kernels.sum_hidden(inputs, ball, low, high, model.errors, fewest, most, undecided)
-    relative = (n + 4) * r * (1 + n * r)
+    shape = surfaces.depth.shape
+    low, high, fewest, most, undecided = (np.empty(shape, dtype) for dtype in ("f8", "f8", "f8", "f8", "i4"))
+    volume_kernels.write_cast_depths(inputs, ball.axis, errors, low, high)
+    volume_kernels.sum_hidden(inputs, ball, low, high, errors, fewest, most, undecided)
+    relative = (n + 4) * errors.operation * (1 + n * errors.operation)
     lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
     return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
 
@@ -212,7 +195,7 @@ def _contiguous(texture: Texture | None) -> Texture:
 
 
 # The estimators of which intervals are known, and those of them that read normals.
-BOUNDED: dict[str, Callable[..., Bounds]] = {
+BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "point": partial(_hidden_points, half=False),
     "hemisphere": partial(_hidden_points, half=True),
     "vo-points": partial(_hidden_volume, tangent=False),

@@ -1,4 +1,4 @@
-"""Views of every kind, and scenes on them in which rounding matters."""
+"""Views of every kind, scenes on them in which rounding matters, and renderers that round."""
 
 import numpy as np
 import random_renderer as rr
@@ -79,3 +79,17 @@ def critical_scene(rng, view, n, radius, moved=None):
     positions = target - radius * (samples[number] if moved is None else moved(samples, number))
     positions[~np.isfinite(depth)] = np.inf
     return depth, positions.astype(np.float32), samples
+
+
+def arithmetic(model, rng, renderers):
+    """The arithmetic of random renderers within an error model."""
+    if model == "nearest":
+        return rr.Arithmetic(rng, renderers, directed=False, quotient=0.5, root=0.5)
+    return rr.Arithmetic(rng, renderers)
+
+
+def assert_inside(values, bound, name):
+    """Assert that values of all renderers lie within bounds."""
+    low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
+    outside = ~((values >= low) & (values <= high))
+    assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"

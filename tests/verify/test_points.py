@@ -1,6 +1,6 @@
 """Bounds of the other estimators that count points: float32 renderers stay inside, and few points are undecided.
 
-As in ``test_oracle_sound`` scenes are drawn so that rounding matters. Normals are drawn at right angles to an offset
+As in ``test_sound`` scenes are drawn so that rounding matters. Normals are drawn at right angles to an offset
 but for the last digits, so that the half ball's turn is next to its decision, too.
 """
 
@@ -11,9 +11,8 @@ import pytest
 import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import critical_scene, drawn_view
+from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_view
 from reference import bounds as reference
-from test_sound import arithmetic, assert_inside
 
 from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, find_display, module_views
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
@@ -38,8 +37,8 @@ def unit(vectors):
 def across(rng, offsets):
     """Unit vectors, float32, half of them at right angles to offsets (H, W, 3) but for rounding."""
     made = unit(rng.normal(size=offsets.shape))
-    beside = unit(np.cross(offsets, made))
-    return np.where(rng.random(offsets.shape[:-1])[..., None] < 0.5, made, beside).astype(np.float32)
+    perpendicular = unit(np.cross(offsets, made))
+    return np.where(rng.random(offsets.shape[:-1])[..., None] < 0.5, made, perpendicular).astype(np.float32)
 
 
 @st.composite
@@ -51,7 +50,7 @@ def drawn_problems(draw):
     return view, rng, model, float(draw(st.sampled_from([0.01, 0.3, 1.0]))), draw(st.sampled_from([1, 3, 6]))
 
 
-def check_shares(drawn, options, half, alter=lambda model: model):
+def check_fractions(drawn, options, half, alter=lambda model: model):
     """Renderers of point or hemisphere against the bounds of an altered model."""
     view, rng, name, radius, n = drawn
     normals = np.zeros((view.height, view.width, 3), np.float32)
@@ -72,7 +71,7 @@ def check_shares(drawn, options, half, alter=lambda model: model):
         ar, depth, positions, normals if half else None, mapping.kind, mapping.numbers, samples, radius,
         options["range_check"], options["surface"] == "positions", options.get("remap", False),
     )  # fmt: skip
-    assert_inside(made, found, "share")
+    assert_inside(made, found, "fraction")
     right = estimate("hemisphere" if half else "point", Buffers(view, depth, positions, normals), radius, samples,
                      **options).texture  # fmt: skip
     assert not found.outside(right).any()
@@ -83,14 +82,14 @@ def check_shares(drawn, options, half, alter=lambda model: model):
 @settings(max_examples=20)
 @given(drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]), st.booleans())
 def test_no_renderer_of_point_leaves_its_bounds(drawn, check, surface, remap):
-    check_shares(drawn, {"remap": remap, "range_check": check, "surface": surface}, half=False)
+    check_fractions(drawn, {"remap": remap, "range_check": check, "surface": surface}, half=False)
 
 
 @pytest.mark.slow
 @settings(max_examples=20)
 @given(drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]))
 def test_no_renderer_of_the_half_ball_leaves_its_bounds(drawn, check, surface):
-    check_shares(drawn, {"range_check": check, "surface": surface}, half=True)
+    check_fractions(drawn, {"range_check": check, "surface": surface}, half=True)
 
 
 def check_volume(drawn, options, tangent):
@@ -119,10 +118,10 @@ def check_volume(drawn, options, tangent):
     kind, m = view.world_to_image.kind, view.world_to_image.numbers
     given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals, directions)
     ar = arithmetic(name, rng, RENDERERS)
-    shares, made = (weights / np.cumsum(weights)[-1]).astype(np.float32), []
+    fractions, made = (weights / np.cumsum(weights)[-1]).astype(np.float32), []
     for r in (radius, options["second"] * radius) if options["second"] else (radius,):
         made.append(rr.hidden_volume(
-            ar, depth, positions, normals, directions, kind, m, view.cast_from_world[2], samples, shares, r,
+            ar, depth, positions, normals, directions, kind, m, view.cast_from_world[2], samples, fractions, r,
             options["thickness"], mirrors,
         ))  # fmt: skip
     volume = rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
@@ -151,8 +150,8 @@ def test_renderers_differ_where_points_are_undecided():
     plain = {"range_check": False, "surface": "depth"}
     vo = {"thickness": 0.1, "second": 0.0, "combine": "product", "randomize": True, "seed": 0}
     for check in (
-        partial(check_shares, options={**plain, "remap": False}, half=False),
-        partial(check_shares, options=plain, half=True),
+        partial(check_fractions, options={**plain, "remap": False}, half=False),
+        partial(check_fractions, options=plain, half=True),
         partial(check_volume, options=vo, tangent=True),
     ):
         undecided, differing = np.sum([check(problem) for problem in drawn], axis=0)  # fmt: skip

@@ -11,7 +11,7 @@ import pytest
 import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import ROI, WORLD_BOX, critical_scene, drawn_view, world_points
+from oracle_scenes import ROI, WORLD_BOX, arithmetic, assert_inside, critical_scene, drawn_view, world_points
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao import passes
@@ -25,12 +25,6 @@ EXAMPLES, RENDERERS = 100, 100
 pytestmark = [pytest.mark.usefixtures("one_thread"), pytest.mark.slow]
 
 
-def arithmetic(model, rng, renderers):
-    if model == "nearest":
-        return rr.Arithmetic(rng, renderers, directed=False, quotient=0.5, root=0.5)
-    return rr.Arithmetic(rng, renderers)
-
-
 @st.composite
 def drawn_scenes(draw):
     height, width = draw(st.sampled_from([(3, 4), (1, 11), (5, 2), (4, 4)]))
@@ -41,12 +35,6 @@ def drawn_scenes(draw):
     n = draw(st.sampled_from([1, 3, 4, 7]))
     sigma = draw(st.sampled_from([0.3, 0.6, 1.0]))
     return view, rng, model, radius, n, sigma
-
-
-def assert_inside(values, bound, name):
-    low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
-    outside = ~((values >= low) & (values <= high))
-    assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"
 
 
 def assert_points_inside(points, depth, inputs, errors):

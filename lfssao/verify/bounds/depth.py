@@ -264,18 +264,8 @@ class PositionBounds:
     """Bounds of the positions that fit a depth texture: points of the texels' rays at its depths.
 
     A position is mapped into the image. Each coordinate may be off by ROUNDINGS operations on numbers of the size of
-    the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations.
-
-    Attributes
-    ----------
-    world_to_image : WorldToImage
-        The mapping, guard band included.
-    depth : (H, W) float32
-        Image z.
-    model : ErrorModel
-        Limits of float32 arithmetic; not an exact one.
-    strays : int
-        No texel may leave the bounds.
+    the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations. No texel may
+    stray. The mapping includes the guard band; the model is not an exact one.
     """
 
     world_to_image: WorldToImage

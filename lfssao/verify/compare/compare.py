@@ -71,17 +71,7 @@ def compare(
 class Comparison:
     """A comparison that is given its modules one by one; it keeps figures, and pictures of one module.
 
-    Parameters
-    ----------
-    mine, reference : Path
-        Two folders or two files.
-    rules, layers, exact, model, mesh
-        As of ``compare``.
-
-    Raises
-    ------
-    InputError
-        As ``compare``.
+    Its arguments and errors are those of ``compare``.
     """
 
     def __init__(
@@ -109,7 +99,7 @@ class Comparison:
         self._panels: Panels | None = None
         self._named: set[str] = set()
         self._unbounded: str | None = None
-        self._without: set[str] = set()  # layers that differ, and of which a layer left out would tell the intervals
+        self._without: set[str] = set()  # layers that differ, and whose intervals a missing layer would give
 
     @property
     def modules(self) -> list[str]:
@@ -117,13 +107,7 @@ class Comparison:
         return list(self._reference.files)
 
     def add(self, module: str) -> None:
-        """Compare one module.
-
-        Raises
-        ------
-        InputError
-            If the manifest does not hold what the oracle needs.
-        """
+        """Compare one module; InputError if the manifest does not hold what the oracle needs."""
         self._reference.described(module)  # a wrong manifest is refused before files are read
         try:
             reference, case = self._reference.read(module)
@@ -192,12 +176,9 @@ class Comparison:
         return self._surface.bounds(self._reference.entries[module], shape, self._model)
 
     def report(self) -> Report:
-        """What was found of the modules that were added.
+        """The report on the modules that were added.
 
-        Raises
-        ------
-        InputError
-            If a rule or a wanted layer names nothing that the reference has.
+        InputError if a rule or a wanted layer names nothing that the reference has.
         """
         if self._named:
             for name in (*(self._wanted or ()), *self._rules):
@@ -225,7 +206,7 @@ class Comparison:
 def _found_layers(
     module: str, matcher: Matcher, reference: Sequence[Layer], optional: set[str]
 ) -> tuple[dict[str, Layer], dict[str, Result]]:
-    """The other renderer's layers by name, and what is said of those that cannot be compared.
+    """The other renderer's layers by name, and the results of those that cannot be compared.
 
     All are found before one is judged, as later stages are judged by earlier ones.
     """
@@ -242,13 +223,13 @@ def _found_layers(
                 missing.append(right)
         except MismatchError as error:
             refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
-    for right in missing:  # behind all that were found: what is left over may be it
+    for right in missing:  # after all that were found: a channel left over may be it
         refused[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
     return found, refused
 
 
 def _without_intervals(names: Sequence[str]) -> set[str]:
-    """The layers of a rendered module whose intervals are not known, as 'lfssao render' left out what tells them."""
+    """The layers of a rendered module whose intervals are not known, as layers that they are made of are missing."""
     layers = [name for name in names if name.startswith("ao_")]
     ao = [] if {"depth", "positions"} <= set(names) else [*layers, "merged", "blurred", "shaded"]
     return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.rendering.image_file import ImagePart
-from lfssao.verify.verdict import Planes
+from lfssao.verify.verdict import Plane, Planes
 
 # The order of the passes: the earlier one of two stages that differ is to blame.
 _STAGES = ("depth", "positions", "normals", "color", "ao", "merged", "blurred", "shaded")
@@ -81,14 +81,20 @@ def stage_order(name: str) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False)
 class _Channel:
+    """A channel of the other renderer: its part, its name without and with the part's, its values."""
+
     part: ImagePart
-    number: int
+    name: str
+    full_name: str
+    plane: Plane
 
     @property
     def names(self) -> tuple[str, str]:
-        """Its name, and its name with that of its part before it."""
-        name = self.part.channels[self.number]
-        return name, f"{self.part.name}.{name}"
+        return self.name, self.full_name
+
+    @property
+    def title(self) -> str:
+        return self.full_name if self.part.name else self.name
 
 
 # Channels that a sentence names.
@@ -109,11 +115,13 @@ class Matcher:
     """
 
     def __init__(self, parts: Sequence[ImagePart], layers: Sequence[Layer], rules: Mapping[str, str]) -> None:
-        self._parts = parts
-        self._layers = layers
-        self._rules = rules
-        self._all = [_Channel(part, k) for part in parts for k in range(len(part.channels))]
-        self._used: set[tuple[int, int]] = set()
+        self._parts, self._layers, self._rules = parts, layers, rules
+        self._all = [
+            _Channel(part, name, f"{part.name}.{name}", plane)
+            for part in parts
+            for name, plane in zip(part.channels, part.planes, strict=True)
+        ]
+        self._used: set[_Channel] = set()
 
     def find(self, layer: Layer) -> Layer | None:
         """The other renderer's channels in the order of the reference's; None where it has none of them.
@@ -131,16 +139,15 @@ class Matcher:
                 what = "there is no channel" if not candidates else "there are two channels"
                 raise MismatchError(f"{what} for {_full(layer.name, channel)}")
         chosen = [candidates[0] for candidates in found]
-        self._used |= {(id(c.part), c.number) for c in chosen}
+        self._used.update(chosen)
         origins = {c.part.origin for c in chosen}
         if len(origins) > 1:
             raise MismatchError("its channels have different data windows")
-        planes = tuple(c.part.planes[c.number] for c in chosen)
-        return Layer(layer.name, tuple(c.names[bool(c.part.name)] for c in chosen), planes, origins.pop())
+        return Layer(layer.name, tuple(c.title for c in chosen), tuple(c.plane for c in chosen), origins.pop())
 
     def unused(self) -> list[str]:
         """Channels of the other renderer that no layer of the reference was compared with."""
-        return [c.names[bool(c.part.name)] for c in self._all if (id(c.part), c.number) not in self._used]
+        return [c.title for c in self._all if c not in self._used]
 
     def why_missing(self, layer: Layer) -> str:
         """Why a layer was not found, in a sentence that names channels which may be it; called at last."""
@@ -159,7 +166,7 @@ class Matcher:
         """Candidates of each channel where ``--map`` names the layer or any of its channels, else None."""
         if layer.name in self._rules:
             name = self._rules[layer.name]
-            group = [c for c in self._all if c.part.name == name or c.names[0].rpartition(".")[0] == name]
+            group = [c for c in self._all if c.part.name == name or c.name.rpartition(".")[0] == name]
             group = group or [c for c in self._all if name in c.names]
             if not group:
                 return [[]]
@@ -182,7 +189,7 @@ class Matcher:
         wanted = {channel, _full(layer.name, channel)}
         for group in (named, free):
             for candidates in (
-                [c for c in group if c.names[0] == channel],
+                [c for c in group if c.name == channel],
                 [c for c in group if wanted & set(c.names)],
             ):
                 if candidates:
@@ -191,7 +198,7 @@ class Matcher:
 
     def _is_another_layers(self, channel: _Channel, layer: Layer) -> bool:
         """Whether a channel has the name of a channel that another layer has and this one has not."""
-        name = channel.names[0]
+        name = channel.name
         return name not in layer.channels and any(
             name in other.channels for other in self._layers if other.name != layer.name
         )
@@ -205,7 +212,7 @@ class Matcher:
 
     def _in_order(self, layer: Layer, group: list[_Channel]) -> list[list[_Channel]]:
         """Channels by the last word of their names where these are the same, else by their places."""
-        last = {c.names[0].rpartition(".")[2]: c for c in group}
+        last = {c.name.rpartition(".")[2]: c for c in group}
         words = [channel.rpartition(".")[2] for channel in layer.channels]
         if set(words) == set(last):
             return [[last[word]] for word in words]

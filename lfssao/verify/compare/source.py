@@ -71,10 +71,7 @@ class Reference:
     def described(self, module: str) -> Case:
         """The case that a module's manifest describes, its outputs left out; without manifest a case of images.
 
-        Raises
-        ------
-        InputError
-            If the manifest does not hold what bounds are made of.
+        InputError if the manifest does not hold what bounds are made of.
         """
         if self.manifest is None:
             return Case(module, IMAGES, "", {}, {}, {})
@@ -83,10 +80,7 @@ class Reference:
     def read(self, module: str) -> tuple[list[Layer], Case]:
         """The layers of a module in the order of the stages, and its case.
 
-        Raises
-        ------
-        InputError
-            If a file cannot be read, or is not what the manifest or case.json describes.
+        InputError if a file cannot be read, or is not what the manifest or case.json describes.
         """
         if self.kit:
             case = read_case(self.files[module])

@@ -1,4 +1,4 @@
-"""Cases of estimators: each as it is, each option changed, and places that options do not come to."""
+"""Cases of estimators: each as it is, each option changed, and places that options do not reach."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -161,7 +161,7 @@ def _curved_recipes() -> Iterator[Recipe]:
 
 
 def _disk_recipes() -> Iterator[Recipe]:
-    """Estimators over disks: several samples of which one has no weight, no weights at all, places without image."""
+    """Estimators over disks: several samples, one without weight; no weights at all; places without image."""
     ways: list[tuple[str, dict[str, Value], Arrays]] = [
         ("weighted", {"thickness": 0.4}, {"points": np.array(_DISK), "weights": np.array([2.0, 1.0, 1.5, 0.5, 3.0])}),
         ("unweighted", {"randomize": False}, {"points": np.array(_DISK)}),
@@ -176,7 +176,7 @@ def _disk_recipes() -> Iterator[Recipe]:
             yield Recipe(case, "estimator", title, _disk_problem, estimator, options, tables)
 
 
-# Passes over texels: views, whole numbers and places that the cases of single options do not come to.
+# Passes over texels: views, whole numbers and places that the cases of single options do not reach.
 _PASSES: dict[str, dict[str, Value]] = {
     "": {},
     "finer": {"taps": 13, "turns": 0, "log_q": 0, "max_level": 1, "z_min": 2.0, "packed": False},
@@ -205,7 +205,7 @@ def _rough(view: View, radius: float, estimator: Estimator, changes: Mapping[str
 
 
 def _beyond_planes(estimator: Estimator, projection: str) -> Problem:
-    """A camera's depths of which some stand for no distance: none at all in perspective, otherwise one below 0."""
+    """A camera's depths, some without a distance: none exists in perspective, one below 0 in orthographic."""
     parameters, inputs = _on_view(estimator, views.make_camera(projection), CAMERA_SCENE, 0.5, {"mip": "harmonic"}, {})
     depth = np.where(noise(10, *inputs["depth"].shape) < 0.1, _BEYOND[projection], inputs["depth"])
     return parameters, {**inputs, "depth": depth}

@@ -21,8 +21,8 @@ def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, 
     case : Case, str or Path
         The case, its name, or its folder in a kit that 'lfssao kit' wrote.
     strict : bool
-        False: every number lies within the case's bounds, or has equal bits where an output has none. True: equal
-        bits everywhere.
+        False: every number lies within the case's bounds, or has equal bits if an output has none. True: equal bits
+        everywhere.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""hypothesis strategies for what lfssao takes; arguments by keyword only. hypothesis is imported when one is called."""
+"""hypothesis strategies for lfssao's arguments, by keyword only. hypothesis is imported when one is called."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -150,7 +150,7 @@ def gbuffers(
     normals : bool
         Whether there is a normals texture.
     views : strategy of View, optional
-        What they are of; cameras and single modules by default.
+        Their views; cameras and single modules by default.
     """
     from hypothesis import strategies as st
 

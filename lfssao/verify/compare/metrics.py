@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.sums import sum_in_order
-from lfssao.verify.verdict import Plane, Planes, equal_bits
+from lfssao.verify.verdict import Flags, Plane, Planes, equal_bits
 
 
 @dataclass(frozen=True)
@@ -65,71 +63,51 @@ def _ordered(a: Plane) -> NDArray[np.int64]:
 
 def measure(mine: Planes, reference: Planes) -> Metrics:
     """All distances of two textures, whose channels (H, W) are equal in number, type and size."""
-    differing = np.zeros(mine[0].shape, np.bool_)
-    for a, b in zip(mine, reference, strict=True):
-        differing |= ~equal_bits(a, b)
+    a, b = np.stack(mine), np.stack(reference)
+    differing = np.any(~equal_bits(a, b), axis=0)
     count = int(differing.sum())
     if count == 0:
         return Metrics(differing.size, 0)
-    sums = [_plane_sums(a, b) for a, b in zip(mine, reference, strict=True)]
-    finite = sum(s["finite"] for s in sums)
-    square = sum_in_order(s["square"] for s in sums)
-    peak = _peak(reference)
-    rmse = sqrt(square / finite) if finite else 0.0
+    both = np.isfinite(a) & np.isfinite(b)
+    x, y = a[both], b[both]
+    error = np.abs(x.astype(np.float64) - y.astype(np.float64))
+    rmse = sqrt(float((error * error).sum()) / error.size) if error.size else 0.0
+    nan_a, nan_b, peak = np.isnan(a), np.isnan(b), _peak(b)
+    infinite = (np.isinf(a) | np.isinf(b)) & ~nan_a & ~nan_b & (a != b)
     return Metrics(
         texels=differing.size,
         differing=count,
-        max_ulp=max(s["ulp"] for s in sums),
-        max_error=max(s["most"] for s in sums),
-        mean_error=sum_in_order(s["sum"] for s in sums) / finite if finite else 0.0,
+        max_ulp=int(ulp_distance(x, y).max(initial=0)),
+        max_error=float(error.max(initial=0)),
+        mean_error=float(error.sum()) / error.size if error.size else 0.0,
         rmse=rmse,
         psnr=float(20 * np.log10(peak / rmse)) if rmse > 0 and peak > 0 else None,
-        ssim=_ssim(mine, reference, peak),
-        nan_mismatches=sum(s["nan"] for s in sums),
-        infinity_mismatches=sum(s["infinity"] for s in sums),
+        ssim=_ssim(a, b, both, peak),
+        nan_mismatches=int((nan_a != nan_b).sum()),
+        infinity_mismatches=int(infinite.sum()),
     )
 
 
-def _plane_sums(a: Plane, b: Plane) -> dict[str, Any]:
-    nan_a, nan_b, both = np.isnan(a), np.isnan(b), np.isfinite(a) & np.isfinite(b)
-    infinite = (np.isinf(a) | np.isinf(b)) & ~nan_a & ~nan_b & (a != b)
-    x, y = a[both], b[both]
-    error = np.abs(_wide(x) - _wide(y))
-    return {
-        "finite": x.size,
-        "ulp": int(ulp_distance(x, y).max(initial=0)),
-        "most": float(error.max(initial=0)),
-        "sum": float(error.sum()),
-        "square": float((error * error).sum()),
-        "nan": int((nan_a != nan_b).sum()),
-        "infinity": int(infinite.sum()),
-    }
-
-
-def _wide(a: Plane) -> NDArray[np.float64]:
-    return a.astype(np.float64)
-
-
-def _peak(reference: Planes) -> float:
-    if reference[0].dtype.kind != "f":
-        return float(np.iinfo(reference[0].dtype).max)
-    ends = [(float(b[ok].min()), float(b[ok].max())) for b in reference if (ok := np.isfinite(b)).any()]
-    low, high = min((e[0] for e in ends), default=0.0), max((e[1] for e in ends), default=0.0)
+def _peak(reference: Plane) -> float:
+    """The signal's peak: 1 where all lies within 0 to 1, the largest code of integers, else the range."""
+    if reference.dtype.kind != "f":
+        return float(np.iinfo(reference.dtype).max)
+    finite = reference[np.isfinite(reference)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     return 1.0 if low >= 0 and high <= 1 else high - low
 
 
-def _ssim(mine: Planes, reference: Planes, peak: float) -> float | None:
-    """SSIM of scikit-image; texels that are not finite in both are given one value in both."""
-    side = min(7, *mine[0].shape)
+def _ssim(a: Plane, b: Plane, both: Flags, peak: float) -> float | None:
+    """SSIM of scikit-image; numbers that are not finite in both are given one value in both."""
+    side = min(7, *a.shape[1:])
     side -= 1 - side % 2
     if side < 3 or not 0 < peak < np.inf:
         return None
     from skimage.metrics import structural_similarity  # late: only what differs needs it
 
     values = []
-    for a, b in zip(mine, reference, strict=True):
-        both = np.isfinite(a) & np.isfinite(b)
-        fill = float(_wide(b[both]).mean()) if both.any() else 0.0
-        x, y = np.where(both, a, fill).astype(np.float64), np.where(both, b, fill).astype(np.float64)
-        values.append(float(structural_similarity(x, y, win_size=side, data_range=peak)))
-    return sum_in_order(values) / len(values)
+    for x, y, finite in zip(a, b, both, strict=True):
+        fill = float(y[finite].mean(dtype=np.float64)) if finite.any() else 0.0
+        images = (np.where(finite, image, fill).astype(np.float64) for image in (x, y))
+        values.append(float(structural_similarity(*images, win_size=side, data_range=peak)))
+    return sum(values) / len(values)

@@ -95,6 +95,10 @@ def log2(x):
     return k + 2.8853900817779268 * ((y * t) * s + s)
 
 
+def dot(a, b):
+    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
+
+
 def in_order(numbers):
     """Sum from the first to the last."""
     total = 0.0

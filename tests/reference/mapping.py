@@ -55,6 +55,13 @@ def to_image(kind, m, sums):
     return u, v, sums[2], status
 
 
+def images(kind, m, point, offsets):
+    """The images of a point's samples, from the linear rows of their offsets."""
+    affine = affine_rows(kind, m, point)
+    for linear in offsets:
+        yield to_image(kind, m, [a + b for a, b in zip(affine, linear, strict=True)])
+
+
 def texel_at(shape, image):
     """Row and column of the texel that u, v, image z and status lie in; None outside."""
     u, v, _, status = image

@@ -5,7 +5,7 @@ A level is its size, and by the places of its texels the texels of the textures 
 
 import numpy as np
 
-from reference.points import dot
+from reference.elementary import dot
 
 
 def next_level(depth, size, level):

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from reference.elementary import exp, in_order
-from reference.mapping import affine_row, affine_rows, linear_rows, texel_at, to_image
+from reference.mapping import affine_row, images, linear_rows, texel_at
 
 # Sections 9 and 10
 
@@ -19,9 +19,8 @@ def occlusion(depth, point_of, offsets, kind, m):
     made, statuses = np.zeros_like(depth), np.zeros((len(depth), 6), np.int64)
     m, linear = list(m), [linear_rows(kind, m, offset) for offset in offsets]
     for j, i in np.argwhere(depth < np.inf).tolist():
-        affine, count = affine_rows(kind, m, point_of(j, i)), 0
-        for offset in linear:
-            image = to_image(kind, m, [p + o for p, o in zip(affine, offset, strict=True)])
+        count = 0
+        for image in images(kind, m, point_of(j, i), linear):
             texel = texel_at(depth.shape, image)
             statuses[j, 5 if texel is None and image[3] == 0 else image[3]] += 1
             count += texel is not None and depth[texel] < image[2]
@@ -51,13 +50,12 @@ def algorithm2_with_neighbours(depth, positions, offsets, views):
     A view is its depth, kind and numbers; the texture's own is the first.
     """
     made, outside = np.zeros_like(depth), np.zeros(len(depth), np.int64)
+    tables = [(kind, m, [linear_rows(kind, m, offset) for offset in offsets]) for _, kind, m in views]
     for j, i in np.argwhere(depth < np.inf).tolist():
         hidden = 0
-        for offset in offsets:
+        for seen in zip(*(images(kind, m, positions[j, i], rows) for kind, m, rows in tables), strict=True):
             hits = []
-            for texture, kind, m in views:
-                sums = zip(affine_rows(kind, m, positions[j, i]), linear_rows(kind, m, offset), strict=True)
-                image = to_image(kind, m, [p + o for p, o in sums])
+            for (texture, _, _), image in zip(views, seen, strict=True):
                 texel = texel_at(texture.shape, image)
                 if texel is not None:
                     hits.append(texture[texel] < image[2])

@@ -5,21 +5,9 @@ Each takes the parameters and inputs of a case; arithmetic is that of the depth 
 
 import numpy as np
 
-from reference.elementary import power
-from reference.mapping import (
-    affine_row,
-    affine_rows,
-    linear_rows,
-    offsets,
-    rounded,
-    texel_at,
-    to_image,
-)
+from reference.elementary import dot, power
+from reference.mapping import affine_row, affine_rows, images, linear_rows, offsets, rounded, texel_at, to_image
 from reference.spiral import turn_of
-
-
-def dot(a, b):
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 
 
 def point(parameters, inputs, hemisphere=False):
@@ -47,10 +35,9 @@ def point(parameters, inputs, hemisphere=False):
     made, outside = np.zeros_like(depth), 0
     for j, i in np.argwhere(depth < np.inf).tolist():
         here = positions[j, i]
-        affine, count = affine_rows(kind, m, here), 0
-        for offset, rows in zip(table, linear, strict=True):
-            t = dtype(-1 if hemisphere and dot(offset, inputs["normals"][j, i]) < 0 else 1)
-            image = to_image(kind, m, [a + t * b for a, b in zip(affine, rows, strict=True)])
+        turns = [dtype(-1 if hemisphere and dot(offset, inputs["normals"][j, i]) < 0 else 1) for offset in table]
+        turned, count = ([t * row for row in rows] for t, rows in zip(turns, linear, strict=True)), 0
+        for image in images(kind, m, here, turned):
             texel = texel_at(depth.shape, image)
             if texel is None:
                 outside += 1

@@ -7,10 +7,9 @@ import math
 
 import numpy as np
 
-from reference.elementary import power
+from reference.elementary import dot, power
 from reference.mapping import affine_row, linear_row, rounded
 from reference.passes import blur_weights
-from reference.points import dot
 from reference.spiral import tap_of, turn_of, turns_of
 
 MODULE, PERSPECTIVE, ORTHOGRAPHIC, TABLE = range(4)

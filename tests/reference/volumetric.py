@@ -7,10 +7,9 @@ import math
 
 import numpy as np
 
-from reference.elementary import in_order, log2, sincospi
+from reference.elementary import dot, in_order, log2, sincospi
 from reference.mapping import affine_row, linear_row, rounded, texel_at, to_image
 from reference.philox import signed
-from reference.points import dot
 from reference.samples import algorithm3
 
 

@@ -1,4 +1,4 @@
-"""A case: what a renderer is given, what is right, and how far it may be off."""
+"""A case: a renderer's inputs, the right outputs, and how far they may be off."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ Array = NDArray[Any]
 Arrays = Mapping[str, Array]
 Parameters = Mapping[str, Any]
 
-# Stages beside those of the kit: a whole view of ``lfssao render``, and images that only their values are known of.
+# Stages that the kit does not have: a whole view of ``lfssao render``, and images with nothing known but their values.
 VIEW, IMAGES = "view", "images"
 
 
@@ -26,7 +26,7 @@ class Case:
     Attributes
     ----------
     name : str
-        What the kit's folder, reports and tests call it.
+        Its name in the kit's folder, reports and tests.
     stage : str
         The stage that it tests (``lfssao.verify.kit.stages.STAGES``), 'view', or 'images'.
     title : str
@@ -34,7 +34,7 @@ class Case:
     parameters : mapping
         The stage's parameters: numbers, strings, and lists and mappings of them.
     inputs : mapping of arrays
-        What the stage is given.
+        The inputs of the stage.
     outputs : mapping of arrays
         The results that are right. The first output is the one that counts; the others are steps on the way and can
         be left out. A view has all its textures, in the order of the passes.

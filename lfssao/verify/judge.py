@@ -1,7 +1,7 @@
 """Judge a renderer's textures, each by what the renderer itself made before it.
 
 An error is named once, at the stage where it began: the blur of a wrong merge is right if it is the blur of that merge.
-Where a renderer wrote no texture of a stage, or one with NaN, depth, positions and colour are the reference's, and any
+If a renderer wrote no texture of a stage, or one with NaN, depth, positions and colour are the reference's, and any
 occlusion within its bounds will do (``lfssao.verify.bounds.view``).
 """
 
@@ -28,11 +28,11 @@ def judge(
     Parameters
     ----------
     mine : mapping of arrays
-        What a renderer made, by the names of the outputs.
+        The renderer's textures, by the names of the outputs.
     case : Case
-        What is right.
+        The view, the case of the kit, or the images that are right.
     model : str or ErrorModel
-        What float32 arithmetic may do in a view; the bounds of a case of the kit are made.
+        Limits of float32 arithmetic in a view; the bounds of a case of the kit are part of it.
     names : collection of str, optional
         Judge these outputs only.
 

@@ -41,9 +41,9 @@ class Judged:
     Attributes
     ----------
     verdict : Verdict
-        What is said of the texture.
+        The verdict on the texture.
     detail : str
-        Why it was not compared; '' where it was.
+        Why it was not compared; '' if it was.
     differing : bool array
         Numbers that differ in a bit; of the texture's shape, (0,) where it was not compared.
     outside : bool array

@@ -115,7 +115,7 @@ def three(a, x, b, y, c, by):
 
 
 def crossing(curvature, x, z, dx, dz):
-    """Where the line leaves the circle, and the discriminant."""
+    """The t at which the line leaves the circle, and the discriminant."""
     c = (x * x + z * z) * curvature + -Pair(2 * z.x, 2 * z.e, z.by)
     a, b = (dx * dx + dz * dz) * curvature, (x * dx + z * dz) * curvature + -dz
     discriminant = b * b - a * c

@@ -54,15 +54,15 @@ def voronoi(points, cells):
                 inside = 1.0 - ((x * x + y * y) + z * z)
                 if inside <= 0.0:
                     continue
-                share = 1.0 if d == 3 else math.sqrt(inside)
+                part = 1.0 if d == 3 else math.sqrt(inside)
                 gaps = []
                 for p in points.tolist():
                     gap = (p[0] - x) * (p[0] - x) + (p[1] - y) * (p[1] - y)
                     gaps.append(gap + (p[2] - z) * (p[2] - z) if d == 3 else gap)
                 k = gaps.index(min(gaps))
-                weights[k] += share
+                weights[k] += part
                 for a, c in enumerate((x, y, z)[:d]):
-                    sums[k][a] += share * c
+                    sums[k][a] += part * c
     total = in_order(weights)
     centroids = [[c / w for c in s] if w > 0 else p for s, w, p in zip(sums, weights, points.tolist(), strict=True)]
     return [weight / total for weight in weights], centroids

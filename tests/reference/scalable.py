@@ -46,7 +46,7 @@ def neighbour(k, length, is_seen):
 
 
 class View:
-    """What the text says of a view: the lines of its texels; ``lines`` (H, W, 4) for ray kind 3."""
+    """A view as the text has it: the lines of its texels; ``lines`` (H, W, 4) for ray kind 3."""
 
     def __init__(self, view, dtype, lines=None):
         g, self.kind, self.dtype, self.lines = view["lens"], view["ray_kind"], dtype, lines
@@ -96,9 +96,9 @@ class View:
     def normals(self, z, places):
         made, seen, (height, width) = np.zeros_like(places), z < np.inf, z.shape
         for j, i in np.argwhere(seen).tolist():
-            beside = neighbour(i, width, lambda other, j=j: seen[j, other])
+            right = neighbour(i, width, lambda other, j=j: seen[j, other])
             below = neighbour(j, height, lambda other, i=i: seen[other, i])
-            a, b, c = places[j, beside] - places[j, i]
+            a, b, c = places[j, right] - places[j, i]
             p, q, r = places[below, i] - places[j, i]
             n = scaled(b * r - c * q, c * p - a * r, a * q - b * p)
             slopes = *self.slopes(j, i), self.dtype(1)
@@ -112,9 +112,9 @@ class View:
         if self.kind != TABLE:
             return abs(self.across[2] + z * self.across[4]), abs(self.down[2] + z * self.down[4])
         height, width = self.lines.shape[:2]
-        beside = i + 1 if i + 1 < width else max(i - 1, 0)
+        right = i + 1 if i + 1 < width else max(i - 1, 0)
         below = j + 1 if j + 1 < height else max(j - 1, 0)
-        return self.gap((j, i), (j, beside), z), self.gap((j, i), (below, i), z)
+        return self.gap((j, i), (j, right), z), self.gap((j, i), (below, i), z)
 
     def gap(self, one, other, z):
         (a, b, c, d), (p, q, r, t) = self.lines[one], self.lines[other]

@@ -32,7 +32,7 @@ ROBERTS = {d: powers_of_inverse(root(d + 1, 1), d) for d in (2, 3)}
 
 
 def unit_of(number):
-    """Of 64 bits the first 52."""
+    """The first 52 of 64 bits."""
     return (number // 2**12 + 0.5) / 2.0**52
 
 

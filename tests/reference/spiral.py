@@ -61,6 +61,6 @@ def discrepancy_squared(s, tau):
 
 
 def sector_error(s, tau, a, start, length):
-    """Share of the taps in one sector minus the share that it ought to hold."""
+    """Fraction of the taps in one sector minus the fraction that it ought to hold."""
     inside = sum((2 * i + 1) / (2 * s) < a and ((2 * i + 1) * tau / (2 * s) - start) % 1.0 < length for i in range(s))
     return inside / s - a * length

@@ -61,7 +61,7 @@ def directions_of(texel, number, strata, seed, weighting, axes):
 
 
 def begin(place, normal, step):
-    """Where a texel's rays begin, and two axes and the normal; None without one."""
+    """The origin of a texel's rays, and two axes and the normal; None without one."""
     n = [float(a) for a in normal]
     length = math.sqrt((n[0] * n[0] + n[1] * n[1]) + n[2] * n[2])
     if not length > 0.0:

@@ -95,7 +95,7 @@ def bilinear(texture, u, v):
 
 
 def seen_by(numbers, textures, eye, screen, width, height):
-    """Of each pixel, row by row, the sine and the image point of each module, or None; whatever the blend.
+    """For each pixel, row by row, the sine and the image point of each module, or None; whatever the blend.
 
     numbers: (M, 32); textures: (H, W, C) float32 or None for each module; eye, screen: 3 and 2 floats.
     """

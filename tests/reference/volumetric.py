@@ -168,7 +168,7 @@ def disk_lines(inputs, normal, dtype):
 
 
 def disk_estimator(parameters, inputs, normal, length_of, start, longest=math.inf):
-    """Of lines and areas: ``length_of(frame, started, line, top, t, place, image, texel)`` is weighed and added."""
+    """Lines and areas: ``length_of(frame, started, line, top, t, place, image, texel)`` is weighed and added."""
     scene = Scene(parameters, inputs)
     dtype, table = scene.dtype, disk_lines(inputs, normal, scene.dtype)
 

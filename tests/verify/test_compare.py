@@ -37,7 +37,7 @@ def reference(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def light(tmp_path_factory):
-    """Of a camera, with a guard band."""
+    """The folder of a camera, with a guard band."""
     folder = tmp_path_factory.mktemp("compare") / "camera"
     words = ["render", "statue", "--camera", "--resolution", "48x32", "--radii", "4%", "--guard", "3", "--normals"]
     assert lfssao.cli.main.main([*words, "-o", str(folder)]) == 0
@@ -94,7 +94,7 @@ def test_a_wrong_texel_fails_and_is_explained(tmp_path, capsys, reference):
     row, column = (int(k) for k in np.argwhere(np.isfinite(depth))[40])
     mine = changed(reference, tmp_path / "mine", "module_004", poke("ao_2", (row, column), 0.77))
     report = lfssao.compare(mine, reference)
-    # What was not changed has the reference's bits, which are right whatever they were made of.
+    # Unchanged textures have the reference's bits, which are right whatever they were made of.
     assert different(report) == {("module_004", "ao_2"): Verdict.OUTSIDE}
     first = report.first_failure
     assert (first.module, first.layer, first.outside) == ("module_004", "ao_2", 1)
@@ -568,7 +568,7 @@ def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing)
 
 
 def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, reference):
-    """Half a texel beside: at silhouettes one side is infinite, which is no number of a colour bar."""
+    """Shifted: at silhouettes one side is infinite, which is no number of a colour bar."""
 
     def shifted(parts):
         depth = parts["depth"]
@@ -586,8 +586,8 @@ def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, refer
 # The mesh
 
 
-def beside(reference, target, du, dv, scene="statue"):
-    """The reference's depth texture, looked at so many texels beside its texels' centres."""
+def off_centre(reference, target, du, dv, scene="statue"):
+    """The reference's depth texture, looked at (du, dv) texels off its texels' centres."""
     mesh = lfssao.builtin_scene(scene)
     views = lfssao.module_views(mesh, lfssao.find_display("sample-a").with_resolution(48, 32), range(3, 6))
     depth = RayCaster(mesh, views[1].cast_from_world).gbuffer(displaced(views[1], du, dv), color=None).depth
@@ -614,7 +614,10 @@ def without_scene(reference, target):
 
 
 def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
-    near, half = beside(reference, tmp_path / "near", 0.0035, -0.003), beside(reference, tmp_path / "half", 0.5, 0.5)
+    near, half = (
+        off_centre(reference, tmp_path / "near", 0.0035, -0.003),
+        off_centre(reference, tmp_path / "half", 0.5, 0.5),
+    )
     report = lfssao.compare(near, reference)
     assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
     assert report.exit_code == 0

@@ -136,7 +136,7 @@ LEGAL = {
         "m[4 * row] * x + (m[4 * row + 1] * y + m[4 * row + 2] * z)",
     ),
     "a quotient by the reciprocal": (r"sums\.x / \(m\[12\] - sums\.z\)", "sums.x * (1.0 / (m[12] - sums.z))"),
-    "the share by the reciprocal": (
+    "the fraction by the reciprocal": (
         r"float\(count\) / float\(samples\)", "float(count) * (1.0 / float(samples))"
     ),
     "image - image ao": (r"image\[k\] \* visible", "image[k] - image[k] * occlusion[k / 3]"),

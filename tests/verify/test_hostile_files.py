@@ -39,7 +39,7 @@ def folders(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hostile")
     assert main([*COMMAND, "-o", str(folder / "reference")]) == 0
     (folder / "reference" / "contact.png").unlink()
-    # Of a mesh that is not at hand: casting its rays anew for thousands of mutants would take minutes.
+    # Its mesh is not at hand: casting its rays anew for thousands of mutants would take minutes.
     manifest = folder / "reference" / "manifest.json"
     manifest.write_text(manifest.read_text().replace('"name": "statue"', '"name": "statue.obj"'))
 

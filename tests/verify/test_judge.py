@@ -87,7 +87,7 @@ def failing(mine, case, model="shader"):
 
 @dataclass(frozen=True)
 class Scene:
-    """What a renderer is given, and what is right."""
+    """A renderer's inputs, and what is right."""
 
     mesh: Mesh
     view: object
@@ -341,7 +341,7 @@ def shaded(scene, factor):
     return replace(scene.right, shaded=(scene.right.color * factor[..., None]).astype(np.float32))
 
 
-# What each wrong renderer makes of a scene, by the stage that must be named.
+# The textures of each wrong renderer, by the stage that must be named.
 BUGS = {
     "depth": {
         "half_texel_shift": lambda s: seen_by(s, displaced(s.view, -0.5, -0.5)),
@@ -484,6 +484,6 @@ def test_a_guard_band_and_no_mesh_are_no_bugs(guard):
     for model in ("shader", "sampler", "nearest", "strict"):
         assert set(verdicts(Stages.of(textures), case, model).values()) == {Verdict.EQUAL_BITS}
     up = np.where(textures.blurred > 0, np.nextafter(textures.blurred, np.float32(2)), textures.blurred)
-    beside = replace(Stages.of(textures), blurred=up)
-    assert failing(beside, case, "strict")[0] == "blurred"
-    assert verdicts(beside, case)["blurred"] is Verdict.INSIDE
+    raised = replace(Stages.of(textures), blurred=up)
+    assert failing(raised, case, "strict")[0] == "blurred"
+    assert verdicts(raised, case)["blurred"] is Verdict.INSIDE

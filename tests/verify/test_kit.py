@@ -81,7 +81,7 @@ def test_a_digest_changes_with_one_bit_of_an_array(tmp_path):
     assert one != two
 
 
-# What the cases are
+# The cases
 
 
 def test_every_stage_sampler_and_estimator_has_a_case():

@@ -1,4 +1,4 @@
-"""What few cases of the kit reach of the tests' reference: tables, clamps and orders, against the program itself."""
+"""Parts of the tests' reference that few cases of the kit reach: tables, clamps and orders, against the program."""
 
 import re
 

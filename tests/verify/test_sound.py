@@ -128,7 +128,7 @@ def test_renderers_of_a_model_differ_where_samples_are_undecided():
 
 @settings(max_examples=15)
 @given(st.data())
-def test_no_ray_beside_a_centre_leaves_the_depth_bounds(data):
+def test_no_ray_off_a_centre_leaves_the_depth_bounds(data):
     """G-buffers of rays up to ``centre`` texels off, rounded to float32, against depth, positions and colour bounds."""
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     view = drawn_view(data.draw, 24, 32)
@@ -150,7 +150,7 @@ def test_no_ray_beside_a_centre_leaves_the_depth_bounds(data):
 
 
 def test_triangles_smaller_than_a_texel_leave_no_depth_out():
-    """Where two surfaces show in a texel, the triangles of the limb between them may show, too: between the rays."""
+    """If two surfaces show in a texel, the triangles of the limb between them may show, too: between the rays."""
     mesh = builtin_scene("gallery")
     view = module_views(mesh, find_display("sample-a").with_resolution(96, 64))[4]
     caster = RayCaster(mesh, view.cast_from_world)
@@ -159,7 +159,7 @@ def test_triangles_smaller_than_a_texel_leave_no_depth_out():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_edges_are_met_beside_centres_on_average_no_more_often_than_the_limit_says(seed):
+def test_edges_are_met_off_centres_on_average_no_more_often_than_the_limit_says(seed):
     """Straight edges in every direction: texels whose box of half width c an edge crosses, against the mean's bound."""
     rng, reach, size = np.random.default_rng(seed), 2.0**-4, 64
     model = dataclasses.replace(MODELS["shader"], centre=reach)

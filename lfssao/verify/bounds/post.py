@@ -97,9 +97,9 @@ def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "sha
     Parameters
     ----------
     rgb : (H, W, 3) float32
-        Linear colour, given.
+        Linear colour, an input.
     occlusion : Bounds
-        Of the occlusion that it is multiplied with.
+        Bounds of the occlusion ao.
     model : str or ErrorModel
         Limits of float32 arithmetic.
 

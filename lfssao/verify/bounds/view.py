@@ -142,7 +142,7 @@ class ViewBounds:
         return blur_bounds(whole, sigma, self._model).crop(self._guard)
 
     def _made(self, name: str) -> Bounds | None:
-        """What the next pass reads: the renderer's own texture, or all that its bounds allow."""
+        """The input of the next pass: the renderer's own texture, or all that its bounds allow."""
         if name in self._own:
             return exactly(self._own[name])
         found = self._stage(name)

@@ -38,7 +38,7 @@ def compare(
     ----------
     mine, reference : str or Path
         Two folders or two files; EXR, TIFF, PNG or NPY. Acceptance intervals are known where the reference is what
-        ``lfssao render`` wrote, beside its manifest.
+        ``lfssao render`` wrote, next to its manifest.
     rules : mapping, optional
         Layers or channels of the reference, each with the other renderer's name of it, where conventions do not tell.
     layers : sequence of str, optional
@@ -46,7 +46,7 @@ def compare(
     exact : bool
         Whether all but equal bits fails.
     model : str
-        What the renderer's arithmetic may do (``lfssao.verify.bounds.error_model.MODELS``).
+        Limits of the renderer's arithmetic (``lfssao.verify.bounds.error_model.MODELS``).
     mesh : str, optional
         File of the mesh that the reference was rendered of, by which depth and colour are judged; the embedded scenes
         need none.
@@ -59,8 +59,8 @@ def compare(
     Raises
     ------
     InputError
-        If there is nothing to compare, or the manifest or an argument is wrong. What is wrong with single files and
-        layers is in the report.
+        If there is nothing to compare, or the manifest or an argument is wrong. Faults of single files and layers are
+        in the report.
     """
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, mesh)
     for module in comparison.modules:

@@ -32,7 +32,7 @@ def reason_of(
     bounds : Bounds or None
         The bounds that the texture was held to.
     model : ErrorModel
-        What float32 arithmetic may do.
+        Limits of float32 arithmetic.
     texel : (int, int)
         Column and row.
     """

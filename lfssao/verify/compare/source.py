@@ -64,7 +64,7 @@ class Reference:
         if path == folder:
             return cls(path, files, manifest, entries)
         own = {name: entries[name] for name, file in files.items() if file.name == path.name}
-        if not own:  # a file beside a manifest that does not speak of it
+        if not own:  # a file next to a manifest that does not list it
             return cls(path, {path.stem: path}, None, {})
         return cls(path, {name: path for name in own}, manifest, own)
 

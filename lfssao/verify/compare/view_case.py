@@ -22,7 +22,7 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
     Parameters
     ----------
     path : Path
-        Of the manifest, for messages.
+        Path of the manifest, for messages.
     manifest : mapping
         The manifest, or at least its settings.
     entry : mapping

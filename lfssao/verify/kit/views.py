@@ -83,7 +83,7 @@ def small_display() -> Display:
 # Lens and observers so near that samples pass them.
 NEAR = make_display(replace(MODULE, z=0.42), observer_z=-0.5)
 
-# A lens outside the screen's cylinder: lines from it can pass beside it.
+# A lens outside the screen's cylinder: lines from it can miss it.
 MISSED = make_display(replace(MODULE, z=1.4), screen_curvature=1.8, observer_z=-0.5)
 
 # The same with texels that look past the cylinder, along no line at all.

@@ -127,14 +127,11 @@ class Report:
             "first_difference": first and {"module": first.module, "layer": first.layer},
             "first_failure": failure and {"module": failure.module, "layer": failure.layer},
             "notes": list(self.notes),
-            "results": [self._result_dict(result) for result in self.results],
+            "results": [
+                _json_numbers({**asdict(r), "verdict": r.verdict.title, "exit_code": self.code(r)})
+                for r in self.results
+            ],
         }
-
-    def _result_dict(self, result: Result) -> dict[str, Any]:
-        plain: dict[str, Any] = asdict(result)
-        plain["verdict"], plain["exit_code"] = result.verdict.title, self.code(result)
-        finite: dict[str, Any] = _json_numbers(plain)
-        return finite
 
     def write_json(self, path: Path) -> None:
         """Write ``as_dict`` to a file; InputError if it cannot be written."""
@@ -197,9 +194,10 @@ def _sentence(result: Result) -> str:
         words.append(f"{result.outside} of {m.texels} texels are outside")
     if m.differing:
         words.append(f"{m.differing} differ in bits by up to {m.max_ulp} ulp, {m.max_error:.3g}")
-    for count, kind in ((m.nan_mismatches, "NaN"), (m.infinity_mismatches, "infinite")):
-        if count:
-            words.append(f"{count} {kind} on one side only" if kind == "NaN" else f"{count} mismatched infinities")
+    if m.nan_mismatches:
+        words.append(f"{m.nan_mismatches} NaN on one side only")
+    if m.infinity_mismatches:
+        words.append(f"{m.infinity_mismatches} mismatched infinities")
     return ", ".join(words)
 
 

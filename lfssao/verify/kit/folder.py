@@ -165,13 +165,10 @@ def _parts(arrays: Arrays) -> list[Part]:
     parts = []
     for name, array in arrays.items():
         if name in _CHANNELS and array.ndim == (2 if name == "depth" else 3):
-            pixels = array[..., None] if name == "depth" else array
-            parts.append(Part(name, _CHANNELS[name], pixels))
+            parts.append(Part(name, _CHANNELS[name], array.reshape(*array.shape[:2], -1)))
         elif name in _OCCLUSIONS or name.startswith("ao_"):
-            layers = array[None] if array.ndim == 2 else array
-            for k, layer in enumerate(layers):
-                part = name if array.ndim == 2 else f"{name}_{k + 1}"
-                parts.append(Part(part, (f"{part}.AO",), layer[..., None]))
+            layers = {name: array} if array.ndim == 2 else {f"{name}_{k}": layer for k, layer in enumerate(array, 1)}
+            parts += [Part(part, (f"{part}.AO",), layer[..., None]) for part, layer in layers.items()]
     return parts
 
 
@@ -205,7 +202,9 @@ def read_case(folder: Path) -> Case:
         raise InputError(f"{path}: one of {', '.join(keys)} is missing or of the wrong type")
     bounds = {}
     for name, pair in described["bounds"].items():
-        lower, upper = (_read_array(folder, name, _side(path, pair, side)) for side in ("lower", "upper"))
+        if not _has(pair, {"lower": dict, "upper": dict}):
+            raise InputError(f"{path}: bounds need a lower and an upper array")
+        lower, upper = (_read_array(folder, name, pair[side]) for side in ("lower", "upper"))
         bounds[name] = Bounds(lower, upper)
     inputs, outputs = (
         {name: _read_array(folder, name, entry) for name, entry in described[group].items()}
@@ -215,12 +214,6 @@ def read_case(folder: Path) -> Case:
         raise InputError(f"{path}: it has no outputs")
     head = {key: described[key] for key in _HEAD}
     return Case(**head, parameters=described["parameters"], inputs=inputs, outputs=outputs, bounds=bounds)
-
-
-def _side(path: Path, pair: Any, side: str) -> Any:
-    if not _has(pair, {side: dict}):
-        raise InputError(f"{path}: bounds need a lower and an upper array")
-    return pair[side]
 
 
 def _has(entry: Any, keys: Mapping[str, type]) -> bool:

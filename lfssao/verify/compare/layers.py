@@ -182,26 +182,18 @@ class Matcher:
         ]
 
     def _by_name(self, layer: Layer, channel: str) -> list[_Channel]:
-        """Channels of that name: in a part of the layer's name, else in one that is no other layer's."""
-        others = {other.name for other in self._layers} - {layer.name}
+        """Channels of that name: in a part of the layer's name, else among those that are no other layer's."""
+        others = [other for other in self._layers if other.name != layer.name]
+        parts = {other.name for other in others}
+        taken = {name for other in others for name in other.channels} - set(layer.channels)
         named = [c for c in self._all if c.part.name == layer.name]
-        free = [c for c in self._all if c.part.name not in others and not self._is_another_layers(c, layer)]
+        free = [c for c in self._all if c.part.name not in parts and c.name not in taken]
         wanted = {channel, _full(layer.name, channel)}
         for group in (named, free):
-            for candidates in (
-                [c for c in group if c.name == channel],
-                [c for c in group if wanted & set(c.names)],
-            ):
-                if candidates:
-                    return candidates
+            exact = [c for c in group if c.name == channel]
+            if found := exact or [c for c in group if wanted & set(c.names)]:
+                return found
         return []
-
-    def _is_another_layers(self, channel: _Channel, layer: Layer) -> bool:
-        """Whether a channel has the name of a channel that another layer has and this one has not."""
-        name = channel.name
-        return name not in layer.channels and any(
-            name in other.channels for other in self._layers if other.name != layer.name
-        )
 
     def _by_place(self, layer: Layer) -> list[list[_Channel]]:
         """Channels in order, from a part with the layer's name, or the only part for the only layer, and as many."""

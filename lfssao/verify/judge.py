@@ -15,14 +15,14 @@ from lfssao.verify.bounds.depth import PositionBounds
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.view import ViewBounds
 from lfssao.verify.case import VIEW, Array, Arrays, Case
-from lfssao.verify.verdict import Judged, Verdict, equal_bits, equal_values, texels
+from lfssao.verify.verdict import Judgement, Verdict, equal_bits, equal_values, texels
 
 Find = Callable[[str], Bounds | PositionBounds | None]
 
 
 def judge(
     mine: Arrays, case: Case, model: str | ErrorModel = "shader", names: Collection[str] | None = None
-) -> dict[str, Judged]:
+) -> dict[str, Judgement]:
     """Judge outputs of a case: equal bits are right; others by bounds or, where none are known, by values.
 
     Parameters
@@ -38,7 +38,7 @@ def judge(
 
     Returns
     -------
-    dict of Judged
+    dict of Judgement
         In the order of the passes: steps on the way before the output that they lead to. MISSING for an output that
         the renderer did not make, MISMATCH for one of another shape or type.
 
@@ -74,21 +74,21 @@ def _is_whole(texture: Array, reference: Array | None) -> bool:
     return not bool(np.isnan(texture).any())
 
 
-def _judge_output(name: str, mine: Arrays, case: Case, find: Find) -> Judged:
+def _judge_output(name: str, mine: Arrays, case: Case, find: Find) -> Judgement:
     if name not in mine:
-        return Judged(Verdict.MISSING)
+        return Judgement(Verdict.MISSING)
     array, right = mine[name], case.outputs[name]
     if (array.shape, array.dtype) != (right.shape, right.dtype):
         detail = f"it is {array.shape} of {array.dtype}, expected {right.shape} of {right.dtype}"
-        return Judged(Verdict.MISMATCH, detail)
+        return Judgement(Verdict.MISMATCH, detail)
     differing = ~equal_bits(array, right)
     if not differing.any():
-        return Judged(Verdict.EQUAL_BITS, "", differing, differing)
+        return Judgement(Verdict.EQUAL_BITS, "", differing, differing)
     allowed = find(name)
     if allowed is None:
         outside = ~equal_values(array, right)
-        return Judged(Verdict.DIFFERENT if outside.any() else Verdict.EQUAL_VALUES, "", differing, outside)
+        return Judgement(Verdict.DIFFERENT if outside.any() else Verdict.EQUAL_VALUES, "", differing, outside)
     outside = allowed.outside(array)
     inside = np.count_nonzero(texels(outside)) <= allowed.strays
     bounds = allowed if isinstance(allowed, Bounds) else None
-    return Judged(Verdict.INSIDE if inside else Verdict.OUTSIDE, "", differing, outside, bounds)
+    return Judgement(Verdict.INSIDE if inside else Verdict.OUTSIDE, "", differing, outside, bounds)

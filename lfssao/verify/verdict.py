@@ -35,7 +35,7 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Judgement:
     """A verdict and the numbers that it rests on.
 
     Attributes

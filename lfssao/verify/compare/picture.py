@@ -10,7 +10,7 @@ from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.verify.compare.layers import Layer
-from lfssao.verify.verdict import SAME, Judged, Verdict, equal_values, texels
+from lfssao.verify.verdict import SAME, Judgement, Verdict, equal_values, texels
 
 _WIDTH = 480  # pixels of each panel, at most
 _MOST_ROWS = 12
@@ -27,7 +27,7 @@ class Panels:
         self.rank = 0
         self.rows: list[dict[str, Any]] = []
 
-    def offer(self, mine: Layer, reference: Layer, judged: Judged) -> None:
+    def offer(self, mine: Layer, reference: Layer, judged: Judgement) -> None:
         """Keep a stage; the first alone of those with equal bits, until one differs."""
         verdict = judged.verdict
         rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code == SAME else 2

@@ -7,7 +7,7 @@ import numpy as np
 
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import Metrics, measure
-from lfssao.verify.verdict import Flags, Judged, Planes, Verdict, equal_values, texels
+from lfssao.verify.verdict import Flags, Judgement, Planes, Verdict, equal_values, texels
 
 WORST = 10
 
@@ -73,7 +73,7 @@ class Result:
 
 
 def result_of(
-    module: str, mine: Layer, reference: Layer, judged: Judged, reason: Callable[[tuple[int, int]], str]
+    module: str, mine: Layer, reference: Layer, judged: Judgement, reason: Callable[[tuple[int, int]], str]
 ) -> Result:
     """The result of a texture that was judged; ``reason`` says why a texel, (column, row), is what it is."""
     metrics = measure(mine.planes, reference.planes)
@@ -99,7 +99,7 @@ def _planes(texture: np.ndarray, like: Flags) -> Planes:
 
 
 def _worst_places(
-    mine: Planes, reference: Planes, ends: tuple[Planes, Planes] | None, judged: Judged
+    mine: Planes, reference: Planes, ends: tuple[Planes, Planes] | None, judged: Judgement
 ) -> list[tuple[int, int]]:
     """Columns and rows: those outside first, then by how far off they are, NaN and infinity before all; row by row."""
     outside, differing = texels(judged.outside), texels(judged.differing)

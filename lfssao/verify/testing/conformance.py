@@ -8,7 +8,7 @@ import numpy as np
 from lfssao.verify.case import Array, Case
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.folder import read_case
-from lfssao.verify.verdict import Judged, Verdict
+from lfssao.verify.verdict import Judgement, Verdict
 
 
 def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, *, strict: bool = False) -> None:
@@ -59,7 +59,7 @@ def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iter
             yield f"case {case.name}, output {name}: {detail}"
 
 
-def _numbers(mine: Array, right: Array, judged: Judged, strict: bool) -> str:
+def _numbers(mine: Array, right: Array, judged: Judgement, strict: bool) -> str:
     """How many numbers are wrong, and the first of them."""
     bounds = None if strict else judged.bounds
     wrong = judged.differing if bounds is None else judged.outside

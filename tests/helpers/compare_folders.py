@@ -1,13 +1,18 @@
 """A small rendered folder and changed copies of it, for the tests of the comparison."""
 
+import functools
+import json
+import operator
 import os
 import shutil
 from dataclasses import replace
 
 import numpy as np
+import OpenImageIO as oiio
 
 from lfssao.cli.main import main
 from lfssao.rendering.exr import read_exr, write_exr
+from lfssao.verify.verdict import Verdict
 
 COMMAND = ["render", "statue", "--display", "sample-a", "--modules", "3:6", "--resolution", "48x32",
            "--radii", "0.05,4%", "--samples", "6"]  # fmt: skip
@@ -71,3 +76,40 @@ def nudge(layer, rows=slice(None)):
 
 def compare(*words):
     return main(["compare", *map(os.fspath, words)])
+
+
+def verdicts(report):
+    return {(r.module, r.layer): r.verdict for r in report.results}
+
+
+def different(report):
+    return {key: verdict for key, verdict in verdicts(report).items() if verdict is not Verdict.EQUAL_BITS}
+
+
+def single(reference, module, layer):
+    """(H, W, C), channels R G B and X Y Z in that order."""
+    part = read_exr(reference / f"{module}.exr")[layer]
+    order = sorted(range(len(part.channels)), key=lambda k: "RGBXYZ".find(part.channels[k][-1]))
+    return np.ascontiguousarray(part.pixels[..., order])
+
+
+def write_image(path, pixels, dtype="float"):
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), oiio.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], dtype))
+    assert file.write_image(pixels)
+    assert file.close()
+
+
+def with_entry(reference, target, place, value):
+    """A copy of a rendered folder whose manifest has another value at a place, a path of keys."""
+    shutil.copytree(reference, target)
+    manifest = json.loads((target / "manifest.json").read_text())
+    entry = functools.reduce(operator.getitem, place[:-1], manifest)
+    entry[place[-1]] = value
+    (target / "manifest.json").write_text(json.dumps(manifest))
+    return target
+
+
+def without_scene(reference, target):
+    """The same folder of a mesh file that is not at hand."""
+    return with_entry(reference, target, ("scene", "name"), "mine.obj")

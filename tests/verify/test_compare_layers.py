@@ -1,0 +1,164 @@
+"""Files and channels that ``lfssao compare`` finds: formats, names, rules, sizes and types."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from compare_folders import LAYERS, MODULES, changed, compare, different, single, verdicts, write_image
+from PIL import Image
+
+import lfssao
+from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.verify.verdict import Verdict
+
+
+def test_channels_that_are_missing_are_noticed(tmp_path, capsys):
+    three = np.zeros((4, 5, 3), np.float32)
+    write_exr(tmp_path / "a.exr", [Part("positions", ("P.X", "P.Y"), three[..., :2])])
+    write_exr(tmp_path / "b.exr", [Part("positions", ("P.X", "P.Y", "P.Z"), three)])
+    assert compare(tmp_path / "a.exr", tmp_path / "b.exr") == 3
+    assert "there is no channel for P.Z" in capsys.readouterr().out
+    assert compare(tmp_path / "b.exr", tmp_path / "a.exr") == 1
+
+
+@pytest.mark.parametrize(("kind", "ending"), [("half", "exr"), ("double", "tif"), ("uint8", "tif")])
+def test_another_data_type_is_not_converted(tmp_path, capsys, kind, ending):
+    files = [tmp_path / f"{name}.{ending}" for name in ("a", "b")]
+    for file, dtype in zip(files, (kind, "float"), strict=True):
+        write_image(file, np.ones((4, 5, 1), np.float32), dtype)
+    assert compare(*files) == 3
+    assert "the reference's is of float32" in capsys.readouterr().out
+
+
+def test_sizes_are_not_filled_up(tmp_path, capsys):
+    for name, shape in (("a", (4, 5, 1)), ("b", (4, 6, 1))):
+        write_exr(tmp_path / f"{name}.exr", [Part("merged", ("merged.AO",), np.zeros(shape, np.float32))])
+    assert compare(tmp_path / "a.exr", tmp_path / "b.exr") == 3
+    assert "it has 5x4 texels, the reference's has 6x4" in capsys.readouterr().out
+
+
+def test_a_cropped_data_window_is_no_smaller_image(tmp_path, capsys):
+    for name, guard in (("a", 0), ("b", 1)):
+        write_exr(tmp_path / f"{name}.exr", [Part("depth", ("Z",), np.zeros((4, 5, 1), np.float32), guard=guard)])
+    assert compare(tmp_path / "a.exr", tmp_path / "b.exr") == 3
+    assert "its data window starts at (0, 0), the reference's at (-1, -1)" in capsys.readouterr().out
+
+
+def test_one_file_a_layer_in_other_formats(tmp_path, reference):
+    for module in MODULES:
+        for layer in LAYERS:
+            pixels = single(reference, module, layer)
+            if layer in ("depth", "ao_1", "positions"):
+                np.save(tmp_path / f"{module}_{layer}.npy", np.squeeze(pixels))
+            elif layer == "ao_2":
+                write_exr(tmp_path / f"{module}-{layer}.exr", [Part("", ("Y",), pixels)])
+            else:
+                write_image(tmp_path / f"{module}.{layer}.tif", pixels)
+    report = lfssao.compare(tmp_path, reference)
+    assert set(verdicts(report)) == {(module, layer) for module in MODULES for layer in LAYERS}
+    assert not different(report)
+    assert report.exit_code == 0
+
+
+def test_one_part_with_layered_names_and_columns_first(tmp_path, reference):
+    parts = read_exr(reference / "module_003.exr")
+    names = [name for part in parts.values() for name in part.channels]
+    pixels = np.concatenate([part.pixels for part in parts.values()], axis=-1)
+    (tmp_path / "mine").mkdir()
+    write_exr(tmp_path / "mine" / "module_003.exr", [Part("", tuple(names), pixels)])
+    report = lfssao.compare(tmp_path / "mine" / "module_003.exr", reference / "module_003.exr")
+    assert (report.exit_code, len(report.results), len(different(report))) == (0, len(LAYERS), 0)
+    # A single file of a rendered folder has its manifest, and so its intervals.
+    assert report.model == "shader"
+    np.save(tmp_path / "a.npy", np.asfortranarray(pixels[..., :2]))
+    np.save(tmp_path / "b.npy", np.ascontiguousarray(pixels[..., :2]).astype(">f4"))
+    assert compare(tmp_path / "a.npy", tmp_path / "b.npy", "--exact") == 0
+
+
+def test_names_by_map(tmp_path, capsys, reference):
+    def rename(parts):
+        out = dict(parts)
+        out["ssao"] = replace(out.pop("merged"), name="ssao", channels=("R",))
+        out["G"] = replace(out.pop("positions"), name="G", channels=("Z", "X", "Y"))
+        return out
+
+    mine = changed(reference, tmp_path / "mine", "module_003", rename) / "module_003.exr"
+    right = reference / "module_003.exr"
+    swapped = read_exr(mine)["G"]
+    order = [swapped.channels.index(c) for c in ("Z", "X", "Y")]
+    parts = read_exr(mine)
+    parts["G"] = replace(swapped, channels=("X", "Y", "Z"), pixels=swapped.pixels[..., order])
+    write_exr(mine, list(parts.values()))
+    assert compare(mine, right) == 2
+    assert compare(mine, right, "--map", "ssao=merged", "--map", "G=positions") == 0
+    assert compare(mine, right, "--map", "ssao.R=merged.AO", "--map", "G.X=P.X", "--map", "G.Y=P.Y", "--map",
+                   "G.Z=P.Z") == 0  # fmt: skip
+    capsys.readouterr()
+    assert compare(mine, right, "--map", "ssao=positions", "--map", "ssao=merged") == 3
+    assert "'ssao' has 1 channels, positions has 3" in capsys.readouterr().out
+    assert compare(mine, right, "--map", "blurred=merged", "--map", "G=positions") == 2
+    assert compare(mine, right, "--map", "nothing=merged", "--map", "G=positions") == 2
+    assert "module_003, merged: missing" in capsys.readouterr().out
+
+
+def test_another_layers_channel_is_not_taken(tmp_path):
+    """Without 'merged' its channel is not looked for in 'blurred', though that alone has a 'Y'."""
+    ones = np.ones((4, 5), np.float32)
+    for side, layers in (("mine", ["blurred"]), ("right", ["blurred", "merged"])):
+        (tmp_path / side).mkdir()
+        for layer in layers:
+            np.save(tmp_path / side / f"module_000_{layer}.npy", ones)
+    report = lfssao.compare(tmp_path / "mine", tmp_path / "right")
+    assert report.exit_code == 2
+    write_exr(tmp_path / "mine.exr", [Part("blurred", ("Y",), ones[..., None])])
+    write_exr(tmp_path / "right.exr", [Part(name, ("Y",), ones[..., None]) for name in ("blurred", "merged")])
+    report = lfssao.compare(tmp_path / "mine.exr", tmp_path / "right.exr")
+    assert different(report) == {("right", "merged"): Verdict.MISSING}
+
+
+def test_a_missing_layer_is_said_with_what_may_be_it(tmp_path, capsys, reference):
+    """Another name, a wrong rule, files of other names."""
+
+    def rename(parts):
+        merged = parts.pop("merged")
+        return {**parts, "ssao": replace(merged, name="ssao", channels=("ssao.R",))}
+
+    mine = changed(reference, tmp_path / "mine", "module_004", rename)
+    assert compare(mine, reference) == 2
+    sentence = "if it is one of ssao.ssao.R, say so by --map, such as --map ssao.ssao.R=merged.AO"
+    assert f"module_004, merged: missing: there is no such layer; {sentence}" in capsys.readouterr().out
+    assert compare(mine, reference, "--map", "nothing=merged", "--layers", "merged") == 2
+    assert "missing: there is no layer or channel 'nothing', which --map names" in capsys.readouterr().out
+    (tmp_path / "other").mkdir()
+    shutil.copy(reference / "module_004.exr", tmp_path / "other" / "frame.exr")
+    assert compare(tmp_path / "other", reference) == 2
+    assert "has no file of it, such as module_003.exr or module_003_LAYER.npy" in capsys.readouterr().out
+
+
+def test_plain_pictures(tmp_path, capsys):
+    codes = np.random.default_rng(5).integers(0, 256, (9, 8, 4), np.uint8)
+    Image.fromarray(codes).save(tmp_path / "a.png")
+    other = codes.copy()
+    other[3, 4, 1] ^= 1
+    Image.fromarray(other).save(tmp_path / "b.png")
+    assert compare(tmp_path / "a.png", tmp_path / "a.png") == 0
+    assert "no interval is known" in capsys.readouterr().out
+    assert compare(tmp_path / "a.png", tmp_path / "b.png") == 2
+    report = lfssao.compare(tmp_path / "a.png", tmp_path / "b.png")
+    (result,) = report.results
+    # Alpha is not multiplied in: one code of one channel differs, by one.
+    assert (result.metrics.differing, result.metrics.max_ulp, result.metrics.max_error) == (1, 1, 1)
+    assert (result.worst[0].column, result.worst[0].row) == (4, 3)
+
+
+def test_folders_of_pictures(tmp_path):
+    codes = np.arange(60, dtype=np.uint16).reshape(6, 10)
+    for side in ("a", "b"):
+        (tmp_path / side).mkdir()
+        for name in ("one", "two"):
+            Image.fromarray(codes).save(tmp_path / side / f"{name}.png")
+    assert compare(tmp_path / "a", tmp_path / "b") == 0
+    Image.fromarray(codes).save(tmp_path / "a" / "three.png")
+    assert compare(tmp_path / "a", tmp_path / "b") == 1
+    assert compare(tmp_path / "b", tmp_path / "a") == 2

@@ -1,0 +1,105 @@
+"""Reports of ``lfssao compare``: JSON, JUnit XML, pictures, the table of notebooks, exit codes of a pipe."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+from compare_folders import LAYERS, MODULES, changed, compare
+from PIL import Image
+
+import lfssao
+
+
+def test_json_holds_every_figure(tmp_path, reference, failing):
+    def refuse(word):
+        raise AssertionError(f"{word} is not JSON")
+
+    path = tmp_path / "report.json"
+    assert compare(failing, reference, "--json", path) == 4
+    found = json.loads(path.read_text(), parse_constant=refuse)
+    assert found["exit_code"] == 4
+    assert found["first_failure"] == {"module": "module_004", "layer": "merged"}
+    by_place = {(r["module"], r["layer"]): r for r in found["results"]}
+    assert by_place["module_003", "ao_1"]["verdict"] == "equal bits"
+    assert by_place["module_005", ""]["exit_code"] == 4
+    wrong = by_place["module_004", "merged"]
+    assert wrong["metrics"]["nan_mismatches"] == 1
+    assert wrong["worst"][0]["mine"] == ["nan"]
+
+
+def test_junit_has_a_suite_a_module(tmp_path, reference, failing):
+    path = tmp_path / "junit.xml"
+    compare(failing, reference, "--junit", path)
+    suites = {s.get("name"): s for s in ElementTree.parse(path).getroot()}
+    assert list(suites) == MODULES
+    counts = {name: [int(s.get(k)) for k in ("tests", "failures", "errors")] for name, s in suites.items()}
+    assert counts == {"module_003": [8, 0, 0], "module_004": [8, 1, 0], "module_005": [1, 0, 1]}
+    assert [c.get("name") for c in suites["module_003"]] == LAYERS
+    (failure,) = suites["module_004"].iter("failure")
+    assert "outside the interval" in failure.get("message")
+    assert "(24, 16) nan" in failure.text
+
+
+def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing):
+    path = tmp_path / "difference.png"
+    compare(failing, reference, "--picture", path)
+    report = lfssao.compare(failing, reference)
+    assert report.panels.module == "module_004"
+    (row,) = report.panels.rows
+    assert row["difference"][16, 24] == np.inf
+    assert row["verdict"][16, 24] == 2
+    assert (row["verdict"] > 0).sum() == 1
+    with Image.open(path) as picture:
+        shown = np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+    assert [255, 0, 255] in shown  # a number on one side only
+    assert [214, 39, 40] in shown  # outside
+    compare(reference, reference, "--picture", path)
+    with Image.open(path) as picture:
+        assert [255, 0, 255] not in np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+
+
+def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, reference):
+    """Shifted: at silhouettes one side is infinite, which is no number of a colour bar."""
+
+    def shifted(parts):
+        depth = parts["depth"]
+        return {**parts, "depth": replace(depth, pixels=np.roll(depth.pixels, 2, axis=1))}
+
+    mine = changed(reference, tmp_path / "mine", "module_003", shifted)
+    assert compare(mine, reference, "--picture", tmp_path / "a.png") == 2
+    (row,) = lfssao.compare(mine, reference).panels.rows
+    assert np.isinf(row["difference"]).any()
+    assert np.max(row["difference"], where=np.isfinite(row["difference"]), initial=0) < 1
+    with Image.open(tmp_path / "a.png") as picture:
+        assert [255, 0, 255] in np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+
+
+def test_one_wrong_texel_of_a_large_texture_is_in_the_picture(tmp_path):
+    ones = np.ones((700, 1100), np.float32)
+    np.save(tmp_path / "b.npy", ones)
+    ones[699, 1099] = 0.5
+    np.save(tmp_path / "a.npy", ones)
+    (row,) = lfssao.compare(tmp_path / "a.npy", tmp_path / "b.npy").panels.rows
+    assert max(row["verdict"].shape) <= 480
+    assert row["verdict"][-1, -1] == 2
+    assert row["difference"][-1, -1] == 0.5
+
+
+def test_notebooks_get_a_table(reference, failing):
+    html = lfssao.compare(failing, reference)._repr_html_()
+    table = ElementTree.fromstring(f"<div>{html}</div>")
+    assert [row[0].text for row in table.iter("tr")] == ["stage", *LAYERS, "(whole module)"]
+    assert "module_004, merged: outside the interval" in "".join(table.find("p").itertext())
+
+
+def test_the_code_survives_a_closed_pipe(reference, failing):
+    script = f"{sys.executable} -m lfssao compare {failing} {reference} | head -c 1; exit ${{PIPESTATUS[0]}}"
+    assert subprocess.run(["bash", "-c", script], capture_output=True, check=False).returncode == 4
+
+
+def test_progress_is_shown_on_terminals_only(capsys, reference):
+    compare(reference, reference)
+    assert capsys.readouterr().err == ""

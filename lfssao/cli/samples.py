@@ -15,54 +15,39 @@ from lfssao.samples.formats import FORMATS, read_points
 from lfssao.samples.sets import DIMENSIONS, SampleSet
 from lfssao.testing import PROMISES, check_promise
 
-
-def add_to(samples: argparse.ArgumentParser) -> None:
-    """Add the actions."""
-    samples.description = "Sample sets on the square, the sphere, the ball and the disk."
-    actions = samples.add_subparsers(required=True, metavar="ACTION")
-    _add_make(actions)
-    _add_check(actions)
-    _add_plot(actions)
+_PROMISES = (
+    "what to check, may be given several times: a name, or name-domain for points of the sphere or the disk (default: "
+    "inside, distinct, uniform)"
+)
 
 
-def _add_make(actions: Any) -> None:
-    make = actions.add_parser(
-        "make",
-        help="write a sample set as a table",
-        description="Write a sample set as a table that a program or a shader loads. Without METHOD: list the methods.",
-    )
+def add_to(command: argparse.ArgumentParser) -> None:
+    """Add the actions and their options."""
+    command.description = "Sample sets on the square, the sphere, the ball and the disk."
+    actions = command.add_subparsers(required=True, metavar="ACTION")
+
+    make = actions.add_parser("make", help="write a sample set as a table")
+    make.description = "Write a table that a program or a shader loads. Without METHOD: list the methods."
     make.set_defaults(run=_make)
     make.add_argument("method", nargs="?", metavar="METHOD", help="latin, sobol, repulsion, ...")
     _add_set(make)
     make.add_argument("--format", default="csv", metavar="NAME", help="csv, json, glsl or npy (default: csv)")
     make.add_argument("-o", "--output", metavar="FILE", help="file to write to (default: standard output)")
 
-
-def _add_check(actions: Any) -> None:
-    check = actions.add_parser(
-        "check",
-        help="check anybody's points against promises",
-        description="Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken. "
-        "Without FILE: list the promises.",
+    check = actions.add_parser("check", help="check anybody's points against promises")
+    check.description = (
+        "Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken. Without FILE: list "
+        "the promises."
     )
     check.set_defaults(run=_check)
     check.add_argument("file", nargs="?", metavar="FILE", help=".csv, .json or .npy: a point a row")
-    check.add_argument(
-        "--promise",
-        action="append",
-        metavar="NAME",
-        help="what to check, may be given several times: a name, or name-domain for points of the sphere or the disk "
-        "(default: inside, distinct, uniform)",
-    )
+    check.add_argument("--promise", action="append", metavar="NAME", help=_PROMISES)
     _add_shell(check)
 
-
-def _add_plot(actions: Any) -> None:
-    plot = actions.add_parser(
-        "plot",
-        help="draw points, radii, periodogram and pair correlation",
-        description="Draw a method's sample set, or the points of a file: points, radial histogram, periodogram and "
-        "pair correlation side by side.",
+    plot = actions.add_parser("plot", help="draw points, radii, periodogram and pair correlation")
+    plot.description = (
+        "Draw a method's sample set, or the points of a file: points, radial histogram, periodogram and pair "
+        "correlation side by side."
     )
     plot.set_defaults(run=_plot)
     plot.add_argument("method", metavar="METHOD", help="a method, or a .csv, .json or .npy file")
@@ -70,30 +55,23 @@ def _add_plot(actions: Any) -> None:
     plot.add_argument("-o", "--output", metavar="FILE", help=".png, .svg or .pdf (default: METHOD.png)")
 
 
-def _add_set(parser: Any) -> None:
-    parser.add_argument(
-        "-n", type=values.samples, default=8, metavar="N", help=f"points, up to {MOST_SAMPLES} (default: 8)"
-    )
-    parser.add_argument("--seed", type=values.seed, default=0, metavar="N", help="0 to 2**64 - 1 (default: 0)")
-    parser.add_argument(
-        "--domain",
-        metavar="NAME",
-        help="square, sphere, ball or disk (default: ball, or disk for a method that has no ball)",
-    )
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a sample set."""
+    add, points = parser.add_argument, f"points, up to {MOST_SAMPLES} (default: 8)"
+    add("-n", type=values.samples, default=8, metavar="N", help=points)
+    add("--seed", type=values.seed, default=0, metavar="N", help="0 to 2**64 - 1 (default: 0)")
+    domains = "square, sphere, ball or disk (default: ball, or disk for a method that has no ball)"
+    add("--domain", metavar="NAME", help=domains)
     _add_shell(parser)
-    parser.add_argument("--turns", type=values.samples, metavar="N", help="tau of the spiral (default: the best)")
-    parser.add_argument("--no-centre", action="store_true", help="repulsion in the disk without a point in the centre")
+    add("--turns", type=values.samples, metavar="N", help="tau of the spiral (default: the best)")
+    add("--no-centre", action="store_true", help="repulsion in the disk without a point in the centre")
 
 
-def _add_shell(parser: Any) -> None:
-    for name, default in (("r-min", 0.0), ("r-max", 1.0)):
-        parser.add_argument(
-            f"--{name}",
-            type=values.radius,
-            default=default,
-            metavar="R",
-            help=f"the ball's shell (default: {default:g})",
-        )
+def _add_shell(parser: argparse.ArgumentParser) -> None:
+    """Add the radii of the ball's shell."""
+    for name, default in (("--r-min", 0.0), ("--r-max", 1.0)):
+        shell = f"the ball's shell (default: {default:g})"
+        parser.add_argument(name, type=values.radius, default=default, metavar="R", help=shell)
 
 
 def _sample_set(options: argparse.Namespace) -> SampleSet:

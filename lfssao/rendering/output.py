@@ -75,7 +75,7 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     return parts
 
 
-def _occlusion_part(name: str, texture: Any, attributes: dict[str, float | str]) -> Part:
+def _occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[str, float | str]) -> Part:
     return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
 
 
@@ -214,12 +214,9 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     if job.has_sheet:
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
         write_whole(folder / SHEET, sheet.save)
-    texels, surface_texels = (
-        sum(view.width * view.height for view in job.views),
-        sum(entry["surface_texels"] for entry in entries),
-    )
+    texels = sum(view.width * view.height for view in job.views)
     left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
-    left += plan.background(job.settings, texels, surface_texels)
+    left += plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))
     place = {"number": frame, "count": job.frame_count, "world_from_scene": job.transform(frame).tolist()}
     passes = dict.fromkeys(name for entry in entries for name in entry["seconds"])
     manifest = {

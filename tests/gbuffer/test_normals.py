@@ -5,16 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lfssao import (
-    Camera,
-    InputError,
-    Mesh,
-    Paint,
-    RayCaster,
-    builtin_scene,
-    find_display,
-    module_views,
-)
+from lfssao import Camera, InputError, Mesh, Paint, RayCaster, builtin_scene, find_display, module_views
 
 RESOLUTION = (64, 48)
 

@@ -151,12 +151,6 @@ def test_seed_changes_the_textures(folder, tmp_path):
     assert [name for name in before if before[name] == after[name]] == ["depth", "positions", "color"]
 
 
-def test_scene_without_colour_has_no_colour_texture(tmp_path):
-    (tmp_path / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
-    out = render(tmp_path / "out", str(tmp_path / "a.off"), "--resolution", "64x48")
-    assert "color" not in read(out / "module_000.exr")
-
-
 def test_camera_writes_one_view(tmp_path):
     out = render(tmp_path / "out", "statue", "--resolution", "64x48", "--camera", "orthographic")
     assert sorted(os.listdir(out)) == ["camera.exr", "contact.png", "manifest.json"]

@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 
 import bench_edges
-import numba
 import numpy as np
 import pytest
 from reference import viewer as reference
@@ -22,13 +21,7 @@ PRESETS = ("sample-a", "sample-b", "convex", "picoarray")
 SIZE = 32, 20
 
 
-@pytest.fixture(autouse=True)
-def one_thread():
-    """Hundreds of small pictures: threads would wait for each other most of the time."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 def odd(display):

@@ -21,12 +21,13 @@ from lfssao import builtin_scene, find_display, make_samples, module_views
 from lfssao.ao.kernels import ssao
 from lfssao.bench.times import in_turn
 from lfssao.gbuffer.caster import RayCaster
+from lfssao.optics.kernels.projection import Projection
 from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.settings import diagonal
 
 RADIUS = 0.02  # share of the scene's diagonal
 
-Case = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+Case = tuple[np.ndarray, np.ndarray, np.ndarray, Projection]
 
 
 def gallery_case(width: int = 1024, height: int = 768) -> Case:
@@ -52,8 +53,8 @@ def relief_case() -> Case:
 
 def image_offsets(case: Case) -> np.ndarray:
     """The offsets after the linear part of the mapping's first three rows, (n, 3): done once a sample, as in lfssao."""
-    _, _, offsets, m = case
-    return np.ascontiguousarray(ssao.transform_offsets(offsets, ssao.CROSSED_SLITS, m)[:, :3])
+    _, _, offsets, projection = case
+    return np.ascontiguousarray(ssao.transform_offsets(offsets, projection)[:, :3])
 
 
 def in_c(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray] | None:
@@ -61,9 +62,9 @@ def in_c(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray
     function = getattr(library, name, None)
     if function is None:
         return None
-    (depth, positions, _, m), offsets = case, image_offsets(case)
+    (depth, positions, _, projection), offsets = case, image_offsets(case)
     ao = np.empty_like(depth)
-    inputs = (depth, positions, offsets, m, ao)
+    inputs = (depth, positions, offsets, projection.numbers, ao)
     height, width = depth.shape
 
     def run() -> np.ndarray:
@@ -74,11 +75,11 @@ def in_c(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray
 
 
 def ours(case: Case) -> Callable[[], np.ndarray]:
-    depth, positions, offsets, m = case
+    depth, positions, offsets, projection = case
     ao, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, depth.shape[0]), np.int64)
 
     def run() -> np.ndarray:
-        ssao.algorithm2(depth, positions, offsets[None], ssao.CROSSED_SLITS, m, ao, outside)
+        ssao.algorithm2(depth, positions, offsets[None], projection, ao, outside)
         return ao[0]
 
     return run

@@ -26,7 +26,7 @@ ARMADILLO = Path(__file__).resolve().parents[2] / "shared" / "meshes" / "armadil
 def all_rays(caster, view):
     """Origin, direction and length of every texel's ray that meets the scene's box, float32."""
     counts = np.empty(view.height, np.int64)
-    grid = view.ray_kind, view.lens, caster._tree.bounds, view.width, view.height, 1, view.width
+    grid = view.rays, caster._tree.bounds, view.width, view.height, 1, view.width
     rays.count_rays(*grid, counts)
     n = int(counts.sum())
     cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)

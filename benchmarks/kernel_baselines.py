@@ -27,12 +27,8 @@ def _points(a: Sequence[Any]) -> list[Any]:
     return [*scene, a[9], len(a[10]), a[10], a[11], int(a[4]), a[12], a[13]]
 
 
-def _ends(offsets: Any, kind: int, m: Any) -> Any:
-    return transform_offsets(offsets, kind, m)
-
-
 def _share(a: Sequence[Any]) -> list[Any]:
-    depth, positions, normals, offsets, kind, m, half = a[:7]
+    depth, positions, normals, offsets, projection, half = a[:6]
     return [
         *_size(depth),
         len(offsets),
@@ -40,10 +36,10 @@ def _share(a: Sequence[Any]) -> list[Any]:
         positions,
         normals,
         offsets,
-        _ends(offsets, kind, m),
-        m,
+        transform_offsets(offsets, projection),
+        projection.numbers,
         int(half),
-        a[10],
+        a[9],
     ]
 
 
@@ -59,9 +55,11 @@ def _area(a: Sequence[Any]) -> list[Any]:
 
 BASELINES = (
     Baseline("lfssao.ao.passes.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
-             lambda a: [*_size(a[0]), len(a[1]), a[0], _ends(a[1], 1, a[3]), a[2], a[3], a[4]], (4,)),
+             lambda a: [*_size(a[0]), len(a[1]), a[0], transform_offsets(a[1], a[3]), a[2], a[3].numbers, a[4]],
+             (4,)),
     Baseline("lfssao.ao.passes.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
-             lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], _ends(a[2][0], a[3], a[4]), a[4], a[5]], (5,)),
+             lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], transform_offsets(a[2][0], a[3]), a[3].numbers,
+                        a[4]], (4,)),
     Baseline("lfssao.ao.passes.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
              lambda a: [*_size(a[1]), a[0], a[1]], (1,)),
     Baseline("lfssao.ao.passes.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
@@ -69,9 +67,9 @@ BASELINES = (
     Baseline("lfssao.ao.passes.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Baseline(KERNELS + "alchemy.alchemy", "Alchemy, taps", "alchemy",
-             lambda a: [*_size(a[0]), len(a[4]), *a[:5], a[6], a[7], *a[8:12], a[14]], (14,)),
+             lambda a: [*_size(a[0]), len(a[4]), *a[:5], a[5].numbers, a[6], *a[7:11], a[13]], (13,)),
     Baseline("lfssao.ao.textures.write_directions", "viewing directions", "directions",
-             lambda a: [*_size(a[3]), *a], (3,)),
+             lambda a: [*_size(a[2]), *a[0], *a[1:]], (2,)),
     Baseline(ESTIMATORS + "vo.local_frame.write_axis_depth", "depth along the axis", "axis_depth",
              lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.texel_rays.linear_depth", "linear z", "linear_depth",
@@ -106,7 +104,7 @@ BASELINES = (
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
     Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao",
              lambda a: [*_scene(a, 4), a[9], len(a[10]), a[10], a[11], a[16]], (16,)),
-    Baseline(KERNELS + "point.share_behind", "points with options", "share_behind", _share, (10,)),
+    Baseline(KERNELS + "point.share_behind", "points with options", "share_behind", _share, (9,)),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(KERNELS + "multiresolution.halve", "multiresolution, halve", "halve",

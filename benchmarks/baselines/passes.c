@@ -30,7 +30,7 @@ void linear_depth(int width, int height, const float *depth, float c_0, float c_
     }
 }
 
-/* Unit directions of the texels' rays, computed in double. kind: 0 a flat display's module, 1 perspective, 2 orthographic. */
+/* Unit directions of the texels' rays, computed in double. kind: 0 a flat display's module, 1 a camera. */
 void directions(int width, int height, int kind, const double *lens, const double *m, float *out)
 {
     ROWS for (int i = 0; i < width; i++) {
@@ -38,7 +38,7 @@ void directions(int width, int height, int kind, const double *lens, const doubl
         double dx = 0, dy = 0;
         if (kind == 0)
             dx = (lens[0] - ((i + 0.5) - lens[5]) / lens[4]) / lens[1], dy = (lens[2] - ((j + 0.5) - lens[7]) / lens[6]) / lens[3];
-        else if (kind == 1)
+        else if (lens[6] == 0)
             dx = ((i + 0.5) - lens[2]) / lens[0], dy = (lens[3] - (j + 0.5)) / lens[1];
         const double x = (m[0] * dx + m[1] * dy) + m[2], y = (m[4] * dx + m[5] * dy) + m[6], z = (m[8] * dx + m[9] * dy) + m[10];
         const double length = sqrt((x * x + y * y) + z * z);

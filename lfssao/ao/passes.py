@@ -18,6 +18,7 @@ from lfssao.ao.kernels import ssao
 from lfssao.core.affine import Matrix
 from lfssao.core.pictures import row_png, visibility_codes
 from lfssao.errors import InputError
+from lfssao.optics.kernels.projection import MATRIX, Projection
 from lfssao.optics.view import WorldToImage
 
 Texture = NDArray[np.floating[Any]]
@@ -84,7 +85,7 @@ def algorithm1(
     depth = np.ascontiguousarray(depth)
     back, forth = (np.ascontiguousarray(np.ravel(m), depth.dtype) for m in (screen_to_world, world_to_screen))
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm1(depth, offsets, back, forth, occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, forth), occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
 
@@ -148,8 +149,7 @@ def algorithm2_of_radii(
     offsets = np.stack([_offsets(samples, radius, depth.dtype) for radius in radii])
     occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
     outside = np.empty((len(radii), depth.shape[0]), np.int64)
-    numbers = world_to_image.as_type(depth.dtype)
-    ssao.algorithm2(depth, positions, offsets, world_to_image.kind, numbers, occlusion, outside)
+    ssao.algorithm2(depth, positions, offsets, world_to_image.as_type(depth.dtype), occlusion, outside)
     return [Occlusion(texture, int(rows.sum())) for texture, rows in zip(occlusion, outside, strict=True)]
 
 
@@ -193,7 +193,7 @@ def algorithm2_with_neighbours(
             raise InputError(f"depth of neighbour {number} is of {other.dtype}, expected {depth.dtype}")
     numbers = np.zeros((len(views), DISPLAY_NUMBERS), depth.dtype)
     for row, (mapping, _) in zip(numbers, views, strict=True):
-        row[: len(mapping.numbers)] = mapping.as_type(depth.dtype)
+        row[: len(mapping.numbers)] = mapping.as_type(depth.dtype).numbers
     sizes = np.array([(other.shape[1], other.shape[0]) for _, other in views], np.int64)
     texels = sizes[:, 0] * sizes[:, 1]
     ends = np.cumsum(texels)

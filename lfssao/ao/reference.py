@@ -60,14 +60,15 @@ def occluded_share(depth: Texture, pnt_wrld: Any, mapping: WorldToImage, samples
     World to image is an affine map and a projection. The affine map is applied to the point and to the sample's offset,
     and the two are added, so that a point is mapped once for all its samples.
     """
-    number, m = depth.dtype.type, mapping.as_type(depth.dtype)
+    number, projection = depth.dtype.type, mapping.as_type(depth.dtype)
+    kind, m = projection
     height, width = depth.shape
-    rows = range(4 if mapping.kind == MATRIX else 3)
+    rows = range(4 if kind == MATRIX else 3)
     pnt = [affine(m, row, pnt_wrld) for row in rows]
     ao = 0
     for offset in (radius * np.asarray(samples, np.float64)).astype(depth.dtype):  # 3, 4
         smp = [pnt[row] + linear(m, row, offset) for row in rows]  # 5: smpWrld = pntWrld + offset
-        u, v, z, defined = project(mapping.kind, m, *smp, *[number(0)] * (4 - len(smp)))  # 6: smpImg
+        u, v, z, defined = project(projection, *smp, *[number(0)] * (4 - len(smp)))  # 6: smpImg
         if defined and 0 <= u < width and 0 <= v < height:
             sur_depth = depth[floor(v), floor(u)]  # 7
             if sur_depth < z:  # 8

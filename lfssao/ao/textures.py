@@ -73,5 +73,5 @@ class Buffers:
     def directions(self) -> Texture:
         """Unit directions in which the texels look, (H, W, 3) in depth's dtype, world space, away from the viewer."""
         out = np.empty(self.positions.shape, self.depth.dtype)
-        write_directions(self.view.ray_kind, self.view.lens, np.ravel(self.view.world_from_cast), out)
+        write_directions(self.view.rays, np.ravel(self.view.world_from_cast), out)
         return out

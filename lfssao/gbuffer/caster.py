@@ -16,7 +16,7 @@ from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
 from lfssao.gbuffer.kernels import albedo, first_hit, surface
 from lfssao.gbuffer.kernels import normals as normal_kernels
-from lfssao.optics.kernels import rays
+from lfssao.optics.kernels.rays import count_rays, make_rays
 from lfssao.optics.view import View
 from lfssao.scene.mesh import Mesh, Paint
 
@@ -149,7 +149,7 @@ class RayCaster:
         if rows:
             seen, mesh, z = triangle[part], self.mesh, np.empty((len(rows), view.width))
             at = np.empty((0, 0, 3), np.float32) if places is None else places[part]
-            ray, world = (view.ray_kind, view.lens), np.ravel(view.world_from_cast)
+            rays, world = view.rays, np.ravel(view.world_from_cast)
             smooth = normals == "smooth" and mesh.normals is not None
             weights = np.empty((*seen.shape, 2) if caster == "embree" or colored or smooth else (0, 0, 2))
             if caster == "embree":
@@ -157,15 +157,15 @@ class RayCaster:
             else:
                 self._first_hits(view, rows, seen, z)
             if weights.size:
-                surface.points_on_triangles(*ray, self._tree.arrays, seen, z, weights, rows.start)
-            surface.write_surface(*ray, world, seen, z, depth[part], at, rows.start)
+                surface.points_on_triangles(rays, self._tree.arrays, seen, z, weights, rows.start)
+            surface.write_surface(rays, world, seen, z, depth[part], at, rows.start)
             if rgb is not None:
                 albedo.write_albedo(seen, weights, mesh.faces, self._material, color == "nearest", rgb[part])
             if directions is not None:
                 at_vertices = np.zeros((0, 3)) if mesh.normals is None else mesh.normals
                 known = normal_kernels.Surface(mesh.vertices, mesh.faces, at_vertices)
                 used = weights if smooth else weights[:0]
-                normal_kernels.write_normals(*ray, world, seen, used, known, directions[part], rows.start)
+                normal_kernels.write_normals(rays, world, seen, used, known, directions[part], rows.start)
         return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
     def _first_hits(self, view: View, rows: range, triangle: NDArray[np.int32], z: NDArray[np.float64]) -> None:
@@ -175,7 +175,7 @@ class RayCaster:
             rasterize.first_hits(candidates, self._tree, triangle, z)
         else:
             size, proposals, tree = (view.width, len(rows)), self._proposals(view, rows), self._tree.arrays
-            first_hit.first_hits(view.ray_kind, view.lens, *size, tree, proposals, triangle, z, rows.start)
+            first_hit.first_hits(view.rays, *size, tree, proposals, triangle, z, rows.start)
 
     def _proposals(self, view: View, rows: range) -> NDArray[np.int32]:
         """A triangle that is likely to be hit first in each tile: Embree's in its middle, -1 without embreex."""
@@ -188,12 +188,12 @@ class RayCaster:
         require_embree()
         shape = -(-len(rows) // step), -(-view.width // step)
         counts = np.empty(shape[0], np.int64)
-        grid = view.ray_kind, view.lens, self._tree.bounds, view.width, len(rows), step, shape[1]
-        rays.count_rays(*grid, counts, rows.start)
+        grid = view.rays, self._tree.bounds, view.width, len(rows), step, shape[1]
+        count_rays(*grid, counts, rows.start)
         starts, n = np.cumsum(counts) - counts, int(counts.sum())
         cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
         origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
-        rays.make_rays(*grid, starts, cells, origins, directions, lengths, rows.start)
+        make_rays(*grid, starts, cells, origins, directions, lengths, rows.start)
         seen = np.full(shape, -1, np.int32)
         seen.reshape(-1)[cells] = self._trace(origins, directions, lengths)
         return seen

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.kernels import rasterize
-from lfssao.optics.kernels.rays import DISPLAY, FLAT_LINEAR, PERSPECTIVE
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
+from lfssao.optics.kernels.rays import FlatModule, Pinhole
 from lfssao.optics.view import View
 
 # The tree is as fast or faster with more candidate pairs a texel, by measurement.
@@ -45,10 +46,10 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
     Candidates or None
         None if rays are not separable: on curved screens, with conical diffusers and calibrated optics.
     """
-    if view.ray_kind == DISPLAY:
+    if view.rays.kind == DISPLAY:
         return None
     columns, lines = np.empty((2, view.width)), np.empty((2, len(rows)))
-    near, far = rasterize.separable_rays(view.ray_kind, view.lens, columns, lines, rows.start)
+    near, far = rasterize.separable_rays(view.rays, columns, lines, rows.start)
     axes = image_axes(view, rows, *_scales(tree.bounds, columns, lines, far))
     corner_texels, bounds = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
     rasterize.bound_triangles(view.width, len(rows), *axes, tree.vertices, tree.faces, corner_texels, bounds)
@@ -104,14 +105,15 @@ def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[
     list of two (6,) float64
         As ``lfssao.gbuffer.kernels.rasterize.bound_triangles`` takes them.
     """
-    lens, largest = view.lens.tolist(), np.inf
-    if view.ray_kind == FLAT_LINEAR:
-        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
+    largest = np.inf
+    if view.rays.kind == CROSSED_SLITS:
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = FlatModule(*view.lens.tolist())
         u, v = (1.0, -1.0 / m_z, m_x, u_scale, u_0), (1.0, -1.0 / z_o, y_o, v_scale, v_0)
         largest = _LARGEST_R
     else:
-        alpha, beta = (0.0, 1.0) if view.ray_kind == PERSPECTIVE else (1.0, 0.0)
-        u, v = (alpha, beta, 0.0, lens[0], lens[2]), (alpha, beta, 0.0, -lens[1], lens[3])
+        camera = Pinhole(*view.lens.tolist())
+        alpha, beta = (1.0, 0.0) if camera.orthographic else (0.0, 1.0)
+        u, v = (alpha, beta, 0.0, camera.f_u, camera.c_u), (alpha, beta, 0.0, -camera.f_v, camera.c_v)
     axes = []
     for (alpha, beta, c, a, b), first, scale in ((u, 0, scale_x), (v, rows.start, scale_y)):
         limit = min(largest, 2.0**-12 / (_ROUNDING * scale * abs(a)))

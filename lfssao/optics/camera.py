@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
 from lfssao.errors import InputError
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.kernels import rays
 from lfssao.optics.view import View, WorldToImage
 
 PROJECTIONS = ("perspective", "orthographic")
@@ -91,15 +90,15 @@ class Camera:
         focal = texels_per_unit
         if self.projection == "perspective":
             focal = texels_per_unit * _length(_subtract(self.target, self.eye))
-        lens = np.array([focal, focal, width / 2 + guard, height / 2 + guard, self.near, self.far, 0.0, 0.0])
         perspective = self.projection == "perspective"
+        c_u, c_v = width / 2 + guard, height / 2 + guard
+        lens = np.array([focal, focal, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
         screen_from_eye, eye_from_screen = (_perspective if perspective else _orthographic)(lens)
         matrix = multiply(screen_from_eye, to_4x4(eye_from_world))
         return View(
             name="camera",
             width=width + 2 * guard,
             height=height + 2 * guard,
-            ray_kind=rays.PERSPECTIVE if perspective else rays.ORTHOGRAPHIC,
             lens=lens,
             cast_from_world=eye_from_world,
             world_from_cast=world_from_eye,

@@ -16,7 +16,6 @@ from lfssao.errors import InputError
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.kernels import rays
 from lfssao.optics.view import View, WorldToImage
 
 DIFFUSERS = ("linear", "conical")
@@ -160,14 +159,15 @@ class Display:
             raise self._refuse(f"modules[{index}].homography", str(error)) from error
         if not np.isfinite(numbers).all():
             raise self._refuse(f"modules[{index}]", "a number of its optics is not finite")
-        fold = float(numbers[22])
+        optics_of = kernels.display_module(numbers)
+        fold = optics_of.fold
         aspect = module.height / module.width
         if fold < kernels.NEVER:
             reached = fold * (1 + fold * (module.k1 + fold * module.k2)) ** 2
             if not reached > 1 + aspect * aspect:
                 raise self._refuse(f"modules[{index}].k1", "the distortion folds inside the texture")
         if not self._is_plain(module):
-            *_, near, far = kernels.display_ray(numbers, module.width / 2, module.height / 2)
+            *_, near, far = kernels.display_ray(optics_of, module.width / 2, module.height / 2)
             if not near < far:
                 raise self._refuse(f"modules[{index}]", "the ray of its middle does not reach screen and observers")
 
@@ -215,7 +215,7 @@ class Display:
         return flat and module.field_of_view is None and module.homography is None and module.k1 == module.k2 == 0
 
     def module_numbers(self, index: int, guard: int = 0) -> NDArray[np.float64]:
-        """The numbers of one module, (32,) float64, as ``lfssao.optics.kernels.display`` lists them.
+        """The numbers of one module, (32,) float64, in the order of ``lfssao.optics.kernels.display.DisplayModule``.
 
         Parameters
         ----------
@@ -326,15 +326,14 @@ class Display:
             u_scale, v_scale = m.width / self.screen_width, -m.height / self.screen_height
             u_0, v_0 = m.width / 2 + guard, m.height / 2 + guard
             lens = np.array([m.x, m.z, self.observer_height, self.observer_z, u_scale, u_0, v_scale, v_0])
-            ray_kind, world_to_image = rays.FLAT_LINEAR, crossed_slits(physical_from_world, lens)
+            world_to_image = crossed_slits(physical_from_world, lens)
         else:
-            lens, ray_kind = self.module_numbers(index, guard), rays.DISPLAY
+            lens = self.module_numbers(index, guard)
             world_to_image = WorldToImage(mapping.DISPLAY, np.concatenate([np.ravel(physical_from_world), lens]))
         return View(
             name=f"module_{index:03d}",
             width=m.width + 2 * guard,
             height=m.height + 2 * guard,
-            ray_kind=ray_kind,
             lens=lens,
             cast_from_world=physical_from_world,
             world_from_cast=invert_affine(physical_from_world),
@@ -363,7 +362,7 @@ def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> Wor
     physical_from_world : (3, 4) float64
         Affine map world -> physical.
     lens : (8,) float64
-        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 (``lfssao.optics.kernels.rays``, FLAT_LINEAR).
+        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 (``lfssao.optics.kernels.rays.FlatModule``).
     """
     m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens.tolist()
     rows = np.array(physical_from_world, np.float64)

@@ -8,7 +8,8 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
-from lfssao.optics.kernels import rays as ray_kernels
+from lfssao.optics.kernels.projection import CROSSED_SLITS, Projection
+from lfssao.optics.kernels.rays import Rays
 
 # What files call the kinds of mapping, by their numbers.
 KINDS = ("crossed slits", "matrix", "display")
@@ -29,8 +30,8 @@ class WorldToImage:
     kind: int
     numbers: NDArray[np.float64]
 
-    def as_type(self, dtype: DTypeLike) -> NDArray[np.floating]:
-        """The numbers, each rounded once to the dtype of the arithmetic.
+    def as_type(self, dtype: DTypeLike) -> Projection:
+        """The mapping as kernels take it, each number rounded once to the dtype of the arithmetic.
 
         Raises
         ------
@@ -42,7 +43,7 @@ class WorldToImage:
         scale = np.abs(self.numbers[[0, 1, 2, 4, 5, 6, 8, 9, 10]]).max()
         if (np.isinf(rounded) & np.isfinite(self.numbers)).any() or 0 < scale < np.finfo(rounded.dtype).tiny:
             raise InputError(f"the mapping from world to image leaves the range of {rounded.dtype}: scale the world")
-        return rounded
+        return Projection(self.kind, rounded)
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Image coordinates of world points, float64: (..., 3) to (..., 3), NaN outside the mapping's domain."""
@@ -51,7 +52,7 @@ class WorldToImage:
         points = np.asarray(points, np.float64)
         flat = np.ascontiguousarray(points.reshape(-1, 3))
         out = np.empty_like(flat)
-        land(self.kind, self.numbers, flat, out)
+        land(Projection(self.kind, self.numbers), flat, out)
         return out.reshape(points.shape)
 
 
@@ -65,8 +66,8 @@ class View:
         What files and messages call it.
     width, height : int
         Size of its textures, texels.
-    ray_kind, lens : int, (8,) or (32,) float64
-        The rays of its texels in cast space (``lfssao.optics.kernels.rays``).
+    lens : (8,) or (32,) float64
+        The numbers of its texels' rays in cast space (``lfssao.optics.kernels.rays``); their kind is the mapping's.
     cast_from_world, world_from_cast : (3, 4) float64
         Affine maps between world and cast space: physical space for a module, eye space for a camera.
     world_to_image : WorldToImage
@@ -82,7 +83,6 @@ class View:
     name: str
     width: int
     height: int
-    ray_kind: int
     lens: NDArray[np.float64]
     cast_from_world: Matrix
     world_from_cast: Matrix
@@ -90,6 +90,11 @@ class View:
     screen_to_world: Matrix | None
     depth_kind: str
     guard: int = 0
+
+    @property
+    def rays(self) -> Rays:
+        """The rays of its texels as kernels take them."""
+        return Rays(self.world_to_image.kind, self.lens)
 
     def viewer_distance(self) -> NDArray[np.float64]:
         """How far from the viewers a world point is, along the axis of depth, as an affine function of the point.
@@ -102,7 +107,7 @@ class View:
             on the image of physical Z as long as the world's map there is a scale.
         """
         camera = self.screen_to_world is not None
-        observers = 0.0 if camera else float(self.lens[3 if self.ray_kind == ray_kernels.FLAT_LINEAR else 4])
+        observers = 0.0 if camera else float(self.lens[3 if self.world_to_image.kind == CROSSED_SLITS else 4])
         x, y, z = (float(row) for row in self.world_from_cast[:, 2])
         row = np.array(self.cast_from_world[2], np.float64)
         row[3] -= observers

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.optics.kernels.rays import DISPLAY
+from lfssao.optics.kernels.projection import DISPLAY
 from lfssao.optics.view import View
 
 # Image coordinates beyond this many texels belong to points near a singular plane, where rounding is not small.
@@ -27,7 +27,7 @@ def seen_rows(view: View, bounds: NDArray[np.float64]) -> range:
         Lower and upper corner of the box, world units.
     """
     image = view.world_to_image(np.array(list(product(*bounds.T))))[:, :2]
-    if view.ray_kind == DISPLAY or not np.abs(image).max() < _FAR:  # NaN where a corner has no image
+    if view.world_to_image.kind == DISPLAY or not np.abs(image).max() < _FAR:  # NaN where a corner has no image
         return range(view.height)
     left, top = np.floor(image.min(axis=0)).astype(int) - 1
     right, bottom = np.ceil(image.max(axis=0)).astype(int) + 1

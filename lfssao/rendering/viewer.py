@@ -22,7 +22,6 @@ from lfssao.errors import InputError
 from lfssao.optics.display import Display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.kernels import rays
 from lfssao.optics.view import View, WorldToImage
 from lfssao.rendering.kernels import light_field as kernels
 
@@ -207,7 +206,6 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
         name="eye",
         width=columns,
         height=rows,
-        ray_kind=rays.PERSPECTIVE,
         lens=np.array([f_u, f_v, c_u, c_v, near, far, 0.0, 0.0]),
         cast_from_world=eye_from_world,
         world_from_cast=invert_affine(eye_from_world),

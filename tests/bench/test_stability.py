@@ -107,9 +107,9 @@ def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
     case = near_lens(18)
     assert measure.measure(case, "float32").exceeded == 0
 
-    def lossy(a, b, c, z_module, z_observer, u_0, v_0):
-        one = type(z_module)(1)
-        return u_0 + a / z_module / (one - c / z_module), v_0 + b / (z_observer - c)
+    def lossy(slits, a, b, c):
+        one = type(slits.z_m)(1)
+        return slits.u_0 + a / slits.z_m / (one - c / slits.z_m), slits.v_0 + b / (slits.z_o - c)
 
     lossy.py_func = lossy
     monkeypatch.setattr(exact.mapping, "project_crossed_slits", lossy)
@@ -160,8 +160,8 @@ def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
     case = replace(case, texels=case.texels[:5])
     j, i = case.texels[3]
 
-    def off(kind, m, points, image):
-        real(kind, m, points, image)
+    def off(projection, points, image):
+        real(projection, points, image)
         image[j * case.depth.shape[1] + i, 0] += 1e-9
 
     assert measure.measure(case, "float64").exceeded == 0

@@ -44,10 +44,10 @@ def bits(a):
 
 def brute_force(mesh, view, rays=None):
     if rays is None:
-        rays = raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+        rays = raycast.texel_rays(*view.rays, view.width, view.height)
     cast = np.stack(raycast.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
     hits = raycast.first_hits(rays, cast[mesh.faces])
-    return hits, *raycast.surface(view.ray_kind, rays, view.world_from_cast, hits)
+    return hits, *raycast.surface(*view.rays, rays, view.world_from_cast, hits)
 
 
 def check(mesh, view, rays=None):
@@ -108,7 +108,7 @@ def test_displays_of_every_kind(name):
     for index in {0, len(display.modules) // 2, len(display.modules) - 1}:
         origin, direction, span = display.texel_ray(index, u, v)
         view = display.view(index, scenes.IDENTITY)
-        if view.ray_kind == raycast.FLAT_LINEAR:
+        if view.rays.kind == raycast.CROSSED_SLITS:
             continue  # above
         rays = *origin[:, :2].T, *direction[:, :2].T, *span.T
         hits, _ = check(mesh, view, rays)
@@ -247,10 +247,10 @@ def test_depths_on_given_triangles_equal_the_reference(monkeypatch, scene, name)
     given = rng.integers(-1, len(mesh.faces), (22, 31)).astype(np.int32)
     monkeypatch.setattr(caster, "_seen_by_embree", lambda view, window, step: given.copy())
     seen = caster.gbuffer(view, caster="embree")
-    rays = raycast.texel_rays(view.ray_kind, view.lens, 31, 22)
+    rays = raycast.texel_rays(*view.rays, 31, 22)
     cast = np.stack(raycast.affine(view.cast_from_world, *mesh.vertices.T), axis=1)
     hits = raycast.on_triangles(rays, cast[mesh.faces], given.ravel())
-    depth, positions = raycast.surface(view.ray_kind, rays, view.world_from_cast, hits)
+    depth, positions = raycast.surface(*view.rays, rays, view.world_from_cast, hits)
     np.testing.assert_array_equal(seen.triangle.ravel(), hits.triangle)
     np.testing.assert_array_equal(bits(seen.depth).ravel(), bits(depth))
     np.testing.assert_array_equal(bits(seen.positions).reshape(-1, 3), bits(positions))

@@ -231,7 +231,7 @@ def test_morton_order():
 
 
 def texel_rays(view):
-    return raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+    return raycast.texel_rays(*view.rays, view.width, view.height)
 
 
 def tiles(view):

@@ -20,7 +20,7 @@ VIEWS = sorted(scenes.VIEWS)
 
 
 def texel_rays(view):
-    return raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height)
+    return raycast.texel_rays(*view.rays, view.width, view.height)
 
 
 def bound(view, vertices, faces, rows=None, scale=9.1):
@@ -36,11 +36,11 @@ def image_of(view, point):
     """Where a corner appears, u and v, in fractions."""
     x, y, z = map(Fraction, point)
     lens = [Fraction(number) for number in view.lens.tolist()]
-    if view.ray_kind == raycast.FLAT_LINEAR:
+    if view.rays.kind == raycast.CROSSED_SLITS:
         m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
         u = u_scale * (m_x + (x - m_x) / (1 - z / m_z)) + u_0
         return u, v_scale * (y_o + (y - y_o) / (1 - z / z_o)) + v_0
-    depth = z if view.ray_kind == raycast.PERSPECTIVE else 1
+    depth = z if not view.lens[6] else 1
     return lens[0] * x / depth + lens[2], lens[3] - lens[1] * y / depth
 
 
@@ -62,9 +62,9 @@ def test_texels_of_corners_hold_their_images(name, top, seed, deep):
     points[:30] += points[:30] * rng.integers(-4, 5, (30, 3)) * 2.0**-52
     texels, _ = bound(view, points, np.zeros((0, 3), np.int32), range(top, 17))
     columns, rows = np.arange(31), np.arange(top, 17)
-    ox, _, dx, _, _, _ = raycast.rays_at(view.ray_kind, view.lens, columns + 0.5, np.full(1, 0.5))
-    _, oy, _, dy, _, _ = raycast.rays_at(view.ray_kind, view.lens, np.full(1, 0.5), rows + 0.5)
-    rising = np.sign(view.lens[[4, 6]]) if view.ray_kind == raycast.FLAT_LINEAR else np.array([1.0, -1.0])
+    ox, _, dx, _, _, _ = raycast.rays_at(*view.rays, columns + 0.5, np.full(1, 0.5))
+    _, oy, _, dy, _, _ = raycast.rays_at(*view.rays, np.full(1, 0.5), rows + 0.5)
+    rising = np.sign(view.lens[[4, 6]]) if view.rays.kind == raycast.CROSSED_SLITS else np.array([1.0, -1.0])
     bounded = (texels[:, 1] - texels[:, 0] < 2) & (texels[:, 3] - texels[:, 2] < 2)
     assert bounded.sum() >= 20
     for point, held in zip(points[bounded], texels[bounded].reshape(-1, 2, 2).tolist(), strict=True):

@@ -73,18 +73,16 @@ def occlusions(dtype):
     rgb = rng.random((HEIGHT, WIDTH, 3)).astype(dtype)
     yield "ssao", np.array([layer.texture for layer in layers])
     yield "outside", np.array([layer.outside for layer in layers])
-    yield "no samples", no_samples(depth, positions, module.world_to_image.numbers.astype(dtype))
+    yield "no samples", no_samples(depth, positions, module.world_to_image.as_type(dtype))
     yield "merge", merged
     yield "blur", np.array([passes.blur(merged, sigma) for sigma in (0.7, 2.0)])
     yield "shade", passes.shade(rgb, merged)
     yield "shade white", passes.shade_white(depth, merged)
 
 
-def no_samples(depth, positions, m):
+def no_samples(depth, positions, projection):
     occlusion, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, HEIGHT), np.int64)
-    ssao.algorithm2(
-        depth, positions, np.empty((1, 0, 3), depth.dtype), mapping.CROSSED_SLITS, m, occlusion, outside
-    )  # fmt: skip
+    ssao.algorithm2(depth, positions, np.empty((1, 0, 3), depth.dtype), projection, occlusion, outside)
     return occlusion
 
 
@@ -109,15 +107,15 @@ def accepted():
     triangles = rng.integers(0, 30, (9, HEIGHT * WIDTH)).astype(np.int32)
     lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
     view = DISPLAY.view(0, WORLD)
-    depth_ranges.depth_ranges(view.ray_kind, view.lens, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
+    depth_ranges.depth_ranges(view.rays, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
     yield "depth ranges", np.array([lower, upper])
 
 
 def mapped(dtype):
     points = np.random.default_rng(2).uniform(-3, 3, (200, 3)).astype(dtype)
     for view in (DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)):
-        kind, m = view.world_to_image.kind, view.world_to_image.numbers.astype(dtype)
-        yield f"world_to_image {kind}", np.array([mapping.world_to_image(kind, m, *p) for p in points])
+        projection = view.world_to_image.as_type(dtype)
+        yield f"world_to_image {projection.kind}", np.array([mapping.world_to_image(projection, *p) for p in points])
 
 
 def scalars():
@@ -155,7 +153,7 @@ def rays_into(view, box):
     """What Embree is handed for a box, of every second texel."""
     step, columns = 2, -(-WIDTH // 2)
     counts = np.empty(-(-HEIGHT // step), np.int64)
-    grid = view.ray_kind, view.lens, box, WIDTH, HEIGHT, step, columns
+    grid = view.rays, box, WIDTH, HEIGHT, step, columns
     rays.count_rays(*grid, counts)
     n = int(counts.sum())
     assert n > 50
@@ -179,24 +177,24 @@ def casts():
     for view in [DISPLAY.view(0, WORLD), *(camera.view(WIDTH, HEIGHT) for camera in cameras)]:
         moved = np.empty_like(vertices)
         transform_points(np.ravel(view.world_from_cast), vertices, moved)
-        yield f"points {view.ray_kind}", moved
-        away = np.array([0.0, 0.0, 0.0 if view.ray_kind == rays.FLAT_LINEAR else 3.0])
-        yield f"rays {view.ray_kind}", rays_into(view, box + away)
+        yield f"points {view.depth_kind}", moved
+        away = np.array([0.0, 0.0, 0.0 if view.rays.kind == mapping.CROSSED_SLITS else 3.0])
+        yield f"rays {view.depth_kind}", rays_into(view, box + away)
         tree = TriangleTree(vertices + away, faces)
-        yield f"tree {view.ray_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
+        yield f"tree {view.depth_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
         shape = -(-HEIGHT // first_hit.TILE), -(-WIDTH // first_hit.TILE)
         number, z = raycast_scenes.traced(view, tree, rng.integers(-1, len(faces), shape))
         assert 100 < (number >= 0).sum() < number.size
         for found, same in zip(raycast_scenes.rasterized(view, tree), (number, z), strict=True):
             assert (found[number >= 0] == same[number >= 0]).all()
         number, z = number.reshape(HEIGHT, WIDTH), z.reshape(HEIGHT, WIDTH)
-        yield f"first hits {view.ray_kind}", np.dstack([number, z])
+        yield f"first hits {view.depth_kind}", np.dstack([number, z])
         depth, positions, rgb = (np.empty((HEIGHT, WIDTH, *n), np.float32) for n in ((), (3,), (3,)))
-        weights, kind, lens = np.zeros((HEIGHT, WIDTH, 2)), view.ray_kind, view.lens
-        surface.write_surface(kind, lens, np.ravel(view.world_from_cast), number, z, depth, positions)
-        surface.points_on_triangles(kind, lens, tree.arrays, number, z, weights)
+        weights = np.zeros((HEIGHT, WIDTH, 2))
+        surface.write_surface(view.rays, np.ravel(view.world_from_cast), number, z, depth, positions)
+        surface.points_on_triangles(view.rays, tree.arrays, number, z, weights)
         albedo.write_albedo(number, weights, faces, material, False, rgb)
-        yield f"surface {view.ray_kind}", np.dstack([weights, depth, positions, rgb])
+        yield f"surface {view.depth_kind}", np.dstack([weights, depth, positions, rgb])
 
 
 def estimates():

@@ -11,6 +11,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.estimators.sao.kernels.reconstruct import TABLE
 from lfssao.ao.estimators.sao.texel_rays import texel_lines
 from lfssao.optics.view import KINDS
+from lfssao.verify.kit.views import described_rays
 
 WILD = [0.0, -0.0, 0.5, -1.0, 2.0, 1e-30, -1e-30, 1e6, -1e30, 1e38]
 
@@ -49,7 +50,7 @@ def offsets(draw, dimensions):
 def view_numbers(view):
     """A view as the kit's specification describes it to the reference."""
     return {
-        "ray_kind": view.ray_kind, "lens": [number if np.isfinite(number) else None for number in view.lens.tolist()],
+        **described_rays(view.rays),
         "world_from_cast": view.world_from_cast.tolist(), "cast_from_world": view.cast_from_world.tolist(),
     }  # fmt: skip
 

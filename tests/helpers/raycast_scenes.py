@@ -47,7 +47,7 @@ VIEWS = {
 def at(view, u, v, share):
     """Points on the rays through image points, exactly; share -1 is near, 1 far, but inside the range of z."""
     u, v, share = np.broadcast_arrays(*(np.asarray(n, float) for n in (u, v, share)))
-    ox, oy, dx, dy, _, far = raycast.rays_at(view.ray_kind, view.lens, u, v)
+    ox, oy, dx, dy, _, far = raycast.rays_at(*view.rays, u, v)
     z = 0.5 * share if far.flat[0] < 2 else 2.2 + 1.5 * share
     return np.stack([ox + dx * z, oy + dy * z, z], axis=-1)
 
@@ -183,7 +183,7 @@ def beyond(view, rng):
     """Triangles that cross the first and the last z of the rays, or lie beyond them; z up to a million."""
     n = 60
     corners = anywhere(view, rng, 3 * n).reshape(n, 3, 3)
-    *_, near, far = (float(line[0]) for line in raycast.rays_at(view.ray_kind, view.lens, *np.full((2, 1), 0.5)))
+    *_, near, far = (float(line[0]) for line in raycast.rays_at(*view.rays, *np.full((2, 1), 0.5)))
     corners[:, :, 2] += rng.choice([0.0, near, far, near - 1, far + 1, 1e6, -1e6], (n, 3))
     corners[:8, :, 2] = rng.choice([near, far], (8, 1))
     corners[8:16, 0, 2] = near
@@ -304,7 +304,7 @@ def traced(view, tree, proposal):
     tiles = -(-view.height // first_hit.TILE), -(-view.width // first_hit.TILE)
     proposal = np.ascontiguousarray(np.broadcast_to(proposal, tiles), np.int32)
     triangle, z = np.full((view.height, view.width), -9, np.int32), np.full((view.height, view.width), np.nan)
-    first_hit.first_hits(view.ray_kind, view.lens, view.width, view.height, tree.arrays, proposal, triangle, z)
+    first_hit.first_hits(view.rays, view.width, view.height, tree.arrays, proposal, triangle, z)
     return triangle.ravel(), z.ravel()
 
 

@@ -9,9 +9,7 @@ from numba import njit
 from lfssao import Camera, Display, Module, fit_roi
 from lfssao.ao.kernels import ssao
 from lfssao.ao.kernels.spans import next_span
-
-CROSSED_SLITS, MATRIX = 0, 1
-
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Projection
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
@@ -28,7 +26,7 @@ def unwritten(depth):
 
 def run1(depth, offsets, back, m):
     occlusion, outside = unwritten(depth)
-    ssao.algorithm1(depth, offsets, back, m, occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, m), occlusion, outside)
     return occlusion, outside
 
 
@@ -36,7 +34,7 @@ def run2(depth, positions, offsets, kind, m):
     """What Algorithm 2 makes of one of three radii, which have other offsets."""
     occlusion, outside = (np.stack([part] * 3) for part in unwritten(depth))
     radii = np.stack([np.roll(offsets, 1, axis=1), offsets, offsets[:, ::-1]])
-    ssao.algorithm2(depth, positions, radii, kind, m, occlusion, outside)
+    ssao.algorithm2(depth, positions, radii, Projection(kind, m), occlusion, outside)
     return occlusion[1], outside[1]
 
 

@@ -18,6 +18,7 @@ from lfssao.ao import passes
 from lfssao.errors import InputError
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.lens import fold_radius
 
 VALID, BEHIND_MODULE, BEHIND_OBSERVER, MISSES_SCREEN, FOLDED, OUTSIDE = range(6)
 PRESETS = {name: find_display(name) for name in display_names()}
@@ -89,6 +90,10 @@ def numbers_of_any_kind(draw, dtype):
     return d
 
 
+def named(display, index=0):
+    return kernels.display_module(display.module_numbers(index))
+
+
 def coordinates(dtype):
     width = 32 if dtype == np.float32 else 64
     special = st.sampled_from([0.0, -0.0, 1.0, -1.0, 0.5, -2.0])
@@ -106,7 +111,8 @@ def test_physical_to_image_equals_the_reference(dtype, data):
     for point in data.draw(st.lists(coordinates(dtype), min_size=1, max_size=6)):
         x, y, z = np.array(point, dtype)
         with np.errstate(all="ignore"):
-            actual, want = kernels.physical_to_image(d, x, y, z), reference.physical_to_image(d, x, y, z)
+            actual = kernels.physical_to_image(kernels.display_module.py_func(d), x, y, z)
+            want = reference.physical_to_image(d, x, y, z)
         assert actual[2] == want[2]
         for a, b in zip(actual[:2], want[:2], strict=True):
             assert type(b) is dtype
@@ -219,9 +225,7 @@ def test_points_of_a_presets_rays_land_on_their_texels(display):
         u = np.array([0.5, m.width - 0.5, 0.5, m.width - 0.5, m.width / 2, *(rng.integers(0, m.width, 20) + 0.5)])
         v = np.array([0.5, 0.5, m.height - 0.5, m.height - 0.5, m.height / 2, *(rng.integers(0, m.height, 20) + 0.5)])
         # The outer texels of picoarray's outer modules light no part of the screen; some pass the observers before it.
-        s_x, s_y = (
-            np.array(matrix) for matrix in kernels.apply_homography(display.module_numbers(index), 23, u, v)[:2]
-        )
+        s_x, s_y = (np.array(matrix) for matrix in kernels.apply_homography(named(display, index).inverse, u, v)[:2])
         on_screen = (np.abs(s_x) <= display.screen_width / 2 + 1e-9) & (np.abs(s_y) <= display.screen_height / 2 + 1e-9)
         assert on_screen.all() or display.name == "picoarray"
         worst, count = round_trip_error(display, index, u[on_screen], v[on_screen])
@@ -306,7 +310,7 @@ def test_rays_of_images_go_through_their_points(display, points):
 
 @given(display=displays())
 def test_a_ray_passes_lens_screen_and_observers(display):
-    m, d = display.modules[0], display.module_numbers(0)
+    m, d = display.modules[0], named(display)
     u, v = np.array([0.3, 0.5, 0.6]) * m.width, np.array([0.2, 0.5, 0.9]) * m.height
     origin, direction, span = display.texel_ray(0, u, v)
     for o, slope, (near, far) in zip(origin, direction, span, strict=True):
@@ -316,15 +320,15 @@ def test_a_ray_passes_lens_screen_and_observers(display):
         eye = o + near * slope
         assert eye[1] == pytest.approx(display.observer_height, abs=1e-12)
         behind = near - display.observer_z
-        assert d[6] * (eye[0] ** 2 + behind**2) == pytest.approx(2 * behind, abs=1e-11)
+        assert d.observer_curvature * (eye[0] ** 2 + behind**2) == pytest.approx(2 * behind, abs=1e-11)
         if display.diffuser == "linear":
             assert far == m.z
             assert (o + far * slope)[0] == pytest.approx(m.x, abs=1e-12)
         else:
             s_x, s_y = o[:2]
-            ratio = math.hypot(s_y - d[3], d[4]) / math.hypot(s_y - m.y, m.z)
+            ratio = math.hypot(s_y - d.y_o, d.z_o) / math.hypot(s_y - m.y, m.z)
             assert eye[0] == pytest.approx(s_x + (s_x - m.x) * ratio, abs=1e-12)
-            assert far == pytest.approx(min(m.z, -d[4] / ratio), abs=1e-12)
+            assert far == pytest.approx(min(m.z, -d.z_o / ratio), abs=1e-12)
 
 
 @given(display=displays(screens=("conical",)), share=unit)
@@ -358,8 +362,8 @@ def test_the_two_diffusers_differ_elsewhere():
 
 @given(display=displays(screens=("flat", "conical")), x=unit, y=unit)
 def test_on_a_flat_screen_a_point_is_its_own_screen_point(display, x, y):
-    d = display.module_numbers(0)
-    assert kernels.screen_point(d, x, y, 0.0)[3] == VALID or d[6] > 0
+    d = named(display)
+    assert kernels.screen_point(d, x, y, 0.0)[3] == VALID or d.observer_curvature > 0
     *s, answer = kernels.screen_point(d, x, y, 0.0)
     if answer == VALID:
         np.testing.assert_allclose(s, [x, y, 0], rtol=0, atol=2e-15)
@@ -367,29 +371,31 @@ def test_on_a_flat_screen_a_point_is_its_own_screen_point(display, x, y):
 
 @given(display=displays(screens=("convex", "concave")), share=unit, y=unit)
 def test_a_point_of_a_curved_screen_is_its_own_screen_point(display, share, y):
-    d = display.module_numbers(0)
+    d = named(display)
     x = 0.5 * share * display.screen_width
-    radius = 1 / abs(d[5])
-    z = math.copysign(radius - math.sqrt(radius * radius - x * x), d[5])
+    curvature = d.screen_curvature
+    radius = 1 / abs(curvature)
+    z = math.copysign(radius - math.sqrt(radius * radius - x * x), curvature)
     *s, answer = kernels.screen_point(d, x, y, z)
-    outward = x * d[5] * (d[0] - x) + (d[5] * z - 1) * (d[2] - z)  # the lens is behind the tangent plane there
+    # Negative where the lens is behind the tangent plane.
+    outward = x * curvature * (d.m_x - x) + (curvature * z - 1) * (d.m_z - z)
     if outward < -0.05 and answer == VALID:
         np.testing.assert_allclose(s, [x, y, z], rtol=0, atol=1e-13)
-    if outward < -0.05 and d[6] == 0:
+    if outward < -0.05 and d.observer_curvature == 0:
         assert answer == VALID
 
 
 @given(display=displays(), y=unit, share=st.floats(-0.9, 0.9))
 def test_the_lens_and_observers_planes_hold_their_points(display, y, share):
     """Straight below the lens s_x = m_x; at the observers' height s_y = y_o; exactly."""
-    d = display.module_numbers(0)
-    z = share * (d[2] if share > 0 else -d[4])
-    s_x, _, _, answer = kernels.screen_point(d, d[0], y, z)
+    d = named(display)
+    z = share * (d.m_z if share > 0 else -d.z_o)
+    s_x, _, _, answer = kernels.screen_point(d, d.m_x, y, z)
     if answer == VALID:
-        assert s_x == pytest.approx(d[0], abs=1e-15)
-    _, s_y, _, answer = kernels.screen_point(d, y, d[3], z)
+        assert s_x == pytest.approx(d.m_x, abs=1e-15)
+    _, s_y, _, answer = kernels.screen_point(d, y, d.y_o, z)
     if answer == VALID:
-        assert s_y == d[3]
+        assert s_y == d.y_o
 
 
 @given(
@@ -457,7 +463,7 @@ def mirrored(display):
 def test_mirrored_displays_give_mirrored_coordinates(display, points):
     """The screen points to the bit; texels, which the width is added to, to its rounding."""
     other, points = mirrored(display), np.array(points)
-    m, d, e = display.modules[0], display.module_numbers(0), other.module_numbers(0)
+    m, d, e = display.modules[0], named(display), named(other)
     for x, y, z in points:
         a, b = kernels.screen_point(d, x, y, z), kernels.screen_point(e, -x, y, z)
         assert a[3] == b[3]
@@ -587,7 +593,7 @@ def test_the_conical_diffusers_surface(s_y):
         z = min(z_s, 0.5) * share
         y = -0.4 + (s_y + 0.4) * (z + 1.0)
         assert answer_at(display, 0.21, y, z) in want
-    *_, near, far = kernels.display_ray(display.module_numbers(0), 60.0, 100 * (0.5 - s_y))
+    *_, near, far = kernels.display_ray(named(display), 60.0, 100 * (0.5 - s_y))
     assert (near, far) == (-1.0, pytest.approx(min(z_s, 0.5), abs=1e-14))
 
 
@@ -597,8 +603,8 @@ def test_the_conical_surface_to_the_bit():
     assert answer_at(display, 0.0, 0.0, 0.5) == BEHIND_MODULE
     assert answer_at(display, 0.0, 0.0, np.nextafter(0.5, 0)) == VALID
     bent = Display("conical", 1.0, 1.0, 0.0, -1.0, (Module(0.0, 0.75, 1.0, 8, 8),), ROI, "conical")
-    numbers = bent.module_numbers(0)
-    assert kernels.screen_point(numbers, 0.0, 0.0, 1.0 - 2**-40)[3] == VALID  # h_m / h_e = 1.25: the lens comes first
+    # h_m / h_e = 1.25: the lens comes first.
+    assert kernels.screen_point(named(bent), 0.0, 0.0, 1.0 - 2**-40)[3] == VALID
 
 
 def test_lines_that_miss_or_graze_a_curved_screen():
@@ -641,21 +647,18 @@ def test_beyond_the_fold_there_is_no_image(k1, k2):
             u, v = 50 + 50 * share * top * c, 50 - 50 * share * top * s
             _, _, (near, far) = display.texel_ray(0, u, v)
             assert (near < far) == there
-    assert math.sqrt(display.module_numbers(0)[22]) == pytest.approx(fold, rel=1e-5)
+    assert math.sqrt(named(display).fold) == pytest.approx(fold, rel=1e-5)
 
 
 @settings(max_examples=200)
 @given(st.floats(-0.1, 0.3), st.floats(-0.02, 0.1), st.floats(0, 2), st.floats(0, 7))
 def test_undistort_undoes_distort(k1, k2, r, angle):
-    d = PRESETS["virtual"].module_numbers(0)
-    d[17:22] = 512, 384, 512, k1, k2
-    from lfssao.optics.lens import fold_radius
-
-    d[22] = min(fold_radius(k1, k2), kernels.NEVER)
-    assume(r * r < 0.99 * d[22])
+    fold = min(fold_radius(k1, k2), kernels.NEVER)
+    d = named(PRESETS["virtual"])._replace(c_u=512.0, c_v=384.0, unit=512.0, k1=k1, k2=k2, fold=fold)
+    assume(r * r < 0.99 * fold)
     u, v = 512 + 512 * r * math.cos(angle), 384 + 512 * r * math.sin(angle)
     a, b, r2 = kernels.distort(d, u, v)
-    assert r2 < d[22]
+    assert r2 < fold
     slope = 1 + r * r * (3 * k1 + 5 * k2 * r * r)
     np.testing.assert_allclose(kernels.undistort(d, a, b), [u, v], rtol=0, atol=1e-11 / slope)
 
@@ -696,8 +699,9 @@ def test_any_numbers_get_an_answer(display, points):
 @numba.njit
 def darken_what_a_module_shows(numbers, width, height, points, out):
     """A user's kernel: how often each texel is hit."""
+    module = kernels.display_module(numbers)
     for k in range(points.shape[0]):
-        u, v, answer = kernels.physical_to_image(numbers, points[k, 0], points[k, 1], points[k, 2])
+        u, v, answer = kernels.physical_to_image(module, points[k, 0], points[k, 1], points[k, 2])
         if answer == kernels.VALID and 0 <= u < width and 0 <= v < height:
             out[int(v), int(u)] += 1
 

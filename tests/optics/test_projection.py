@@ -15,9 +15,9 @@ from lfssao.gbuffer.kernels import albedo as paint
 from lfssao.optics.display import crossed_slits
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels import rays
+from lfssao.optics.kernels.projection import Projection
 from lfssao.optics.view import KINDS
 
-RAY_KINDS = (rays.FLAT_LINEAR, rays.PERSPECTIVE, rays.ORTHOGRAPHIC)
 ROI = ((-0.4, -0.3, -0.1), (0.4, 0.3, 0.1))  # between the nearest observers and modules that are drawn
 WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
 presets = pytest.mark.parametrize("display", [find_display("virtual"), find_display("sample-a")], ids=str)
@@ -59,7 +59,7 @@ def test_world_to_image_equals_the_reference(dtype, data):
     m = np.array(data.draw(st.lists(number, min_size=16, max_size=16)), dtype)
     x, y, z = np.array(data.draw(st.tuples(number, number, number)), dtype)
     for kind in (mapping.CROSSED_SLITS, mapping.MATRIX):
-        actual, name = mapping.world_to_image(kind, m, x, y, z), KINDS[kind]
+        actual, name = mapping.world_to_image(Projection(kind, m), x, y, z), KINDS[kind]
         with np.errstate(all="ignore"):
             want = reference.to_image(name, m, reference.affine_rows(name, m, (x, y, z)))
         assert actual[3] == (want[3] == 0)
@@ -68,11 +68,15 @@ def test_world_to_image_equals_the_reference(dtype, data):
             assert (math.isnan(a) and math.isnan(b)) or bits(a, dtype) == bits(b, dtype)
 
 
-@pytest.mark.parametrize("kind", RAY_KINDS)
+@pytest.mark.parametrize(
+    ("kind", "orthographic"), [(mapping.CROSSED_SLITS, None), (mapping.MATRIX, 0.0), (mapping.MATRIX, 1.0)]
+)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=8, max_size=8), st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))
-def test_texel_ray_equals_the_reference(kind, numbers, u, v):
+def test_texel_ray_equals_the_reference(kind, orthographic, numbers, u, v):
     lens = np.array([n if n != 0 else 1.0 for n in numbers])
-    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(kind, lens, u, v)
+    if orthographic is not None:
+        lens[6] = orthographic
+    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(rays.Rays(kind, lens), u, v)
     assert (oz, dz) == (0, 1)
     want = raycast.rays_at(kind, lens, np.array([u]), np.array([v]))
     np.testing.assert_array_equal(bits([ox, oy, dx, dy, near, far]), bits(np.ravel(want)))
@@ -94,13 +98,13 @@ def test_sample_texture_equals_the_reference(seed, wide, high, first, u, v):
 def test_a_matrix_is_defined_for_positive_q(q, valid):
     m = np.eye(4)
     m[3] = [0, 0, 0, q]
-    assert mapping.world_to_image(mapping.MATRIX, m.ravel(), 0.0, 0.0, 0.0)[3] is valid
+    assert mapping.world_to_image(Projection(mapping.MATRIX, m.ravel()), 0.0, 0.0, 0.0)[3] is valid
 
 
 @pytest.mark.parametrize(("z", "valid"), [(3.0, False), (2.5, True), (-1.5, True), (-2.0, False), (math.nan, False)])
 def test_crossed_slits_are_defined_between_the_slits(z, valid):
     m = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -2, 10, 20])  # z_m = 3, z_o = -2
-    u, v, depth, defined = mapping.world_to_image(mapping.CROSSED_SLITS, m, 1.0, 7.0, z)
+    u, v, depth, defined = mapping.world_to_image(Projection(mapping.CROSSED_SLITS, m), 1.0, 7.0, z)
     assert defined is valid
     if z == 2.5:
         assert (u, v, depth) == (10 + 1 / 0.5, 20 + 7 / -4.5, 2.5)
@@ -147,7 +151,7 @@ def test_points_of_a_texels_ray_land_on_its_centre(display):
         for z in np.linspace(0.9 * display.observer_z, 0.9 * m.z, 12):
             points = []
             for centre in zip(u.tolist(), v.tolist(), strict=True):
-                ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.ray_kind, view.lens, *centre)
+                ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.rays, *centre)
                 assert (oz, dz, near, far) == (0, 1, display.observer_z, m.z)
                 points.append([ox + z * dx, oy + z * dy, z])
             image = view.world_to_image((np.array(points) - world[:, 3]) / np.diag(world))
@@ -174,10 +178,10 @@ def test_what_the_formulas_leave_where_it_is(display):
 def test_a_module_on_the_observer_line_is_a_pinhole(m_x, y_o, z_o, data):
     """With m_z = z_o all points of a line through (m_x, y_o, z_o) have one image."""
     lens = np.array([m_x, z_o, y_o, z_o, 100.0, 50.0, -120.0, 40.0])
-    m = crossed_slits(np.eye(3, 4), lens).numbers
+    slits = crossed_slits(np.eye(3, 4), lens).as_type(np.float64)
     d_x, d_y = data.draw(unit), data.draw(unit)
     for t in (0.25, 1.0, 7.0):
-        u, v, _, _ = mapping.world_to_image(mapping.CROSSED_SLITS, m, m_x + t * d_x, y_o + t * d_y, z_o + t)
+        u, v, _, _ = mapping.world_to_image(slits, m_x + t * d_x, y_o + t * d_y, z_o + t)
         assert u == pytest.approx(50 + 100 * (m_x - z_o * d_x), abs=1e-9)  # where the line meets the screen
         assert v == pytest.approx(40 - 120 * (y_o - z_o * d_y), abs=1e-9)
 
@@ -227,7 +231,7 @@ def cameras(draw):
 def test_screen_to_world_undoes_world_to_image(camera, share, width, height):
     view = camera.view(width, height)
     u, v = share[0] * width, share[1] * height
-    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.ray_kind, view.lens, u, v)
+    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.rays, u, v)
     assert (near, far) == (camera.near, camera.far)
     z = near + share[2] * (far - near)
     back = view.world_from_cast
@@ -235,7 +239,7 @@ def test_screen_to_world_undoes_world_to_image(camera, share, width, height):
     image = view.world_to_image(world)
     size = max(width, height)
     np.testing.assert_allclose(image[:2], [u, v], rtol=0, atol=1e-9 * size)
-    assert image[2] == pytest.approx(rays.image_depth(view.ray_kind, view.lens, z), abs=1e-9)
+    assert image[2] == pytest.approx(rays.image_depth(view.rays, z), abs=1e-9)
     assert -1e-9 <= image[2] <= 1 + 1e-9
     a = view.screen_to_world @ np.array([*image, 1.0])
     np.testing.assert_allclose(a[:3] / a[3], world, rtol=0, atol=1e-9 * np.abs(world - camera.eye).max())

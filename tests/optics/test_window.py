@@ -12,7 +12,7 @@ from lfssao.optics.window import seen_rows
 
 
 def cast(view, vertices, faces):
-    hits = raycast.first_hits(raycast.texel_rays(view.ray_kind, view.lens, view.width, view.height), vertices[faces])
+    hits = raycast.first_hits(raycast.texel_rays(*view.rays, view.width, view.height), vertices[faces])
     return hits.triangle.reshape(view.height, view.width) >= 0
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FLAT_LINEAR, PERSPECTIVE, ORTHOGRAPHIC = 0, 1, 2
+CROSSED_SLITS, MATRIX = 0, 1
 AT_ONCE = 100_000  # pairs of ray and triangle: what a processor's cache holds
 
 
@@ -26,14 +26,14 @@ class Hits:
 @np.errstate(all="ignore")
 def rays_at(kind, lens, u, v):
     """Rays x = ox + dx z, y = oy + dy z through image points, and between which z they run: six arrays."""
-    if kind == FLAT_LINEAR:
+    if kind == CROSSED_SLITS:
         m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens.tolist()
         x, y = (u - u_0) / u_scale, (v - v_0) / v_scale
         return x, y, (m_x - x) / m_z, (y_o - y) / z_o, np.full_like(x, z_o), np.full_like(x, m_z)
-    f_u, f_v, c_u, c_v, near, far = lens[:6].tolist()
+    f_u, f_v, c_u, c_v, near, far, orthographic, _ = lens.tolist()
     x, y = (u - c_u) / f_u, (c_v - v) / f_v
     nothing, near, far = np.zeros_like(x), np.full_like(x, near), np.full_like(x, far)
-    return (nothing, nothing, x, y, near, far) if kind == PERSPECTIVE else (x, y, nothing, nothing, near, far)
+    return (x, y, nothing, nothing, near, far) if orthographic else (nothing, nothing, x, y, near, far)
 
 
 def texel_rays(kind, lens, width, height):
@@ -157,17 +157,17 @@ def on_triangles(rays, corners, triangle):
 
 
 @np.errstate(all="ignore")
-def surface(kind, rays, world_from_cast, hits):
+def surface(kind, lens, rays, world_from_cast, hits):
     """Depth and positions of hits: float64, rounded once to float32; infinity where there is no surface."""
     ox, oy, dx, dy, near, far = rays
     z = hits.z
     positions = np.stack(affine(world_from_cast, ox + z * dx, oy + z * dy, z), axis=1).astype(np.float32)
-    if kind == PERSPECTIVE:
-        depth = (far / (far - near) * (1.0 - near / z)).astype(np.float32)
-    elif kind == ORTHOGRAPHIC:
+    if kind != MATRIX:
+        depth = z.astype(np.float32)
+    elif lens[6]:
         depth = ((z - near) / (far - near)).astype(np.float32)
     else:
-        depth = z.astype(np.float32)
+        depth = (far / (far - near) * (1.0 - near / z)).astype(np.float32)
     nothing = hits.triangle < 0
     depth[nothing], positions[nothing] = np.inf, np.inf
     return depth, positions

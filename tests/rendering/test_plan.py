@@ -27,7 +27,7 @@ from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.bench import savings
 from lfssao.cli.main import main
-from lfssao.optics.kernels.rays import FLAT_LINEAR
+from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage
 from lfssao.optics.window import seen_rows
 from lfssao.rendering.passes import occlusions, render_view
@@ -102,7 +102,7 @@ def test_displays_of_every_kind(statue, name, place):
     for view in {views[0].name: views[0], views[-1].name: views[-1]}.values():
         cover, rows = check(caster, view, options)
         assert (cover > 0) == (place != "beside")
-        assert (not rows) == (place == "beside" and view.ray_kind == FLAT_LINEAR)
+        assert (not rows) == (place == "beside" and view.rays.kind == CROSSED_SLITS)
 
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])

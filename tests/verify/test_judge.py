@@ -159,8 +159,7 @@ def ao_with(scene, radius_factor=1.0, samples=None, mapping=None):
 
 def own_ao(scene, look_up=None, behind=None, offset=None, divisor=None):
     """AO by a plain loop in float32 with one line replaced."""
-    right, m = scene.right, scene.view.world_to_image.as_type(np.float32)
-    kind = scene.view.world_to_image.kind
+    right, projection = scene.right, scene.view.world_to_image.as_type(np.float32)
     depth = right.depth
     height, width = depth.shape
     n = len(scene.settings.samples)
@@ -171,7 +170,7 @@ def own_ao(scene, look_up=None, behind=None, offset=None, divisor=None):
         out = np.zeros_like(depth)
         for j, i in np.argwhere(depth < np.inf):
             for o in offsets:
-                u, v, z, valid = kinds.world_to_image(kind, m, *(right.positions[j, i] + o))
+                u, v, z, valid = kinds.world_to_image(projection, *(right.positions[j, i] + o))
                 if look_up is not None:
                     surface = look_up(depth, u, v)
                 else:

@@ -196,7 +196,7 @@ def test_image_points_equal_the_reference(data):
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     places = rng.uniform(-3, 3, (6, 3))
     off = rng.choice([0.0, 1e-6, 0.1], (6, 3))
-    kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).astype(np.float64)
+    kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).numbers.astype(np.float64)
     model = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))]
     image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
     projection_bounds.map_positions(places, off, kind, m, model.errors, image, error, sure)

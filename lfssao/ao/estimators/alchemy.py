@@ -77,7 +77,7 @@ def alchemy(
     return run_kernel(
         kernels.alchemy, depth, np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions),
         np.ascontiguousarray(buffers.normals),
-        buffers.directions, taps, view.world_to_image.kind, view.world_to_image.as_type(depth.dtype),
+        buffers.directions, taps, view.world_to_image.as_type(depth.dtype),
         np.ascontiguousarray(view.viewer_distance(), depth.dtype), dtype(radius), dtype(options.beta), squared, scale,
         options.k, turns[options.rotation],
     )  # fmt: skip

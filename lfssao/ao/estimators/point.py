@@ -128,7 +128,7 @@ def _occluded(
     return run_kernel(
         share_behind, depth, np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions),
         np.empty((0, 0, 3), dtype) if normals is None else np.ascontiguousarray(normals), offsets,
-        mapping.kind, mapping.as_type(dtype), normals is not None, reach, options.surface == "positions", remap,
+        mapping.as_type(dtype), normals is not None, reach, options.surface == "positions", remap,
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from numba import prange
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
 from lfssao.core.intrinsics import CHUNK, element, scratch
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     MATRIX,
@@ -22,12 +22,14 @@ from lfssao.optics.kernels.projection import (
     project_crossed_slits,
     project_matrix,
     signed_texel_number,
+    slits_of,
 )
 
 
 @kernel
-def transform_offsets(offsets, kind, m):
+def transform_offsets(offsets, projection):
     """The linear part of the mapping applied to the sample offsets, (n, 4): line 5 and the affine half of line 6."""
+    kind, m = projection
     out = np.empty((offsets.shape[0], 4), m.dtype)
     for s in range(offsets.shape[0]):
         out[s, 3] = 0
@@ -37,13 +39,13 @@ def transform_offsets(offsets, kind, m):
 
 
 @kernel(inline=True)
-def count_crossed_slits(m, depth, width, height, n, a, b, c, first, samples, offsets, count):
+def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets, count):
     """Algorithm 2, lines 4 to 9, for the points of one run.
 
     Parameters
     ----------
-    m : (16,) array
-        The mapping world -> image.
+    slits : Slits
+        What is not affine of the mapping world -> image.
     depth : (height * width,) array
         The depth texture, row by row.
     width, height : int
@@ -65,15 +67,14 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, first, samples, off
     int
         How many samples of all the points are in the texture and the mapping's domain.
     """
-    zero, wide, high = m.dtype.type(0), m.dtype.type(width), m.dtype.type(height)
-    z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+    zero, wide, high = depth.dtype.type(0), depth.dtype.type(width), depth.dtype.type(height)
     found = 0
     for s in range(first, first + samples):
         oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
         inside = np.int32(0)
         for i in range(n):
-            u, v, z, _ = project_crossed_slits(a[i] + oa, b[i] + ob, c[i] + oc, z_module, z_observer, u_0, v_0)
-            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            u, v, z, _ = project_crossed_slits(slits, a[i] + oa, b[i] + ob, c[i] + oc)
+            there = (z < slits.z_m) & (z > slits.z_o) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
             hit = False
             if there:
                 hit = element(depth, signed_texel_number(u, v, wide)) < z  # lines 7 and 8
@@ -84,9 +85,9 @@ def count_crossed_slits(m, depth, width, height, n, a, b, c, first, samples, off
 
 
 @kernel(inline=True)
-def count_matrix(m, depth, width, height, n, a, b, c, q, first, samples, offsets, count):
-    """Algorithm 1, lines 5 to 10; arguments and result of count_crossed_slits, with q, row 3 of M."""
-    wide, high = m.dtype.type(width), m.dtype.type(height)
+def count_matrix(depth, width, height, n, a, b, c, q, first, samples, offsets, count):
+    """Algorithm 1, lines 5 to 10; arguments and result of count_slits, with q, row 3 of M."""
+    wide, high = depth.dtype.type(width), depth.dtype.type(height)
     found = 0
     for s in range(first, first + samples):
         oa, ob, oc, oq = offsets[s, 0], offsets[s, 1], offsets[s, 2], offsets[s, 3]
@@ -104,8 +105,8 @@ def count_matrix(m, depth, width, height, n, a, b, c, q, first, samples, offsets
 
 @kernel(inline=True)
 def count_display(d, depth, width, height, n, a, b, c, first, samples, offsets, count):
-    """Algorithm 2, lines 4 to 9, for any display; as count_crossed_slits, with d, the module's numbers."""
-    zero, wide, high = d.dtype.type(0), d.dtype.type(width), d.dtype.type(height)
+    """Algorithm 2, lines 4 to 9, for any display; as count_slits, with d, the DisplayModule."""
+    zero, wide, high = depth.dtype.type(0), depth.dtype.type(width), depth.dtype.type(height)
     found = 0
     for s in range(first, first + samples):
         oa, ob, oc = offsets[s, 0], offsets[s, 1], offsets[s, 2]
@@ -145,7 +146,7 @@ def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
 
 
 @kernel(parallel=True)
-def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
+def algorithm2(depth, positions, offsets, projection, occlusion, outside):
     """LF Algorithm 2, occlusion of every texel of one module, of several radii.
 
     Parameters
@@ -156,8 +157,8 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
         World coordinates of the visible surface.
     offsets : (R, n, 3), same dtype
         The samples of each radius relative to the point, world units.
-    kind, m : int, (16,) or (44,) same dtype
-        The mapping world -> image (``lfssao.optics.kernels.projection``).
+    projection : Projection
+        The mapping world -> image, same dtype.
     occlusion : (R, H, W), same dtype
         Out: occluded samples / n; 0 where there is no surface and for n = 0.
     outside : (R, H) int64
@@ -167,8 +168,8 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
     surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
     radii, samples, _ = offsets.shape
     shares, texels = occlusion.reshape(radii * height * width), height * width
-    module, nothing = m[12:].copy(), m.dtype.type(np.nan)
-    moved = transform_offsets(offsets.reshape(radii * samples, 3), kind, m)
+    (kind, m), nothing = projection, depth.dtype.type(np.nan)
+    moved = transform_offsets(offsets.reshape(radii * samples, 3), projection)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
         a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
@@ -192,10 +193,12 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
                     for i in range(n):
                         count[i] = 0
                     if kind == CROSSED_SLITS:
-                        found = count_crossed_slits(m, surface, width, height, n, a, b, c, first, samples, moved, count)
+                        slits = slits_of(m)
+                        found = count_slits(slits, surface, width, height, n, a, b, c, first, samples, moved, count)
                     elif kind == MATRIX:
-                        found = count_matrix(m, surface, width, height, n, a, b, c, q, first, samples, moved, count)
+                        found = count_matrix(surface, width, height, n, a, b, c, q, first, samples, moved, count)
                     else:
+                        module = display_module(m[12:])
                         found = count_display(module, surface, width, height, n, a, b, c, first, samples, moved, count)
                     visible = finish_run(surface, at, start, n, samples, count, shares, r * texels)
                     outside[r, j] += visible - found
@@ -203,15 +206,15 @@ def algorithm2(depth, positions, offsets, kind, m, occlusion, outside):
 
 
 @kernel(parallel=True)
-def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
+def algorithm1(depth, offsets, screen_to_world, projection, occlusion, outside):
     """LF Algorithm 1, occlusion of every texel of an ordinary view.
 
     Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,) the rows of a 4x4 matrix, in place of
-    the positions texture; the mapping ``m`` is of kind MATRIX.
+    the positions texture; the projection is of kind MATRIX.
     """
     height, width = depth.shape
     surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
-    image_offsets = transform_offsets(offsets, MATRIX, m)
+    m, image_offsets = projection.numbers, transform_offsets(offsets, projection)
     samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
@@ -232,6 +235,6 @@ def algorithm1(depth, offsets, screen_to_world, m, occlusion, outside):
                     z = affine_row(screen_to_world, 2, u, v, d) / w
                     a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
                     q[i], count[i] = affine_row(m, 3, x, y, z), 0
-                found = count_matrix(m, surface, width, height, n, a, b, c, q, 0, samples, image_offsets, count)
+                found = count_matrix(surface, width, height, n, a, b, c, q, 0, samples, image_offsets, count)
                 outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
                 at = start + n

@@ -20,6 +20,7 @@ from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display
 from lfssao.optics.kernels import landing
 from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.kernels.display import display_module
 from lfssao.optics.view import View, WorldToImage
 
 Texture = NDArray[np.floating[Any]]
@@ -97,10 +98,10 @@ class CrossedSlits:
 
     def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
         """U and v by the kernels' own lines, on arrays."""
-        m = self.to_image.as_type(positions.dtype)
+        m = self.to_image.as_type(positions.dtype).numbers
         a, b, c = _rows(m, 3, np.moveaxis(positions, -1, 0), offset)
         with np.errstate(all="ignore"):  # outside the domain
-            u, v, *_ = mapping.project_crossed_slits.py_func(a, b, c, *m[12:16])
+            u, v, *_ = mapping.project_crossed_slits.py_func(mapping.Slits(*m[12:]), a, b, c)
         return np.stack([u, v], axis=-1)
 
 
@@ -175,7 +176,7 @@ class CameraAtOrigin:
 
     def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
         """U and v by the kernels' own lines, on arrays."""
-        m, back = self.to_image.as_type(positions.dtype), np.ravel(self.back).astype(positions.dtype)
+        m, back = self.to_image.as_type(positions.dtype).numbers, np.ravel(self.back).astype(positions.dtype)
         with np.errstate(all="ignore"):  # outside the domain
             x, y, z, w = _rows(back, 4, np.moveaxis(positions, -1, 0), np.zeros(3, positions.dtype))
             u, v, *_ = mapping.project_matrix.py_func(*_rows(m, 4, (x / w, y / w, z / w), offset))
@@ -201,7 +202,7 @@ class GeneralDisplay:
 
     def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
         """The steps of the kernel ``physical_to_image``."""
-        d = [_given(work, float(n), probe) for n in self.display.module_numbers(self.index)]
+        d = display_module.py_func([_given(work, float(n), probe) for n in self.display.module_numbers(self.index)])
         m_x, m_y, m_z, y_o, z_o, screen, observers, conical = d[:8]
         one = work.number(1)
 
@@ -223,15 +224,15 @@ class GeneralDisplay:
                 scale = m_z / (m_z - (m_z + t_s * dz))
                 s_x, s_y = m_x + (s_x - m_x) * scale, m_y + (s_y - m_y) * scale
                 shown.append(scale.is_positive())
-            u, v, w = ((d[k] * s_x + d[k + 1] * s_y) + d[k + 2] for k in (8, 11, 14))
+            u, v, w = ((d.homography[k] * s_x + d.homography[k + 1] * s_y) + d.homography[k + 2] for k in (0, 3, 6))
             u, v = u / w, v / w
             shown.append(w.is_positive())
-            if d[20].value or d[21].value:
-                a, b = (u - d[17]) / d[19], (v - d[18]) / d[19]
+            if d.k1.value or d.k2.value:
+                a, b = (u - d.c_u) / d.unit, (v - d.c_v) / d.unit
                 r2 = a * a + b * b
-                factor = one + r2 * (d[20] + r2 * d[21])
-                u, v = d[17] + d[19] * (a * factor), d[18] + d[19] * (b * factor)
-                shown.append(r2.is_less(d[22]))
+                factor = one + r2 * (d.k1 + r2 * d.k2)
+                u, v = d.c_u + d.unit * (a * factor), d.c_v + d.unit * (b * factor)
+                shown.append(r2.is_less(d.fold))
             return u, v, z, all_of(*shown)
 
         return image
@@ -240,7 +241,7 @@ class GeneralDisplay:
         """U and v by the kernel; NaN outside the domain."""
         places = np.ascontiguousarray((positions + offset).reshape(-1, 3))
         image = np.empty_like(places)
-        landing.land(mapping.DISPLAY, self.to_image.as_type(places.dtype), places, image)
+        landing.land(self.to_image.as_type(places.dtype), places, image)
         return image[:, :2].reshape(*positions.shape[:-1], 2)
 
 

@@ -36,7 +36,7 @@ def _errors(case: Stiff, axis: int, path: str) -> tuple[float, float]:
     ours = computed(case, dtype)[0][..., axis]
     slit = dtype.type(flat.display.modules[0].z if axis == 0 else flat.display.observer_z)
     place, z = case.positions[..., axis].astype(dtype), case.positions[..., 2].astype(dtype)
-    numbers = flat.to_image.as_type(dtype)
+    numbers = flat.to_image.as_type(dtype).numbers
     scale, middle = numbers[5 * axis] / slit, numbers[14 + axis]
     with np.errstate(divide="ignore", invalid="ignore"):  # 1 - z / m_z may be 0: that is what is shown
         straightforward = middle + scale * (place / (dtype.type(1) - z / slit))

@@ -67,7 +67,7 @@ def _widen(packet, row, ox, oy, dx, dy, z0, z1):
 
 
 @kernel(inline=True)
-def _start_tile(kind, lens, tile, tree, proposed, ray, best, packet):
+def _start_tile(rays, tile, tree, proposed, ray, best, packet):
     """Write rays, hits of the proposed triangle and packets of a tile's texels.
 
     proposed: number of a triangle, or -1. ray[place]: o_x, o_y, d_x, d_y, near. best[place]: z and triangle of the hit,
@@ -81,7 +81,7 @@ def _start_tile(kind, lens, tile, tree, proposed, ray, best, packet):
         best[place, 0], best[place, 1] = -np.inf, -1.0
         if i >= tile.columns or j >= tile.rows:
             continue
-        ox, oy, _, dx, dy, _, near, far = texel_ray(kind, lens, (tile.left + i) + 0.5, (tile.top + j) + 0.5)
+        ox, oy, _, dx, dy, _, near, far = texel_ray(rays, (tile.left + i) + 0.5, (tile.top + j) + 0.5)
         if not near < far:
             continue
         best[place, 0] = far
@@ -156,13 +156,13 @@ def _shorten(best, packet):
 
 
 @kernel(parallel=True)
-def first_hits(kind, lens, width, height, tree, proposal, triangle, z, top=0):
+def first_hits(rays, width, height, tree, proposal, triangle, z, top=0):
     """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
     Parameters
     ----------
-    kind, lens : int, float64 array
-        The rays (``lfssao.optics.kernels.rays``).
+    rays : Rays
+        Those of the view.
     width, height : int
         Size of the texture.
     tree : Tree
@@ -182,7 +182,7 @@ def first_hits(kind, lens, width, height, tree, proposal, triangle, z, top=0):
         for tile_column in range(proposal.shape[1]):
             i0, j0 = tile_column * TILE, tile_row * TILE
             tile = Tile(i0, top + j0, min(TILE, width - i0), min(TILE, height - j0))
-            _start_tile(kind, lens, tile, tree, proposal[tile_row, tile_column], ray, best, packet)
+            _start_tile(rays, tile, tree, proposal[tile_row, tile_column], ray, best, packet)
             _search_tile(tree, stack, ray, best, packet, meets)
             for j in range(tile.rows):
                 for i in range(tile.columns):

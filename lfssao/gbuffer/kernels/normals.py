@@ -29,13 +29,13 @@ def _unit(x, y, z):
 
 
 @kernel(parallel=True)
-def write_normals(kind, lens, world_from_cast, triangle, weights, mesh, normals, top=0):
+def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0):
     """Unit normals of every texel that sees a surface, turned towards the viewer; 0 elsewhere.
 
     Parameters
     ----------
-    kind, lens : int, float64 array
-        The kind of ray and its numbers.
+    rays : Rays
+        Those of the view.
     world_from_cast : (12,) float64
         Cast space -> world, rows of four.
     triangle : (H, W) int32
@@ -70,7 +70,7 @@ def write_normals(kind, lens, world_from_cast, triangle, weights, mesh, normals,
                 f1, f2 = vertices[k, 1] - vertices[i, 1], vertices[k, 2] - vertices[i, 2]
                 x, y, z = e1 * f2 - e2 * f1, e2 * f0 - e0 * f2, e0 * f1 - e1 * f0
             x, y, z = _unit(x, y, z)
-            _, _, _, dx, dy, _, _, _ = texel_ray(kind, lens, column + 0.5, (top + row) + 0.5)
+            _, _, _, dx, dy, _, _, _ = texel_ray(rays, column + 0.5, (top + row) + 0.5)
             # The ray's direction in world space; a normal along it shows the surface's back.
             away = x * ((m[0] * dx + m[1] * dy) + m[2])
             away = away + y * ((m[4] * dx + m[5] * dy) + m[6])

@@ -45,13 +45,13 @@ class SeparableRays(NamedTuple):
 
 
 @kernel
-def separable_rays(kind, lens, columns, rows, top=0):
+def separable_rays(rays, columns, rows, top=0):
     """Write o and d of x of each column's rays, (2, W), and of y of each row's, (2, H); return near and far."""
     for i in range(columns.shape[1]):
-        columns[0, i], _, _, columns[1, i], _, _, _, _ = texel_ray(kind, lens, i + 0.5, 0.5)
+        columns[0, i], _, _, columns[1, i], _, _, _, _ = texel_ray(rays, i + 0.5, 0.5)
     for j in range(rows.shape[1]):
-        _, rows[0, j], _, _, rows[1, j], _, _, _ = texel_ray(kind, lens, 0.5, (top + j) + 0.5)
-    _, _, _, _, _, _, near, far = texel_ray(kind, lens, 0.5, 0.5)
+        _, rows[0, j], _, _, rows[1, j], _, _, _ = texel_ray(rays, 0.5, (top + j) + 0.5)
+    _, _, _, _, _, _, near, far = texel_ray(rays, 0.5, 0.5)
     return near, far
 
 

@@ -19,13 +19,13 @@ def world_point(m, x, y, z):
 
 
 @kernel(parallel=True)
-def write_surface(kind, lens, world_from_cast, triangle, z, depth, positions, top=0):
+def write_surface(rays, world_from_cast, triangle, z, depth, positions, top=0):
     """Depth and world position of every texel; +infinity where there is no surface.
 
     Parameters
     ----------
-    kind, lens : int, float64 array
-        The kind of ray and its numbers.
+    rays : Rays
+        Those of the view.
     world_from_cast : (12,) float64
         Cast space -> world, rows of four.
     triangle, z : (H, W) int32, (H, W) float64
@@ -45,15 +45,15 @@ def write_surface(kind, lens, world_from_cast, triangle, z, depth, positions, to
                 if placed:
                     positions[j, i, 0], positions[j, i, 1], positions[j, i, 2] = np.inf, np.inf, np.inf
                 continue
-            depth[j, i] = image_depth(kind, lens, z[j, i])
+            depth[j, i] = image_depth(rays, z[j, i])
             if placed:
-                ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, i + 0.5, (top + j) + 0.5)
+                ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, i + 0.5, (top + j) + 0.5)
                 x, y, w = world_point(world_from_cast, ox + z[j, i] * dx, oy + z[j, i] * dy, z[j, i])
                 positions[j, i, 0], positions[j, i, 1], positions[j, i, 2] = x, y, w
 
 
 @kernel(parallel=True)
-def points_on_triangles(kind, lens, tree, triangle, z, weights, top=0):
+def points_on_triangles(rays, tree, triangle, z, weights, top=0):
     """Point of each texel's visible triangle: z, (H, W) float64, and the weights of its corners b and c, (H, W, 2).
 
     Texels without a surface, triangle -1, are left as they are.
@@ -61,6 +61,6 @@ def points_on_triangles(kind, lens, tree, triangle, z, weights, top=0):
     for j in prange(triangle.shape[0]):
         for i in range(triangle.shape[1]):
             if triangle[j, i] >= 0:
-                ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, i + 0.5, (top + j) + 0.5)
+                ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, i + 0.5, (top + j) + 0.5)
                 t = triangle_at(tree.corners, tree.place_of[triangle[j, i]])
                 z[j, i], weights[j, i, 0], weights[j, i, 1] = point_on_triangle(ox, oy, dx, dy, t)

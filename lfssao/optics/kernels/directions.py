@@ -6,19 +6,20 @@ import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.rays import DISPLAY, texel_ray
+from lfssao.optics.kernels.projection import DISPLAY
+from lfssao.optics.kernels.rays import texel_ray
 
 _ROWS_A_BLOCK = 16
 
 
 @kernel(parallel=True)
-def write_directions(kind, lens, m, directions):
+def write_directions(rays, m, directions):
     """Unit directions of all texel rays, away from the viewer.
 
     Parameters
     ----------
-    kind, lens : int, float64 array
-        The kind of ray and its numbers, cast space.
+    rays : Rays
+        Those of the view.
     m : (12,) float64
         Rows of four of the affine map cast space -> world; its linear part is used.
     directions : (H, W, 3) float32 or float64
@@ -32,11 +33,11 @@ def write_directions(kind, lens, m, directions):
         unit = np.empty(3 * width, directions.dtype)
         top = np.int64(block) * _ROWS_A_BLOCK
         for j in range(top, min(height, top + _ROWS_A_BLOCK)):
-            if kind == DISPLAY or j == top:
+            if rays.kind == DISPLAY or j == top:
                 for i in range(width):
-                    _, _, _, dx[i], dy[i], _, _, _ = texel_ray(kind, lens, i + 0.5, j + 0.5)
+                    _, _, _, dx[i], dy[i], _, _, _ = texel_ray(rays, i + 0.5, j + 0.5)
             else:  # of all other kinds dx depends on the column alone, and dy on the row
-                _, _, _, _, down, _, _, _ = texel_ray(kind, lens, 0.5, j + 0.5)
+                _, _, _, _, down, _, _, _ = texel_ray(rays, 0.5, j + 0.5)
                 for i in range(width):
                     dy[i] = down
             for i in range(width):

@@ -1,21 +1,10 @@
 """Any display of modules, screen and observers: physical space -> image, and the ray of a texel (DESIGN section 2).
 
-A module's numbers (float64 for rays, the arithmetic's dtype in AO kernels):
-
-    0 to 2    m_x, m_y, m_z: the module's lens, metres
-    3, 4      y_o, z_o: height of the observers, and z of their line, or of their arc at x = 0
-    5, 6      curvatures, 1 / radius, of screen and of the observers' arc; 0: plane and line. The screen is a vertical
-              cylinder through the origin with its axis at z = radius: convex (towards the viewers) for a positive
-              curvature, concave for a negative one. The arc passes through (0, z_o) in the same way.
-    7         1 for the conical diffuser (flat screens and observer lines only), 0 for the linear one
-    8 to 16   homography, rows of three, from the plane z = 0, as seen from the lens, to texels
-    17 to 22  radial distortion: centre c_u, c_v, unit length f (all texels), k1, k2, and the square of the radius, in
-              units of f, at which it folds, 1 + 3 k1 r^2 + 5 k2 r^4 = 0, or NEVER
-    23 to 31  inverse of the homography
-
 A point on a curved screen is handed to the homography as its central projection from the lens onto the plane z = 0:
 a projector's optics see directions. On a flat screen that is the point itself.
 """
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +28,59 @@ ANSWERS = (
 )
 
 _NEWTON_STEPS = 60
+
+
+class DisplayModule(NamedTuple):
+    """The 32 numbers of one module in their order, float64 for rays, the arithmetic's dtype in AO kernels.
+
+    Attributes
+    ----------
+    m_x, m_y, m_z : scalars
+        The module's lens, metres.
+    y_o, z_o : scalars
+        Height of the observers, and z of their line, or of their arc at x = 0, metres.
+    screen_curvature, observer_curvature : scalars
+        1 / radius of the screen and of the observers' arc; 0: plane and line. The screen is a vertical cylinder through
+        the origin with its axis at z = radius: convex (towards the viewers) for a positive curvature, concave for a
+        negative one. The arc passes through (0, z_o) in the same way.
+    conical : scalar
+        1 for the conical diffuser (flat screens and observer lines only), 0 for the linear one.
+    homography : 9 scalars
+        Rows of three, from the plane z = 0, as seen from the lens, to texels.
+    c_u, c_v, unit, k1, k2 : scalars
+        Radial distortion: its centre and its unit of length, texels, and its coefficients.
+    fold : scalar
+        Square of the radius, in that unit, at which it folds, 1 + 3 k1 r^2 + 5 k2 r^4 = 0, or NEVER.
+    inverse : 9 scalars
+        Inverse of the homography.
+    """
+
+    m_x: Any
+    m_y: Any
+    m_z: Any
+    y_o: Any
+    z_o: Any
+    screen_curvature: Any
+    observer_curvature: Any
+    conical: Any
+    homography: Any
+    c_u: Any
+    c_v: Any
+    unit: Any
+    k1: Any
+    k2: Any
+    fold: Any
+    inverse: Any
+
+
+@kernel(inline=True)
+def display_module(d):
+    """The numbers of one module, an array (32,), by their names."""
+    homography = (d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15], d[16])
+    inverse = (d[23], d[24], d[25], d[26], d[27], d[28], d[29], d[30], d[31])
+    return DisplayModule(
+        d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], homography, d[17], d[18], d[19], d[20], d[21], d[22], inverse
+    )
 
 
 @kernel(inline=True)
@@ -65,21 +107,21 @@ def screen_point(d, x, y, z):
     functions that return early is no vectors, and took 4 to 6 times as long.
     """
     zero, one = type(x)(0), type(x)(1)
-    m_x, m_z, y_o, z_o = d[0], d[2], d[3], d[4]
+    m_x, m_z, y_o, z_o = d.m_x, d.m_z, d.y_o, d.z_o
     # Line from the lens through the point, seen from above: the screen at t_s, the observers at t_v.
-    t_s, crosses_screen = circle_crossing(d[5], m_x, m_z, x - m_x, z - m_z)
-    t_v, crosses_observers = circle_crossing(d[6], m_x, m_z - z_o, x - m_x, z - m_z)
+    t_s, crosses_screen = circle_crossing(d.screen_curvature, m_x, m_z, x - m_x, z - m_z)
+    t_v, crosses_observers = circle_crossing(d.observer_curvature, m_x, m_z - z_o, x - m_x, z - m_z)
     # The last answer is the first that counts; off the screen: it is not reached, or only behind the observers.
     answer = VALID if (not crosses_screen < zero) & (t_s > zero) & (t_s < t_v) else MISSES_SCREEN
     answer = answer if (not crosses_observers < zero) & (t_v > one) else BEHIND_OBSERVER
     answer = answer if z < m_z else BEHIND_MODULE
     s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
-    if d[7] == zero:
+    if d.conical == zero:
         s_x = m_x + t_s * (x - m_x)
-        s_z = m_z + t_s * (z - m_z) if d[5] != zero else zero
+        s_z = m_z + t_s * (z - m_z) if d.screen_curvature != zero else zero
     else:
         # Conical diffuser: the ray keeps (s_x - m_x) / h_m, its slope against the screen's horizontal axis.
-        h_m = np.sqrt((s_y - d[1]) * (s_y - d[1]) + m_z * m_z)
+        h_m = np.sqrt((s_y - d.m_y) * (s_y - d.m_y) + m_z * m_z)
         h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
         kappa = (z / z_o) * (h_e / h_m)
         s_x, s_z = (x + m_x * kappa) / (one + kappa), zero
@@ -88,22 +130,22 @@ def screen_point(d, x, y, z):
 
 
 @kernel(inline=True)
-def apply_homography(d, first, x, y):
-    """(x, y, 1) times the homography at number ``first``: u, v and the divisor, which must be positive."""
-    w = (d[first + 6] * x + d[first + 7] * y) + d[first + 8]
-    u = ((d[first] * x + d[first + 1] * y) + d[first + 2]) / w
-    v = ((d[first + 3] * x + d[first + 4] * y) + d[first + 5]) / w
+def apply_homography(h, x, y):
+    """(x, y, 1) times a homography, nine numbers: u, v and the divisor, which must be positive."""
+    w = (h[6] * x + h[7] * y) + h[8]
+    u = ((h[0] * x + h[1] * y) + h[2]) / w
+    v = ((h[3] * x + h[4] * y) + h[5]) / w
     return u, v, w
 
 
 @kernel(inline=True)
 def distort(d, u, v):
-    """Radial distortion of texel coordinates: c + f a (1 + k1 r^2 + k2 r^4), and r^2, from d[22] on of no picture."""
+    """Radial distortion of texel coordinates: c + f a (1 + k1 r^2 + k2 r^4), and r^2, from d.fold on of no picture."""
     one = type(u)(1)
-    a, b = (u - d[17]) / d[19], (v - d[18]) / d[19]
+    a, b = (u - d.c_u) / d.unit, (v - d.c_v) / d.unit
     r2 = a * a + b * b
-    factor = one + r2 * (d[20] + r2 * d[21])
-    return d[17] + d[19] * (a * factor), d[18] + d[19] * (b * factor), r2
+    factor = one + r2 * (d.k1 + r2 * d.k2)
+    return d.c_u + d.unit * (a * factor), d.c_v + d.unit * (b * factor), r2
 
 
 @kernel(inline=True)
@@ -112,8 +154,8 @@ def physical_to_image(d, x, y, z):
 
     Parameters
     ----------
-    d : (32,) float32 or float64
-        The module's numbers (this file's first lines); their dtype is that of the arithmetic.
+    d : DisplayModule
+        The module; the dtype of its numbers is that of the arithmetic.
     x, y, z : scalars of the same dtype
         Physical coordinates, metres.
 
@@ -127,15 +169,15 @@ def physical_to_image(d, x, y, z):
     zero = type(x)(0)
     s_x, s_y, s_z, answer = screen_point(d, x, y, z)
     curved = s_z != zero
-    scale = d[2] / (d[2] - s_z)
-    s_x = d[0] + (s_x - d[0]) * scale if curved else s_x
-    s_y = d[1] + (s_y - d[1]) * scale if curved else s_y
+    scale = d.m_z / (d.m_z - s_z)
+    s_x = d.m_x + (s_x - d.m_x) * scale if curved else s_x
+    s_y = d.m_y + (s_y - d.m_y) * scale if curved else s_y
     answer = answer if (answer != VALID) | (not curved) | (scale > zero) else MISSES_SCREEN
-    u, v, w = apply_homography(d, 8, s_x, s_y)
+    u, v, w = apply_homography(d.homography, s_x, s_y)
     answer = answer if (answer != VALID) | (w > zero) else FOLDED
-    if d[20] != zero or d[21] != zero:
+    if d.k1 != zero or d.k2 != zero:
         u, v, r2 = distort(d, u, v)
-        answer = answer if (answer != VALID) | (r2 < d[22]) else FOLDED
+        answer = answer if (answer != VALID) | (r2 < d.fold) else FOLDED
     return u if answer == VALID else zero, v if answer == VALID else zero, answer
 
 
@@ -145,32 +187,32 @@ def undistort(d, u, v):
 
     NaN for a point beyond all that the distortion reaches before it folds.
     """
-    a, b = (u - d[17]) / d[19], (v - d[18]) / d[19]
+    a, b = (u - d.c_u) / d.unit, (v - d.c_v) / d.unit
     target = np.sqrt(a * a + b * b)
     if target == 0.0:
         return u, v
-    fold = d[22]
-    if fold < NEVER and target >= np.sqrt(fold) * (1.0 + fold * (d[20] + fold * d[21])):
+    fold = d.fold
+    if fold < NEVER and target >= np.sqrt(fold) * (1.0 + fold * (d.k1 + fold * d.k2)):
         return np.nan, np.nan
     low, high = 0.0, min(np.sqrt(fold), max(2.0 * target, 1.0) * 1e3)
     r = min(target, 0.5 * high)
     for _ in range(_NEWTON_STEPS):
         r2 = r * r
-        value = r * (1.0 + r2 * (d[20] + r2 * d[21])) - target
+        value = r * (1.0 + r2 * (d.k1 + r2 * d.k2)) - target
         if value == 0.0:
             break
         if value > 0.0:
             high = r
         else:
             low = r
-        slope = 1.0 + r2 * (3.0 * d[20] + r2 * (5.0 * d[21]))
+        slope = 1.0 + r2 * (3.0 * d.k1 + r2 * (5.0 * d.k2))
         step = r - value / slope if slope > 0.0 else -1.0
         step = step if low < step < high else 0.5 * (low + high)
         if step == r:
             break
         r = step
     scale = r / target
-    return d[17] + d[19] * (a * scale), d[18] + d[19] * (b * scale)
+    return d.c_u + d.unit * (a * scale), d.c_v + d.unit * (b * scale)
 
 
 @kernel
@@ -184,15 +226,15 @@ def display_ray(d, u, v):
     z_near, z_far : float
         Between which z, from the observers to the lens; near >= far where the texel has no ray.
     """
-    if d[20] != 0.0 or d[21] != 0.0:
+    if d.k1 != 0.0 or d.k2 != 0.0:
         u, v = undistort(d, u, v)
         if np.isnan(u):
             return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
-    s_x, s_y, w = apply_homography(d, 23, u, v)
+    s_x, s_y, w = apply_homography(d.inverse, u, v)
     if not w > 0.0:
         return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
-    m_x, m_y, m_z, y_o, z_o = d[0], d[1], d[2], d[3], d[4]
-    if d[7] != 0.0:
+    m_x, m_y, m_z, y_o, z_o = d.m_x, d.m_y, d.m_z, d.y_o, d.z_o
+    if d.conical != 0.0:
         h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
         h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
         # The ray meets the observer line at e_x = s_x + (s_x - m_x) h_e / h_m.
@@ -200,8 +242,8 @@ def display_ray(d, u, v):
         return s_x, s_y, slope / z_o, (y_o - s_y) / z_o, z_o, min(m_z, -z_o * (h_m / h_e))
     # From the lens through the screen to the observers, seen from above; lens at t = 0, plane z = 0 at t = 1.
     dx, dz = s_x - m_x, -m_z
-    t_s, crosses_screen = circle_crossing(d[5], m_x, m_z, dx, dz)
-    t_v, crosses_observers = circle_crossing(d[6], m_x, m_z - z_o, dx, dz)
+    t_s, crosses_screen = circle_crossing(d.screen_curvature, m_x, m_z, dx, dz)
+    t_v, crosses_observers = circle_crossing(d.observer_curvature, m_x, m_z - z_o, dx, dz)
     if crosses_screen < 0.0 or crosses_observers < 0.0 or not 0.0 < t_s < t_v:
         return 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
     on_y, on_z = m_y + t_s * (s_y - m_y), m_z + t_s * dz
@@ -211,11 +253,13 @@ def display_ray(d, u, v):
 
 
 @kernel
-def map_points(d, points, width, height, image, answers):
+def map_points(numbers, points, width, height, image, answers):
     """physical_to_image of (n, 3) points: image (n, 3) and answers (n,) int64; NaN and a reason where there is none.
 
-    A valid point outside the texture of width x height texels keeps its image coordinates and gets OUTSIDE.
+    numbers: (32,) of a module. A valid point outside the texture of width x height texels keeps its image coordinates
+    and gets OUTSIDE.
     """
+    d = display_module(numbers)
     for k in range(points.shape[0]):
         z = points[k, 2]
         u, v, answer = physical_to_image(d, points[k, 0], points[k, 1], z)
@@ -229,7 +273,8 @@ def map_points(d, points, width, height, image, answers):
 
 
 @kernel
-def trace_texels(d, u, v, lines):
-    """display_ray of n image points; lines: (n, 6) float64."""
+def trace_texels(numbers, u, v, lines):
+    """display_ray of n image points; numbers: (32,) of a module; lines: (n, 6) float64."""
+    d = display_module(numbers)
     for k in range(u.shape[0]):
         lines[k, 0], lines[k, 1], lines[k, 2], lines[k, 3], lines[k, 4], lines[k, 5] = display_ray(d, u[k], v[k])

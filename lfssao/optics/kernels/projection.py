@@ -1,6 +1,6 @@
 """World -> image: where a point lands in a texture, and how deep (LF sections 3 and 4).
 
-A mapping is a kind and its numbers, so that a kernel is compiled once for all displays and cameras.
+A projection is a kind and its numbers, so that a kernel is compiled once for all displays and cameras.
 
 CROSSED_SLITS, the flat display with the linear diffuser. One ray of it passes through two slits, the module's
 vertical line and the observer line, so the two coordinates have different denominators and no 4x4 matrix does it:
@@ -20,20 +20,52 @@ MATRIX, a camera:
 DISPLAY, any module of any display:
 
     (x, y, z) = M (x, y, z, 1), physical     M: rows of four, parameters 0 to 11
-    u, v = physical_to_image                 parameters 12 to 43: the numbers of lfssao.optics.kernels.display
+    u, v = physical_to_image                 parameters 12 to 43: those of lfssao.optics.kernels.display.DisplayModule
     image z = physical z
 
 Image space: u right and v down in texels, texel (i, j) covers [i, i+1) x [j, j+1); z grows away from the viewer.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 
 CROSSED_SLITS = 0
 MATRIX = 1
 DISPLAY = 2
+
+
+class Projection(NamedTuple):
+    """A mapping world -> image.
+
+    Attributes
+    ----------
+    kind : int
+        CROSSED_SLITS, MATRIX or DISPLAY.
+    numbers : (16,) or (44,) array
+        The kind's parameters; their dtype is that of the arithmetic.
+    """
+
+    kind: int
+    numbers: Any
+
+
+class Slits(NamedTuple):
+    """Parameters 12 to 15 of CROSSED_SLITS."""
+
+    z_m: Any
+    z_o: Any
+    u_0: Any
+    v_0: Any
+
+
+@kernel(inline=True)
+def slits_of(m):
+    """Parameters 12 to 15 of CROSSED_SLITS by their names."""
+    return Slits(m[12], m[13], m[14], m[15])
 
 
 @kernel(inline=True)
@@ -51,9 +83,10 @@ def linear_row(m, row, x, y, z):
 
 
 @kernel(inline=True)
-def project_crossed_slits(a, b, c, z_module, z_observer, u_0, v_0):
+def project_crossed_slits(slits, a, b, c):
     """The half of CROSSED_SLITS that is not affine, of (X, Y, Z) = (a, b, c): u, v, image z, whether it is defined."""
-    return u_0 + a / (z_module - c), v_0 + b / (z_observer - c), c, (c < z_module) & (c > z_observer)
+    u, v = slits.u_0 + a / (slits.z_m - c), slits.v_0 + b / (slits.z_o - c)
+    return u, v, c, (c < slits.z_m) & (c > slits.z_o)
 
 
 @kernel(inline=True)
@@ -120,27 +153,26 @@ def nearest_texel(u, v, width, height):
 
 
 @kernel
-def project(kind, m, a, b, c, q):
+def project(projection, a, b, c, q):
     """The half of a mapping that is not affine, of rows 0 to 3 of M (x, y, z, 1); q is read of kind MATRIX alone."""
+    kind, m = projection
     if kind == CROSSED_SLITS:
-        return project_crossed_slits(a, b, c, m[12], m[13], m[14], m[15])
+        return project_crossed_slits(slits_of(m), a, b, c)
     if kind == DISPLAY:
-        u, v, answer = physical_to_image(m[12:], a, b, c)
+        u, v, answer = physical_to_image(display_module(m[12:]), a, b, c)
         return u, v, c, answer == VALID
     return project_matrix(a, b, c, q)
 
 
 @kernel
-def world_to_image(kind, m, x, y, z):
+def world_to_image(projection, x, y, z):
     """Image coordinates of a world point.
 
     Parameters
     ----------
-    kind : int
-        CROSSED_SLITS, MATRIX or DISPLAY.
-    m : (16,) or (44,) float32 or float64
-        The mapping's numbers; their dtype is that of the arithmetic.
-    x, y, z : scalars of the same dtype
+    projection : Projection
+        The mapping.
+    x, y, z : scalars of its dtype
         World coordinates.
 
     Returns
@@ -150,5 +182,6 @@ def world_to_image(kind, m, x, y, z):
     valid : bool
         Whether the point lies in the mapping's domain (it may still lie outside the texture).
     """
+    kind, m = projection
     a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
-    return project(kind, m, a, b, c, affine_row(m, 3, x, y, z) if kind == MATRIX else type(x)(0))
+    return project(projection, a, b, c, affine_row(m, 3, x, y, z) if kind == MATRIX else type(x)(0))

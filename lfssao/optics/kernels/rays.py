@@ -3,59 +3,107 @@
 Rays live in cast space: physical space for a display's module (metres, z away from the viewers), eye space for a
 camera (world units, z forward). A ray is origin + t direction for t in [t_near, t_far]. All in float64.
 
-Kinds and their numbers, eight for the first three:
-
-FLAT_LINEAR    m_x, m_z, y_o, z_o, and screen -> texel: u = u_scale s_x + u_0, v = v_scale s_y + v_0
-PERSPECTIVE    focal lengths f_u, f_v and centre c_u, c_v in texels, near, far
-ORTHOGRAPHIC   texels per unit f_u, f_v and centre c_u, c_v, near, far
-
-DISPLAY        any module of any display: the 32 numbers of lfssao.optics.kernels.display
+Rays have the kind of the projection that they belong to, and numbers of their own: eight, FlatModule or Pinhole, or 32,
+DisplayModule.
 """
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import display_ray
+from lfssao.optics.kernels.display import display_module, display_ray
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
 
-FLAT_LINEAR = 0
-PERSPECTIVE = 1
-ORTHOGRAPHIC = 2
-DISPLAY = 3
+
+class Rays(NamedTuple):
+    """The rays of a texture's texels.
+
+    Attributes
+    ----------
+    kind : int
+        CROSSED_SLITS, MATRIX or DISPLAY.
+    numbers : (8,) or (32,) float64
+        FlatModule, Pinhole or DisplayModule.
+    """
+
+    kind: int
+    numbers: Any
+
+
+class FlatModule(NamedTuple):
+    """CROSSED_SLITS: lens and observer line, and screen -> texel, u = u_scale s_x + u_0, v = v_scale s_y + v_0."""
+
+    m_x: Any
+    m_z: Any
+    y_o: Any
+    z_o: Any
+    u_scale: Any
+    u_0: Any
+    v_scale: Any
+    v_0: Any
+
+
+class Pinhole(NamedTuple):
+    """MATRIX: focal lengths f_u, f_v and centre c_u, c_v in texels, near, far; or 1 for an orthographic camera.
+
+    Of that one f_u and f_v are texels per unit. The last number is 0.
+    """
+
+    f_u: Any
+    f_v: Any
+    c_u: Any
+    c_v: Any
+    near: Any
+    far: Any
+    orthographic: Any
+    nothing: Any
 
 
 @kernel(inline=True)
-def texel_ray(kind, lens, u, v):
+def pinhole(n):
+    """The numbers of a camera, an array (8,), by their names."""
+    return Pinhole(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7])
+
+
+@kernel(inline=True)
+def texel_ray(rays, u, v):
     """Ray through image point (u, v): origin, direction (with z component 1, so that t is a depth), t_near, t_far.
 
-    FLAT_LINEAR, S = (s_x, s_y) the screen point: x(z) = m_x + (s_x - m_x)(m_z - z) / m_z and
+    CROSSED_SLITS, S = (s_x, s_y) the screen point: x(z) = m_x + (s_x - m_x)(m_z - z) / m_z and
     y(z) = y_o + (s_y - y_o)(z - z_o) / (-z_o), written as S + z direction.
     """
-    if kind == FLAT_LINEAR:
-        m_x, m_z, y_o, z_o = lens[0], lens[1], lens[2], lens[3]
-        s_x = (u - lens[5]) / lens[4]
-        s_y = (v - lens[7]) / lens[6]
-        return s_x, s_y, 0.0, (m_x - s_x) / m_z, (y_o - s_y) / z_o, 1.0, z_o, m_z
+    kind, n = rays
+    if kind == CROSSED_SLITS:
+        flat = FlatModule(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7])
+        s_x = (u - flat.u_0) / flat.u_scale
+        s_y = (v - flat.v_0) / flat.v_scale
+        d_x, d_y = (flat.m_x - s_x) / flat.m_z, (flat.y_o - s_y) / flat.z_o
+        return s_x, s_y, 0.0, d_x, d_y, 1.0, flat.z_o, flat.m_z
     if kind == DISPLAY:
-        o_x, o_y, d_x, d_y, z_near, z_far = display_ray(lens, u, v)
+        o_x, o_y, d_x, d_y, z_near, z_far = display_ray(display_module(n), u, v)
         return o_x, o_y, 0.0, d_x, d_y, 1.0, z_near, z_far
-    x = (u - lens[2]) / lens[0]
-    y = (lens[3] - v) / lens[1]
-    if kind == PERSPECTIVE:
-        return 0.0, 0.0, 0.0, x, y, 1.0, lens[4], lens[5]
-    return x, y, 0.0, 0.0, 0.0, 1.0, lens[4], lens[5]
+    camera = pinhole(n)
+    x = (u - camera.c_u) / camera.f_u
+    y = (camera.c_v - v) / camera.f_v
+    if camera.orthographic == 0.0:
+        return 0.0, 0.0, 0.0, x, y, 1.0, camera.near, camera.far
+    return x, y, 0.0, 0.0, 0.0, 1.0, camera.near, camera.far
 
 
 @kernel
-def image_depth(kind, lens, z):
+def image_depth(rays, z):
     """The depth texture's value for a point at z of cast space.
 
     Displays: z itself. Cameras: the screen space z of Algorithm 1, 0 at the near plane, 1 at the far plane:
     far / (far - near) (1 - near / z) in perspective, (z - near) / (far - near) in orthographic projection.
     """
-    if kind in (FLAT_LINEAR, DISPLAY):
+    kind, numbers = rays
+    if kind != MATRIX:
         return z
-    near, far = lens[4], lens[5]
-    if kind == PERSPECTIVE:
+    camera = pinhole(numbers)
+    near, far = camera.near, camera.far
+    if camera.orthographic == 0.0:
         return far / (far - near) * (1.0 - near / z)
     return (z - near) / (far - near)
 
@@ -85,18 +133,18 @@ def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
 
 
 @kernel(inline=True)
-def _grid_ray(kind, lens, box, width, height, step, i, j, top):
+def _grid_ray(rays, box, width, height, step, i, j, top):
     """The ray of the texel in the middle of cell (i, j) of step x step texels, clipped to a box: empty for t0 > t1."""
     u = min(i * step + step // 2, width - 1) + 0.5
     v = (top + min(j * step + step // 2, height - 1)) + 0.5
-    ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(kind, lens, u, v)
+    ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(rays, u, v)
     t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
     return ox, oy, oz, dx, dy, dz, t0, t1
 
 
 # Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
 @kernel
-def count_rays(kind, lens, box, width, height, step, columns, counts, top=0):
+def count_rays(rays, box, width, height, step, columns, counts, top=0):
     """How many cells of each row of cells have a ray that meets the box; counts: (rows of cells,) int64.
 
     Arguments as of make_rays.
@@ -104,19 +152,19 @@ def count_rays(kind, lens, box, width, height, step, columns, counts, top=0):
     for j in range(counts.shape[0]):
         n = 0
         for i in range(columns):
-            _, _, _, _, _, _, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, top)
+            _, _, _, _, _, _, t0, t1 = _grid_ray(rays, box, width, height, step, i, j, top)
             n += np.int64(t0 <= t1)
         counts[j] = n
 
 
 @kernel
-def make_rays(kind, lens, box, width, height, step, columns, starts, cells, origins, directions, lengths, top=0):
+def make_rays(rays, box, width, height, step, columns, starts, cells, origins, directions, lengths, top=0):
     """The rays that count_rays counted, from where they enter the box.
 
     Parameters
     ----------
-    kind, lens : int, float64 array
-        The kind of ray and its numbers.
+    rays : Rays
+        Those of the view.
     box : (2, 3) float64
         Lower and upper corner of what is to be hit, cast space.
     width, height : int
@@ -138,7 +186,7 @@ def make_rays(kind, lens, box, width, height, step, columns, starts, cells, orig
     for j in range(starts.shape[0]):
         n = starts[j]
         for i in range(columns):
-            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(kind, lens, box, width, height, step, i, j, top)
+            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(rays, box, width, height, step, i, j, top)
             if t0 <= t1:
                 cells[n] = j * columns + i
                 origins[n, 0] = ox + t0 * dx

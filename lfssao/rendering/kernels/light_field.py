@@ -1,7 +1,6 @@
 """What an eye on the observer line sees on the screen: at each screen point, the modules whose rays reach the eye.
 
-Modules' numbers are those of ``optics.kernels.display``. All in float64, evaluated as written; the picture is rounded
-once to float32. Helpers inside loops over modules take scalars: numba counts the references to an array at each call.
+All in float64, evaluated as written; the picture is rounded once to float32.
 """
 
 import numpy as np
@@ -9,7 +8,7 @@ from numba import prange
 
 from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import circle_crossing
+from lfssao.optics.kernels.display import apply_homography, circle_crossing, display_module, distort
 
 NEAREST = 0
 LINEAR = 1
@@ -36,16 +35,17 @@ def seen_screen_point(curvature, half_width, half_height, x, y, e_x, e_y, e_z):
 
 
 @kernel(inline=True)
-def ray_sine(conical, m_x, m_y, m_z, y_o, s_x, s_y, s_z, e_x, e_z):
+def ray_sine(d, s_x, s_y, s_z, e_x, e_z):
     """By how much a module's ray through a screen point misses the eye: sine of the angle, seen from above.
 
     The ray crosses z = e_z at x = s_x + (s_x - m_x) (e_z - s_z) / (s_z - m_z) with the linear diffuser and at
     s_x + (s_x - m_x) h_e / h_m with the conical one. Positive where that is right of the eye; NaN for a module that
     is not behind the point, or whose ray is 90 degrees or more away.
     """
+    m_x, m_y, m_z, y_o = d.m_x, d.m_y, d.m_z, d.y_o
     forward = e_z - s_z
     ratio = forward / (s_z - m_z)
-    if conical != 0.0:
+    if d.conical != 0.0:
         h_m = np.sqrt((s_y - m_y) * (s_y - m_y) + m_z * m_z)
         h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + e_z * e_z)
         ratio = h_e / h_m
@@ -55,37 +55,31 @@ def ray_sine(conical, m_x, m_y, m_z, y_o, s_x, s_y, s_z, e_x, e_z):
 
 
 @kernel(inline=True)
-def screen_to_texel(
-    m_x, m_y, m_z, h0, h1, h2, h3, h4, h5, h6, h7, h8, c_u, c_v, unit, k1, k2, fold, width, height, s_x, s_y, s_z
-):
+def screen_to_texel(d, width, height, s_x, s_y, s_z):
     """Image point at which a module shows a screen point, and whether its texture has it: u, v, shown.
 
     As ``optics.kernels.display.physical_to_image`` of a point on the screen: central projection from the lens onto
     z = 0, homography, radial distortion.
     """
-    scale = m_z / (m_z - s_z)
-    x, y = m_x + (s_x - m_x) * scale, m_y + (s_y - m_y) * scale
+    scale = d.m_z / (d.m_z - s_z)
+    x, y = d.m_x + (s_x - d.m_x) * scale, d.m_y + (s_y - d.m_y) * scale
     if s_z == 0.0:
         x, y = s_x, s_y
-    w = (h6 * x + h7 * y) + h8
-    u, v = ((h0 * x + h1 * y) + h2) / w, ((h3 * x + h4 * y) + h5) / w
-    a, b = (u - c_u) / unit, (v - c_v) / unit
-    r2 = a * a + b * b
-    if (k1 != 0.0) | (k2 != 0.0):
-        factor = 1.0 + r2 * (k1 + r2 * k2)
-        u, v = c_u + unit * (a * factor), c_v + unit * (b * factor)
+    u, v, w = apply_homography(d.homography, x, y)
+    r2 = 0.0
+    if (d.k1 != 0.0) | (d.k2 != 0.0):
+        u, v, r2 = distort(d, u, v)
     inside = (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
-    return u, v, (s_z < m_z) & (w > 0.0) & (r2 < fold) & inside
+    return u, v, (s_z < d.m_z) & (w > 0.0) & (r2 < d.fold) & inside
 
 
 @kernel
 def row_sines(numbers, points, e_x, e_z, sines):
     """The ray_sine of every module at each of a row's screen points; points: (W, 3), sines: (W, M) float64."""
-    for i in range(points.shape[0]):
-        s_x, s_y, s_z = points[i, 0], points[i, 1], points[i, 2]
-        for k in range(numbers.shape[0]):
-            m_x, m_y, m_z, y_o = numbers[k, 0], numbers[k, 1], numbers[k, 2], numbers[k, 3]
-            sines[i, k] = ray_sine(numbers[k, 7], m_x, m_y, m_z, y_o, s_x, s_y, s_z, e_x, e_z)
+    for k in range(numbers.shape[0]):
+        module = display_module(numbers[k])
+        for i in range(points.shape[0]):
+            sines[i, k] = ray_sine(module, points[i, 0], points[i, 1], points[i, 2], e_x, e_z)
 
 
 @kernel
@@ -125,17 +119,15 @@ def row_steps(sines, sides, steps):
 @kernel
 def row_texels(numbers, sizes, starts, points, sines, steps, coordinates, shown):
     """Where every module near the eye shows each of a row's points: (W, M, 2) float64, and whether: (W, M) bool."""
-    for i in range(points.shape[0]):
-        s_x, s_y, s_z = points[i, 0], points[i, 1], points[i, 2]
-        for k in range(numbers.shape[0]):
+    for k in range(numbers.shape[0]):
+        module, width, height = display_module(numbers[k]), float(sizes[k, 0]), float(sizes[k, 1])
+        for i in range(points.shape[0]):
             shown[i, k] = False
             if starts[k] < 0 or not abs(sines[i, k]) < CUT * (SIGMA * steps[i]):
                 continue
-            m = numbers[k]
             coordinates[i, k, 0], coordinates[i, k, 1], shown[i, k] = screen_to_texel(
-                m[0], m[1], m[2], m[8], m[9], m[10], m[11], m[12], m[13], m[14], m[15], m[16], m[17], m[18], m[19],
-                m[20], m[21], m[22], float(sizes[k, 0]), float(sizes[k, 1]), s_x, s_y, s_z,
-            )  # fmt: skip
+                module, width, height, points[i, 0], points[i, 1], points[i, 2]
+            )
 
 
 @kernel
@@ -205,7 +197,7 @@ def compose(numbers, sizes, starts, texels, eye, screen, blend, picture, dark):
     Parameters
     ----------
     numbers : (M, 32) float64
-        The modules of one display.
+        The modules of one display, each a DisplayModule.
     sizes : (M, 2) int64
         Width and height of each module's texture.
     starts : (M,) int64
@@ -225,6 +217,7 @@ def compose(numbers, sizes, starts, texels, eye, screen, blend, picture, dark):
         Out: how many pixels of each row no module reaches.
     """
     height, width, count = picture.shape[0], picture.shape[1], numbers.shape[0]
+    curvature = display_module(numbers[0]).screen_curvature
     for j in prange(height):
         points, sides, steps = np.empty((width, 3)), np.empty((width, 2), np.int64), np.empty(width)
         sines, weights = np.empty((width, count)), np.empty((width, count))
@@ -233,7 +226,7 @@ def compose(numbers, sizes, starts, texels, eye, screen, blend, picture, dark):
         for i in range(width):
             x = screen[0] * ((i + 0.5) / width - 0.5)
             points[i, 0], points[i, 1], points[i, 2] = seen_screen_point(
-                numbers[0, 5], 0.5 * screen[0], 0.5 * screen[1], x, y, eye[0], eye[1], eye[2]
+                curvature, 0.5 * screen[0], 0.5 * screen[1], x, y, eye[0], eye[1], eye[2]
             )
         row_sines(numbers, points, eye[0], eye[2], sines)
         row_steps(sines, sides, steps)

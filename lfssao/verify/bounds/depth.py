@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from lfssao.core.points import transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
-from lfssao.optics.kernels import rays
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
 from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
@@ -63,9 +63,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     vertices = np.empty_like(caster.mesh.vertices)
     transform_points(np.ravel(view.cast_from_world), caster.mesh.vertices, vertices)
     lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
-    depth_ranges.depth_ranges(
-        view.ray_kind, view.lens, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper
-    )
+    depth_ranges.depth_ranges(view.rays, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper)
     # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
     slack = ROUNDINGS * chosen.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
     slack = slack if view.screen_to_world is None else slack * _screen_slope(view)
@@ -112,10 +110,10 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
 def displaced(view: View, du: float, dv: float) -> View:
     """The view whose texels look at the image points (du, dv) texels right of and below the given one's."""
     lens = view.lens.copy()
-    if view.ray_kind == rays.FLAT_LINEAR:
+    if view.rays.kind == CROSSED_SLITS:
         lens[5] -= du
         lens[7] -= dv
-    elif view.ray_kind == rays.DISPLAY:
+    elif view.rays.kind == DISPLAY:
         # The distortion's centre moves back, so its result is moved forth: texels -> screen after T(du, dv).
         lens[17] -= du
         lens[18] -= dv
@@ -130,7 +128,7 @@ def displaced(view: View, du: float, dv: float) -> View:
 def _screen_slope(view: View) -> float:
     """How much a camera's depth changes with z of eye space at most, twice more for the roundings of its own."""
     near, far = float(view.lens[4]), float(view.lens[5])
-    steepest = far / near if view.ray_kind == rays.PERSPECTIVE else 1.0
+    steepest = far / near if view.lens[6] == 0 else 1.0  # orthographic
     return 3 * steepest / (far - near)
 
 

@@ -139,7 +139,8 @@ def project_positions(
 
 def _rounded(world_to_image: WorldToImage) -> FloatArray:
     """A mapping's numbers as a renderer has them."""
-    return world_to_image.as_type(np.float32).astype(np.float64)
+    numbers: FloatArray = world_to_image.as_type(np.float32).numbers.astype(np.float64)
+    return numbers
 
 
 def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:

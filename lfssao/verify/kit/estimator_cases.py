@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import inf, isfinite, sqrt
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -86,8 +86,7 @@ def _wall_normals(view: View, depth: NDArray[np.float32]) -> NDArray[np.float32]
 def _view_numbers(view: View) -> dict[str, Any]:
     """All of a view but its mapping, as JSON."""
     return {
-        "name": view.name, "width": view.width, "height": view.height, "ray_kind": view.ray_kind,
-        "lens": [number if isfinite(number) else None for number in view.lens.tolist()],
+        "name": view.name, "width": view.width, "height": view.height, **views.described_rays(view.rays),
         "cast_from_world": view.cast_from_world.tolist(),
         "world_from_cast": view.world_from_cast.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),

@@ -47,10 +47,10 @@ def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
     positions = np.full((view.height, view.width, 3), np.inf, np.float32)
     for row in range(view.height):
         for column in range(view.width):
-            ray = texel_ray(view.ray_kind, view.lens, column + 0.5, row + 0.5)
+            ray = texel_ray(view.rays, column + 0.5, row + 0.5)
             z = _first_hit(ray, scene)
             if z < inf:
-                depth[row, column] = image_depth(view.ray_kind, view.lens, z)
+                depth[row, column] = image_depth(view.rays, z)
                 x, y = ray[0] + z * ray[3], ray[1] + z * ray[4]
                 positions[row, column] = world_point(np.ravel(view.world_from_cast), x, y, z)
     return depth, positions

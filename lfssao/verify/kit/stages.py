@@ -19,6 +19,7 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
 from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds, without_guard
 from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
+from lfssao.verify.kit.views import described_lens
 
 MODEL = "shader"  # of the bounds
 
@@ -60,16 +61,17 @@ def _offsets(parameters: Parameters, inputs: Arrays) -> Outputs:
 
 def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
     to_image = described_mapping(parameters)
-    m = to_image.as_type(np.float32)
+    projection = to_image.as_type(np.float32)
     image, statuses = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
     for k, (x, y, z) in enumerate(inputs["points"]):
-        u, v, depth, valid = mapping.world_to_image(to_image.kind, m, x, y, z)
+        u, v, depth, valid = mapping.world_to_image(projection, x, y, z)
         if valid:
             image[k] = u, v, depth
         elif to_image.kind == mapping.DISPLAY:
             # A kernel returns a Python float: the next one would compute in float64.
-            physical = [np.float32(mapping.affine_row(m, row, x, y, z)) for row in range(3)]
-            statuses[k] = display_kernels.physical_to_image(m[12:], *physical)[2]
+            physical = [np.float32(mapping.affine_row(projection.numbers, row, x, y, z)) for row in range(3)]
+            d = display_kernels.display_module.py_func(projection.numbers[12:])
+            statuses[k] = display_kernels.physical_to_image(d, *physical)[2]
         else:
             statuses[k] = 1
     return {"image": image, "answers": statuses}
@@ -122,8 +124,9 @@ def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
 def _view(parameters: Parameters) -> View:
     """The view that ``lfssao.verify.kit.cases`` described."""
     described = dict(parameters["view"])
-    described["lens"] = [np.inf if number is None else number for number in described["lens"]]
-    arrays = ("lens", "cast_from_world", "world_from_cast", "screen_to_world")
+    described["lens"] = described_lens(described)
+    del described["ray_kind"]
+    arrays = ("cast_from_world", "world_from_cast", "screen_to_world")
     described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
     return View(**described, world_to_image=described_mapping(parameters))
 

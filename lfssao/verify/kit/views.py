@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from lfssao.core.philox import random_unit
 from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display, Module
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
+from lfssao.optics.kernels.rays import Rays
 from lfssao.optics.view import KINDS, View, WorldToImage
 from lfssao.verify.case import Arrays
 from lfssao.verify.kit.scenes import SCENE
@@ -58,6 +61,26 @@ DISPLAYS = {
 def described(to_image: WorldToImage) -> dict[str, Any]:
     """A mapping as JSON."""
     return {"kind": KINDS[to_image.kind], "numbers": to_image.numbers.tolist()}
+
+
+_RAY_KINDS = {CROSSED_SLITS: 0, MATRIX: 1, DISPLAY: 3}
+_ORTHOGRAPHIC = 2
+
+
+def described_rays(rays: Rays) -> dict[str, Any]:
+    """A view's rays as JSON: the number of their kind, and their own numbers, null for infinity."""
+    kind, numbers = _RAY_KINDS[rays.kind], [number if isfinite(number) else None for number in rays.numbers.tolist()]
+    if rays.kind == MATRIX and numbers[6] == 1.0:
+        kind, numbers[6] = _ORTHOGRAPHIC, 0.0
+    return {"ray_kind": kind, "lens": numbers}
+
+
+def described_lens(view: dict[str, Any]) -> NDArray[np.float64]:
+    """The numbers of rays that ``described_rays`` made JSON of."""
+    lens = np.array([np.inf if number is None else number for number in view["lens"]])
+    if view["ray_kind"] == _ORTHOGRAPHIC:
+        lens[6] = 1.0
+    return lens
 
 
 def module_view(display: Display, guard: int = 0) -> View:

@@ -22,7 +22,8 @@ from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.core import elementary
 from lfssao.optics.kernels.directions import write_directions
 from lfssao.optics.kernels.display import trace_texels
-from lfssao.optics.kernels.rays import PERSPECTIVE
+from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.kernels.rays import Rays
 from lfssao.samples import repulsion_table
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -111,17 +112,18 @@ def test_viewing_directions_equal_the_reference(sight, dtype):
         trace_texels(view.lens, u, v, lines)
         dx, dy = lines[:, 2], lines[:, 3]
     else:
-        _, _, dx, dy, _, _ = raycast.texel_rays(view.ray_kind, view.lens, 7, 40)
+        _, _, dx, dy, _, _ = raycast.texel_rays(*view.rays, 7, 40)
     x, y, z = ((row[0] * dx + row[1] * dy) + row[2] for row in view.world_from_cast.tolist())
     length = np.sqrt((x * x + y * y) + z * z)
     made = np.empty((40, 7, 3), dtype)
-    write_directions(view.ray_kind, view.lens, np.ravel(view.world_from_cast), made)
+    write_directions(view.rays, np.ravel(view.world_from_cast), made)
     assert_same_bits(made, np.stack([x / length, y / length, z / length], -1).reshape(40, 7, 3).astype(dtype))
 
 
 def test_a_texel_that_looks_nowhere_has_no_direction():
     made = np.ones((2, 3, 3), np.float32)
-    write_directions(PERSPECTIVE, np.array([np.nan, 1.0, 1.0, 1.0, 1.0, 2.0, 0.0, 0.0]), np.eye(3, 4).ravel(), made)
+    pinhole = Rays(MATRIX, np.array([np.nan, 1.0, 1.0, 1.0, 1.0, 2.0, 0.0, 0.0]))
+    write_directions(pinhole, np.eye(3, 4).ravel(), made)
     assert not made.any()
 
 

@@ -14,7 +14,7 @@ from lfssao.core.elementary import sincospi
 from lfssao.core.jit import kernel
 from lfssao.core.orthonormal import disk_axes
 from lfssao.core.power import power
-from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     MATRIX,
@@ -23,6 +23,7 @@ from lfssao.optics.kernels.projection import (
     nearest_texel,
     project_crossed_slits,
     project_matrix,
+    slits_of,
     texel_number,
 )
 from lfssao.samples.kernels.spiral import hash_angle, rotated
@@ -101,19 +102,16 @@ def add_term(surface, places, texel, epsilon, i, scratch):
 
 
 @kernel
-def add_display_taps(d, depth, places, wide, high, epsilon, n, scratch, found):
-    """The same as add_taps, of any display; d: the module's numbers.
+def add_display_taps(m, depth, places, wide, high, epsilon, n, scratch, found):
+    """The same as add_taps, of any display; m: the mapping's numbers.
 
     Not inlined: beside another loop of look-ups that is vectors LLVM makes none of those of flat displays.
     """
     nothing = type(epsilon)(np.inf)
-    numbers = (
-        d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15], d[16],
-        d[17], d[18], d[19], d[20], d[21], d[22],
-    )  # fmt: skip
+    module = display_module(m[12:])
     for i in range(n):
         a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
-        u, v, answer = physical_to_image(numbers, a, b, c)
+        u, v, answer = physical_to_image(module, a, b, c)
         scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)] = u if answer == VALID else type(a)(-1), v
     for i in range(n):
         there, texel = nearest_texel(scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], wide, high)
@@ -123,15 +121,15 @@ def add_display_taps(d, depth, places, wide, high, epsilon, n, scratch, found):
 
 
 @kernel(inline=True)
-def add_taps(kind, m, module, depth, places, wide, high, epsilon, n, scratch, found):
+def add_taps(projection, depth, places, wide, high, epsilon, n, scratch, found):
     """Add the terms of one tap of n texels, in their places; found: how many are in the texture, in and out."""
-    zero, nothing = type(epsilon)(0), type(epsilon)(np.inf)
+    (kind, m), zero, nothing = projection, type(epsilon)(0), type(epsilon)(np.inf)
     if kind == CROSSED_SLITS:
-        z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+        slits = slits_of(m)
         for i in range(n):
             a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
-            u, v, z, _ = project_crossed_slits(a, b, c, z_module, z_observer, u_0, v_0)
-            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            u, v, z, _ = project_crossed_slits(slits, a, b, c)
+            there = (z < slits.z_m) & (z > slits.z_o) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
             column, row = u if there else zero, v if there else zero
             texel = texel_number(column, row, wide)
             surface = depth[texel]
@@ -147,7 +145,7 @@ def add_taps(kind, m, module, depth, places, wide, high, epsilon, n, scratch, fo
             add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
             found[i] += np.int32(there)
     else:
-        add_display_taps(module, depth, places, wide, high, epsilon, n, scratch, found)
+        add_display_taps(m, depth, places, wide, high, epsilon, n, scratch, found)
 
 
 @kernel
@@ -177,8 +175,7 @@ def alchemy(
     normals,
     directions,
     taps,
-    kind,
-    m,
+    projection,
     away,
     radius,
     beta,
@@ -199,8 +196,8 @@ def alchemy(
         World coordinates; unit normals; unit directions in which texels look.
     taps : (s, 2), same dtype
         Points of the unit disk.
-    kind, m : int, (16,) or (44,) same dtype
-        The mapping world -> image.
+    projection : Projection
+        The mapping world -> image, same dtype.
     away : (4,) same dtype
         -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
     radius, beta, epsilon : scalars, same dtype
@@ -216,10 +213,10 @@ def alchemy(
     outside : (H,) int64
         Out: taps of each row outside the texture or the mapping's domain; they add nothing.
     """
-    height, width = depth.shape
+    (height, width), (kind, m) = depth.shape, projection
     surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
     places, facing = positions.reshape(3 * height * width), normals.reshape(3 * height * width)
-    looking, module, last = directions.reshape(3 * height * width), m[12:].copy(), 3 if kind == MATRIX else 2
+    looking, last = directions.reshape(3 * height * width), 3 if kind == MATRIX else 2
     wide, high, samples = m.dtype.type(width), m.dtype.type(height), taps.shape[0]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
@@ -244,6 +241,6 @@ def alchemy(
                             scratch[slot(_SINE, i)], scratch[slot(_COSINE, i)] = sine, cosine
                     for s in range(samples):
                         move_taps(taps[s, 0], taps[s, 1], n, scratch)
-                        add_taps(kind, m, module, surface, places, wide, high, epsilon, n, scratch, found)
+                        add_taps(projection, surface, places, wide, high, epsilon, n, scratch, found)
                     outside[j] += finish_alchemy(surface, at, start, n, samples, scale, k, scratch, found, shares)
                     at = start + n

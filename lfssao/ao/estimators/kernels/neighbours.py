@@ -12,15 +12,17 @@ from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
 from lfssao.ao.kernels.ssao import finish_run, transform_offsets
 from lfssao.core.intrinsics import CHUNK, element, scratch
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     MATRIX,
+    Projection,
     affine_row,
     nearest_texel,
     project_crossed_slits,
     project_matrix,
     signed_texel_number,
+    slits_of,
 )
 
 # What is known of a sample: it falls into a texture; it lies in the open there.
@@ -47,15 +49,13 @@ def load_points(kind, m, surface, positions, start, n, at, rows):
 
 
 @kernel(inline=True)
-def look(kind, m, module, depths, first, wide, high, n, at, rows, a, b, c, q, known):
+def look(kind, m, depths, first, wide, high, n, at, rows, a, b, c, q, known):
     """Look one sample of n points up in one texture.
 
     Parameters
     ----------
     kind, m : int, (44,) array
         The mapping world -> image.
-    module : (32,) array
-        m[12:], the module's numbers of kind DISPLAY.
     depths, first : flat array, int32
         The depth texture begins at that number.
     wide, high : scalars of the dtype
@@ -69,17 +69,18 @@ def look(kind, m, module, depths, first, wide, high, n, at, rows, a, b, c, q, kn
     """
     nothing = np.int32(0)
     if kind == CROSSED_SLITS:
-        zero, z_module, z_observer, u_0, v_0 = type(wide)(0), m[12], m[13], m[14], m[15]
+        zero, slits = type(wide)(0), slits_of(m)
         for i in range(n):
             k = at + i
             x, y, z = rows[np.uint64(k)] + a, rows[np.uint64(k + CHUNK)] + b, rows[np.uint64(k + 2 * CHUNK)] + c
-            u, v, z, _ = project_crossed_slits(x, y, z, z_module, z_observer, u_0, v_0)
-            there = (z < z_module) & (z > z_observer) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            u, v, z, _ = project_crossed_slits(slits, x, y, z)
+            there = (z < slits.z_m) & (z > slits.z_o) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
             hidden = True
             if there:
                 hidden = element(depths, np.int32(first + signed_texel_number(u, v, wide))) < z
             known[i] |= np.int32(there) | (nothing if hidden else np.int32(_OPEN))
     else:
+        module = display_module(m[12:])
         for i in range(n):
             k = at + i
             x, y, z = rows[np.uint64(k)] + a, rows[np.uint64(k + CHUNK)] + b, rows[np.uint64(k + 2 * CHUNK)] + c
@@ -125,10 +126,9 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
     views, samples = kinds.shape[0], offsets.shape[0]
     visible, places = surface.reshape(height * width), positions.reshape(3 * height * width)
     shares = occlusion.reshape(height * width)
-    modules = numbers[:, 12:].copy()
     moves = np.empty((views, samples, 4), numbers.dtype)
     for v in range(views):
-        moved = transform_offsets(offsets, kinds[v], numbers[v])
+        moved = transform_offsets(offsets, Projection(kinds[v], numbers[v]))
         for k in range(samples):  # ``moves[v] = ...`` is compiled with the text of an error: five seconds
             for row in range(4):
                 moves[v, k, row] = moved[k, row]
@@ -154,7 +154,7 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
                         wide, high = numbers.dtype.type(sizes[v, 0]), numbers.dtype.type(sizes[v, 1])
                         a, b, c, q = moves[v, s, 0], moves[v, s, 1], moves[v, s, 2], moves[v, s, 3]
                         look(
-                            kinds[v], numbers[v], modules[v], depths, first, wide, high, n, here, rows,
+                            kinds[v], numbers[v], depths, first, wide, high, n, here, rows,
                             a, b, c, q, known,
                         )  # fmt: skip
                     inside = np.int32(0)

@@ -12,15 +12,16 @@ from numba import prange
 
 from lfssao.ao.estimators.kernels.rows import affine_rows, load_row, project_rows
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
-from lfssao.ao.kernels.ssao import count_crossed_slits, count_matrix, finish_run, transform_offsets
+from lfssao.ao.kernels.ssao import count_matrix, count_slits, finish_run, transform_offsets
 from lfssao.core.intrinsics import CHUNK, scratch
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, slits_of
 
 
 @kernel(inline=True)
-def forward_depth(kind, m, x, y, z):
+def forward_depth(projection, x, y, z):
     """Image z of a surface point, +infinity where the mapping is not defined: LF's alternative to line 7."""
+    kind, m = projection
     c = affine_row(m, 2, x, y, z)
     if kind == MATRIX:
         q = affine_row(m, 3, x, y, z)
@@ -41,20 +42,20 @@ def move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q):
 
 @kernel
 def count_near(
-    kind, m, module, depth, places, reach, forward, width, height, n, points, a, b, c, q, texel, z, inside, count
+    projection, depth, places, reach, forward, width, height, n, points, a, b, c, q, texel, z, inside, count
 ):
     """Lines 6 to 9 with the range check and line 7's other form; arguments of share_behind and project_rows.
 
     Returns how many of the samples are in the texture and the mapping's domain.
     """
-    project_rows(kind, m, module, width, height, n, a, b, c, q, texel, z, inside)
+    project_rows(projection, width, height, n, a, b, c, q, texel, z, inside)
     found = np.int32(0)
     for i in range(n):
         t = np.uint64(3) * np.uint64(texel[i])
         x, y, w = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
         surface = depth[texel[i]]
         there = surface < np.inf
-        surface = forward_depth(kind, m, x, y, w) if forward else surface
+        surface = forward_depth(projection, x, y, w) if forward else surface
         dx, dy, dz = x - points[0, i], y - points[1, i], w - points[2, i]
         near = ((dx * dx + dy * dy) + dz * dz) <= reach
         count[i] += np.int32((surface < z[i]) & near & inside[i] & there)
@@ -71,7 +72,7 @@ def remap_shares(shares, at, end):
 
 
 @kernel(parallel=True)
-def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach, forward, remap, occlusion, outside):
+def share_behind(depth, positions, normals, offsets, projection, hemisphere, reach, forward, remap, occlusion, outside):
     """Share of samples behind the visible surface, with options.
 
     Parameters
@@ -82,8 +83,8 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
         World coordinates; unit normals, or (0, 0, 3) without ``hemisphere``.
     offsets : (n, 3), same dtype
         The samples relative to the point, world units.
-    kind, m : int, (16,) or (44,) same dtype
-        The mapping world -> image.
+    projection : Projection
+        The mapping world -> image, same dtype.
     hemisphere : bool
         Whether an offset o with (o_x n_x + o_y n_y) + o_z n_z < 0 is replaced by -o.
     reach : scalar, same dtype
@@ -98,10 +99,10 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
     outside : (H,) int64
         Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
     """
-    height, width = depth.shape
+    (height, width), (kind, m) = depth.shape, projection
     surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
     places, facing = positions.reshape(3 * height * width), normals.reshape(normals.size)
-    module, ends, samples = m[12:].copy(), transform_offsets(offsets, kind, m), offsets.shape[0]
+    ends, samples = transform_offsets(offsets, projection), offsets.shape[0]
     wide, high = m.dtype.type(width), m.dtype.type(height)
     still = np.zeros((1, 4), m.dtype)  # samples are in a, b, c, q already
     looks = not forward and reach == np.inf  # at depths alone
@@ -119,19 +120,19 @@ def share_behind(depth, positions, normals, offsets, kind, m, hemisphere, reach,
                 load_row(places, start, n, points)
                 if hemisphere:
                     load_row(facing, start, n, up)
-                affine_rows(kind, m, n, points, rows)
+                affine_rows(projection, n, points, rows)
                 for i in range(n):
                     count[i] = 0
                 found = 0
                 for s in range(samples):
                     move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q)
                     if looks and kind == CROSSED_SLITS:
-                        found += count_crossed_slits(m, surface, width, height, n, a, b, c, 0, 1, still, count)
+                        found += count_slits(slits_of(m), surface, width, height, n, a, b, c, 0, 1, still, count)
                     elif looks and kind == MATRIX:
-                        found += count_matrix(m, surface, width, height, n, a, b, c, q, 0, 1, still, count)
+                        found += count_matrix(surface, width, height, n, a, b, c, q, 0, 1, still, count)
                     else:
                         found += count_near(
-                            kind, m, module, surface, places, reach, forward, wide, high, n, points, a, b, c, q, texel,
+                            projection, surface, places, reach, forward, wide, high, n, points, a, b, c, q, texel,
                             z, inside, count,
                         )  # fmt: skip
                 outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found

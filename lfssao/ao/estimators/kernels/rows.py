@@ -7,7 +7,7 @@ can be added to the first half before the second is done once.
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     MATRIX,
@@ -17,6 +17,7 @@ from lfssao.optics.kernels.projection import (
     nearest_texel,
     project_crossed_slits,
     project_matrix,
+    slits_of,
     texel_number,
 )
 
@@ -33,8 +34,9 @@ def load_row(texture, start, n, row):
 
 
 @kernel(inline=True)
-def affine_rows(kind, m, n, points, rows):
+def affine_rows(projection, n, points, rows):
     """The mapping's affine half of n points (3, >= n) into rows (4, >= n); row 3 is a camera's, else row 2 again."""
+    kind, m = projection
     for i in range(n):
         x, y, z = points[0, i], points[1, i], points[2, i]
         rows[0, i], rows[1, i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z)
@@ -43,16 +45,14 @@ def affine_rows(kind, m, n, points, rows):
 
 
 @kernel(inline=True)
-def project_rows(kind, m, module, width, height, n, a, b, c, q, texel, z, inside):
+def project_rows(projection, width, height, n, a, b, c, q, texel, z, inside):
     """Where n points land.
 
     Parameters
     ----------
-    kind, m : int, array
+    projection : Projection
         The mapping.
-    module : array
-        m[12:], the module's numbers of kind DISPLAY.
-    width, height : scalars of m's dtype
+    width, height : scalars of its dtype
         Size of the texture.
     n : int
         How many points.
@@ -61,14 +61,14 @@ def project_rows(kind, m, module, width, height, n, a, b, c, q, texel, z, inside
     texel, z, inside : (>= n,) uint32, dtype, bool
         Out: the texel (any one where the point lands outside); image z; whether it is in the texture and the domain.
     """
-    last_u, last_v = last_below(width), last_below(height)
+    (kind, m), last_u, last_v = projection, last_below(width), last_below(height)
     if kind == CROSSED_SLITS:
-        z_module, z_observer, u_0, v_0 = m[12], m[13], m[14], m[15]
+        slits = slits_of(m)
         for i in range(n):
-            u, v, w, _ = project_crossed_slits(a[i], b[i], c[i], z_module, z_observer, u_0, v_0)
+            u, v, w, _ = project_crossed_slits(slits, a[i], b[i], c[i])
             column, row = hold_inside(u, last_u), hold_inside(v, last_v)
             texel[i], z[i] = texel_number(column, row, width), w
-            inside[i] = (column == u) & (row == v) & (w < z_module) & (w > z_observer)
+            inside[i] = (column == u) & (row == v) & (w < slits.z_m) & (w > slits.z_o)
     elif kind == MATRIX:
         for i in range(n):
             u, v, w, _ = project_matrix(a[i], b[i], c[i], q[i])
@@ -76,6 +76,7 @@ def project_rows(kind, m, module, width, height, n, a, b, c, q, texel, z, inside
             texel[i], z[i] = texel_number(column, row, width), w
             inside[i] = (column == u) & (row == v) & (q[i] > 0)
     else:
+        module = display_module(m[12:])
         for i in range(n):
             u, v, answer = physical_to_image(module, a[i], b[i], c[i])
             z[i] = c[i]

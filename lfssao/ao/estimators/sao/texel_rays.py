@@ -12,7 +12,8 @@ from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, rebuild_positions
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.optics.kernels import display as display_kernels
-from lfssao.optics.kernels import rays
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
+from lfssao.optics.kernels.rays import FlatModule, Pinhole
 from lfssao.optics.view import View
 
 
@@ -48,20 +49,19 @@ class TexelLines:
 @lru_cache(maxsize=2)
 def texel_lines(view: View, dtype: np.dtype[Any]) -> TexelLines:
     """The lines of a view's texels; the last two views are kept, as every radius and pass asks again."""
-    lens = view.lens.tolist()
     numbers, table, kind, origin = np.zeros(10), np.zeros((4, 0)), SEPARABLE, 0.0
-    if view.ray_kind == rays.PERSPECTIVE:
-        f_u, f_v, c_u, c_v = lens[:4]
-        numbers[:] = c_u, 0, 0, 0, 1 / f_u, c_v, 0, 0, 0, -1 / f_v
-    elif view.ray_kind == rays.ORTHOGRAPHIC:
-        f_u, f_v, c_u, c_v = lens[:4]
-        numbers[:] = c_u, 0, 1 / f_u, 0, 0, c_v, 0, -1 / f_v, 0, 0
-    elif view.ray_kind == rays.FLAT_LINEAR:
-        m_x, m_z, y_o, origin, u_scale, u_0, v_scale, v_0 = lens
+    if view.rays.kind == MATRIX:
+        f_u, f_v, c_u, c_v, _, _, orthographic, _ = Pinhole(*view.lens.tolist())
+        if orthographic:
+            numbers[:] = c_u, 0, 1 / f_u, 0, 0, c_v, 0, -1 / f_v, 0, 0
+        else:
+            numbers[:] = c_u, 0, 0, 0, 1 / f_u, c_v, 0, 0, 0, -1 / f_v
+    elif view.rays.kind == CROSSED_SLITS:
+        m_x, m_z, y_o, origin, u_scale, u_0, v_scale, v_0 = FlatModule(*view.lens.tolist())
         numbers[:5] = u_0, 0, 1 / u_scale, m_x / m_z, -1 / (u_scale * m_z)
         numbers[5:] = v_0, 0, 1 / v_scale, y_o / origin, -1 / (v_scale * origin)
     else:
-        kind, table, origin = TABLE, _table(view), lens[4]
+        kind, table, origin = TABLE, _table(view), float(view.lens[4])
     linear = view.world_from_cast[:, :3]
     units = [sqrt((x * x + y * y) + z * z) for x, y, z in linear.T.tolist()]
     return TexelLines(
@@ -91,10 +91,10 @@ def plane_constants(near: float, far: float) -> tuple[float, float, float]:
 def linear_z(buffers: Buffers) -> Texture:
     """The view's z of cast space, (H, W): its depth texture on a module, equation 2 of SAO on a camera."""
     view, depth = buffers.view, np.ascontiguousarray(buffers.depth)
-    if view.ray_kind not in (rays.PERSPECTIVE, rays.ORTHOGRAPHIC):
+    if view.rays.kind != MATRIX:
         return depth
-    near, far = view.lens[4:6].tolist()
-    perspective = view.ray_kind == rays.PERSPECTIVE
+    camera = Pinhole(*view.lens.tolist())
+    near, far, perspective = camera.near, camera.far, not camera.orthographic
     c = plane_constants(near, far) if perspective else (near, far - near, 0.0)
     z = np.empty_like(depth)
     linear_depth(depth, perspective, *(depth.dtype.type(number) for number in c), z)

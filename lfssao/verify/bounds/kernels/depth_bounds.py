@@ -22,14 +22,14 @@ def plane_depth(ox, oy, dx, dy, a, b, c):
 
 
 @kernel(inline=True)
-def _range_over_box(kind, lens, u, v, reach, a, b, c):
+def _range_over_box(rays, u, v, reach, a, b, c):
     """Least and largest z of a triangle's plane over the box around an image point, between the corners' z."""
     least, most = min(a[2], b[2], c[2]), max(a[2], b[2], c[2])
     low, high, positive = np.inf, -np.inf, 0
     for corner in range(4):
         x = u + (reach if corner % 2 == 0 else -reach)
         y = v + (reach if corner // 2 == 0 else -reach)
-        ox, oy, _, dx, dy, _, _, _ = texel_ray(kind, lens, x, y)
+        ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, x, y)
         z, divisor = plane_depth(ox, oy, dx, dy, a, b, c)
         low, high = min(low, z), max(high, z)
         positive += np.int64(divisor > 0.0)
@@ -39,7 +39,7 @@ def _range_over_box(kind, lens, u, v, reach, a, b, c):
 
 
 @kernel(parallel=True)
-def depth_ranges(kind, lens, width, reach, vertices, faces, triangles, lower, upper):
+def depth_ranges(rays, width, reach, vertices, faces, triangles, lower, upper):
     """Write the range of depths of each ray through each texel's box, (9, n) float64, +infinity for nothing.
 
     ``reach`` is half the box's edge, texels; vertices and faces are the mesh in cast space; ``triangles``, (9, n)
@@ -57,5 +57,5 @@ def depth_ranges(kind, lens, width, reach, vertices, faces, triangles, lower, up
                 lower[k, texel], upper[k, texel] = lower[k - 1, texel], upper[k - 1, texel]
                 continue
             a, b, c = vertices[faces[t, 0]], vertices[faces[t, 1]], vertices[faces[t, 2]]
-            low, high = _range_over_box(kind, lens, u, v, reach, a, b, c)
-            lower[k, texel], upper[k, texel] = image_depth(kind, lens, low), image_depth(kind, lens, high)
+            low, high = _range_over_box(rays, u, v, reach, a, b, c)
+            lower[k, texel], upper[k, texel] = image_depth(rays, low), image_depth(rays, high)

@@ -18,6 +18,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
+from lfssao.optics.kernels.display import display_module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row
 from lfssao.verify.bounds.kernels.pairs import (
     FLUSHED,
@@ -108,10 +109,10 @@ def crossing_pairs(curvature, x, z, dx, dz, by):
 @kernel(inline=True)
 def _linear_point(d, t_s, s_y, dx, dz, by):
     """Screen point of the linear diffuser, seen from the lens on the plane z = 0: s_x, s_y and the scale."""
-    m_x, m_y, m_z = exact(d[0]), exact(d[1]), exact(d[2])
+    m_x, m_y, m_z = exact(d.m_x), exact(d.m_y), exact(d.m_z)
     s_x = add(m_x, multiply(t_s, dx, by), by)
     scale = exact(1.0)
-    if d[5] != 0.0:
+    if d.screen_curvature != 0.0:
         s_z = add(m_z, multiply(t_s, dz, by), by)
         scale = divide(m_z, subtract(m_z, s_z, by), by)
         s_x = add(m_x, multiply(subtract(s_x, m_x, by), scale, by), by)
@@ -129,9 +130,9 @@ def _length(x, y, z, by):
 @kernel(inline=True)
 def _conical_point(d, x, z, s_y, by):
     """s_x of the conical diffuser and 1 + kappa."""
-    m_x, z_o = exact(d[0]), exact(d[4])
-    h_m = _length(s_y, exact(d[1]), exact(d[2]), by)
-    h_e = _length(s_y, exact(d[3]), z_o, by)
+    m_x, z_o = exact(d.m_x), exact(d.z_o)
+    h_m = _length(s_y, exact(d.m_y), exact(d.m_z), by)
+    h_e = _length(s_y, exact(d.y_o), z_o, by)
     kappa = multiply(divide(z, z_o, by), divide(h_e, h_m, by), by)
     room = add(exact(1.0), kappa, by)
     return divide(add(x, multiply(m_x, kappa, by), by), room, by), room
@@ -140,10 +141,10 @@ def _conical_point(d, x, z, s_y, by):
 @kernel(inline=True)
 def _distort_pairs(d, u, v, by):
     """Radial distortion of pairs: u, v and r^2."""
-    c_u, c_v, f = exact(d[17]), exact(d[18]), exact(d[19])
+    c_u, c_v, f = exact(d.c_u), exact(d.c_v), exact(d.unit)
     a, b = divide(subtract(u, c_u, by), f, by), divide(subtract(v, c_v, by), f, by)
     r2 = add(multiply(a, a, by), multiply(b, b, by), by)
-    s = add(exact(d[20]), multiply(r2, exact(d[21]), by), by)
+    s = add(exact(d.k1), multiply(r2, exact(d.k2), by), by)
     s = add(exact(1.0), multiply(r2, s, by), by)
     u = add(c_u, multiply(f, multiply(a, s, by), by), by)
     v = add(c_v, multiply(f, multiply(b, s, by), by), by)
@@ -161,12 +162,12 @@ def _and_positive(x, may, must):
 def display_pairs(d, x, y, z, by):
     """``physical_to_image`` of pairs: u, v, whether the status may be VALID, and whether it is for sure.
 
-    d, (32,) float64, are the module's numbers (``lfssao.optics.kernels.display``).
+    d, a DisplayModule of float64, is the module.
     """
-    m_x, m_z, y_o, z_o = exact(d[0]), exact(d[2]), exact(d[3]), exact(d[4])
+    m_x, m_z, y_o, z_o = exact(d.m_x), exact(d.m_z), exact(d.y_o), exact(d.z_o)
     dx, dz = subtract(x, m_x, by), subtract(z, m_z, by)
-    t_s, disc_s = crossing_pairs(d[5], m_x, m_z, dx, dz, by)
-    t_v, disc_v = crossing_pairs(d[6], m_x, subtract(m_z, z_o, by), dx, dz, by)
+    t_s, disc_s = crossing_pairs(d.screen_curvature, m_x, m_z, dx, dz, by)
+    t_v, disc_v = crossing_pairs(d.observer_curvature, m_x, subtract(m_z, z_o, by), dx, dz, by)
     over, ahead = subtract(t_v, exact(1.0), by), subtract(t_v, t_s, by)
     may, must = is_positive(Pair(-dz.value, dz.error))
     # A discriminant of zero will do, but roots next to zero have no bound: the error says so.
@@ -175,20 +176,21 @@ def display_pairs(d, x, y, z, by):
     if not may:
         return exact(0.0), exact(0.0), False, False
     s_y = add(y_o, multiply(subtract(y, y_o, by), divide(ahead, over, by), by), by)
-    if d[7] != 0.0:
+    if d.conical != 0.0:
         s_x, room = _conical_point(d, x, z, s_y, by)
     else:
         s_x, s_y, room = _linear_point(d, t_s, s_y, dx, dz, by)
     may, must = _and_positive(room, may, must)
-    w = affine(d[14], s_x, d[15], s_y, d[16], by)
+    h = d.homography
+    w = affine(h[6], s_x, h[7], s_y, h[8], by)
     may, must = _and_positive(w, may, must)
-    if d[14] == 0.0 and d[15] == 0.0 and d[16] == 1.0:
+    if h[6] == 0.0 and h[7] == 0.0 and h[8] == 1.0:
         w = exact(1.0)  # a divisor that a renderer may leave out
-    u = divide(affine(d[8], s_x, d[9], s_y, d[10], by), w, by)
-    v = divide(affine(d[11], s_x, d[12], s_y, d[13], by), w, by)
-    if d[20] != 0.0 or d[21] != 0.0:
+    u = divide(affine(h[0], s_x, h[1], s_y, h[2], by), w, by)
+    v = divide(affine(h[3], s_x, h[4], s_y, h[5], by), w, by)
+    if d.k1 != 0.0 or d.k2 != 0.0:
         u, v, r2 = _distort_pairs(d, u, v, by)
-        may, must = _and_positive(Pair(d[22] - r2.value, r2.error), may, must)
+        may, must = _and_positive(Pair(d.fold - r2.value, r2.error), may, must)
     return u, v, may, must
 
 
@@ -204,7 +206,7 @@ def project(kind, m, rows, by):
         may_g, must_g = is_positive(Pair(-g.value, g.error))
         return Projected(u, v, c, may_f & may_g, must_f & must_g)
     if kind == DISPLAY:
-        u, v, may, must = display_pairs(m[12:], a, b, c, by)
+        u, v, may, must = display_pairs(display_module(m[12:]), a, b, c, by)
         return Projected(u, v, c, may, must)
     may, must = is_positive(q)
     return Projected(divide(a, q, by), divide(b, q, by), divide(c, q, by), may, must)

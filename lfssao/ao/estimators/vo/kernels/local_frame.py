@@ -30,7 +30,7 @@ the same reason interleaved triples are copied into slots first, by loops that d
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import VALID, physical_to_image
+from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, linear_row
 
 CHUNK = 256
@@ -229,8 +229,9 @@ def project(kind, lens, n, scratch):
             scratch[slot(PLACE, i)] = u if q > type(q)(0) else type(q)(np.nan)
             scratch[slot(PLACE + 1, i)] = scratch[slot(PLACE + 1, i)] / q
     else:
+        d = display_module(lens)
         for i in range(n):
             z = scratch[slot(PLACE + 3, i)]
-            u, v, answer = physical_to_image(lens, scratch[slot(PLACE, i)], scratch[slot(PLACE + 1, i)], z)
+            u, v, answer = physical_to_image(d, scratch[slot(PLACE, i)], scratch[slot(PLACE + 1, i)], z)
             scratch[slot(PLACE, i)] = u if answer == VALID else type(z)(np.nan)
             scratch[slot(PLACE + 1, i)] = v

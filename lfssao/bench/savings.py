@@ -48,27 +48,14 @@ class Case:
 
 @dataclass(frozen=True)
 class Saving:
-    """Time of a case, and its ratio with things done that the plan leaves out.
+    """Time of a case, and its ratio with things done that the plan leaves out."""
 
-    Attributes
-    ----------
-    scene : str
-        The case's name.
-    cover : float
-        Fraction of the texels that see the scene.
-    milliseconds : float
-        Processor time of all passes as planned, the median.
-    ratios : dict
-        For each rule, and for all together ('all'), quartiles of the time without the rule over the time as planned.
-    same : bool
-        Whether the textures are the same, bit for bit.
-    """
-
-    scene: str
-    cover: float
-    milliseconds: float
+    scene: str  # the case's name
+    cover: float  # fraction of the texels that see the scene
+    milliseconds: float  # processor time of all passes as planned, the median
+    # For each rule, and for all together ('all'), quartiles of the time without the rule over the time as planned
     ratios: dict[str, tuple[float, float, float]]
-    same: bool
+    same: bool  # whether the textures are the same, bit for bit
 
 
 def cases(display: Display, quick: bool) -> Iterator[Case]:

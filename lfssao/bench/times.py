@@ -14,20 +14,12 @@ Key = TypeVar("Key", bound=Hashable)
 
 @dataclass(frozen=True)
 class Times:
-    """Run times of one thing, milliseconds.
+    """Run times of one thing, milliseconds."""
 
-    Attributes
-    ----------
-    median, low, high : float
-        Median and quartiles of the warm runs.
-    first : float
-        The first call, which compiles or loads what is not compiled yet.
-    """
-
-    median: float
-    low: float
+    median: float  # of the warm runs
+    low: float  # quartiles of the warm runs
     high: float
-    first: float
+    first: float  # the first call, which compiles or loads what is not compiled yet
 
     @classmethod
     def of(cls, warm: Milliseconds, first: float) -> "Times":
@@ -46,14 +38,7 @@ def turns(
 ) -> dict[Key, tuple[float, Milliseconds]]:
     """Return the milliseconds of each variant's first call and of its warm runs, (repeats,), turn by turn.
 
-    Parameters
-    ----------
-    variants : mapping of callables
-        The functions by name.
-    repeats : int
-        Number of turns after the first call of each.
-    clock : callable
-        Seconds.
+    The clock returns seconds.
     """
 
     def milliseconds(run: Callable[[], object]) -> float:

@@ -13,42 +13,19 @@ Value = float | int | bool | None
 
 @dataclass(frozen=True)
 class Method:
-    """One way to make a point set on one domain.
+    """One way to make a point set on one domain."""
 
-    Attributes
-    ----------
-    name : str
-        Its name in the registry and on the command line.
-    title : str
-        One line for lists.
-    source : str
-        The publication that describes it.
-    domain : str
-        'square', 'sphere', 'ball' or 'disk'.
-    make : callable
-        ``make(n, seed, **options)``, n and seed checked before: the points, or a whole set that was made before.
-    promises : tuple of str
-        Names of ``lfssao.testing.PROMISES`` that hold of every set.
-    options : mapping
-        Names and default values of its options.
-    prefix : bool
-        Whether the set of n points begins every longer one of that seed.
-    seeded : bool
-        Whether the seed matters.
-    most : int or None
-        The most points there are; None where any number is.
-    """
-
-    name: str
-    title: str
-    source: str
-    domain: str
+    name: str  # its name in the registry and on the command line
+    title: str  # one line for lists
+    source: str  # the publication that describes it
+    domain: str  # 'square', 'sphere', 'ball' or 'disk'
+    # ``make(n, seed, **options)``, n and seed checked before: the points, or a whole set that was made before
     make: Callable[..., FloatArray | SampleSet]
-    promises: tuple[str, ...]
-    options: Mapping[str, Value] = field(default_factory=dict)
-    prefix: bool = False
-    seeded: bool = True
-    most: int | None = None
+    promises: tuple[str, ...]  # names of ``lfssao.testing.PROMISES`` that hold of every set
+    options: Mapping[str, Value] = field(default_factory=dict)  # names and default values of its options
+    prefix: bool = False  # whether the set of n points begins every longer one of that seed
+    seeded: bool = True  # whether the seed matters
+    most: int | None = None  # the most points there are; None where any number is
 
 
 # The shell of every method of the ball, by default the whole ball; LF found one from 0.8 suitable.

@@ -20,27 +20,14 @@ TILE = 64  # texels a side of the blue noise tile
 
 @dataclass(frozen=True)
 class Decorrelation:
-    """One way to give every texel an angle.
+    """One way to give every texel an angle."""
 
-    Attributes
-    ----------
-    name : str
-        Its name in the registry and on the command line.
-    title : str
-        One line for lists.
-    source : str
-        The publication that describes it.
-    angles : callable
-        ``angles(height, width) -> (height, width)`` float64, half-turns in [0, 2).
-    tile : int or None
-        Texels a side after which it repeats; None where it does not.
-    """
-
-    name: str
-    title: str
-    source: str
+    name: str  # its name in the registry and on the command line
+    title: str  # one line for lists
+    source: str  # the publication that describes it
+    # ``angles(height, width) -> (height, width)`` float64, half-turns in [0, 2)
     angles: Callable[[int, int], FloatArray]
-    tile: int | None
+    tile: int | None  # texels a side after which it repeats; None where it does not
 
 
 def _none(height: int, width: int) -> FloatArray:

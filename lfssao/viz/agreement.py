@@ -25,27 +25,13 @@ Texture = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True)
 class Spread:
-    """Difference of the values that the modules give to points.
+    """Difference of the values that the modules give to points."""
 
-    Attributes
-    ----------
-    points : int
-        Number of points that are seen at least twice; all else is over these.
-    views : float
-        Number of textures in which a point is seen, mean.
-    deviation : float
-        Standard deviation of a point's values, mean over the points.
-    deviation_95 : float
-        Its 95th percentile.
-    range : float
-        Largest less smallest of a point's values, mean.
-    """
-
-    points: int
-    views: float
-    deviation: float
-    deviation_95: float
-    range: float
+    points: int  # number of points that are seen at least twice; all else is over these
+    views: float  # number of textures in which a point is seen, mean
+    deviation: float  # standard deviation of a point's values, mean over the points
+    deviation_95: float  # its 95th percentile
+    range: float  # largest less smallest of a point's values, mean
 
 
 def surface_points(gbuffer: GBuffer, most: int = 20_000) -> Points:
@@ -90,13 +76,7 @@ def over_modules(
 
 
 def point_deviations(values: Values) -> NDArray[np.float64]:
-    """Standard deviation of each point's values, (n,), NaN if fewer than two views see it.
-
-    Parameters
-    ----------
-    values : (n, views) float64
-        ``over_modules``: NaN where a view does not see a point.
-    """
+    """Standard deviation of each point's values by ``over_modules``, (n,); NaN if fewer than two views see it."""
     out = np.full(len(values), np.nan)
     often = np.isfinite(values).sum(axis=1) >= 2
     out[often] = np.nanstd(values[often], axis=1)
@@ -127,14 +107,8 @@ def spread(values: Values) -> Spread:
 def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) -> Figure:
     """Return a figure of points in one module's texture, coloured by the disagreement of the modules.
 
-    Parameters
-    ----------
-    view : View
-        The module in whose texture the points are drawn.
-    points : (n, 3) float64
-        World coordinates.
-    values : mapping of (n, views) float64
-        The modules' values of the points, for each way to compute AO by name.
+    The view is that module, points are (n, 3) world coordinates, and values, by the name of a way to compute AO, the
+    results of ``over_modules``.
     """
     image = view.world_to_image(points)
     columns = len(values) + 1

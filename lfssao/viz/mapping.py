@@ -18,22 +18,12 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MatrixFit:
-    """A matrix in place of a mapping.
+    """A matrix in place of a mapping."""
 
-    Attributes
-    ----------
-    matrix : (3, 4) float64
-        (u w, v w, w) = matrix (x, y, z, 1), of Frobenius norm 1.
-    points : (n, 3) float64
-        The points that it was fitted to.
-    image, fitted : (n, 2) float64
-        Their images by the mapping and by the matrix, texels.
-    """
-
-    matrix: NDArray[np.float64]
-    points: Points
-    image: NDArray[np.float64]
-    fitted: NDArray[np.float64]
+    matrix: NDArray[np.float64]  # (3, 4) float64: (u w, v w, w) = matrix (x, y, z, 1), of Frobenius norm 1
+    points: Points  # (n, 3) float64: the points that it was fitted to
+    image: NDArray[np.float64]  # (n, 2) float64: their images by the mapping, texels
+    fitted: NDArray[np.float64]  # (n, 2) float64: their images by the matrix, texels
 
     @property
     def distance(self) -> NDArray[np.float64]:
@@ -50,12 +40,7 @@ class MatrixFit:
 def best_matrix(world_to_image: WorldToImage, points: Points) -> MatrixFit:
     """Return the matrix with the least sum of squared distances in the image.
 
-    Parameters
-    ----------
-    world_to_image : WorldToImage
-        A mapping.
-    points : (n, 3) float64
-        At least 6 points in general position; those outside the mapping's domain are left out.
+    Points are (n, 3), in general position; those outside the mapping's domain are left out.
 
     Raises
     ------
@@ -114,14 +99,7 @@ def matrix_fits(display: Display) -> list[MatrixFit]:
 def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> Figure:
     """Return a figure of one module's points and their images by its best matrix, and of the errors of all modules.
 
-    Parameters
-    ----------
-    display : Display
-        The display.
-    fits : list of MatrixFit
-        ``matrix_fits`` of it.
-    index : int
-        The module of the left panel.
+    The fits are ``matrix_fits`` of the display; index is the module of the left panel.
     """
     figure = Figure(figsize=(11, 3.9), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))

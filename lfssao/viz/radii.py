@@ -22,12 +22,7 @@ def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.i
 def draw_radii(textures: Textures, radii: Sequence[float]) -> Figure:
     """Return a figure of the visibility by each radius, merged, blurred, and of the radius that decides each texel.
 
-    Parameters
-    ----------
-    textures : Textures
-        Made by ``render_view``.
-    radii : sequence of float
-        With these radii, world units.
+    The textures are those that ``render_view`` made with these radii, world units.
 
     Raises
     ------

@@ -14,21 +14,12 @@ from lfssao.samples import sample_set
 
 @dataclass(frozen=True, eq=False)
 class SamplingError:
-    """Error of one estimator by sampler and number of samples.
+    """Error of one estimator by sampler and number of samples."""
 
-    Attributes
-    ----------
-    counts : (c,) int64
-        Numbers of samples.
-    rmse : dict of (c,) float64
-        By sampler: root mean square, over surface texels and seeds, of occlusion less the reference.
-    reference : str
-        Samples and sampler of the reference.
-    """
-
-    counts: NDArray[np.int64]
+    counts: NDArray[np.int64]  # (c,) int64: numbers of samples
+    # (c,) float64 by sampler: root mean square, over surface texels and seeds, of occlusion less the reference
     rmse: dict[str, NDArray[np.float64]]
-    reference: str
+    reference: str  # samples and sampler of the reference
 
     def slope(self, method: str) -> float:
         """Exponent of the power of n that fits a sampler's error best (least squares of the logarithms)."""
@@ -109,15 +100,7 @@ def draw_sampling_error(found: SamplingError) -> Figure:
 
 
 def draw_sampler_gallery(methods: Sequence[str], n: int, seed: int = 0) -> Figure:
-    """Return a figure of one set of each of some samplers of the square, side by side.
-
-    Parameters
-    ----------
-    methods : sequence of str
-        Samplers of the square.
-    n, seed : int
-        As for ``lfssao.samples.sample_set``.
-    """
+    """Return a figure of one set of n points of each of some samplers of the square, side by side."""
     figure = Figure(figsize=(2.3 * len(methods), 2.6), layout="constrained")
     for axes, method in zip(figure.subplots(1, len(methods), squeeze=False)[0], methods, strict=True):
         axes.plot(*sample_set("square", method, n, seed).points.T, "o", markersize=3)

@@ -32,14 +32,7 @@ def occluded_fraction(samples: Sequence[Sample]) -> float:
 def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]) -> Figure:
     """Return a figure of the steps: the texel in its texture, its samples' image points, their z and the depth there.
 
-    Parameters
-    ----------
-    texel : (int, int)
-        Column and row.
-    depth : (H, W)
-        Image z, metres behind the screen.
-    samples : sequence of Sample
-        ``trace_texel`` of the texel.
+    The texel is (column, row), depth (H, W) in metres behind the screen, and samples are those of ``trace_texel``.
     """
     figure = Figure(figsize=(13, 3.9), layout="constrained")
     whole, near, side = figure.subplots(1, 3, width_ratios=(1.25, 1, 1.15))

@@ -13,21 +13,11 @@ Texture = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True)
 class Deviation:
-    """Difference of occlusion from the truth over the surface texels.
+    """Difference of occlusion from the truth over the surface texels."""
 
-    Attributes
-    ----------
-    bias : float
-        Mean of occlusion less the truth.
-    rmse : float
-        Root mean square of it.
-    correlation : float
-        Pearson's; NaN if either is constant.
-    """
-
-    bias: float
-    rmse: float
-    correlation: float
+    bias: float  # mean of occlusion less the truth
+    rmse: float  # root mean square of it
+    correlation: float  # Pearson's; NaN if either is constant
 
 
 def half_space(occlusion: Texture) -> Texture:
@@ -37,15 +27,7 @@ def half_space(occlusion: Texture) -> Texture:
 
 
 def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) -> Deviation:
-    """Return the difference of a texture from the truth.
-
-    Parameters
-    ----------
-    occlusion, truth : (H, W)
-        0 open to 1 covered, of the half space.
-    surface : (H, W) bool
-        Texels that count.
-    """
+    """Return the difference of occlusion from the truth, (H, W) of the half space each, over the surface texels."""
     mine, exact = occlusion[surface].astype(np.float64), truth[surface].astype(np.float64)
     error = mine - exact
     a, b = mine - mine.mean(), exact - exact.mean()
@@ -59,16 +41,7 @@ def draw_against_truth(
 ) -> Figure:
     """Return a figure of two rows: the visibility of the truth and of each texture, and the errors below them.
 
-    Parameters
-    ----------
-    textures : mapping of (H, W)
-        Occlusion of the half space by name, at least one.
-    truth : (H, W)
-        Ray-cast occlusion.
-    surface : (H, W) bool
-        Texels with a surface.
-    limit : float
-        Error at which the colours end.
+    Textures, (H, W) by name, and truth are occlusion of the half space; limit is the error at which the colours end.
     """
     height, width = truth.shape
     columns = 1 + len(textures)

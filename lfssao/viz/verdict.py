@@ -17,15 +17,7 @@ _NAMES = ("equal bits", "inside", "outside")
 
 
 def inside_bounds(mine: Texture, right: Texture, bounds: Bounds) -> NDArray[np.int64]:
-    """Return EQUAL (to the reference), INSIDE the bounds or OUTSIDE them (NaN too) for each number.
-
-    Parameters
-    ----------
-    mine, right : (H, W)
-        The other renderer's texture, and the reference's.
-    bounds : Bounds
-        Least and largest value of each number.
-    """
+    """Return EQUAL (to the reference, right), INSIDE the bounds or OUTSIDE them (NaN too) for each number of mine."""
     return np.where(mine == right, EQUAL, np.where(bounds.outside(mine), OUTSIDE, INSIDE))
 
 

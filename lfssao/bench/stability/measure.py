@@ -21,60 +21,30 @@ FINE = 2.0**-8
 
 @dataclass(frozen=True, eq=False)
 class Stiff:
-    """Points, one sample each, and the texture they are looked up in.
+    """Points, one sample each, and the texture they are looked up in."""
 
-    Attributes
-    ----------
-    mapping : Mapping
-        One module or camera.
-    positions : (H, W, 3) float64
-        World points, one a texel of the module; for a camera its texels' u, v and depth.
-    offset : (3,) float64
-        The sample's offset from each, world units.
-    depth : (H, W) float32
-        Surface that the samples are compared with, image z; +infinity: none.
-    stored : (H, W) float32 or None
-        The same in a format of fewer bits, which the kernels get instead.
-    step : float
-        Largest distance between the two.
-    texels : sequence of (int, int) or None
-        Rows and columns of the texels to measure; None: all.
-    """
-
-    mapping: Mapping
+    mapping: Mapping  # one module or camera
+    # (H, W, 3) float64: world points, one a texel of the module; for a camera its texels' u, v and depth
     positions: NDArray[np.float64]
-    offset: NDArray[np.float64]
-    depth: NDArray[np.float32]
+    offset: NDArray[np.float64]  # (3,) float64: the sample's offset from each, world units
+    depth: NDArray[np.float32]  # (H, W) float32: surface that the samples are compared with, image z; +infinity: none
+    # (H, W) float32 or None: the same in a format of fewer bits, which the kernels get instead
     stored: NDArray[np.float32] | None = None
-    step: float = 0.0
-    texels: Sequence[tuple[int, int]] | None = None
+    step: float = 0.0  # largest distance between the two
+    texels: Sequence[tuple[int, int]] | None = None  # rows and columns of the texels to measure; None: all
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Errors of one path on a case.
+    """Errors of one path on a case."""
 
-    Attributes
-    ----------
-    condition : float
-        Condition number of the mapping, the largest over the points.
-    ulp, texels : float
-        Largest error of an image coordinate; in ulp of the coordinate, or of one texel where that is more.
-    bound : float
-        The largest bound of such an error by error analysis, texels; infinity if there is none.
-    exceeded : int
-        Points whose error is larger than their bound, or whose decision is wrong and not undecided.
-    flipped, undecided, decisions : int
-        Decisions (occluded or not) that differ from exact ones; that rounding can change; all.
-    """
-
-    condition: float
-    ulp: float
-    texels: float
-    bound: float
-    exceeded: int
-    flipped: int
-    undecided: int
+    condition: float  # condition number of the mapping, the largest over the points
+    ulp: float  # largest error of an image coordinate, in ulp of the coordinate or of one texel, whichever is more
+    texels: float  # the same in texels
+    bound: float  # the largest bound of such an error by error analysis, texels; infinity if there is none
+    exceeded: int  # points whose error is larger than their bound, or whose decision is wrong and not undecided
+    flipped: int  # decisions (occluded or not) that differ from exact ones
+    undecided: int  # decisions that rounding can change
     decisions: int
 
 

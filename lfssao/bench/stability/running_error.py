@@ -13,21 +13,11 @@ PROBE = 2.0**-200
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """Operations rounded to nearest.
+    """Operations rounded to nearest."""
 
-    Attributes
-    ----------
-    unit : float
-        Unit roundoff, half an ulp of 1; 0 for exact arithmetic.
-    tiny : float
-        Half the smallest subnormal number.
-    largest : float
-        Largest finite number; the error beyond it is unbounded.
-    """
-
-    unit: float = 0.0
-    tiny: float = 0.0
-    largest: float = inf
+    unit: float = 0.0  # unit roundoff, half an ulp of 1; 0 for exact arithmetic
+    tiny: float = 0.0  # half the smallest subnormal number
+    largest: float = inf  # largest finite number; the error beyond it is unbounded
 
     @classmethod
     def of(cls, dtype: DTypeLike) -> "Arithmetic":
@@ -65,21 +55,11 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class Tracked:
-    """A number of a computation; + - * / and ``root`` give the result of the same rounded operation.
+    """A number of a computation; + - * / and ``root`` give the result of the same rounded operation."""
 
-    Attributes
-    ----------
-    value : Fraction
-        Its value without any rounding.
-    error : float
-        Largest distance of the computed number from it; infinity if unbounded.
-    arithmetic : Arithmetic
-        How results are rounded.
-    """
-
-    value: Fraction
-    error: float
-    arithmetic: Arithmetic
+    value: Fraction  # its value without any rounding
+    error: float  # largest distance of the computed number from it; infinity if unbounded
+    arithmetic: Arithmetic  # how results are rounded
 
     def __add__(self, b: "Tracked") -> "Tracked":
         if not self.value and self.error == 0:  # 0 + b is b

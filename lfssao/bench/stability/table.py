@@ -15,46 +15,25 @@ BROKEN = "broken"
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table.
-
-    Attributes
-    ----------
-    case, stiff, input, path : str
-        The case, the difficulty in it, its input, and 'float32' or 'float64'.
-    measured : Measured or None
-        Errors and decisions; None if the input is refused.
-    verdict : str
-        WITHIN, DEGRADED, REFUSED, or BROKEN if it is not what the case states.
-    reason : str
-        The degradation, or the sentence of the refusal.
-    """
+    """One line of the table."""
 
     case: str
-    stiff: str
+    stiff: str  # the difficulty in it
     input: str
-    path: str
-    measured: Measured | None
-    verdict: str
-    reason: str = ""
+    path: str  # 'float32' or 'float64'
+    measured: Measured | None  # errors and decisions; None if the input is refused
+    verdict: str  # WITHIN, DEGRADED, REFUSED, or BROKEN if it is not what the case states
+    reason: str = ""  # the degradation, or the sentence of the refusal
 
 
 @dataclass(frozen=True)
 class Case:
-    """Inputs of one kind of stiffness, whose image is compared with the exact one.
-
-    Attributes
-    ----------
-    name, stiff : str
-        Its name, and the difficulty in it.
-    inputs : function
-        Yields pairs of a text and a function that measures a path.
-    degraded : mapping
-        Path to the sentence about its degradation; a path that is not in it stays within 2^-8 texel.
-    """
+    """Inputs of one kind of stiffness, whose image is compared with the exact one."""
 
     name: str
-    stiff: str
-    inputs: Callable[[], Inputs]
+    stiff: str  # the difficulty in it
+    inputs: Callable[[], Inputs]  # yields pairs of a text and a function that measures a path
+    # Path to the sentence about its degradation; a path that is not in it stays within 2^-8 texel
     degraded: Mapping[str, str]
 
     def rows(self) -> Iterator[Row]:
@@ -75,23 +54,13 @@ class Case:
 
 @dataclass(frozen=True)
 class Refusal:
-    """An input that is refused before the work starts.
-
-    Attributes
-    ----------
-    name, stiff, text : str
-        Its name, the difficulty in it, and the input.
-    attempt : function
-        Tries it.
-    says : str
-        Part of the sentence that refuses it.
-    """
+    """An input that is refused before the work starts."""
 
     name: str
-    stiff: str
-    text: str
-    attempt: Callable[[], object]
-    says: str
+    stiff: str  # the difficulty in it
+    text: str  # the input
+    attempt: Callable[[], object]  # tries it
+    says: str  # part of the sentence that refuses it
 
     def rows(self) -> Iterator[Row]:
         """One row: BROKEN unless the attempt is refused, in these words."""

@@ -72,16 +72,7 @@ def describe(point: Point) -> str:
 def advice(result: dict[str, Any], error: str, max_error: float | None = None, max_ms: float | None = None) -> str:
     """Return one sentence: the fastest setting of at most an error, or that of least error in at most a time.
 
-    Parameters
-    ----------
-    result : dict
-        Read by ``read_result``.
-    error : str
-        'model', against ray-cast occlusion, or 'sampling', against the same estimator with very many samples.
-    max_error : float, optional
-        RMSE of occlusion, 0 to 1.
-    max_ms : float, optional
-        Milliseconds.
+    The result is that of ``read_result``; the error, an RMSE, is 'model' or 'sampling'.
 
     Raises
     ------

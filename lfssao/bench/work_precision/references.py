@@ -14,18 +14,10 @@ MARGIN = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The texture that an estimator tends to.
+    """The texture that an estimator tends to."""
 
-    Attributes
-    ----------
-    texture : (t,) float64
-        Mean of the independent references, occlusion of the surface texels.
-    error : float
-        Its own RMSE, estimated from how far the references lie apart.
-    """
-
-    texture: Texture
-    error: float
+    texture: Texture  # (t,) float64: mean of the independent references, occlusion of the surface texels
+    error: float  # its own RMSE, estimated from how far the references lie apart
 
     def serves(self, error: float) -> bool:
         """Whether an error is so far above the reference's own that it is known."""

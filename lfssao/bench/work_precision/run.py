@@ -175,22 +175,9 @@ def _commit() -> str | None:
 
 
 def run(mesh: Mesh, grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None], tick: Tick) -> None:
-    """Measure the estimators that a result does not hold yet, and save it after each.
+    """Measure the estimators that a result of ``start`` does not hold yet, and save it after each.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    grid : Grid
-        Sizes.
-    threads : int
-        Threads of the ray caster; numba's are the caller's.
-    result : dict
-        Made by ``start``; grows.
-    save : callable
-        Writes it.
-    tick : callable
-        Called before each step with its name.
+    Threads are those of the ray caster, numba's are the caller's; tick is called before each step with its name.
     """
     missing = [name for name in ESTIMATORS if name not in result["estimators"]]
     if not missing:

@@ -29,17 +29,7 @@ Inputs = tuple[tuple[FloatArray | None, FloatArray | None], dict[str, Value]]
 
 
 class BenchScene:
-    """One view of a mesh, its textures in each arithmetic and its ray-cast occlusion.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    grid : Grid
-        Sizes.
-    threads : int
-        Threads of the ray caster.
-    """
+    """One view of a mesh, its textures in each arithmetic and its ray-cast occlusion; threads are the ray caster's."""
 
     def __init__(self, mesh: Mesh, grid: Grid, threads: int) -> None:
         self.mesh = mesh

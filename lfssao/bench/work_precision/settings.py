@@ -36,45 +36,23 @@ TIMED, TIMED_FOR_ALL = 256, "random"
 
 @dataclass(frozen=True)
 class Grid:
-    """Sizes of a run.
+    """Sizes of a run."""
 
-    Attributes
-    ----------
-    width, height : int
-        Texture, texels.
-    counts : tuple of int
-        Numbers of samples.
-    radii : tuple of tuple of float
-        Sets of radii, fractions of the scene's diagonal.
-    dtypes : tuple of str
-        Arithmetic.
-    blurs : tuple of float
-        Sigmas, texels.
-    samplers : tuple of str or None
-        Samplers; None: all of the domain.
-    reference_samplers : tuple of str
-        Samplers of the references. A sampler is never compared with a reference of its own; two others must be left.
-    reference_count : int
-        Samples of each reference, a power of two: float32 then adds equal weights without rounding.
-    seeds : int
-        Sets that a sampling error is over.
-    repeats : int
-        Warm runs of each time.
-    own_counts : bool
-        Whether estimators that make their own taps are measured with other numbers of taps than their default.
-    """
-
-    width: int = 256
+    width: int = 256  # texture, texels
     height: int = 192
-    counts: tuple[int, ...] = (1, 4, 16, 64, 256, 1024, 4096)
+    counts: tuple[int, ...] = (1, 4, 16, 64, 256, 1024, 4096)  # numbers of samples
+    # Sets of radii, fractions of the scene's diagonal
     radii: tuple[tuple[float, ...], ...] = ((0.02,), (0.01, 0.02, 0.035))
-    dtypes: tuple[str, ...] = ("float32", "float64")
-    blurs: tuple[float, ...] = (0.0, 1.0)
-    samplers: tuple[str, ...] | None = None
+    dtypes: tuple[str, ...] = ("float32", "float64")  # arithmetic
+    blurs: tuple[float, ...] = (0.0, 1.0)  # sigmas, texels
+    samplers: tuple[str, ...] | None = None  # samplers; None: all of the domain
+    # Samplers of the references. A sampler is never compared with a reference of its own; two others must be left
     reference_samplers: tuple[str, ...] = ("sobol", "halton", "fibonacci")
+    # Samples of each reference, a power of two: float32 then adds equal weights without rounding
     reference_count: int = 262_144
-    seeds: int = 4
-    repeats: int = 20
+    seeds: int = 4  # sets that a sampling error is over
+    repeats: int = 20  # warm runs of each time
+    # Whether estimators that make their own taps are measured with other numbers of taps than their default
     own_counts: bool = True
 
     @property

@@ -1,1 +1,1 @@
-"""Benches: what the implementation gets right, and what that costs."""
+"""Benches of the command ``lfssao bench``: error against run time, numerical stability, savings of the plan."""

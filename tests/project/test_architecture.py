@@ -246,6 +246,7 @@ def test_all_names_resolve_and_are_described():
 # Equal bits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("group", batch.GROUPS)
 def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
     """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""

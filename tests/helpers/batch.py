@@ -1,4 +1,4 @@
-"""One batch of inputs through every kernel, and the SHA-256 of each output: the same code for every process.
+"""Inputs for kernels whose bits the golden textures do not show, and the SHA-256 of each output.
 
 As a program it takes the name of a group of kernels and prints a JSON list: its digests with one thread and with two.
 """
@@ -12,18 +12,13 @@ from dataclasses import replace
 import analytic_scenes
 import numba
 import numpy as np
-import raycast_scenes
 
-from lfssao import Camera, Display, Mesh, Module, Occluders, estimate, make_samples, ray_cast_occlusion
+from lfssao import Camera, Display, Mesh, Module, Occluders, make_samples, ray_cast_occlusion
 from lfssao.ao import passes
-from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.kernels import ssao, truth_batches
 from lfssao.core import elementary, philox
-from lfssao.core.points import transform_points
-from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.kernels import albedo, first_hit, surface, triangle
+from lfssao.gbuffer.kernels import triangle
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.kernels import rays
 from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
 from lfssao.samples.kernels import ball, spiral
 from lfssao.verify.bounds import post
@@ -51,7 +46,7 @@ def depth_texture(rng, dtype, low, high):
     return depth
 
 
-def occlusions(dtype):
+def occlusions(dtype=np.float64):
     rng = np.random.default_rng(1)
     samples = make_samples("latin", 12, 9, 0.2, 1.0)
     module, camera = DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)
@@ -111,7 +106,7 @@ def accepted():
     yield "depth ranges", np.array([lower, upper])
 
 
-def mapped(dtype):
+def mapped(dtype=np.float64):
     points = np.random.default_rng(2).uniform(-3, 3, (200, 3)).astype(dtype)
     for view in (DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)):
         projection = view.world_to_image.as_type(dtype)
@@ -147,67 +142,6 @@ def triangles():
     near = rng.uniform(0.5, 1, (400, 2))
     nearly = np.column_stack([near, near[:, ::-1] * (1 + 2.0**-52 * rng.integers(-2, 3, (400, 2)))])
     yield "edge_function", np.array([triangle.edge_function(*four) for four in nearly])
-
-
-def rays_into(view, box):
-    """What Embree is handed for a box, of every second texel."""
-    step, columns = 2, -(-WIDTH // 2)
-    counts = np.empty(-(-HEIGHT // step), np.int64)
-    grid = view.rays, box, WIDTH, HEIGHT, step, columns
-    rays.count_rays(*grid, counts)
-    n = int(counts.sum())
-    assert n > 50
-    cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
-    origins, directions = np.empty((2, n, 3), np.float32)
-    rays.make_rays(*grid, np.cumsum(counts) - counts, cells, origins, directions, lengths)
-    return np.column_stack([cells, origins, directions, lengths])
-
-
-def casts():
-    """The kernels of the ray caster, Embree's proposals replaced by triangles drawn by lot."""
-    rng = np.random.default_rng(4)
-    vertices, faces = rng.uniform(-0.4, 0.4, (50, 3)), rng.integers(0, 50, (60, 3)).astype(np.int32)
-    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])]
-    box = np.array([[-0.4, -0.4, -0.4], [0.4, 0.4, 0.4]])
-    table = np.array([[0, 3, 4], [12, 0, 0]], np.int64)
-    colors, uv, texels = rng.random((50, 3), np.float32), rng.uniform(-2, 2, (50, 2)), rng.random((12, 3), np.float32)
-    factors, of_face = rng.random((2, 3), np.float32), rng.integers(0, 2, len(faces)).astype(np.int32)
-    material = albedo.Material(factors, of_face, colors, uv, table, texels)
-    cameras = [CAMERA, Camera("orthographic", CAMERA.eye, CAMERA.target, CAMERA.up, 2.0, 1.0, 9.0)]
-    for view in [DISPLAY.view(0, WORLD), *(camera.view(WIDTH, HEIGHT) for camera in cameras)]:
-        moved = np.empty_like(vertices)
-        transform_points(np.ravel(view.world_from_cast), vertices, moved)
-        yield f"points {view.depth_kind}", moved
-        away = np.array([0.0, 0.0, 0.0 if view.rays.kind == mapping.CROSSED_SLITS else 3.0])
-        yield f"rays {view.depth_kind}", rays_into(view, box + away)
-        tree = TriangleTree(vertices + away, faces)
-        yield f"tree {view.depth_kind}", np.concatenate([tree.boxes.ravel(), tree.order])
-        shape = -(-HEIGHT // first_hit.TILE), -(-WIDTH // first_hit.TILE)
-        number, z = raycast_scenes.traced(view, tree, rng.integers(-1, len(faces), shape))
-        assert 100 < (number >= 0).sum() < number.size
-        for found, same in zip(raycast_scenes.rasterized(view, tree), (number, z), strict=True):
-            assert (found[number >= 0] == same[number >= 0]).all()
-        number, z = number.reshape(HEIGHT, WIDTH), z.reshape(HEIGHT, WIDTH)
-        yield f"first hits {view.depth_kind}", np.dstack([number, z])
-        depth, positions, rgb = (np.empty((HEIGHT, WIDTH, *n), np.float32) for n in ((), (3,), (3,)))
-        weights = np.zeros((HEIGHT, WIDTH, 2))
-        surface.write_surface(view.rays, np.ravel(view.world_from_cast), number, z, depth, positions)
-        surface.points_on_triangles(view.rays, tree.arrays, number, z, weights)
-        albedo.write_albedo(number, weights, faces, material, False, rgb)
-        yield f"surface {view.depth_kind}", np.dstack([weights, depth, positions, rgb])
-
-
-def estimates():
-    """Every estimator of the registry by its own samples, float32 only: compiling them is what takes the time."""
-    for name in ESTIMATORS:
-        for sight in ("display", "perspective"):
-            seen = analytic_scenes.buffers("sphere on a plane", analytic_scenes.SIGHTS[sight](17, 13), np.float32)
-            made = estimate(name, seen, 0.3)
-            assert made.texture.max() > 0
-            yield f"{name}, {sight}", np.append(made.texture, made.outside)
-    for mip in ESTIMATORS["sao"].choices["mip"]:  # its bytes would hide small differences
-        made = estimate("sao", seen, 0.3, mip=mip, log_q=0, packed=False)
-        yield f"sao, {mip}", np.append(made.texture, made.outside)
 
 
 def truth():
@@ -252,11 +186,9 @@ def conformance():
 
 GROUPS = {
     "scalars": lambda: (*scalars(), *triangles()),
-    "rays": lambda: (*casts(), *truth(), *batches()),
+    "truth": lambda: (*truth(), *batches()),
     "kit": lambda: (*conformance(), *accepted()),
-    "float32": lambda: (*occlusions(np.float32), *mapped(np.float32)),
-    "float64": lambda: (*occlusions(np.float64), *mapped(np.float64)),
-    "estimators": estimates,  # last: by then the run's other process has compiled them for this CPU
+    "float64": lambda: (*occlusions(), *mapped()),
 }
 
 

@@ -1,4 +1,4 @@
-"""The textures whose digests are golden: ``python tests/helpers/golden.py`` prints them anew."""
+"""The textures whose digests are golden: ``python tests/helpers/golden.py [GROUP ...]`` prints them anew."""
 
 import functools
 import hashlib
@@ -11,26 +11,14 @@ import numpy as np
 import lfssao
 
 GOLDEN = Path(__file__).parents[1] / "project" / "golden" / "digests.json"
-
-
 WIDTH, HEIGHT = 160, 120
-
-
 DISPLAYS = ("c80", "convex", "picoarray", "sample-a", "sample-b", "virtual")
-
-
 SCENES = ("ammonite", "armadillo", "gallery", "statue")
-
-
 ESTIMATORS = (
     "alchemy", "hbao", "hemisphere", "lf", "multiresolution", "point", "sao", "sao-equation-1", "vo-area",
     "vo-area-normal", "vo-lines", "vo-lines-normal", "vo-points", "vo-points-normal",
 )  # fmt: skip
-
-
 SAMPLINGS = ("random", "rejection", "jittered", "latin", "poisson", "sobol", "halton")
-
-
 scene = functools.cache(lfssao.builtin_scene)
 
 
@@ -126,5 +114,6 @@ def digests_of(textures):
 
 
 if __name__ == "__main__":
-    json.dump({group: {n: digests_of(t) for n, t in make()} for group, make in GROUPS.items()}, sys.stdout, indent=1)
+    made = {group: {name: digests_of(seen) for name, seen in GROUPS[group]()} for group in sys.argv[1:] or GROUPS}
+    json.dump(made, sys.stdout, indent=1)
     print()

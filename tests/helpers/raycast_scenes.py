@@ -1,19 +1,15 @@
-"""Scenes that a ray caster may stumble over, in the cast space of a view; as a program, digests of what it makes.
+"""Scenes that a ray caster may stumble over, in the cast space of a view.
 
 A scene is a function of a view and a random generator that gives vertices (V, 3) float64 and faces (F, 3) int32.
 """
 
 import functools
-import hashlib
-import json
-import sys
 from contextlib import contextmanager
 
-import numba
 import numpy as np
 from reference import raycast
 
-from lfssao import Camera, Mesh, RayCaster, builtin_scene, find_display, fit_roi
+from lfssao import Camera, find_display
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.kernels import first_hit
 
@@ -273,23 +269,12 @@ def torus(around=24, across=12, radius=0.4):
     return np.column_stack([ring * np.cos(a), ring * np.sin(a), radius * np.sin(b)]), np.array(faces)
 
 
-# The program: digests of textures, for processes with other instructions
+# Ways of the ray caster
 
 
 def to_world(view, points):
     """World coordinates of cast space, for the views above."""
     return points * [1.0, 1.0, view.world_from_cast[2, 2]]
-
-
-def textures():
-    ammonite = builtin_scene("ammonite")
-    for name, index in (("virtual", 0), ("sample-a", 3)):
-        preset = find_display(name).with_resolution(320, 240)
-        world = fit_roi(ammonite.bounds, preset.roi)
-        yield f"ammonite {name}", ammonite, preset.view(index, world)
-    for scene in (slivers, sheet, coplanar, edge_on, stadium):
-        view = VIEWS["right"](61, 45)
-        yield scene.__name__, Mesh(*scene(view, np.random.default_rng(8))), view
 
 
 def rasterized(view, tree):
@@ -320,25 +305,3 @@ def way(name):
         yield
     finally:
         rasterize.MOST_PAIRS = before
-
-
-def digests(threads=1):
-    """Those of each way by which a texel's triangle is found."""
-    numba.set_num_threads(threads)
-    return {name: digests_by(name, threads) for name in WAYS}
-
-
-def digests_by(name, threads):
-    made = {}
-    for scene, mesh, view in textures():
-        with way(name):
-            seen = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view)
-        for part in ("depth", "positions", "triangle", "color"):
-            array = getattr(seen, part)
-            if array is not None:
-                made[f"{scene} {part}"] = hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()
-    return made
-
-
-if __name__ == "__main__":
-    json.dump(digests(int(sys.argv[1])), sys.stdout)

@@ -5,9 +5,16 @@ right. ``python tests/helpers/golden.py`` prints them anew; they change only in 
 """
 
 import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
+import golden
 import pytest
 from golden import GOLDEN, GROUPS, digests_of
+
+import lfssao
 
 
 @pytest.mark.parametrize("group", GROUPS)
@@ -18,3 +25,11 @@ def test_no_texture_changes(group):
     for name, textures in found.items():
         different = [layer for layer in expected[name] if textures.get(layer) != expected[name][layer]]
         assert textures == expected[name], f"{name}: {', '.join(different)}"
+
+
+@pytest.mark.slow
+def test_one_thread_of_a_processor_without_extensions_makes_the_same_textures(generic_cpu):
+    env = {**os.environ, **generic_cpu, "NUMBA_NUM_THREADS": "1", "PYTHONPATH": str(Path(lfssao.__file__).parents[1])}
+    done = subprocess.run([sys.executable, golden.__file__], env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == json.loads(GOLDEN.read_text())

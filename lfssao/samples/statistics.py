@@ -8,6 +8,7 @@ from math import log, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 FloatArray = NDArray[np.float64]
 
@@ -99,14 +100,13 @@ def star_discrepancy(cube: FloatArray) -> float:
 
 def nearest_distance(points: FloatArray, wraps: bool = False) -> float:
     """The least distance of two points, infinite for one point; with ``wraps`` on LF's square as a cylinder."""
-    x = np.asarray(points, np.float64)
-    least = np.inf
-    for k in range(1, len(x)):
-        gap = np.abs(x[:k] - x[k])
-        if wraps:
-            gap[:, 1] = np.minimum(gap[:, 1], 2 - gap[:, 1])
-        least = min(least, float(np.min(np.sum(gap**2, axis=1))))
-    return sqrt(least)
+    x = np.array(points, np.float64)
+    if len(x) < 2:
+        return np.inf
+    if wraps:
+        x[:, 1] %= 2.0
+    tree = KDTree(x, boxsize=(0.0, 2.0) if wraps else None)
+    return float(tree.query(x, k=2)[0][:, 1].min())
 
 
 def pair_correlation(cube: FloatArray, bins: int = 40, reach: float = 4.0) -> tuple[FloatArray, FloatArray]:
@@ -128,11 +128,8 @@ def pair_correlation(cube: FloatArray, bins: int = 40, reach: float = 4.0) -> tu
     """
     n = len(cube)
     edges = np.linspace(0, min(reach, 0.5 * sqrt(n)), bins + 1)
-    count = np.zeros(bins)
-    for k in range(1, n):
-        gap = np.abs(cube[:k, :2] - cube[k, :2])
-        gap = np.minimum(gap, 1 - gap)
-        count += np.histogram(np.sqrt(np.sum(gap**2, axis=1)) * sqrt(n), edges)[0]
+    tree = KDTree(cube[:, :2] % 1.0, boxsize=1.0)
+    count = np.diff(tree.count_neighbors(tree, edges / sqrt(n))) / 2  # each pair is found from both ends
     rings = pi * (edges[1:] ** 2 - edges[:-1] ** 2) / n
     return (edges[1:] + edges[:-1]) / 2, count / np.maximum(0.5 * n * (n - 1) * rings, 1e-300)
 

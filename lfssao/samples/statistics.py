@@ -16,15 +16,8 @@ FloatArray = NDArray[np.float64]
 def unit_cube(points: FloatArray, domain: str, r_min: float = 0.0, r_max: float = 1.0) -> FloatArray:
     """Points of a domain in the unit cube, volumes kept: (n, 2), or (n, 3) of a ball.
 
-    Parameters
-    ----------
-    points : (n, d)
-        Of the domain.
-    domain : str
-        'square', 'sphere', 'ball' or 'disk': (xi_1, xi_2), (z, phi), (z / r, phi, r^3) and (r^2, phi), each from 0
-        to 1.
-    r_min, r_max : float
-        The ball's shell; where they are equal r^3 is left out.
+    The coordinates, each from 0 to 1, are (xi_1, xi_2) of the 'square', (z, phi) of the 'sphere', (z / r, phi, r^3) of
+    the 'ball' and (r^2, phi) of the 'disk'; r^3 is left out where the ball's shell has equal radii.
     """
     points = np.asarray(points, np.float64)
     if domain == "square":
@@ -68,7 +61,7 @@ def chi_square_limit(freedom: int, alarm: float) -> float:
     return freedom + 2 * sqrt(freedom * x) + 2 * x
 
 
-def axes(count: int) -> FloatArray:
+def _axes(count: int) -> FloatArray:
     """Directions spread over the sphere, (count, 3): a Fibonacci sphere."""
     k = np.arange(count) + 0.5
     z, phi = 1 - 2 * k / count, pi * (1 + sqrt(5)) * k
@@ -76,17 +69,12 @@ def axes(count: int) -> FloatArray:
     return np.column_stack([r * np.cos(phi), r * np.sin(phi), z])
 
 
-def cap_discrepancy(points: FloatArray, count: int = 128) -> float:
+def cap_discrepancy(points: FloatArray) -> float:
     """Largest difference between the fraction of points in a spherical cap and the cap's fraction of the sphere.
 
-    Parameters
-    ----------
-    points : (n, 3)
-        On the unit sphere.
-    count : int
-        Number of the caps' centres, to which those opposite are added; caps are of all sizes.
+    Points are (n, 3) on the unit sphere; caps of all sizes have 128 centres, and those opposite.
     """
-    heights = np.asarray(points) @ axes(count).T
+    heights = np.asarray(points) @ _axes(128).T
     return max(ks_distance((column + 1) / 2) for column in heights.T)
 
 
@@ -109,25 +97,14 @@ def nearest_distance(points: FloatArray, wraps: bool = False) -> float:
     return float(tree.query(x, k=2)[0][:, 1].min())
 
 
-def pair_correlation(cube: FloatArray, bins: int = 40, reach: float = 4.0) -> tuple[FloatArray, FloatArray]:
-    """Return how much more often than independent points two points of the unit square are a distance apart.
+def pair_correlation(cube: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return 40 distances up to 4 / sqrt(n), in units of 1 / sqrt(n), and the frequency of pairs at each.
 
-    Parameters
-    ----------
-    cube : (n, 2)
-        The points; distances wrap both ways, so that no edge thins them out.
-    bins : int
-        Number of distances.
-    reach : float
-        The largest distance, in units of 1 / sqrt(n); half the square at most.
-
-    Returns
-    -------
-    middles, ratio : (bins,)
-        Distances in units of 1 / sqrt(n), and the pair correlation there: 1 for independent points.
+    The frequency of pairs of independent points of the unit square, (n, 2), is 1. Distances wrap both ways, so that no
+    edge thins them out; they end at half the square.
     """
     n = len(cube)
-    edges = np.linspace(0, min(reach, 0.5 * sqrt(n)), bins + 1)
+    edges = np.linspace(0, min(4.0, 0.5 * sqrt(n)), 41)
     tree = KDTree(cube[:, :2] % 1.0, boxsize=1.0)
     count = np.diff(tree.count_neighbors(tree, edges / sqrt(n))) / 2  # each pair is found from both ends
     rings = pi * (edges[1:] ** 2 - edges[:-1] ** 2) / n
@@ -137,17 +114,8 @@ def pair_correlation(cube: FloatArray, bins: int = 40, reach: float = 4.0) -> tu
 def periodogram(cube: FloatArray, most: int = 32) -> FloatArray:
     """Power abs(sum_k exp(-2 pi i f . x_k))^2 / n at whole frequencies f from -most to most each way; 0 at f = 0.
 
-    Parameters
-    ----------
-    cube : (n, 2)
-        Points of the unit square. For independent points every power but that at 0 has the mean 1.
-    most : int
-        The highest frequency.
-
-    Returns
-    -------
-    (2 most + 1, 2 most + 1)
-        Rows are frequencies of the second coordinate.
+    Points are (n, 2) of the unit square; every power of independent ones but that at 0 has the mean 1. The rows of the
+    result, (2 most + 1, 2 most + 1), are frequencies of the second coordinate.
     """
     f = np.arange(-most, most + 1)
     first, second = (np.exp(-2j * pi * np.outer(f, cube[:, a])) for a in (0, 1))

@@ -46,6 +46,10 @@ BAD_VALUES = {
     "--display": ("foo", "", "Virtual"),
     "--sampling": ("foo", "", "spiral"),
     "--camera": ("foo", ""),
+    "--normals": ("up",),
+    "--filter": ("cubic",),
+    "--caster": ("vulkan",),
+    "--guard": ("-1",),
 }  # fmt: skip
 
 
@@ -69,6 +73,7 @@ def test_bad_values_are_refused_by_the_options_name(capsys, tmp_path, option, va
         ("--modules", "0:2", "virtual has modules 0:1"),
         ("--layers", "depth,best", "'best': choose some of depth, positions, color, normals, ao, merged"),
         ("--samples", "0", "0 is not from 1 to 65536"),
+        ("--caster", "vulkan", "caster is 'vulkan': choose one of exact, embree"),
         ("--radii", "1,-2", "-2 is not a radius from 0"),
         ("--radii", "-1,2", "-1 is not a radius from 0"),
         ("--resolution", "1000000x1000000", "at most 2147483647 texels"),

@@ -7,7 +7,7 @@ import pytest
 
 from lfssao import Camera, InputError, Mesh, Paint, RayCaster, builtin_scene, find_display, module_views
 
-RESOLUTION = (64, 48)
+RESOLUTION = 64, 48
 
 
 @pytest.fixture(scope="module")

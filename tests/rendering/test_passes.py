@@ -23,18 +23,14 @@ from lfssao import (
 from lfssao.cli.main import main
 from lfssao.rendering.settings import LAYERS
 
-RESOLUTION = (64, 48)
-
 
 @pytest.fixture(scope="module")
 def statue():
     return builtin_scene("statue")
 
 
-def view_of(mesh, guard=0, module=3):
-    return module_views(mesh, find_display("sample-a").with_resolution(*RESOLUTION), range(module, module + 1), guard)[
-        0
-    ]
+def view_of(mesh):
+    return module_views(mesh, find_display("sample-a").with_resolution(64, 48), range(3, 4))[0]
 
 
 def test_a_guard_band_lets_occluders_outside_be_seen():
@@ -69,25 +65,9 @@ def test_exr_windows_say_where_the_guard_band_is(tmp_path):
         assert data == ((-5, -5, 42, 34) if name in banded else (0, 0, 32, 24))
 
 
-def test_command_line_layers(tmp_path, capsys):
-    common = ["ammonite", "--resolution", "32x24", "--samples", "2", "--radii", "2%"]
-    render(tmp_path / "a", *common, "--normals", "smooth", "--filter", "nearest")
-    capsys.readouterr()
-    for wrong, word in (
-        (["--normals", "up"], "normals"),
-        (["--filter", "cubic"], "color_filter"),
-        (["--caster", "vulkan"], "caster is 'vulkan': choose one of exact, embree"),
-        (["--guard", "-1"], "--guard"),
-    ):
-        render(tmp_path / "b", *common, *wrong, code=2)
-        assert word in sentence(capsys)
-    assert not (tmp_path / "b").exists()
-
-
 # Layers that are asked for
+
 PASS_OF = {"ao": "ao", "merged": "merge", "blurred": "blur", "shaded": "shade"}
-
-
 NEEDED = {  # by hand: what each layer is made of
     "depth": set(), "positions": set(), "color": set(), "normals": set(), "ao": set(), "merged": {"ao"},
     "blurred": {"ao", "merged"}, "shaded": {"ao", "merged", "blurred"},
@@ -106,7 +86,7 @@ def layers_of(textures):
 @pytest.mark.parametrize("place", ["seen", "unseen"])
 def test_only_layers_that_are_asked_for_are_kept_and_only_what_they_read_is_computed(statue, estimator, place):
     box = statue.bounds + (place == "unseen") * np.array([90.0, 0, 0])
-    (view,) = module_views(statue, find_display("virtual").with_resolution(*RESOLUTION), None, 4, box)
+    (view,) = module_views(statue, find_display("virtual").with_resolution(64, 48), None, 4, box)
     caster, cast = RayCaster(statue, view.cast_from_world), []
 
     class Caster:

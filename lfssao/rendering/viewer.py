@@ -1,4 +1,4 @@
-"""The virtual viewer: what an eye on the observer line sees of a display, composed from its modules' textures.
+"""The virtual viewer: a display seen by an eye on the observer line, composed from its modules' textures.
 
 The ideal picture, with infinitely many modules, is that of a pinhole at the eye (``eye_view``): through screen point S
 it sees along the straight line eye - S. Seen from above that line meets the modules' row between two modules, at m*;
@@ -104,12 +104,12 @@ class LightField:
         if blend not in BLENDS:
             raise InputError(f"there is no blend '{blend}': choose one of {', '.join(BLENDS)}")
         shown = self.display
-        eye = np.array(eye_point(shown, eye_x))
+        eye, screen = eye_point(shown, eye_x), (shown.screen_width, shown.screen_height)
         columns, rows = picture_size(shown, width)
         image, dark = np.empty((rows, columns, self._texels.shape[1]), np.float32), np.empty(rows, np.int64)
         numbers = np.stack([shown.module_numbers(k) for k in range(len(shown.modules))])
-        screen = np.array([shown.screen_width, shown.screen_height])
-        kernels.compose(numbers, self._sizes, self._starts, self._texels, eye, screen, BLENDS.index(blend), image, dark)
+        modules = kernels.Modules(numbers, self._sizes, self._starts, self._texels)
+        kernels.compose(modules, eye, screen, BLENDS.index(blend), image, dark)
         return Photograph(image, int(dark.sum()))
 
 
@@ -167,7 +167,7 @@ def eye_point(display: Display, eye_x: float) -> tuple[float, float, float]:
         raise InputError(
             f"display {display.name}: its observers' arc has no eye in front of the screen at x = {eye_x:g}"
         )
-    return eye_x, display.observer_height, z
+    return float(eye_x), display.observer_height, z
 
 
 def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width: int = 1024) -> View:

@@ -1,7 +1,9 @@
-"""What an eye on the observer line sees on the screen: at each screen point, the modules whose rays reach the eye.
+"""The picture that an eye on the observer line sees: at each screen point, the modules whose rays reach the eye.
 
 All in float64, evaluated as written; the picture is rounded once to float32.
 """
+
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
@@ -18,30 +20,54 @@ SIGMA = 1.5  # of the Gaussian, in angular steps of the modules
 CUT = 4.0  # sigmas, beyond which a module does not count
 
 
-@kernel(inline=True)
-def seen_screen_point(curvature, half_width, half_height, x, y, e_x, e_y, e_z):
-    """Where the line from the eye to (x, y, 0) meets the screen: s_x, s_y, s_z; s_z is NaN where it misses its area.
+class Modules(NamedTuple):
+    """The modules of one display and their textures.
 
-    On a flat screen that is (x, y, 0). On a curved one: the crossing of the line with the circle that lies nearest
-    to z = 0, which is its side towards the eye.
+    Attributes
+    ----------
+    numbers : (M, 32) float64
+        Each a ``DisplayModule``.
+    sizes : (M, 2) int64
+        Width and height of each texture.
+    starts : (M,) int64
+        Row of ``texels`` at which each texture starts, -1 for a module that shows nothing.
+    texels : (n, C) float32
+        All textures, row by row, finite.
     """
+
+    numbers: Any
+    sizes: Any
+    starts: Any
+    texels: Any
+
+
+@kernel(inline=True)
+def seen_screen_point(curvature, screen, x, y, eye):
+    """The crossing of the screen and the line from the eye to (x, y, 0): s_x, s_y, s_z; s_z is NaN beside its area.
+
+    On a flat screen that is (x, y, 0). A curved one is crossed on its side towards the eye, at the crossing of the line
+    with the circle that is nearest to z = 0.
+    """
+    e_x, e_y, e_z = eye
     if curvature == 0.0:
         return x, y, 0.0
     t, discriminant = circle_crossing(curvature, x, 0.0, e_x - x, e_z)
     s_x, s_y = x + t * (e_x - x), y + t * (e_y - y)
     meets = (discriminant >= 0.0) & (t < 1.0)
-    inside = (abs(s_x) <= half_width) & (abs(s_y) <= half_height)
+    inside = (abs(s_x) <= 0.5 * screen[0]) & (abs(s_y) <= 0.5 * screen[1])
     return s_x, s_y, t * e_z if meets & inside else np.nan
 
 
 @kernel(inline=True)
-def ray_sine(d, s_x, s_y, s_z, e_x, e_z):
-    """By how much a module's ray through a screen point misses the eye: sine of the angle, seen from above.
+def ray_sine(d, point, eye):
+    """Sine of the angle, seen from above, by which a module's ray through a screen point misses the eye.
 
     The ray crosses z = e_z at x = s_x + (s_x - m_x) (e_z - s_z) / (s_z - m_z) with the linear diffuser and at
-    s_x + (s_x - m_x) h_e / h_m with the conical one. Positive where that is right of the eye; NaN for a module that
-    is not behind the point, or whose ray is 90 degrees or more away.
+    s_x + (s_x - m_x) h_e / h_m with the conical one. Positive if that is right of the eye; NaN for a module that is not
+    behind the point, or whose ray is 90 degrees or more away.
     """
+    s_x, s_y, s_z = point
+    e_x, _, e_z = eye
     m_x, m_y, m_z, y_o = d.m_x, d.m_y, d.m_z, d.y_o
     forward = e_z - s_z
     ratio = forward / (s_z - m_z)
@@ -55,12 +81,13 @@ def ray_sine(d, s_x, s_y, s_z, e_x, e_z):
 
 
 @kernel(inline=True)
-def screen_to_texel(d, width, height, s_x, s_y, s_z):
+def screen_to_texel(d, width, height, point):
     """Image point at which a module shows a screen point, and whether its texture has it: u, v, shown.
 
     As ``optics.kernels.display.physical_to_image`` of a point on the screen: central projection from the lens onto
     z = 0, homography, radial distortion.
     """
+    s_x, s_y, s_z = point
     scale = d.m_z / (d.m_z - s_z)
     x, y = d.m_x + (s_x - d.m_x) * scale, d.m_y + (s_y - d.m_y) * scale
     if s_z == 0.0:
@@ -74,17 +101,17 @@ def screen_to_texel(d, width, height, s_x, s_y, s_z):
 
 
 @kernel
-def row_sines(numbers, points, e_x, e_z, sines):
-    """The ray_sine of every module at each of a row's screen points; points: (W, 3), sines: (W, M) float64."""
-    for k in range(numbers.shape[0]):
-        module = display_module(numbers[k])
+def row_sines(modules, points, eye, sines):
+    """Write the ray_sine of every module at each of a row's screen points; points: (W, 3), sines: (W, M) float64."""
+    for k in range(modules.numbers.shape[0]):
+        module = display_module(modules.numbers[k])
         for i in range(points.shape[0]):
-            sines[i, k] = ray_sine(module, points[i, 0], points[i, 1], points[i, 2], e_x, e_z)
+            sines[i, k] = ray_sine(module, (points[i, 0], points[i, 1], points[i, 2]), eye)
 
 
 @kernel
 def row_steps(sines, sides, steps):
-    """Which rays pass next to the eye at each of a row's points, and the modules' angular step there.
+    """Write the modules whose rays pass next to the eye at each of a row's points, and their angular step.
 
     Parameters
     ----------
@@ -93,8 +120,8 @@ def row_steps(sines, sides, steps):
     sides : (W, 2) int64
         Out: the modules whose rays pass next to the eye on its left (sine <= 0) and on its right, -1 for none.
     steps : (W,) float64
-        Out: the distance of the two, as a difference of sines; beyond an outermost ray its distance to the next one;
-        infinite where that is missing too.
+        Out: the difference of their sines; beyond an outermost ray its difference to the next one; infinite where that
+        is missing too.
     """
     for i in range(sines.shape[0]):
         l_1, l_2, r_1, r_2, left, right = -np.inf, -np.inf, np.inf, np.inf, -1, -1
@@ -117,22 +144,22 @@ def row_steps(sines, sides, steps):
 
 
 @kernel
-def row_texels(numbers, sizes, starts, points, sines, steps, coordinates, shown):
-    """Where every module near the eye shows each of a row's points: (W, M, 2) float64, and whether: (W, M) bool."""
-    for k in range(numbers.shape[0]):
-        module, width, height = display_module(numbers[k]), float(sizes[k, 0]), float(sizes[k, 1])
+def row_texels(modules, points, sines, steps, coordinates, shown):
+    """Write the image of each of a row's points in every module near the eye: (W, M, 2) float64, and if it is shown."""
+    for k in range(modules.numbers.shape[0]):
+        module = display_module(modules.numbers[k])
+        width, height = float(modules.sizes[k, 0]), float(modules.sizes[k, 1])
         for i in range(points.shape[0]):
             shown[i, k] = False
-            if starts[k] < 0 or not abs(sines[i, k]) < CUT * (SIGMA * steps[i]):
+            if modules.starts[k] < 0 or not abs(sines[i, k]) < CUT * (SIGMA * steps[i]):
                 continue
-            coordinates[i, k, 0], coordinates[i, k, 1], shown[i, k] = screen_to_texel(
-                module, width, height, points[i, 0], points[i, 1], points[i, 2]
-            )
+            point = points[i, 0], points[i, 1], points[i, 2]
+            coordinates[i, k, 0], coordinates[i, k, 1], shown[i, k] = screen_to_texel(module, width, height, point)
 
 
 @kernel
 def row_weights(sines, sides, steps, shown, blend, weights):
-    """Weights of the modules at each of a row's points, (W, M) float64; all 0 where none reaches the eye.
+    """Write the weights of the modules at each of a row's points, (W, M) float64; all 0 where none reaches the eye.
 
     A module reaches an eye up to half a step from its ray. NEAREST: the nearest that shows the point, the left one of
     two. LINEAR: its neighbour on the other side of the eye too, if it shows the point. GAUSSIAN: all that show it, by
@@ -157,12 +184,12 @@ def row_weights(sines, sides, steps, shown, blend, weights):
 
 
 @kernel
-def row_blend(weights, coordinates, sizes, starts, texels, picture):
-    """A row of the picture, (W, C) float32: weighted means of the textures, 0 without weights; how many of those.
+def row_blend(modules, weights, coordinates, picture):
+    """Write a row of the picture, (W, C) float32: weighted means of the textures, 0 without weights; count the latter.
 
     A texture is read bilinearly between texels' centres and clamped at its rim.
     """
-    dark, channels = 0, picture.shape[1]
+    texels, dark, channels = modules.texels, 0, picture.shape[1]
     sums = np.empty(channels)
     for i in range(weights.shape[0]):
         sums[:] = 0.0
@@ -172,13 +199,13 @@ def row_blend(weights, coordinates, sizes, starts, texels, picture):
             if not weight > 0.0:
                 continue
             total += weight
-            width, height = sizes[k, 0], sizes[k, 1]
+            width, height = modules.sizes[k, 0], modules.sizes[k, 1]
             x = min(max(coordinates[i, k, 0] - 0.5, 0.0), width - 1.0)
             y = min(max(coordinates[i, k, 1] - 0.5, 0.0), height - 1.0)
             column, row = int(x), int(y)
             f, g = x - column, y - row
             right = 1 if column + 1 < width else 0
-            a = starts[k] + row * width + column
+            a = modules.starts[k] + row * width + column
             b = a + width if row + 1 < height else a
             for n in range(channels):
                 top = (1.0 - f) * texels[a, n] + f * texels[a + right, n]
@@ -191,22 +218,16 @@ def row_blend(weights, coordinates, sizes, starts, texels, picture):
 
 
 @kernel(parallel=True)
-def compose(numbers, sizes, starts, texels, eye, screen, blend, picture, dark):
-    """The picture of the screen's rectangle at z = 0 that an eye sees.
+def compose(modules, eye, screen, blend, picture, dark):
+    """Write the picture of the screen's rectangle at z = 0 that an eye sees.
 
     Parameters
     ----------
-    numbers : (M, 32) float64
-        The modules of one display, each a DisplayModule.
-    sizes : (M, 2) int64
-        Width and height of each module's texture.
-    starts : (M,) int64
-        Row of ``texels`` at which each module's texture starts, -1 for a module that shows nothing.
-    texels : (n, C) float32
-        All textures, row by row, finite.
-    eye : (3,) float64
+    modules : Modules
+        The modules and their textures.
+    eye : three floats
         The eye, on the observer line or arc, metres.
-    screen : (2,) float64
+    screen : two floats
         Width and height of the screen, metres.
     blend : int
         NEAREST, LINEAR or GAUSSIAN.
@@ -216,8 +237,8 @@ def compose(numbers, sizes, starts, texels, eye, screen, blend, picture, dark):
     dark : (H,) int64
         Out: how many pixels of each row no module reaches.
     """
-    height, width, count = picture.shape[0], picture.shape[1], numbers.shape[0]
-    curvature = display_module(numbers[0]).screen_curvature
+    height, width, count = picture.shape[0], picture.shape[1], modules.numbers.shape[0]
+    curvature = display_module(modules.numbers[0]).screen_curvature
     for j in prange(height):
         points, sides, steps = np.empty((width, 3)), np.empty((width, 2), np.int64), np.empty(width)
         sines, weights = np.empty((width, count)), np.empty((width, count))
@@ -225,11 +246,9 @@ def compose(numbers, sizes, starts, texels, eye, screen, blend, picture, dark):
         y = screen[1] * (0.5 - (j + 0.5) / height)
         for i in range(width):
             x = screen[0] * ((i + 0.5) / width - 0.5)
-            points[i, 0], points[i, 1], points[i, 2] = seen_screen_point(
-                curvature, 0.5 * screen[0], 0.5 * screen[1], x, y, eye[0], eye[1], eye[2]
-            )
-        row_sines(numbers, points, eye[0], eye[2], sines)
+            points[i, 0], points[i, 1], points[i, 2] = seen_screen_point(curvature, screen, x, y, eye)
+        row_sines(modules, points, eye, sines)
         row_steps(sines, sides, steps)
-        row_texels(numbers, sizes, starts, points, sines, steps, coordinates, shown)
+        row_texels(modules, points, sines, steps, coordinates, shown)
         row_weights(sines, sides, steps, shown, blend, weights)
-        dark[j] = row_blend(weights, coordinates, sizes, starts, texels, picture[j])
+        dark[j] = row_blend(modules, weights, coordinates, picture[j])

@@ -20,7 +20,8 @@ from exr_parts import read_parts
 from jobs import manifest_of, render, sentence
 
 from lfssao import __version__
-from lfssao.cli.main import main
+from lfssao.cli.bench import BENCHES
+from lfssao.cli.main import COMMANDS, main
 
 SMALL = ["statue", "--resolution", "64x48"]
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -198,13 +199,21 @@ def test_degenerate_faces_are_said(capsys, tmp_path):
         assert manifest_of(tmp_path / name)["scene"]["degenerate_faces_left_out"] == (2 if name == "a" else 1)
 
 
-@pytest.mark.parametrize("words", [["--version"], ["--help"], ["render", "--help"]])
-def test_help_and_version(capsys, words):
+@pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS), *(["bench", name] for name in BENCHES)])
+def test_every_command_has_help(capsys, words):
     with pytest.raises(SystemExit) as caught:
-        main(words)
+        main([*words, "--help"])
     assert caught.value.code == 0
-    out = capsys.readouterr().out
-    assert (f"lfssao {__version__}\n" == out) if words == ["--version"] else ("usage: lfssao" in out)
+    assert f"usage: {' '.join(['lfssao', *words])}" in capsys.readouterr().out
+
+
+def test_version_and_help_of_all_commands_import_none():
+    script = "import sys, lfssao.cli.main as cli; cli.main(sys.argv[1:])"
+    for word, said in (("--version", f"lfssao {__version__}\n"), ("--help", "usage: lfssao")):
+        command = [sys.executable, "-X", "importtime", "-c", script, word]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert done.stdout.startswith(said)
+        assert not re.search(r"\b(numpy|numba|tqdm|PIL|OpenImageIO|trimesh)\b", done.stderr)
 
 
 def test_help_names_every_option(capsys):

@@ -113,8 +113,11 @@ def _frame_problem() -> Problem:
     image = views.noise(5, *depth.shape, 3)
     image[np.isinf(depth)] = 0
     parameters = {
-        "radii": [0.08, 0.2, 0.5], "sigma": 1.0, "guard": guard, "mapping": views.described(view.world_to_image),
-    }  # fmt: skip
+        "radii": [0.08, 0.2, 0.5],
+        "sigma": 1.0,
+        "guard": guard,
+        "mapping": views.described(view.world_to_image),
+    }
     samples = make_samples("latin", 8, 1)
     return parameters, {"depth": depth, "positions": positions, "samples": samples, "image": image}
 

@@ -53,10 +53,13 @@ def _on_view(
         inputs["normals"] = _wall_normals(view, depth)
     inputs |= tables
     parameters = {
-        "estimator": estimator.name, "radius": radius, "options": {**estimator.parameters, **changes},
-        "mapping": described(view.world_to_image), "viewer_distance": view.viewer_distance().tolist(),
+        "estimator": estimator.name,
+        "radius": radius,
+        "options": {**estimator.parameters, **changes},
+        "mapping": described(view.world_to_image),
+        "viewer_distance": view.viewer_distance().tolist(),
         "view": _view_numbers(view),
-    }  # fmt: skip
+    }
     return parameters, inputs
 
 
@@ -86,12 +89,16 @@ def _wall_normals(view: View, depth: NDArray[np.float32]) -> NDArray[np.float32]
 def _view_numbers(view: View) -> dict[str, Any]:
     """All of a view but its mapping, as JSON."""
     return {
-        "name": view.name, "width": view.width, "height": view.height, **views.described_rays(view.rays),
+        "name": view.name,
+        "width": view.width,
+        "height": view.height,
+        **views.described_rays(view.rays),
         "cast_from_world": view.cast_from_world.tolist(),
         "world_from_cast": view.world_from_cast.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
-        "depth_kind": view.depth_kind, "guard": view.guard,
-    }  # fmt: skip
+        "depth_kind": view.depth_kind,
+        "guard": view.guard,
+    }
 
 
 def _remap_problem() -> Problem:
@@ -184,16 +191,21 @@ _PASSES: dict[str, dict[str, Value]] = {
     "unbiased": {"beta": 0.0, "epsilon": 0.0},
 }
 _LEVELS: dict[str, dict[str, Value]] = {
-    "": {}, "alone": {"levels": 1, "kernel": 3}, "many": {"levels": 7, "kernel": 1, "combine": "average"},
-}  # fmt: skip
+    "": {},
+    "alone": {"levels": 1, "kernel": 3},
+    "many": {"levels": 7, "kernel": 1, "combine": "average"},
+}
 
 
 def _rough(view: View, radius: float, estimator: Estimator, changes: Mapping[str, Value]) -> Problem:
     """Surfaces with holes and, for estimators that read them, normals that differ and depths that are equal."""
     parameters, inputs = _on_view(estimator, view, SCENE, radius, changes, {})
     hole = noise(10, *inputs["depth"].shape) < 0.1
-    arrays = {name: np.where(hole if array.ndim == 2 else hole[..., None], np.float32(np.inf), array)
-              for name, array in inputs.items() if name in ("depth", "positions")}  # fmt: skip
+    arrays = {
+        name: np.where(hole if array.ndim == 2 else hole[..., None], np.float32(np.inf), array)
+        for name, array in inputs.items()
+        if name in ("depth", "positions")
+    }
     if estimator.normals:
         normals = inputs["normals"] + np.float32(1.2) * noise(11, *inputs["normals"].shape) - np.float32(0.6)
         x, y, z = (normals[..., k] for k in range(3))

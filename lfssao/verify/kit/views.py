@@ -35,11 +35,8 @@ class Recipe:
 
 def make_display(module: Module = MODULE, **options: Any) -> Display:
     """A display of one module, flat with a linear diffuser unless the options say otherwise."""
-    settings: dict[str, Any] = {
-        "name": "kit", "screen_width": 1.0, "screen_height": 0.75, "observer_height": 0.1, "observer_z": -2.0,
-        "modules": (module,), "roi": _ROI, **options,
-    }  # fmt: skip
-    return Display(**settings)
+    settings: dict[str, Any] = {"observer_height": 0.1, "observer_z": -2.0, **options}
+    return Display("kit", 1.0, 0.75, modules=(module,), roi=_ROI, **settings)
 
 
 DISPLAYS = {

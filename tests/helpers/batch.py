@@ -23,7 +23,7 @@ from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
 from lfssao.samples.kernels import ball, spiral
 from lfssao.verify.bounds import post
 from lfssao.verify.bounds import ssao as ssao_bounds
-from lfssao.verify.bounds.kernels import depth_bounds as depth_ranges
+from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
 from lfssao.verify.bounds.points import Surfaces, point_bounds
 from lfssao.verify.kit.cases import RECIPES
 from lfssao.verify.kit.stages import STAGES
@@ -102,7 +102,7 @@ def accepted():
     triangles = rng.integers(0, 30, (9, HEIGHT * WIDTH)).astype(np.int32)
     lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
     view = DISPLAY.view(0, WORLD)
-    depth_ranges.depth_ranges(view.rays, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
+    depth_kernels.depth_ranges(view.rays, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
     yield "depth ranges", np.array([lower, upper])
 
 

@@ -25,7 +25,7 @@ from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS, find_model
 from lfssao.verify.bounds.explain import explain
-from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 IDENTITY = WorldToImage(1, np.eye(4).ravel())
@@ -65,13 +65,13 @@ def test_outcomes_equal_the_reference(case):
     _, places, inverse, offsets, exact, kind, m = inputs
     by = reference.Errors(*errors)
     fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
-    outcomes.count_outcomes(inputs, errors, fewest, most)
+    ssao_kernels.count_outcomes(inputs, errors, fewest, most)
     found = np.empty((len(samples), 9))
     for j, i in np.ndindex(depth.shape):
         if not depth[j, i] < np.inf:
             assert fewest[j, i] == most[j, i] == 0
             continue
-        outcomes.trace_samples(inputs, errors, i, j, found)
+        ssao_kernels.trace_samples(inputs, errors, i, j, found)
         if back is None:
             pairs = [reference.number(c, by) for c in places[j, i]]
         else:

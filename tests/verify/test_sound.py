@@ -19,7 +19,7 @@ from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
 
 EXAMPLES, RENDERERS = 100, 100
 pytestmark = [pytest.mark.usefixtures("one_thread"), pytest.mark.slow]
@@ -42,7 +42,7 @@ def assert_points_inside(points, depth, inputs, errors):
     u, v, z, valid = points
     found = np.empty((u.shape[-1], 9))
     for j, i in np.argwhere(np.isfinite(depth)):
-        outcomes.trace_samples(inputs, errors, i, j, found)
+        ssao_kernels.trace_samples(inputs, errors, i, j, found)
         may, must = found[:, 6] > 0, found[:, 7] > 0
         assert not (valid[:, j, i] & ~may).any(), "valid where nothing may be"
         assert not (~valid[:, j, i] & must).any(), "not valid where all must be"

@@ -31,7 +31,7 @@ from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
 from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.kernels import depth_bounds as depth_ranges
+from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
 from lfssao.verify.bounds.ssao import project_positions
 
 ROUNDINGS = 16
@@ -63,7 +63,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     vertices = np.empty_like(caster.mesh.vertices)
     transform_points(np.ravel(view.cast_from_world), caster.mesh.vertices, vertices)
     lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
-    depth_ranges.depth_ranges(view.rays, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper)
+    depth_kernels.depth_ranges(view.rays, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper)
     # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
     slack = ROUNDINGS * chosen.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
     slack = slack if view.screen_to_world is None else slack * _screen_slope(view)

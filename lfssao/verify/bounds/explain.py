@@ -10,7 +10,7 @@ from lfssao.core.affine import Matrix
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Texture
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
-from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
 from lfssao.verify.bounds.ssao import sample_inputs
 
 OUTCOMES = ("clear", "occluded", "undecided")
@@ -97,7 +97,7 @@ def explain(
     if not depth[j, i] < np.inf:
         return []
     found = np.empty((len(samples), 9))
-    outcomes.trace_samples(inputs, chosen.errors, i, j, found)
+    ssao_kernels.trace_samples(inputs, chosen.errors, i, j, found)
     made = [_sample(number, row, depth) for number, row in enumerate(found.tolist())]
     return sorted(made, key=_closeness)
 

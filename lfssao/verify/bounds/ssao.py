@@ -17,7 +17,7 @@ from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import projection_bounds
-from lfssao.verify.bounds.kernels import ssao_bounds as outcomes
+from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 
 
@@ -69,7 +69,7 @@ def ao_bounds(
             made = passes.algorithm1(depth, screen_to_world, forth, samples, radius)
         return Bounds(made.texture, made.texture, np.zeros(depth.shape, np.int32))
     fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
-    outcomes.count_outcomes(inputs, chosen.errors, fewest, most)
+    ssao_kernels.count_outcomes(inputs, chosen.errors, fewest, most)
     low, high = fraction_bounds(len(samples), chosen)
     return Bounds(low[fewest], high[most], most - fewest)
 
@@ -81,7 +81,7 @@ def sample_inputs(
     samples: NDArray[np.floating[Any]],
     radius: float,
     screen_to_world: Matrix | None = None,
-) -> outcomes.Inputs:
+) -> ssao_kernels.Inputs:
     """The arguments of ``ao_bounds``, checked as there and rounded as a renderer's are."""
     check_single("depth", depth, 2)
     back, places = np.empty(0), np.empty((0, 0, 3), np.float32)
@@ -100,7 +100,7 @@ def sample_inputs(
             raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
     offsets, is_exact = _offsets(samples, radius)
     kind, numbers = world_to_image.kind, _rounded(world_to_image)
-    return outcomes.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, kind, numbers)
+    return ssao_kernels.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, kind, numbers)
 
 
 def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:

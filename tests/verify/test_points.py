@@ -18,6 +18,7 @@ from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.ao.textures import Buffers
+from lfssao.optics.kernels.projection import Projection
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.kernels import projection_bounds
@@ -199,7 +200,7 @@ def test_image_points_equal_the_reference(data):
     kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).numbers.astype(np.float64)
     model = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))]
     image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
-    projection_bounds.map_positions(places, off, kind, m, model.errors, image, error, sure)
+    projection_bounds.map_positions(places, off, Projection(kind, m), model.errors, image, error, sure)
     by = reference.Errors(*model.errors)
     for place in range(6):
         pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lfssao.ao import passes
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
-from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.kernels.projection import MATRIX, Projection
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
@@ -99,8 +99,7 @@ def sample_inputs(
         if places.shape != (*depth.shape, 3):
             raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
     offsets, is_exact = _offsets(samples, radius)
-    kind, numbers = world_to_image.kind, _rounded(world_to_image)
-    return ssao_kernels.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, kind, numbers)
+    return ssao_kernels.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, *_rounded(world_to_image))
 
 
 def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -131,16 +130,13 @@ def project_positions(
     shape = positions.shape
     points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
     image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
-    projection_bounds.map_positions(
-        points, off, world_to_image.kind, _rounded(world_to_image), model.errors, image, error, sure
-    )
+    projection_bounds.map_positions(points, off, _rounded(world_to_image), model.errors, image, error, sure)
     return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
 
 
-def _rounded(world_to_image: WorldToImage) -> FloatArray:
-    """A mapping's numbers as a renderer has them."""
-    numbers: FloatArray = world_to_image.as_type(np.float32).numbers.astype(np.float64)
-    return numbers
+def _rounded(world_to_image: WorldToImage) -> Projection:
+    """A mapping as a renderer has it: numbers rounded to float32, held as float64."""
+    return Projection(world_to_image.kind, world_to_image.as_type(np.float32).numbers.astype(np.float64))
 
 
 def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:

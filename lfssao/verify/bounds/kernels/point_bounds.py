@@ -11,7 +11,7 @@ from numba import prange
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels.pairs import Pair, dot, exact, is_positive, multiply, subtract
 from lfssao.verify.bounds.kernels.projection_bounds import project, rows_of_point, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, offset_rows, project_sample, texel_point
+from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, offset_rows, project_sample, texel_point
 
 SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32
 
@@ -34,8 +34,8 @@ def write_surface_depths(inputs, by, from_positions, low, high):
             depth = np.float64(inputs.depth[j, i])
             low[j, i], high[j, i] = depth, depth
             if from_positions and depth < np.inf:
-                rows = rows_of_point(inputs.kind, inputs.m, texel_point(inputs, by, i, j), by.operation)
-                image = widen(project(inputs.kind, inputs.m, rows, by), by)
+                rows = rows_of_point(mapping_of(inputs), texel_point(inputs, by, i, j), by.operation)
+                image = widen(project(mapping_of(inputs), rows, by), by)
                 low[j, i] = image.z.value - image.z.error if image.may else np.inf
                 high[j, i] = image.z.value + image.z.error if image.must else np.inf
             if abs(depth) < 2.0**-126:  # may be flushed to zero
@@ -95,7 +95,7 @@ def count_hidden(inputs, normals, low, high, reach, by, fewest, most):
             if not inputs.depth[j, i] < np.inf:
                 continue
             here = texel_point(inputs, by, i, j)
-            rows = rows_of_point(inputs.kind, inputs.m, here, by.operation)
+            rows = rows_of_point(mapping_of(inputs), here, by.operation)
             for s in range(offsets.shape[0]):
                 below, surely = False, False
                 if turns:

@@ -19,7 +19,7 @@ from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import display_module
-from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row, slits_of
 from lfssao.verify.bounds.kernels.pairs import (
     FLUSHED,
     SAFETY,
@@ -84,9 +84,10 @@ def offset_row(m, row, offset, by):
 
 
 @kernel(inline=True)
-def rows_of_point(kind, m, point, r):
+def rows_of_point(projection, point, r):
     """All four rows of M (p, 1), p a point of three pairs; the fourth is 1 for a mapping without one."""
-    q = point_row(m, 3, point, r) if kind == MATRIX else exact(1.0)
+    m = projection.numbers
+    q = point_row(m, 3, point, r) if projection.kind == MATRIX else exact(1.0)
     return point_row(m, 0, point, r), point_row(m, 1, point, r), point_row(m, 2, point, r), q
 
 
@@ -195,18 +196,19 @@ def display_pairs(d, x, y, z, by):
 
 
 @kernel(inline=True)
-def project(kind, m, rows, by):
+def project(projection, rows, by):
     """The image point of a point from its four rows: the half of a mapping that is not affine."""
     a, b, c, q = rows
-    if kind == CROSSED_SLITS:
-        f, g = subtract(exact(m[12]), c, by), subtract(exact(m[13]), c, by)
-        u = add(exact(m[14]), divide(a, f, by), by)
-        v = add(exact(m[15]), divide(b, g, by), by)
+    if projection.kind == CROSSED_SLITS:
+        slits = slits_of(projection.numbers)
+        f, g = subtract(exact(slits.z_m), c, by), subtract(exact(slits.z_o), c, by)
+        u = add(exact(slits.u_0), divide(a, f, by), by)
+        v = add(exact(slits.v_0), divide(b, g, by), by)
         may_f, must_f = is_positive(f)
         may_g, must_g = is_positive(Pair(-g.value, g.error))
         return Projected(u, v, c, may_f & may_g, must_f & must_g)
-    if kind == DISPLAY:
-        u, v, may, must = display_pairs(display_module(m[12:]), a, b, c, by)
+    if projection.kind == DISPLAY:
+        u, v, may, must = display_pairs(display_module(projection.numbers[12:]), a, b, c, by)
         return Projected(u, v, c, may, must)
     may, must = is_positive(q)
     return Projected(divide(a, q, by), divide(b, q, by), divide(c, q, by), may, must)
@@ -221,7 +223,7 @@ def widen(image, by):
 
 
 @kernel(parallel=True)
-def map_positions(positions, allowance, kind, m, by, image, error, sure):
+def map_positions(positions, allowance, projection, by, image, error, sure):
     """Write u, v, z of positions (n, 3) and their errors, and whether they lie in the mapping's domain for sure.
 
     ``allowance`` is how far each coordinate is off. The error of u is minus infinity outside the domain for sure.
@@ -230,7 +232,7 @@ def map_positions(positions, allowance, kind, m, by, image, error, sure):
         x = Pair(positions[k, 0], allowance[k, 0])
         y = Pair(positions[k, 1], allowance[k, 1])
         z = Pair(positions[k, 2], allowance[k, 2])
-        found = project(kind, m, rows_of_point(kind, m, (x, y, z), by.operation), by)
+        found = project(projection, rows_of_point(projection, (x, y, z), by.operation), by)
         image[k, 0], error[k, 0] = found.u
         image[k, 1], error[k, 1] = found.v
         image[k, 2], error[k, 2] = found.z

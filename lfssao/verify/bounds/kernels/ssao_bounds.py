@@ -12,7 +12,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.kernels.projection import MATRIX, Projection
 from lfssao.verify.bounds.kernels.pairs import Pair, divide, exact
 from lfssao.verify.bounds.kernels.projection_bounds import Projected, offset_row, project, rows_of_point, widen
 
@@ -37,10 +37,8 @@ class Inputs(NamedTuple):
         Exact offsets of the samples, world units.
     is_exact : (n,) bool
         Whether every renderer has this very offset.
-    kind : int
-        Kind of the mapping.
-    m : (16,) or (44,) float64
-        Its numbers, each a float32.
+    kind, numbers : int, (16,) or (44,) float64
+        The mapping, each number a float32; apart, as parallel kernels take no tuples of tuples.
     """
 
     depth: Any
@@ -49,7 +47,7 @@ class Inputs(NamedTuple):
     offsets: Any
     is_exact: Any
     kind: int
-    m: Any
+    numbers: Any
 
 
 class Box(NamedTuple):
@@ -69,13 +67,19 @@ class Box(NamedTuple):
 
 
 @kernel(inline=True)
+def mapping_of(inputs):
+    """The mapping as a projection."""
+    return Projection(inputs.kind, inputs.numbers)
+
+
+@kernel(inline=True)
 def texel_point(inputs, by, column, row):
     """World coordinates of a texel's surface as pairs: given, or made as in Algorithm 1, line 3."""
     if inputs.back.shape[0] == 0:
         place = inputs.positions[row, column]
         return exact(np.float64(place[0])), exact(np.float64(place[1])), exact(np.float64(place[2]))
     place = exact(column + 0.5), exact(row + 0.5), exact(np.float64(inputs.depth[row, column]))
-    a, b, c, w = rows_of_point(MATRIX, inputs.back, place, by.operation)
+    a, b, c, w = rows_of_point(Projection(MATRIX, inputs.back), place, by.operation)
     return divide(a, w, by), divide(b, w, by), divide(c, w, by)
 
 
@@ -152,7 +156,7 @@ def depth_is_exact(inputs, column, row, s):
     """Whether a sample's image z is exact: a row of a display's mapping that rounds nothing, of a given point."""
     if inputs.kind == MATRIX or inputs.back.shape[0] != 0:
         return False
-    return row_is_exact(inputs.m, 2, inputs.positions[row, column], inputs.offsets[s])
+    return row_is_exact(inputs.numbers, 2, inputs.positions[row, column], inputs.offsets[s])
 
 
 @kernel
@@ -161,7 +165,7 @@ def offset_rows(inputs, by):
     rows = np.zeros((inputs.offsets.shape[0], 4, 2))
     for s in range(inputs.offsets.shape[0]):
         for row in range(4 if inputs.kind == MATRIX else 3):
-            rows[s, row, 0], rows[s, row, 1] = offset_row(inputs.m, row, inputs.offsets[s], by)
+            rows[s, row, 0], rows[s, row, 1] = offset_row(inputs.numbers, row, inputs.offsets[s], by)
     return rows
 
 
@@ -180,7 +184,7 @@ def project_sample(inputs, by, rows, offset, side):
     """
     a, b = _plus(rows[0], offset[0], side), _plus(rows[1], offset[1], side)
     c, q = _plus(rows[2], offset[2], side), _plus(rows[3], offset[3], side)
-    return widen(project(inputs.kind, inputs.m, (a, b, c, q), by), by)
+    return widen(project(mapping_of(inputs), (a, b, c, q), by), by)
 
 
 @kernel(inline=True)
@@ -203,7 +207,7 @@ def count_outcomes(inputs, by, fewest, most):
             fewest[j, i], most[j, i] = 0, 0
             if not inputs.depth[j, i] < np.inf:
                 continue
-            rows = rows_of_point(inputs.kind, inputs.m, texel_point(inputs, by, i, j), by.operation)
+            rows = rows_of_point(mapping_of(inputs), texel_point(inputs, by, i, j), by.operation)
             for s in range(offsets.shape[0]):
                 _, outcome = trace_sample(inputs, by, i, j, rows, offsets, s)
                 fewest[j, i] += np.int32(outcome == OCCLUDED)
@@ -217,7 +221,7 @@ def trace_samples(inputs, by, column, row, found):
     A row is u, its error, v, its error, z, its error, whether it may and must lie in the domain, the outcome.
     """
     offsets = offset_rows(inputs, by)
-    rows = rows_of_point(inputs.kind, inputs.m, texel_point(inputs, by, column, row), by.operation)
+    rows = rows_of_point(mapping_of(inputs), texel_point(inputs, by, column, row), by.operation)
     for s in range(offsets.shape[0]):
         image, outcome = trace_sample(inputs, by, column, row, rows, offsets, s)
         found[s, 0], found[s, 1] = image.u

@@ -14,7 +14,7 @@ from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, exact
 from lfssao.verify.bounds.kernels.projection_bounds import point_row, project, rows_of_point, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, texel_point
+from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, texel_point
 
 _ROUNDINGS = 24  # of a term of a reflected offset, rows included; 16 if they are counted
 _SMALLEST = 2.0**-126
@@ -155,8 +155,8 @@ def sum_hidden(inputs, ball, low, high, by, fewest, most, undecided):
             reach = reach_of(ball, j, i, by)
             for s in range(inputs.offsets.shape[0]):
                 place = place_of(inputs, ball, j, i, s, by)
-                rows = rows_of_point(inputs.kind, inputs.m, place, by.operation)
-                image = widen(project(inputs.kind, inputs.m, rows, by), by)
+                rows = rows_of_point(mapping_of(inputs), place, by.operation)
+                image = widen(project(mapping_of(inputs), rows, by), by)
                 depth = cast_depth(ball.axis, place, by) if inputs.kind == MATRIX else image.z
                 may, must = is_hidden(inputs, image, depth, reach, low, high, by)
                 fewest[j, i] += ball.fractions[s] if must else 0.0

@@ -108,9 +108,9 @@ class Comparison:
 
     def add(self, module: str) -> None:
         """Compare one module; InputError if the manifest does not hold what the oracle needs."""
-        self._reference.described(module)  # a wrong manifest is refused before files are read
+        described = self._reference.described(module)
         try:
-            reference, case = self._reference.read(module)
+            reference, case = self._reference.read(module, described)
             parts = self._mine.parts(module)
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))

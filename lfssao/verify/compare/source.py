@@ -77,8 +77,8 @@ class Reference:
             return Case(module, IMAGES, "", {}, {}, {})
         return view_case(self.path, self.manifest, self.entries[module])
 
-    def read(self, module: str) -> tuple[list[Layer], Case]:
-        """The layers of a module in the order of the stages, and its case.
+    def read(self, module: str, described: Case) -> tuple[list[Layer], Case]:
+        """The layers of a module in the order of the stages, and its case with its outputs.
 
         InputError if a file cannot be read, or is not what the manifest or case.json describes.
         """
@@ -90,7 +90,7 @@ class Reference:
         layers = layers_of(read_image_file(self.files[module]))
         if module in self.entries:
             _check_digests(self.files[module], layers, self.entries[module]["textures"])
-        return layers, replace(self.described(module), outputs={layer.name: layer.texture for layer in layers})
+        return layers, replace(described, outputs={layer.name: layer.texture for layer in layers})
 
 
 def _images(path: Path) -> list[tuple[str, Path]]:

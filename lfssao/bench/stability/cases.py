@@ -61,7 +61,7 @@ def _far_scale() -> Inputs:
     for power in (-30, -12, 12, 30):
         size = 10.0**power
         world = UNCHANGED / size
-        yield f"a scene of size 1e{power}", made(scene, _BOX * size, None, world)
+        yield f"a scene of size 1e{power}", made(scene, _BOX * size, physical_from_world=world)
 
 
 @_case(
@@ -73,7 +73,7 @@ def _offset() -> Inputs:
     for power in (2, 4, 6, 8):
         world = UNCHANGED.copy()
         world[0, 3] = -(10.0**power)
-        yield f"x from 1e{power} - 0.7 to 1e{power} + 0.7", made(scene, _BOX - world[:, 3], None, world)
+        yield f"x from 1e{power} - 0.7 to 1e{power} + 0.7", made(scene, _BOX - world[:, 3], physical_from_world=world)
 
 
 @_case("aspect", "a box much wider than high, or higher than wide")
@@ -87,7 +87,7 @@ def _aspect() -> Inputs:
         stretched = UNCHANGED.copy()
         stretched[1] /= 10.0**power
         points = lattice() * [0.7, 0.4 * 10.0**power, 0.25]
-        yield f"a world stretched by 1e{power} in height", made(scene, points, None, stretched)
+        yield f"a world stretched by 1e{power} in height", made(scene, points, physical_from_world=stretched)
 
 
 @_case("near the lens", "z within 2^-k of m_z", float32=AT_THE_SLIT)
@@ -124,9 +124,10 @@ def _on_edges() -> Inputs:
 
 @_case("on the surface", "samples exactly at the surface's depth; -0")
 def _touching() -> Inputs:
+    zero = np.zeros((SIZE, SIZE), np.float32)
     yield "samples on the surface itself", made(on_surface, np.zeros(3))
-    yield "z = -0, the surface at 0", made(on_surface, np.zeros(3), 0.0, -0.0)
-    yield "z = 0, the surface at -0", made(on_surface, np.zeros(3), -0.0, 0.0)
+    yield "z = -0, the surface at 0", made(on_surface, np.zeros(3), zero, -0.0)
+    yield "z = 0, the surface at -0", made(on_surface, np.zeros(3), -zero, 0.0)
 
 
 @_case(
@@ -143,7 +144,7 @@ def _grazing() -> Inputs:
             where = "behind" if side < 0 else "before"
             yield (
                 f"89.99 degrees, {height:g} m {where} the surface",
-                made(on_surface, normal, None, None, texture, deep()),
+                made(on_surface, normal, texture, shown_by=deep()),
             )
 
 
@@ -152,7 +153,7 @@ def _depth_range() -> Inputs:
     texture = np.float32(10.0) ** np.linspace(-4, 4, SIZE * SIZE, dtype=np.float32).reshape(SIZE, SIZE)
     for step in (1e-2, 1e-5):
         behind = np.array([0, 0, step])
-        yield f"depths 1e-4 to 1e4, samples {step:g} behind", made(on_surface, behind, None, None, texture, deep())
+        yield f"depths 1e-4 to 1e4, samples {step:g} behind", made(on_surface, behind, texture, shown_by=deep())
 
 
 @_case("stored depth", "a depth texture of few bits", both="a surface is known to half a step of its format")

@@ -43,15 +43,17 @@ def display(
     return Display("bench", 2.0, 1.0, observer_y, observer_z, (Module(module_x, 0.0, module_z, SIZE, SIZE),), roi)
 
 
+ORDINARY = display()
+
+
 def scene(
     points: NDArray[np.float64],
-    shown_by: Display | None = None,
+    shown_by: Display = ORDINARY,
     physical_from_world: Matrix = UNCHANGED,
     offset: Any = (0.0, 0.0, 0.0),
     depth: NDArray[np.float32] | None = None,
 ) -> Stiff:
     """Points, (8, 8, 3) world, on a display; without a depth texture the surface has depths between the points'."""
-    shown_by = display() if shown_by is None else shown_by
     z = points @ physical_from_world[2, :3] + physical_from_world[2, 3]
     if depth is None:
         place = (lattice()[::-1, ::-1, 1] + 1) / 2
@@ -84,20 +86,15 @@ def close_to(slit: float, k: int, axis: int) -> NDArray[np.float64]:
 
 def on_surface(
     offset: NDArray[np.float64],
-    depth: float | None = None,
-    z: float | None = None,
     texture: NDArray[np.float32] | None = None,
-    shown_by: Display | None = None,
+    z: float | None = None,
+    shown_by: Display = ORDINARY,
 ) -> Stiff:
     """Points at the centres of the texels, at the depths of the texture or all at z."""
-    shown_by = display() if shown_by is None else shown_by
     texture = (lattice()[..., 1] / 4).astype(np.float32) if texture is None else texture
-    if depth is not None:
-        texture[...] = depth
-    v, u = np.indices((SIZE, SIZE)) + 0.5
+    v, u = np.indices(texture.shape) + 0.5
     origin, direction, _ = shown_by.texel_ray(0, u, v)
-    places = texture.astype(np.float64) if z is None else np.full((SIZE, SIZE), z)
-    places = np.where(np.isfinite(places), places, 0.0)
+    places = texture.astype(np.float64) if z is None else np.full(texture.shape, z)
     points = origin + places[..., None] * direction
     points[..., 2] = places
     return Stiff(CrossedSlits(shown_by, UNCHANGED), points, offset, texture)
@@ -113,7 +110,7 @@ def stored_as(name: str, step: float) -> Stiff:
     depth = ((lattice()[..., 1] + 1) / 8).astype(np.float32)
     wide = depth.astype(np.float64)
     rounded = wide.astype(np.float16) if name == "float16" else np.rint(wide / step) * step
-    case = on_surface(np.array([0, 0, step / 4]), None, None, depth)
+    case = on_surface(np.array([0, 0, step / 4]), depth)
     return replace(case, stored=np.asarray(rounded, np.float32), step=step / 2 + 2.0**-26)
 
 

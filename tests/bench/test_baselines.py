@@ -1,4 +1,4 @@
-"""What the benchmarks of ``benchmarks/`` compute: baselines have lfssao's bits, papers' tables their own sums."""
+"""The benchmarks of ``benchmarks/``: baselines have lfssao's bits, papers' tables their own sums."""
 
 import bench_algorithm2
 import bench_baselines
@@ -39,7 +39,7 @@ def test_spread():
 
 
 def test_models_are_brought_to_equal_cover(monkeypatch):
-    """Statue and ammonite, small: as shown they cover different shares of the picture."""
+    """Statue and ammonite, small: as shown they cover different parts of the picture."""
     monkeypatch.setattr(papers, "MODELS", ("statue", "ammonite"))
     small = find_display("virtual").with_resolution(128, 96)
     monkeypatch.setattr(papers, "find_display", lambda _name: small)

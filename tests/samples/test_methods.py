@@ -160,7 +160,7 @@ SETS = 4000
 @pytest.mark.parametrize("n", [1, 7])
 @pytest.mark.parametrize(("domain", "name"), [e for e in EVERY if "unbiased" in METHODS[e[0]][e[1]].promises])
 def test_one_point_of_each_of_many_sets_is_uniform(domain, name, n):
-    """Which point, is drawn too: those of 'latin' are each uniform in a row of their own. False alarms: 1e-6 each."""
+    """The point's number is drawn, too: those of 'latin' are each uniform in a row of their own. False alarms: 1e-6 each."""
     picks = [philox.random_below(np.uint64(99), n, k, n) for k in range(SETS)]
     points = np.array([sample_set(domain, name, n, seed).points[pick] for seed, pick in enumerate(picks)])
     findings = check_promise("unbiased", points, domain)
@@ -216,7 +216,7 @@ def test_a_shell_of_radius_zero_is_the_centre(name):
 
 
 def test_shells_of_tables_keep_volumes():
-    """The share of the volume below each point's radius is the same in the ball and in the shell."""
+    """The fraction of the volume below each point's radius is the same in the ball and in the shell."""
     whole, shell = (sample_set("ball", "repulsion", 64, r_min=r).points for r in (0.0, 0.8))
     before, after = (np.sqrt(np.sum(p**2, axis=1)) for p in (whole, shell))
     np.testing.assert_allclose((after**3 - 0.8**3) / (1 - 0.8**3), before**3, atol=1e-14)

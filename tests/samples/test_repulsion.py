@@ -91,26 +91,26 @@ def test_tables_are_what_their_program_makes(table, n):
 @pytest.mark.parametrize(("domain", "centre"), KINDS)
 @pytest.mark.parametrize("n", [2, 9, 33, 64])
 def test_weights_are_those_of_random_points_nearest_to_each(domain, centre, n):
-    """20,000 uniform points of the ball, seen along z for the disk: each share within 6 sigma of its weight."""
+    """20,000 uniform points of the ball, seen along z for the disk: each fraction within 6 sigma of its weight."""
     made = repulsion_table(domain, n, centre)
     cloud = sample_set("ball", "random", 20_000, 1).points[:, : made.points.shape[1]]
     nearest = np.argmin(np.sum((cloud[:, None] - made.points) ** 2, axis=-1), axis=1)
-    share, weight = np.bincount(nearest, minlength=n) / len(cloud), made.weights / VOLUME
-    assert np.all(np.abs(share - weight) < 6 * np.sqrt(weight / len(cloud)))
+    fraction, weight = np.bincount(nearest, minlength=n) / len(cloud), made.weights / VOLUME
+    assert np.all(np.abs(fraction - weight) < 6 * np.sqrt(weight / len(cloud)))
 
 
 # Which numbers of points are good
 
 
 def planes(count=4000):
-    """Directions and offsets of planes that cut the unit ball, and the share of the ball beyond each."""
+    """Directions and offsets of planes that cut the unit ball, and the fraction of the ball beyond each."""
     u = sample_set("sphere", "random", count, 1).points
     t = sample_set("square", "random", count, 2).points[:, 0]
     return u, t, (1 - t) ** 2 * (2 + t) / 4
 
 
 def estimate(made, u, t):
-    """The share of the ball beyond planes by point samples, or by line samples along z."""
+    """The fraction of the ball beyond planes by point samples, or by line samples along z."""
     p, w = made.points, made.weights / VOLUME
     if made.domain == "ball":
         return (p @ u.T > t).T @ w
@@ -121,9 +121,9 @@ def estimate(made, u, t):
 
 def noise(domain, n, centre=None, middle=False):
     """Root mean square error over planes; with ``middle`` over planes through the centre, which cut off one half."""
-    u, t, share = planes()
-    t, share = (0 * t, 0 * share + 0.5) if middle else (t, share)
-    return float(np.sqrt(np.mean((estimate(repulsion_table(domain, n, centre), u, t) - share) ** 2)))
+    u, t, fraction = planes()
+    t, fraction = (0 * t, 0 * fraction + 0.5) if middle else (t, fraction)
+    return float(np.sqrt(np.mean((estimate(repulsion_table(domain, n, centre), u, t) - fraction) ** 2)))
 
 
 def test_noise_falls_with_the_number_of_points_without_large_steps():

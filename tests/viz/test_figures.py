@@ -1,4 +1,4 @@
-"""What the figures compute; that they are drawn is seen where the notebooks are run."""
+"""The numbers of the figures; that they are drawn is seen where the notebooks are run."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What objects show of themselves in a notebook: pictures of the right values, in the right places."""
+"""Pictures of objects in a notebook: the right values in the right places."""
 
 from io import BytesIO
 

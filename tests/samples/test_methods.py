@@ -160,7 +160,7 @@ SETS = 4000
 @pytest.mark.parametrize("n", [1, 7])
 @pytest.mark.parametrize(("domain", "name"), [e for e in EVERY if "unbiased" in METHODS[e[0]][e[1]].promises])
 def test_one_point_of_each_of_many_sets_is_uniform(domain, name, n):
-    """The point's number is drawn, too: those of 'latin' are each uniform in a row of their own. False alarms: 1e-6 each."""
+    """The point's number is drawn, too: each of 'latin' is uniform in a row of its own. False alarms: 1e-6 each."""
     picks = [philox.random_below(np.uint64(99), n, k, n) for k in range(SETS)]
     points = np.array([sample_set(domain, name, n, seed).points[pick] for seed, pick in enumerate(picks)])
     findings = check_promise("unbiased", points, domain)

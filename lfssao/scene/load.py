@@ -31,7 +31,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     Parameters
     ----------
     path : str or Path
-        Any mesh file that trimesh reads: OBJ, PLY, STL, OFF, GLB, ...; the transforms of a scene are applied.
+        Any mesh file, but no archive, that trimesh reads: OBJ, PLY, STL, OFF, GLB, ...; transforms are applied.
     texture : str or Path, optional
         An image for a mesh with texture coordinates; it takes the place of images that the file names.
 

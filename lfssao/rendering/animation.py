@@ -18,19 +18,9 @@ MOST_FRAMES = 10_000
 
 
 def turntable(bounds: NDArray[np.float64], count: int) -> list[Matrix]:
-    """One turn about the vertical axis through the middle of a box, counter-clockwise seen from above.
+    """Affine maps world -> world, (3, 4) float64, of one turn about the vertical axis through the middle of a box.
 
-    Parameters
-    ----------
-    bounds : (2, 3) float64
-        Smallest and largest world coordinates (``Mesh.bounds``).
-    count : int
-        How many frames; frame k is turned by k / count of a turn, frame 0 is not turned.
-
-    Returns
-    -------
-    list of (3, 4) float64
-        Affine maps world -> world.
+    Frame k is turned by k / count of a turn, counter-clockwise seen from above. ``bounds`` is (2, 3) float64.
     """
     x, _, z = (0.5 * (bounds[0] + bounds[1])).tolist()
     out = []
@@ -45,10 +35,7 @@ def turntable(bounds: NDArray[np.float64], count: int) -> list[Matrix]:
 def read_transforms(path: Path) -> list[Matrix]:
     """Affine maps world -> world, (3, 4) float64, from a file of 4x4 matrices that act on columns (x, y, z, 1).
 
-    Parameters
-    ----------
-    path : Path
-        A JSON file, a list of matrices of four rows of four numbers; or an NPY file, (n, 4, 4) numbers.
+    The file is JSON, a list of matrices of four rows of four numbers, or NPY, (n, 4, 4) numbers.
 
     Raises
     ------

@@ -14,12 +14,8 @@ _SECONDS_TO_ANSWER = 10
 def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]]:
     """An executor on a scheduler's workers, and how many threads each worker has.
 
-    Parameters
-    ----------
-    scheduler : str
-        'local' for workers of this machine that live as long as the block; else the address of a scheduler.
-    processes : int
-        How many workers of one thread each a local scheduler gets.
+    The scheduler is given by its address, or 'local' makes one on this machine for as long as the block runs, with
+    ``processes`` workers of one thread each.
 
     Raises
     ------

@@ -30,25 +30,10 @@ def strip(
     shaded: FloatTexture,
     width: int = 480,
 ) -> Image.Image:
-    """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side.
+    """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side, 8-bit sRGB.
 
-    Parameters
-    ----------
-    color : (H, W, 3) float32 or None
-        Linear RGB without AO; None: white on the surface.
-    surface : (H, W) bool
-        Which texels see a surface.
-    blurred : (H, W) float32
-        Occlusion.
-    shaded : (H, W, 3) float32
-        Linear RGB with AO.
-    width : int
-        Width of each of the three columns, pixels, and the greatest height; pictures keep their proportions.
-
-    Returns
-    -------
-    PIL.Image.Image
-        8-bit sRGB, without colour of one channel. Visibility is shown as it is, 0 black and 1 white, not as light.
+    Colours are linear RGB, (H, W, 3); without them the image has one channel, white on the surface. Visibility is shown
+    as it is, 0 black and 1 white, not as light. ``width`` is that of each column, pixels, and the greatest height.
     """
     grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
     if color is None:  # the shaded channels are equal: a third of the work

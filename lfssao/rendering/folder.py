@@ -42,18 +42,11 @@ def load_manifest(folder: Path) -> dict[str, Any]:
 def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str, Any]]]:
     """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
 
-    Parameters
-    ----------
-    folder : Path
-        The output folder of a render.
-    layer : str
-        A layer that every module must have.
-
     Raises
     ------
     InputError
-        If there is no manifest, it is of another format or does not hold what it should, is a camera's, or its
-        textures do not have the layer.
+        If there is no manifest, it is of another format or does not hold what it should, is a camera's, or a module
+        does not have the layer.
     """
     path, manifest = folder / MANIFEST, load_manifest(folder)
     try:
@@ -105,16 +98,7 @@ def _check_layer(path: Path, entries: dict[int, dict[str, Any]], layer: str) -> 
 
 
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:
-    """A layer of one file without its guard band, (H, W, C) float32, checked against the manifest's digest.
-
-    Parameters
-    ----------
-    path : Path
-        The module's EXR file.
-    layer : str
-        Name of the part.
-    described : dict
-        The manifest's entry of it.
+    """A layer of an EXR file without its guard band, (H, W, C) float32; ``described`` is its entry in the manifest.
 
     Raises
     ------

@@ -11,21 +11,9 @@ _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 
 
 def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -> None:
-    """Refuse a texture that this machine has no memory for, before any is taken.
+    """Refuse (InputError) a texture whose passes need more memory than there is, or that has 2^31 texels or more.
 
-    Parameters
-    ----------
-    width, height : int
-        Of the texture, guard band included.
-    radius_count : int
-        How many radii are merged.
-    texel_bytes : int
-        The estimator's (``Estimator.texel_bytes``).
-
-    Raises
-    ------
-    InputError
-        If the passes of one view need more than is available, or texels cannot be counted in int32.
+    Width and height include the guard band; ``texel_bytes`` is the estimator's.
     """
     texels = width * height
     if texels > _MOST_TEXELS:

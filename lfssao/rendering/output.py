@@ -191,23 +191,9 @@ def make_ready(job: Job, items: Iterable[Item]) -> None:
 
 
 def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float]) -> None:
-    """Write a frame's contact sheet, if it has one, and its manifest.
+    """Write a frame's contact sheet, if it has one, and its manifest, from the results of all its views.
 
-    Parameters
-    ----------
-    job : Job
-        What was rendered.
-    frame : int
-        Number of the frame.
-    results : sequence of Result
-        Those of all views.
-    seconds : dict
-        Wall time of each step of the job.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written.
+    ``seconds`` is the wall time of each step of the job.
     """
     folder, entries = job.frame_folder(frame), [result.entry for result in results]
     remove_leftovers(folder)  # of workers that were killed on the way

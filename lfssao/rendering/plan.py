@@ -43,14 +43,8 @@ def planned(
 ) -> list[LeftOut]:
     """Work left out, as far as it is known before rays are cast.
 
-    Parameters
-    ----------
-    views, boxes : sequences of View and of (2, 3) float64
-        The views of each frame, and the box around the scene in each frame, world units.
-    settings : Settings
-        What the AO passes are run with.
-    colored : bool
-        Whether the mesh has colour.
+    ``views`` are those of each frame, ``boxes`` the box around the scene in each frame, (2, 3) float64, world units;
+    ``colored`` is whether the mesh has colour.
     """
     seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
     heights = [(view.height, len(rows)) for view, rows in seen if rows]

@@ -93,7 +93,7 @@ def _sample_set(options: argparse.Namespace) -> SampleSet:
 
 
 def _make(options: argparse.Namespace) -> None:
-    """``lfssao samples make``."""
+    """Write or print a table, or list the methods."""
     if options.method is None:
         for domain, methods in METHODS.items():
             print(f"{domain}:")
@@ -131,7 +131,7 @@ def _promise(text: str, columns: int, domain: str | None) -> tuple[str, str]:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """``lfssao samples check``: 0 if all promises hold, 1 if one is broken."""
+    """Check a file's points: 0 if all promises hold, 1 if one is broken."""
     if options.file is None:
         for name, promise in PROMISES.items():
             print(f"{name}: {promise.title} ({', '.join(promise.domains)})")
@@ -152,7 +152,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _plot(options: argparse.Namespace) -> None:
-    """``lfssao samples plot``."""
+    """Draw a sample set, or the points of a file."""
     source = Path(options.method)
     target = check_target("--output", Path(options.output or f"{source.stem}.png"), PICTURES)
     made = _read_set(source, options.domain) if source.suffix else _sample_set(options)
@@ -163,7 +163,7 @@ def _plot(options: argparse.Namespace) -> None:
 
 
 def _read_set(path: Path, domain: str | None) -> SampleSet:
-    """The points of a file as a set that nothing is known of."""
+    """The points of a file as a set without promises."""
     points, weights, named = read_points(path)
     domain = domain or named or ("ball" if points.shape[1] == 3 else "square")
     if domain not in DIMENSIONS:

@@ -55,7 +55,7 @@ def _even(text: str) -> int:
 
 
 def _view(options: argparse.Namespace) -> None:
-    """``lfssao view``: check, read, compose, write."""
+    """Check, read, compose, write."""
     folder, animated = Path(options.folder), options.orbit is not None
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
@@ -105,7 +105,7 @@ def _read_light_field(folder: Path, layer: str, display: Display, entries: dict[
 def _photographs(field: LightField, eyes: list[float], options: argparse.Namespace) -> list[Image.Image]:
     """The pictures as Pillow has them, 8-bit sRGB; visibility is shown as it is, 0 black and 1 white, not as light."""
     pictures, dark = [], 0
-    with progress(eyes, desc="view", unit="frame", **({} if len(eyes) > 1 else {"disable": True})) as bar:
+    with progress(eyes, desc="view", unit="frame", disable=None if len(eyes) > 1 else True) as bar:
         for eye in bar:
             shot = field.photograph(eye, options.width, options.blend)
             is_light = shot.image.shape[2] == 3

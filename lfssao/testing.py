@@ -1,6 +1,6 @@
 """For other projects: checks of renderers and of sample sets, cases of the kit, and hypothesis strategies.
 
-The names below are imported when they are first used; hypothesis only when a strategy is called.
+The names below are imported when they are first used; only the strategies import hypothesis.
 """
 
 from typing import TYPE_CHECKING

@@ -1,8 +1,10 @@
-"""hypothesis strategies for lfssao's arguments, by keyword only. hypothesis is imported when one is called."""
+"""hypothesis strategies for lfssao's arguments, by keyword only."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from hypothesis import strategies as st
+from hypothesis.strategies import DrawFn, SearchStrategy
 
 from lfssao.ao.textures import Buffers
 from lfssao.optics.camera import PROJECTIONS, Camera
@@ -10,13 +12,10 @@ from lfssao.optics.display import Display, Module
 from lfssao.samples.registry import METHODS, sample_set
 from lfssao.samples.sets import SampleSet
 
-if TYPE_CHECKING:
-    from hypothesis.strategies import DrawFn, SearchStrategy
-
 _ROI = ((-0.2, -0.15, -0.2), (0.2, 0.15, 0.2))
 
 
-def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> "SearchStrategy[float]":
+def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> SearchStrategy[float]:
     """Radii of the sampling ball: everyday ones, and the smallest and largest that are allowed.
 
     Parameters
@@ -26,17 +25,16 @@ def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> "Sear
     zero : bool
         Whether 0 may come.
     """
-    from hypothesis import strategies as st
-
     lowest = max(least, 1e-30)
     ordinary = st.floats(max(lowest, 1e-3), min(most, 1e3)) if lowest <= 1e3 and most >= 1e-3 else st.nothing()
     special = [lowest, most] + ([0.0] if zero and least <= 0 else [])
     return st.one_of(ordinary, st.floats(lowest, most), st.sampled_from(special))
 
 
+@st.composite
 def sample_sets(
-    *, domain: str | None = None, methods: tuple[str, ...] | None = None, least: int = 1, most: int = 256
-) -> "SearchStrategy[SampleSet]":
+    draw: DrawFn, *, domain: str | None = None, methods: tuple[str, ...] | None = None, least: int = 1, most: int = 256
+) -> SampleSet:
     """Sample sets by any method, number and seed.
 
     Parameters
@@ -48,21 +46,16 @@ def sample_sets(
     least, most : int
         Numbers of points; repulsion has at most 64.
     """
-    from hypothesis import strategies as st
-
-    @st.composite
-    def made(draw: "DrawFn") -> SampleSet:
-        where = draw(st.sampled_from(sorted(METHODS))) if domain is None else domain
-        names = [name for name in METHODS[where] if methods is None or name in methods]
-        method = METHODS[where][draw(st.sampled_from(names))]
-        largest = most if method.most is None else min(most, method.most)
-        n, seed = draw(st.integers(min(least, largest), largest)), draw(st.integers(0, 2**64 - 1))
-        return sample_set(where, method.name, n, seed)
-
-    return made()
+    where = draw(st.sampled_from(sorted(METHODS))) if domain is None else domain
+    names = [name for name in METHODS[where] if methods is None or name in methods]
+    method = METHODS[where][draw(st.sampled_from(names))]
+    largest = most if method.most is None else min(most, method.most)
+    n, seed = draw(st.integers(min(least, largest), largest)), draw(st.integers(0, 2**64 - 1))
+    return sample_set(where, method.name, n, seed)
 
 
-def cameras(*, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> "SearchStrategy[Camera]":
+@st.composite
+def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> Camera:
     """Cameras that look at something near the origin of world space, upright or tilted.
 
     Parameters
@@ -72,27 +65,26 @@ def cameras(*, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.
     distance : float
         How far away they stand at most, world units.
     """
-    from hypothesis import strategies as st
-
-    @st.composite
-    def made(draw: "DrawFn") -> Camera:
-        away = distance * draw(st.floats(0.2, 1))
-        z, turn = draw(st.floats(-0.9, 0.9)), draw(st.floats(0, 6.28))
-        r = (1 - z * z) ** 0.5
-        target = tuple(draw(st.floats(-0.1, 0.1)) * distance for _ in range(3))
-        direction = (r * float(np.cos(turn)), z, r * float(np.sin(turn)))
-        eye = tuple(t + away * d for t, d in zip(target, direction, strict=True))
-        up = (draw(st.floats(-0.2, 0.2)), 1.0, draw(st.floats(-0.2, 0.2)))
-        extent = away * draw(st.floats(0.1, 1.5))
-        near, far = away * draw(st.floats(0.01, 0.5)), away * draw(st.floats(1.5, 10))
-        return Camera(draw(st.sampled_from(projections)), eye, target, up, extent, near, far)  # type: ignore[arg-type]
-
-    return made()
+    away = distance * draw(st.floats(0.2, 1))
+    z, turn = draw(st.floats(-0.9, 0.9)), draw(st.floats(0, 6.28))
+    r = (1 - z * z) ** 0.5
+    target = tuple(draw(st.floats(-0.1, 0.1)) * distance for _ in range(3))
+    direction = (r * float(np.cos(turn)), z, r * float(np.sin(turn)))
+    eye = tuple(t + away * d for t, d in zip(target, direction, strict=True))
+    up = (draw(st.floats(-0.2, 0.2)), 1.0, draw(st.floats(-0.2, 0.2)))
+    extent = away * draw(st.floats(0.1, 1.5))
+    near, far = away * draw(st.floats(0.01, 0.5)), away * draw(st.floats(1.5, 10))
+    return Camera(draw(st.sampled_from(projections)), eye, target, up, extent, near, far)  # type: ignore[arg-type]
 
 
+@st.composite
 def displays(
-    *, screens: tuple[str, ...] = ("flat", "convex", "concave", "conical"), modules: int = 3, texels: int = 64
-) -> "SearchStrategy[Display]":
+    draw: DrawFn,
+    *,
+    screens: tuple[str, ...] = ("flat", "convex", "concave", "conical"),
+    modules: int = 3,
+    texels: int = 64,
+) -> Display:
     """Displays of one or a few modules, aligned to the screen or turned, the observers on a line or an arc.
 
     Parameters
@@ -104,39 +96,47 @@ def displays(
     texels : int
         The most texels a side of a module's texture.
     """
-    from hypothesis import strategies as st
-
-    @st.composite
-    def made(draw: "DrawFn") -> Display:
-        screen = draw(st.sampled_from(screens))
-        width, height = draw(st.floats(0.5, 1.6)), draw(st.floats(0.3, 1.0))
-        z_o, y_o = -draw(st.floats(1.5, 4)), draw(st.floats(-0.3, 0.3))
-        curvature = {"convex": 1, "concave": -1}.get(screen, 0) / (width * draw(st.floats(1.5, 5)))
-        arc = draw(st.sampled_from([0.0, 0.5])) / -z_o if screen != "conical" else 0.0
-        count = draw(st.integers(1, modules))
-        lenses = []
-        for k in range(count):
-            x = 0.3 * ((2 * k + 1) / count - 1) + draw(st.floats(-0.1, 0.1))
-            y, z = draw(st.floats(-0.2, 0.2)), draw(st.floats(0.6, 1.5))
-            size = draw(st.integers(1, texels)), draw(st.integers(1, texels))
-            more: dict[str, Any] = {}
-            if draw(st.booleans()):
-                more = {
-                    "yaw": float(np.degrees(np.arctan2(-x, z))),
-                    "pitch": float(np.degrees(np.arctan2(-y, z))),
-                    "roll": draw(st.floats(-5, 5)),
-                    "field_of_view": draw(st.floats(20, 90)),
-                }
-            lenses.append(Module(x, y, z, *size, **more))
-        diffuser = "conical" if screen == "conical" else "linear"
-        return Display("drawn", width, height, y_o, z_o, tuple(lenses), _ROI, diffuser, curvature, arc)
-
-    return made()
+    screen = draw(st.sampled_from(screens))
+    width, height = draw(st.floats(0.5, 1.6)), draw(st.floats(0.3, 1.0))
+    z_o, y_o = -draw(st.floats(1.5, 4)), draw(st.floats(-0.3, 0.3))
+    curvature = {"convex": 1, "concave": -1}.get(screen, 0) / (width * draw(st.floats(1.5, 5)))
+    arc = draw(st.sampled_from([0.0, 0.5])) / -z_o if screen != "conical" else 0.0
+    count = draw(st.integers(1, modules))
+    lenses = []
+    for k in range(count):
+        x = 0.3 * ((2 * k + 1) / count - 1) + draw(st.floats(-0.1, 0.1))
+        y, z = draw(st.floats(-0.2, 0.2)), draw(st.floats(0.6, 1.5))
+        size = draw(st.integers(1, texels)), draw(st.integers(1, texels))
+        more: dict[str, Any] = {}
+        if draw(st.booleans()):
+            more = {
+                "yaw": float(np.degrees(np.arctan2(-x, z))),
+                "pitch": float(np.degrees(np.arctan2(-y, z))),
+                "roll": draw(st.floats(-5, 5)),
+                "field_of_view": draw(st.floats(20, 90)),
+            }
+        lenses.append(Module(x, y, z, *size, **more))
+    diffuser = "conical" if screen == "conical" else "linear"
+    return Display("drawn", width, height, y_o, z_o, tuple(lenses), _ROI, diffuser, curvature, arc)
 
 
+@st.composite
+def _views(draw: DrawFn, most: int) -> Any:
+    if draw(st.booleans()):
+        return draw(cameras()).view(draw(st.integers(1, most)), draw(st.integers(1, most)))
+    half = np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, -0.5, 0]])
+    return draw(displays(modules=1, texels=most)).view(0, half)
+
+
+@st.composite
 def gbuffers(
-    *, dtype: Any = np.float32, most: int = 24, normals: bool = True, views: "SearchStrategy[Any] | None" = None
-) -> "SearchStrategy[Buffers]":
+    draw: DrawFn,
+    *,
+    dtype: Any = np.float32,
+    most: int = 24,
+    normals: bool = True,
+    views: SearchStrategy[Any] | None = None,
+) -> Buffers:
     """Textures of a view of a few texels: any depth, positions and normals, and texels without a surface.
 
     The textures fit each other where there is no surface, and need not be those of any scene.
@@ -152,27 +152,14 @@ def gbuffers(
     views : strategy of View, optional
         Their views; cameras and single modules by default.
     """
-    from hypothesis import strategies as st
-
-    @st.composite
-    def any_view(draw: "DrawFn") -> Any:
-        if draw(st.booleans()):
-            return draw(cameras()).view(draw(st.integers(1, most)), draw(st.integers(1, most)))
-        half = np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, -0.5, 0]])
-        return draw(displays(modules=1, texels=most)).view(0, half)
-
-    @st.composite
-    def made(draw: "DrawFn") -> Buffers:
-        view = draw(any_view() if views is None else views)
-        rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-        shape = view.height, view.width
-        low, high = draw(st.sampled_from([(-0.3, 0.3), (0.0, 1.0), (-1e-3, 1e-3), (-1e6, 1e6)]))
-        depth = rng.uniform(low, high, shape).astype(dtype)
-        positions = rng.uniform(-1, 1, (*shape, 3)).astype(dtype)
-        directions = rng.normal(size=(*shape, 3))
-        directions /= np.sqrt(np.sum(directions**2, axis=-1, keepdims=True))
-        empty = rng.random(shape) < draw(st.sampled_from([0.0, 0.2, 1.0]))
-        depth[empty], positions[empty], directions[empty] = np.inf, np.inf, 0
-        return Buffers(view, depth, positions, directions.astype(dtype) if normals else None)
-
-    return made()
+    view = draw(_views(most) if views is None else views)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    shape = view.height, view.width
+    low, high = draw(st.sampled_from([(-0.3, 0.3), (0.0, 1.0), (-1e-3, 1e-3), (-1e6, 1e6)]))
+    depth = rng.uniform(low, high, shape).astype(dtype)
+    positions = rng.uniform(-1, 1, (*shape, 3)).astype(dtype)
+    directions = rng.normal(size=(*shape, 3))
+    directions /= np.sqrt(np.sum(directions**2, axis=-1, keepdims=True))
+    empty = rng.random(shape) < draw(st.sampled_from([0.0, 0.2, 1.0]))
+    depth[empty], positions[empty], directions[empty] = np.inf, np.inf, 0
+    return Buffers(view, depth, positions, directions.astype(dtype) if normals else None)

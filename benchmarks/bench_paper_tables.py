@@ -36,8 +36,8 @@ from lfssao import (
     find_display,
 )
 from lfssao.ao.estimators.sao import estimator as scalable
-from lfssao.ao.estimators.sao.kernels import bilateral
-from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_lines
+from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
+from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.kernels.blur import gaussian_weights
 from lfssao.bench.times import Milliseconds, turns
 from lfssao.rendering.manifest import describe_machine
@@ -180,7 +180,7 @@ def vo_table(repeats: int, threads: int) -> dict[str, Any]:
 def sao_table(repeats: int, threads: int) -> dict[str, Any]:
     buffers, unit = buffers_of(1920, 1080, 190, threads)
     radius, z = SAO_RADIUS * unit, linear_z(buffers)
-    lines = texel_lines(buffers.view, z.dtype)
+    lines = texel_rays(buffers.view, z.dtype)
     keys = scalable.keys_of(z, lines.origin, 0.0)
 
     def sampling() -> np.ndarray:
@@ -207,9 +207,9 @@ def wide_bilateral(visibility: np.ndarray, keys: np.ndarray) -> np.ndarray:
     weights = np.empty(13)
     gaussian_weights(6.0, 6, weights)
     weights = weights.astype(visibility.dtype)
-    for one_pass in (bilateral.bilateral_horizontal, bilateral.bilateral_vertical):
+    for step in ((1, 0), (0, 1)):
         target = np.empty_like(visibility)
-        one_pass(visibility, keys, weights, 1, visibility.dtype.type(2048), target)
+        bilateral(visibility, keys, weights, step, visibility.dtype.type(2048), target)
         visibility = target
     return visibility
 

@@ -18,7 +18,7 @@ from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
 from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
-from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_lines
+from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
 from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.settings import diagonal
 
@@ -90,10 +90,10 @@ def normal_errors(view, gbuffer):
     """Angle between rebuilt and triangle normals where the texels of the differences see one triangle."""
     buffers = Buffers.of(gbuffer, view)
     z = linear_z(buffers)
-    lines = texel_lines(view, z.dtype)
+    lines = texel_rays(view, z.dtype)
     positions = positions_of(buffers, z, lines)
     normals = np.empty_like(positions)
-    face_normals(z, positions, lines.kind, lines.numbers, lines.table, lines.world, normals)
+    face_normals(z, positions, lines, normals)
     cosine = (normals.astype(float) * gbuffer.normals).sum(-1)
     angle = np.degrees(np.arctan2(np.linalg.norm(np.cross(normals.astype(float), gbuffer.normals), axis=-1), cosine))
     t = gbuffer.triangle

@@ -17,14 +17,34 @@ def _size(a: Any) -> list[int]:
     return [a.shape[1], a.shape[0]]
 
 
-def _scene(a: Sequence[Any], flag: int) -> list[Any]:
-    """Depth, positions, directions, normals, (a flag and) the kind, rows, lens, right, radius."""
-    return [*_size(a[0]), *a[:4], *a[flag + 1 : flag + 5]]
+def _scene(view: Any, radius: Any, occlusion: Any) -> list[Any]:
+    return [*_size(occlusion), *view[:4], view.rows, view.lens, view.right, radius]
 
 
 def _points(a: Sequence[Any]) -> list[Any]:
-    scene = [*_size(a[0]), *a[:4], a[6], a[7], a[6], a[8]]  # points have no use for the rightward direction
-    return [*scene, a[9], len(a[10]), a[10], a[11], int(a[4]), a[12], a[13]]
+    view, ball, radius, thickness, occlusion, _ = a
+    scene = _scene(view._replace(right=view.rows), radius, occlusion)  # points have no use for the rightward direction
+    return [
+        *scene,
+        ball.mirrors,
+        len(ball.offsets),
+        ball.offsets,
+        ball.weights,
+        int(ball.tangent),
+        thickness,
+        occlusion,
+    ]
+
+
+def _lines(a: Sequence[Any]) -> list[Any]:
+    view, disk, radius, thickness, occlusion, _ = a
+    samples = [disk.turns, len(disk.places), *disk[:3], int(disk.tangent)]
+    return [*_scene(view, radius, occlusion), *samples, thickness, occlusion]
+
+
+def _horizons(a: Sequence[Any]) -> list[Any]:
+    view, fan, radius, occlusion, _ = a
+    return [*_scene(view, radius, occlusion), fan.turns, len(fan.around), fan.around, fan.steps, occlusion]
 
 
 def _share(a: Sequence[Any]) -> list[Any]:
@@ -44,13 +64,26 @@ def _share(a: Sequence[Any]) -> list[Any]:
 
 
 def _sampling(a: Sequence[Any]) -> list[Any]:
-    numbers = np.array([*a[9:12], *a[13:19]], np.float32)
-    return [*_size(a[0]), a[0], a[1], a[2], len(a[2]), *a[3:7], len(a[6]), a[7], a[8], numbers, a[12], a[19]]
+    surface, hierarchy, taps, rays, falloff, visibility, _ = a
+    scalars = [*falloff[:6], rays.origin, *falloff[6:]]
+    return [
+        *_size(surface.z), surface.z, hierarchy.z, hierarchy.first, len(hierarchy.first), *surface[1:], len(taps), taps,
+        rays.numbers, rays.world, np.array(scalars, np.float32), hierarchy.log_q, visibility,
+    ]  # fmt: skip
 
 
 def _area(a: Sequence[Any]) -> list[Any]:
-    pyramid = [a[14], a[15], a[16], a[17], len(a[16]), float(a[18]), a[19]]
-    return [*_scene(a, 5), a[10], len(a[11]), *a[11:14], int(a[4]), *pyramid, a[20]]
+    view, disk, pyramid, half_width, radius, thickness, occlusion, _ = a
+    samples = [disk.turns, len(disk.places), *disk[:3], int(disk.tangent), disk.finer]
+    return [
+        *_scene(view, radius, occlusion),
+        *samples,
+        *pyramid,
+        len(pyramid.pitches),
+        float(half_width),
+        thickness,
+        occlusion,
+    ]
 
 
 BASELINES = (
@@ -75,35 +108,31 @@ BASELINES = (
     Baseline(ESTIMATORS + "sao.texel_rays.linear_depth", "linear z", "linear_depth",
              lambda a: [*_size(a[0]), a[0], *a[2:]], (5,)),
     Baseline(ESTIMATORS + "sao.texel_rays.rebuild_positions", "positions from z", "positions",
-             lambda a: [*_size(a[0]), a[0], a[2], a[4], a[5]], (5,)),
+             lambda a: [*_size(a[0]), a[0], a[1].numbers, a[1].world, a[2]], (2,)),
     Baseline(ESTIMATORS + "sao.estimator.face_normals", "face normals", "face_normals",
-             lambda a: [*_size(a[0]), a[0], a[1], a[3], a[5], a[6]], (6,)),
+             lambda a: [*_size(a[0]), a[0], a[1], a[2].numbers, a[2].world, a[3]], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.scalable.write_rotations", "SAO rotations (once a size)", "rotations",
              lambda a: [a[1].shape[2], a[1].shape[1], a[1]], (1,)),
-    Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (19,)),
+    Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (5,)),
     Baseline(ESTIMATORS + "sao.estimator.average_quads", "2x2 average", "quads", lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.packing.depth_keys", "bilateral keys", "depth_keys",
              lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.packing.pack", "packing", "pack", lambda a: [*_size(a[0]), *a], (2,)),
     Baseline(ESTIMATORS + "sao.estimator.packing.unpack", "unpacking", "unpack", lambda a: [*_size(a[0]), *a], (1, 2)),
-    Baseline(ESTIMATORS + "sao.estimator.bilateral.bilateral_horizontal", "bilateral, rows", "bilateral",
-             lambda a: [*_size(a[0]), *a[:3], a[4], 0, a[5]], (5,)),
-    Baseline(ESTIMATORS + "sao.estimator.bilateral.bilateral_vertical", "bilateral, columns", "bilateral",
-             lambda a: [*_size(a[0]), *a[:3], a[4], 1, a[5]], (5,)),
+    Baseline(ESTIMATORS + "sao.estimator.bilateral", "bilateral", "bilateral",
+             lambda a: [*_size(a[0]), *a[:3], max(a[3]), int(a[3][0] == 0), a[4], a[5]], (5,)),
     Baseline(ESTIMATORS + "sao.estimator.scalable.occlusion_of", "occlusion of A", "occlusion_of",
              lambda a: [*_size(a[0]), a[0], a[1], a[3]], (3,)),
-    Baseline(ESTIMATORS + "vo.estimator.volumetric_points.point_occlusion", "VO points", "vo_points", _points, (13,)),
-    Baseline(ESTIMATORS + "vo.estimator.volumetric_lines.line_occlusion", "VO lines", "vo_lines",
-             lambda a: [*_scene(a, 5), a[10], len(a[11]), *a[11:14], int(a[4]), a[14], a[15]], (15,)),
-    Baseline(ESTIMATORS + "vo.estimator.volumetric_area.area_occlusion", "VO area", "vo_area", _area, (20,)),
+    Baseline(ESTIMATORS + "vo.estimator.point_occlusion", "VO points", "vo_points", _points, (4,)),
+    Baseline(ESTIMATORS + "vo.estimator.line_occlusion", "VO lines", "vo_lines", _lines, (4,)),
+    Baseline(ESTIMATORS + "vo.estimator.area_occlusion", "VO area", "vo_area", _area, (6,)),
     Baseline(ESTIMATORS + "vo.estimator.merge_product", "dual radii, product", "merge_product",
              lambda a: [*_size(a[0]), *a], (2,)),
     Baseline(ESTIMATORS + "vo.pyramid.kernels.write_base", "pyramid of moments", "moments_base",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(ESTIMATORS + "vo.pyramid.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
-    Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao",
-             lambda a: [*_scene(a, 4), a[9], len(a[10]), a[10], a[11], a[16]], (16,)),
+    Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao", _horizons, (3,)),
     Baseline(KERNELS + "point.share_behind", "points with options", "share_behind", _share, (9,)),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),

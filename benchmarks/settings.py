@@ -9,8 +9,8 @@ import numpy as np
 
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate, find_display, module_views
 from lfssao.ao.estimators.sao import estimator as scalable
-from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_lines
-from lfssao.ao.estimators.vo.local_frame import Surroundings
+from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
+from lfssao.ao.estimators.vo.local_frame import seen_surface
 from lfssao.ao.passes import blur, merge
 from lfssao.optics.view import View
 from lfssao.rendering.settings import diagonal
@@ -118,7 +118,7 @@ def _sao_module(views: Views) -> Any:
 
 def _filter(mip: str, views: Views) -> Any:
     z = linear_z(views.camera)
-    return scalable.z_hierarchy(z, mip, 5, texel_lines(views.camera.view, z.dtype).origin)
+    return scalable.z_hierarchy(z, mip, 5, texel_rays(views.camera.view, z.dtype).origin)
 
 
 def _rotations(views: Views) -> Any:
@@ -133,7 +133,7 @@ def _directions(views: Views) -> Any:
 
 def _axis_depth(views: Views) -> Any:
     """What the estimators over a ball along the line of sight read of a camera."""
-    return Surroundings.of(views.camera)
+    return seen_surface(views.camera)
 
 
 def _merged(views: Views) -> Any:

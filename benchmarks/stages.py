@@ -86,7 +86,12 @@ class Arrays:
 
     def of(self, call: Call) -> list[Any]:
         """The call's arguments, each array that one of the calls writes replaced by its copy."""
-        return [self.copies.get(id(a), a) if isinstance(a, np.ndarray) else a for a in call.arguments]
+        return [self._own(a) for a in call.arguments]
+
+    def _own(self, a: Any) -> Any:
+        if isinstance(a, tuple) and hasattr(a, "_make"):
+            return a._make(self._own(each) for each in a)
+        return self.copies.get(id(a), a) if isinstance(a, np.ndarray) else a
 
 
 def ours(calls: Sequence[Call], arrays: Arrays) -> Run:
@@ -133,8 +138,17 @@ def differing(calls: Sequence[Call], library: ctypes.CDLL) -> list[str]:
 
 def bytes_moved(calls: Sequence[Call]) -> int:
     """Bytes of all arrays that the calls read or write, each once: the least that must pass between memory and core."""
-    arrays = {id(a): a.nbytes for call in calls for a in call.arguments if isinstance(a, np.ndarray)}
+    arrays = {id(a): a.nbytes for call in calls for a in _arrays(call.arguments)}
     return sum(arrays.values())
+
+
+def _arrays(arguments: Sequence[Any]) -> Iterator[np.ndarray]:
+    """All arrays among arguments, those of named tuples too."""
+    for a in arguments:
+        if isinstance(a, np.ndarray):
+            yield a
+        elif isinstance(a, tuple):
+            yield from _arrays(a)
 
 
 def copying(size: int, library: ctypes.CDLL) -> Run:

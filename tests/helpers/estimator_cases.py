@@ -9,7 +9,7 @@ from reference.kit import solve
 from lfssao import Buffers
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.estimators.sao.kernels.reconstruct import TABLE
-from lfssao.ao.estimators.sao.texel_rays import texel_lines
+from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.optics.view import KINDS
 from lfssao.verify.kit.views import described_rays
 
@@ -57,7 +57,7 @@ def view_numbers(view):
 
 def texel_table(view, dtype):
     """Lines of a view's texels, (H, W, 4); None where the view's numbers say them all."""
-    lines = texel_lines(view, np.dtype(dtype))
+    lines = texel_rays(view, np.dtype(dtype))
     return lines.table.T.reshape(view.height, view.width, 4) if lines.kind == TABLE else None
 
 

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option, run_kernel
-from lfssao.ao.estimators.kernels.horizon import horizon_occlusion
-from lfssao.ao.estimators.vo.local_frame import Surroundings, disk_turns
+from lfssao.ao.estimators.kernels.horizon import Horizons, horizon_occlusion
+from lfssao.ao.estimators.vo.local_frame import disk_turns, seen_surface
 from lfssao.ao.passes import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
@@ -52,16 +52,12 @@ class HorizonOptions(Options):
 
 def hbao(buffers: Buffers, radius: float, points: None, weights: None, options: HorizonOptions) -> Occlusion:
     """Return horizon-based AO; it takes no samples."""
-    near, dtype = Surroundings.of(buffers), buffers.depth.dtype
+    seen, dtype = seen_surface(buffers), buffers.depth.dtype
     around = np.array([sincospi((2 * k + 1) / options.directions)[::-1] for k in range(options.directions)])
-    sine, cosine = sincospi(options.bias / 180.0)
-    linear, quadratic = _ATTENUATION[options.attenuation]
-    return run_kernel(
-        horizon_occlusion, near.depth, near.depth, near.positions, near.directions, near.normals, near.kind,
-        near.rows, near.lens,
-        near.right, dtype.type(radius), disk_turns(options.randomize, options.seed, dtype), around.astype(dtype),
-        options.steps, dtype.type(sine), dtype.type(cosine), dtype.type(linear), dtype.type(quadratic),
-    )  # fmt: skip
+    turns = disk_turns(options.randomize, options.seed, dtype)
+    scalars = (*sincospi(options.bias / 180.0), *_ATTENUATION[options.attenuation])
+    fan = Horizons(around.astype(dtype), turns, options.steps, *(dtype.type(number) for number in scalars))
+    return run_kernel(horizon_occlusion, buffers.depth, seen, fan, dtype.type(radius))
 
 
 ENTRIES = (

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import ESTIMATORS
-from lfssao.ao.estimators.sao.texel_rays import texel_lines
+from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.textures import Buffers
 from lfssao.core.affine import multiply, to_4x4
 from lfssao.optics.display import Display
@@ -255,7 +255,7 @@ def _lines_problem(estimator: Estimator, display: Display, changes: Mapping[str,
     """An estimator on a display whose texels' lines are a table."""
     view = module_view(display)
     parameters, inputs = _on_view(estimator, view, SCENE, 0.3, changes, {})
-    lines = texel_lines(view, np.dtype(np.float32)).table
+    lines = texel_rays(view, np.dtype(np.float32)).table
     return parameters, {**inputs, "lines": np.ascontiguousarray(lines.T).reshape(*inputs["depth"].shape, 4)}
 
 

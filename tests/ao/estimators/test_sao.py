@@ -14,11 +14,12 @@ from reference.spiral import turn_of
 from lfssao import Buffers, estimate
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.estimators.sao import estimator as scalable
-from lfssao.ao.estimators.sao.kernels import bilateral, face_normals, packing, reconstruct
+from lfssao.ao.estimators.sao.kernels import face_normals, packing, reconstruct
 from lfssao.ao.estimators.sao.kernels import scalable as kernels
+from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
 from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
 from lfssao.ao.estimators.sao.kernels.quad import average_quads
-from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_lines
+from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
 from lfssao.samples.kernels import spiral
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -124,9 +125,9 @@ def test_rebuilt_positions_are_those_of_the_positions_texture(sight, dtype):
     """The round trip that settles equation 3's signs: unproject(project(point)) is the point."""
     buffers = seen("tilted plane", sight, np.float64)
     z = linear_z(buffers).astype(dtype)
-    lines = texel_lines(buffers.view, z.dtype)
+    rays = texel_rays(buffers.view, z.dtype)
     made = np.empty((*z.shape, 3), dtype)
-    reconstruct.rebuild_positions(z, lines.kind, lines.numbers, lines.table, lines.world, made)
+    reconstruct.rebuild_positions(z, rays, made)
     there = np.isfinite(buffers.depth)
     assert np.abs(made[there] - buffers.positions[there]).max() < (2e-6 if dtype == np.float32 else 1e-14)
     assert np.isinf(made[~there]).all()
@@ -142,12 +143,11 @@ def test_a_cameras_positions_texture_is_not_read(sight):
 
 def normals_of(buffers):
     z = linear_z(buffers)
-    lines = texel_lines(buffers.view, z.dtype)
-    positions = positions_of(buffers, z, lines)
+    rays = texel_rays(buffers.view, z.dtype)
+    positions = positions_of(buffers, z, rays)
     normals = np.empty_like(positions)
-    arguments = z, positions, lines.kind, lines.numbers, lines.table, lines.world
-    face_normals.face_normals(*arguments, normals)
-    return arguments, normals
+    face_normals.face_normals(z, positions, rays, normals)
+    return (z, positions, rays), normals
 
 
 @every_sight
@@ -156,7 +156,7 @@ def normals_of(buffers):
 def test_face_normals_equal_the_reference(sight, dtype, size):
     for name in ("sphere on a plane", "step"):
         buffers = seen(name, sight, dtype, size, 0.3)
-        (z, positions, *_), normals = normals_of(buffers)
+        (z, positions, _), normals = normals_of(buffers)
         assert_same_bits(normals, reference_view(buffers.view, dtype).normals(z, positions))
 
 
@@ -166,10 +166,10 @@ def test_face_normals_equal_the_reference(sight, dtype, size):
 def test_face_normals_between_holes_equal_the_reference(sight, dtype, size):
     """Across the borders of what the kernel takes at a time, with texels that have one neighbour or none."""
     buffers = seen("tilted plane", sight, dtype, size, 0.3)
-    (z, positions, *lines), _ = normals_of(buffers)
+    (z, positions, rays), _ = normals_of(buffers)
     z, normals = z.copy(), np.empty_like(positions)
     z[np.random.default_rng(1).random(z.shape) < 0.4] = np.inf
-    face_normals.face_normals(z, positions, *lines, normals)
+    face_normals.face_normals(z, positions, rays, normals)
     assert_same_bits(normals, reference_view(buffers.view, dtype).normals(z, positions))
 
 
@@ -338,12 +338,9 @@ def test_passes_after_sampling_equal_the_reference_for_any_depths(name, dtype, d
         return
     weights = np.array(blur_weights(data.draw(st.sampled_from([0.3, 3.0])), 3), dtype)
     stride, sharp = data.draw(st.integers(1, 4)), dtype(data.draw(st.sampled_from([0.0, 3.0, 2048.0])))
-    for kernel, other in (
-        (bilateral.bilateral_horizontal, reference.bilateral),
-        (bilateral.bilateral_vertical, reference.bilateral_columns),
-    ):
+    for step, other in (((stride, 0), reference.bilateral), ((0, stride), reference.bilateral_columns)):
         target = np.empty_like(z)
-        kernel(visibility, out, weights, stride, sharp, target)
+        bilateral(visibility, out, weights, step, sharp, target)
         assert_same_bits(target, other(visibility, out, weights, stride, sharp))
 
 
@@ -396,7 +393,7 @@ def test_bilateral_weights_by_hand():
     keys = np.array([[0.5, 0, 0, 0.5 + 1e-4, 0, 0, 0.501]])
     values = np.array([[0.25, 9, 9, 0.75, 9, 9, 1.0]])
     out = np.empty_like(values)
-    bilateral.bilateral_horizontal(values, keys, np.array([1.0, 2.0, 1.0]), 3, 2048.0, out)
+    bilateral(values, keys, np.array([1.0, 2.0, 1.0]), (3, 0), 2048.0, out)
     w = 1 - 0.2048
     assert out[0, 0] == pytest.approx((2 * 0.25 + w * 0.75) / (2 + w))
     assert out[0, 3] == pytest.approx((w * 0.25 + 2 * 0.75) / (2 + w))
@@ -409,10 +406,10 @@ def test_the_appendix_by_hand():
     depth = np.full((6, 6), 0.5)
     depth[:, 3:] = 0.5 - 0.05 / 2  # planes at 1 and 3: 0.05 nearer
     buffers = Buffers(sight.view, depth, np.zeros((6, 6, 3)))
-    z, lines = linear_z(buffers), texel_lines(sight.view, np.dtype(np.float64))
+    z, rays = linear_z(buffers), texel_rays(sight.view, np.dtype(np.float64))
     radius = 0.5
     options = scalable.AppendixOptions(beta=0.01, epsilon=0.01, taps=1, turns=1, mip="none")
-    made, _ = scalable.sample(buffers, z, lines, radius, options)
+    made, _ = scalable.sample(buffers, z, rays, radius, options)
     # alpha = 1/2: h = 2 texels; theta = pi + phi at (x, y) = (2, 4), phi = 60 ^ (4 + 80) radians.
     theta = np.pi + (60 ^ 84)
     x, y = int(2 + 2 * np.cos(theta)), int(4 + 2 * np.sin(theta))

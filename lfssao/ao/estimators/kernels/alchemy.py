@@ -1,14 +1,13 @@
 """Alchemy AO: SAO equation 1 on points of the positions texture around each texel.
 
 Texels are computed by tiles, so that the surface around them, where the turned taps of neighbours land far apart, stays
-in the nearest caches. What belongs to a texel is in slots of one array (``vo.kernels.local_frame``): of arrays of
-their own LLVM would have to compare more addresses before a loop than it is willing to, and make no vectors.
+in the nearest caches. What belongs to a texel is in slots (``kernels.slots``).
 """
 
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.vo.kernels.local_frame import CHUNK, load, slot
+from lfssao.ao.estimators.kernels.slots import CHUNK, load, slot
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
 from lfssao.core.elementary import sincospi
 from lfssao.core.jit import kernel

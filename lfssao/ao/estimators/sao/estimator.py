@@ -45,11 +45,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option
-from lfssao.ao.estimators.sao.kernels import bilateral, packing, scalable, z_pyramid
+from lfssao.ao.estimators.sao.kernels import packing, scalable, z_pyramid
+from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
 from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
 from lfssao.ao.estimators.sao.kernels.quad import average_quads
-from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE
-from lfssao.ao.estimators.sao.texel_rays import TexelLines, linear_z, positions_of, texel_lines
+from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TexelRays
+from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
 from lfssao.ao.kernels.blur import gaussian_weights
 from lfssao.ao.passes import Occlusion
 from lfssao.ao.textures import Buffers, Texture
@@ -114,18 +115,9 @@ class Equation1Options(SaoOptions, _Equation1):
 
 
 def z_hierarchy(z: Texture, mip: str, max_level: int, origin: float = 0.0) -> list[Texture]:
-    """The levels of z, each half of the last, rounded up, until one texel or ``max_level``.
+    """Return the levels of z, each half of the last, rounded up, until one texel or ``max_level``.
 
-    Parameters
-    ----------
-    z : (H, W) float32 or float64
-        Level 0, +infinity where there is no surface.
-    mip : str
-        A key of ``FILTERS``; 'none' makes level 0 only.
-    max_level : int
-        The last level at most.
-    origin : float
-        z from which the harmonic mean counts distances.
+    mip: a key of ``FILTERS``; 'none' makes level 0 only. origin: z from which the harmonic mean counts distances.
     """
     levels = [z]
     while mip != "none" and len(levels) <= max_level and max(levels[-1].shape) > 1:
@@ -144,43 +136,48 @@ def _rotations(height: int, width: int, variant: int, dtype: np.dtype[Any]) -> T
     return rotations
 
 
-def sample(buffers: Buffers, z: Texture, lines: TexelLines, radius: float, options: SaoOptions) -> tuple[Texture, int]:
+def sample(buffers: Buffers, z: Texture, rays: TexelRays, radius: float, options: SaoOptions) -> tuple[Texture, int]:
     """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
-    taps = options.taps
-    if isinstance(options, Equation1Options):
-        falloff, scale, bias, epsilon = False, 2 * options.sigma / taps, (0.0, options.beta), options.epsilon
-    else:
-        assert isinstance(options, AppendixOptions)
-        falloff, scale, bias, epsilon = True, 5 * options.intensity / taps, (options.beta, 0.0), options.epsilon
     dtype = z.dtype
-    with np.errstate(over="ignore", under="ignore", divide="ignore"):  # of radii that the dtype does not hold
-        one = dtype.type
-        inverse = one(1 / radius) if radius > 0 and isfinite(1 / radius) else one(np.inf)
-        units = lines.units if lines.kind == SEPARABLE else np.ones(3)
-        reach_u, reach_v = one(radius / units[0]), one(radius / units[1])
-        depth_bias = one(bias[1] * float(lines.units[2]) / radius) if bias[1] > 0 else one(0)
-    positions = positions_of(buffers, z, lines)
+    positions = positions_of(buffers, z, rays)
     normals = np.empty_like(positions)
-    face_normals(z, positions, lines.kind, lines.numbers, lines.table, lines.world, normals)
-    levels = z_hierarchy(z, options.mip, options.max_level, lines.origin)
+    face_normals(z, positions, rays, normals)
+    surface = scalable.Surface(z, positions, normals, _rotations(*z.shape, HASHES[options.hashed], dtype))
+    levels = z_hierarchy(z, options.mip, options.max_level, rays.origin)
     first = np.cumsum([0, *(level.size for level in levels[:-1])]).astype(np.int32)
-    table = np.empty((taps, 3), dtype)
-    spiral.unit_taps(options.turns or best_turns(taps), table)
+    hierarchy = scalable.Hierarchy(np.concatenate([level.ravel() for level in levels]), first, options.log_q)
+    taps = np.empty((options.taps, 3), dtype)
+    spiral.unit_taps(options.turns or best_turns(options.taps), taps)
+    falloff = _falloff(options, rays, radius, dtype)
     visibility, outside = np.empty_like(z), np.empty(z.shape[0], np.int64)
-    separable = lines.kind == SEPARABLE
-    run = scalable.scalable_visibility if separable else scalable.scalable_visibility_table
-    run(
-        z, np.concatenate([level.ravel() for level in levels]), first, positions, normals,
-        _rotations(*z.shape, HASHES[options.hashed], dtype), table, lines.numbers if separable else lines.table,
-        lines.world, reach_u, reach_v, inverse, options.log_q, one(falloff), one(bias[0]), depth_bias,
-        one(lines.origin),
-        one(epsilon), one(scale), visibility, outside,
-    )  # fmt: skip
+    scalable.scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, outside)
     return visibility, int(outside.sum())
 
 
+def _falloff(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dtype[Any]) -> scalable.Falloff:
+    """Numbers of a term, made in float64."""
+    one, taps = dtype.type, options.taps
+    if isinstance(options, Equation1Options):
+        cubed, scale, bias, slope, epsilon = 0, 2 * options.sigma / taps, 0.0, options.beta, options.epsilon
+    else:
+        assert isinstance(options, AppendixOptions)
+        cubed, scale, bias, slope, epsilon = 1, 5 * options.intensity / taps, options.beta, 0.0, options.epsilon
+    units = rays.units if rays.kind == SEPARABLE else np.ones(3)
+    with np.errstate(over="ignore", under="ignore", divide="ignore"):  # of radii that the dtype does not hold
+        return scalable.Falloff(
+            reach_u=one(radius / units[0]),
+            reach_v=one(radius / units[1]),
+            inverse=one(1 / radius) if isfinite(1 / radius) else one(np.inf),
+            cubed=one(cubed),
+            bias=one(bias),
+            depth_bias=one(slope * float(rays.units[2]) / radius) if slope > 0 else one(0),
+            epsilon=one(epsilon),
+            scale=one(scale),
+        )
+
+
 def average(visibility: Texture, z: Texture, edge: float) -> Texture:
-    """The 2x2 average of A; ``edge``: the depth difference, units of z, from which on texels are kept apart."""
+    """Return the 2x2 average of A; ``edge``: the depth difference, units of z, from which on texels are kept apart."""
     averaged = np.empty_like(visibility)
     with np.errstate(over="ignore"):
         average_quads(visibility, z, z.dtype.type(edge), averaged)
@@ -188,14 +185,9 @@ def average(visibility: Texture, z: Texture, edge: float) -> Texture:
 
 
 def keys_of(z: Texture, origin: float, z_min: float) -> Texture:
-    """Bilateral and packing key of each texel, (H, W), 0 at ``origin`` to 1 at ``z_min`` and beyond.
+    """Return the bilateral and packing key of each texel, (H, W), 0 at ``origin`` to 1 at ``z_min`` and beyond.
 
-    Parameters
-    ----------
-    z : (H, W) float32 or float64
-        +infinity where there is no surface.
-    origin, z_min : float
-        z of key 0; distance of key 1 from it, 0: that of the farthest surface.
+    z_min: distance of key 1 from ``origin``; 0: that of the farthest surface.
     """
     if z_min == 0:
         z_min = float(np.max(z, initial=-np.inf, where=z < np.inf)) - origin
@@ -207,42 +199,33 @@ def keys_of(z: Texture, origin: float, z_min: float) -> Texture:
 
 
 def pack(visibility: Texture, keys: Texture) -> NDArray[np.uint8]:
-    """A and key, (H, W) each, in three bytes a texel: (H, W, 3) uint8 (``sao.kernels.packing``)."""
+    """Return A and key, (H, W) each, in three bytes a texel: (H, W, 3) uint8 (``sao.kernels.packing``)."""
     rgb = np.empty((*keys.shape, 3), np.uint8)
     packing.pack(visibility, keys, rgb)
     return rgb
 
 
 def unpack(rgb: NDArray[np.uint8], dtype: np.dtype[Any]) -> tuple[Texture, Texture]:
-    """A and key, (H, W) of a dtype, from three bytes a texel."""
+    """Return A and key, (H, W) of a dtype, from three bytes a texel."""
     visibility, keys = np.empty(rgb.shape[:2], dtype), np.empty(rgb.shape[:2], dtype)
     packing.unpack(rgb, visibility, keys)
     return visibility, keys
 
 
 def reconstruct(visibility: Texture, keys: Texture, gauss: float, sharpness: float, packed: bool) -> Texture:
-    """The two bilateral passes, horizontal then vertical (section 2.4).
+    """Return A after the two bilateral passes, along rows, then columns (section 2.4); arguments as of ``SaoOptions``.
 
-    Parameters
-    ----------
-    visibility, keys : (H, W)
-        A and depth between 0 and 1, +infinity where there is no surface.
-    gauss : float
-        Standard deviation of the Gaussian weights, taps.
-    sharpness : float
-        What the depth difference is multiplied by.
-    packed : bool
-        Whether the input and the first pass' output go through three bytes a texel.
+    Before each pass, A and keys go through three bytes a texel where ``packed`` is set.
     """
     weights = np.empty(2 * TAPS_RADIUS + 1)
     gaussian_weights(gauss, TAPS_RADIUS, weights)
     weights = weights.astype(visibility.dtype)
     sharp = visibility.dtype.type(sharpness)
-    for one_pass in (bilateral.bilateral_horizontal, bilateral.bilateral_vertical):
+    for step in ((STRIDE, 0), (0, STRIDE)):
         if packed:
             visibility, keys = unpack(pack(visibility, keys), visibility.dtype)
         target = np.empty_like(visibility)
-        one_pass(visibility, keys, weights, STRIDE, sharp, target)
+        bilateral(visibility, keys, weights, step, sharp, target)
         visibility = target
     return visibility
 
@@ -252,11 +235,11 @@ def sao(buffers: Buffers, radius: float, points: None, weights: None, options: S
     z = linear_z(buffers)
     if radius == 0:  # an empty ball holds nothing
         return Occlusion(np.zeros_like(z), 0)
-    lines = texel_lines(buffers.view, z.dtype)
-    visibility, outside = sample(buffers, z, lines, radius, options)
-    visibility = average(visibility, z, options.quad_edge * radius / float(lines.units[2]))
+    rays = texel_rays(buffers.view, z.dtype)
+    visibility, outside = sample(buffers, z, rays, radius, options)
+    visibility = average(visibility, z, options.quad_edge * radius / float(rays.units[2]))
     if options.gauss > 0:
-        keys = keys_of(z, lines.origin, options.z_min)
+        keys = keys_of(z, rays.origin, options.z_min)
         visibility = reconstruct(visibility, keys, options.gauss, options.sharpness, options.packed)
     occlusion = np.empty_like(z)
     scalable.occlusion_of(visibility, z, options.k if isinstance(options, Equation1Options) else 1.0, occlusion)

@@ -1,6 +1,5 @@
-"""A view's linear z and the lines its texels look along, for estimators that rebuild positions from depth."""
+"""A view's linear z and the rays of its texels, for estimators that rebuild positions from depth."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, sqrt
 from typing import Any
@@ -9,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
-from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, rebuild_positions
+from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, TexelRays, rebuild_positions
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
@@ -17,38 +16,9 @@ from lfssao.optics.kernels.rays import FlatModule, Pinhole
 from lfssao.optics.view import View
 
 
-@dataclass(frozen=True, eq=False)
-class TexelLines:
-    """The lines of a view's texels in cast space, in the form and the dtype that kernels take.
-
-    Attributes
-    ----------
-    kind : int
-        ``lfssao.ao.estimators.sao.kernels.reconstruct.SEPARABLE`` or ``TABLE``.
-    numbers : (10,)
-        The numbers of a SEPARABLE view, 0 otherwise.
-    table : (4, H * W or 0)
-        The columns of a TABLE view, one a texel.
-    world : (12,)
-        Rows of four of the affine map cast space -> world.
-    units : (3,) float64
-        World length of a unit along each axis of cast space.
-    origin : float
-        z of cast space from which distances from the viewer are counted: 0 for a camera, the observers' z (at the
-        screen's middle) for a module.
-    """
-
-    kind: int
-    numbers: Texture
-    table: Texture
-    world: Texture
-    units: NDArray[np.float64]
-    origin: float
-
-
 @lru_cache(maxsize=2)
-def texel_lines(view: View, dtype: np.dtype[Any]) -> TexelLines:
-    """The lines of a view's texels; the last two views are kept, as every radius and pass asks again."""
+def texel_rays(view: View, dtype: np.dtype[Any]) -> TexelRays:
+    """Return the rays of a view's texels; the last two views are kept, as every radius and pass asks again."""
     numbers, table, kind, origin = np.zeros(10), np.zeros((4, 0)), SEPARABLE, 0.0
     if view.rays.kind == MATRIX:
         f_u, f_v, c_u, c_v, _, _, orthographic, _ = Pinhole(*view.lens.tolist())
@@ -64,7 +34,7 @@ def texel_lines(view: View, dtype: np.dtype[Any]) -> TexelLines:
         kind, table, origin = TABLE, _table(view), float(view.lens[4])
     linear = view.world_from_cast[:, :3]
     units = [sqrt((x * x + y * y) + z * z) for x, y, z in linear.T.tolist()]
-    return TexelLines(
+    return TexelRays(
         kind=kind,
         numbers=numbers.astype(dtype),
         table=table.astype(dtype),
@@ -75,7 +45,7 @@ def texel_lines(view: View, dtype: np.dtype[Any]) -> TexelLines:
 
 
 def _table(view: View) -> NDArray[np.float64]:
-    """Lines of a general display's texels, NaN where a texel has none."""
+    """Rays of a general display's texels, NaN where a texel has none."""
     v, u = np.mgrid[: view.height, : view.width] + 0.5
     traced = np.empty((view.width * view.height, 6))
     display_kernels.trace_texels(view.lens, u.ravel(), v.ravel(), traced)
@@ -84,12 +54,12 @@ def _table(view: View) -> NDArray[np.float64]:
 
 
 def plane_constants(near: float, far: float) -> tuple[float, float, float]:
-    """SAO's constants c of equation 2 for z > 0: (n, -1, 1) for a far plane at infinity, else (n f, n - f, f)."""
+    """Return SAO's constants c of equation 2 for z > 0: (n, -1, 1) for f = infinity, else (n f, n - f, f)."""
     return (near, -1.0, 1.0) if far == inf else (near * far, near - far, far)
 
 
 def linear_z(buffers: Buffers) -> Texture:
-    """The view's z of cast space, (H, W): its depth texture on a module, equation 2 of SAO on a camera."""
+    """Return the view's z of cast space, (H, W): its depth texture on a module, equation 2 of SAO on a camera."""
     view, depth = buffers.view, np.ascontiguousarray(buffers.depth)
     if view.rays.kind != MATRIX:
         return depth
@@ -101,10 +71,10 @@ def linear_z(buffers: Buffers) -> Texture:
     return z
 
 
-def positions_of(buffers: Buffers, z: Texture, lines: TexelLines) -> Texture:
-    """World positions, (H, W, 3): a module's positions texture, a camera's depth by equation 3 of SAO."""
+def positions_of(buffers: Buffers, z: Texture, rays: TexelRays) -> Texture:
+    """Return world positions, (H, W, 3): a module's positions texture, a camera's depth by equation 3 of SAO."""
     if buffers.view.screen_to_world is None:
         return np.ascontiguousarray(buffers.positions)
     positions = np.empty((*z.shape, 3), z.dtype)
-    rebuild_positions(z, lines.kind, lines.numbers, lines.table, lines.world, positions)
+    rebuild_positions(z, rays, positions)
     return positions

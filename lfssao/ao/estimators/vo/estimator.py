@@ -30,10 +30,11 @@ import numpy as np
 
 from lfssao.ao import passes
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, option, run_kernel
-from lfssao.ao.estimators.vo.kernels import area as volumetric_area
-from lfssao.ao.estimators.vo.kernels import lines as volumetric_lines
-from lfssao.ao.estimators.vo.kernels import points as volumetric_points
-from lfssao.ao.estimators.vo.local_frame import Surroundings, ball_mirrors, disk_turns
+from lfssao.ao.estimators.vo.kernels.area import FAR, area_occlusion
+from lfssao.ao.estimators.vo.kernels.lines import line_occlusion
+from lfssao.ao.estimators.vo.kernels.local_frame import Disk
+from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
+from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_turns, seen_surface
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels.merge import merge_product
 from lfssao.ao.textures import Buffers
@@ -80,18 +81,14 @@ def by_points(
     the same. tangent: whether points below the tangent plane are reflected by it (4.4). Raises InputError if a weight
     is negative or none is positive.
     """
-    near, dtype = Surroundings.of(buffers), buffers.depth.dtype
-    ball = np.ascontiguousarray(points, dtype)
+    seen, dtype = seen_surface(buffers), buffers.depth.dtype
     fractions = _normalised(np.ones(len(points)) if weights is None else np.asarray(weights, np.float64))
     mirrors = ball_mirrors(options.randomize, options.seed, dtype)
+    ball = Ball(np.ascontiguousarray(points, dtype), fractions.astype(dtype), mirrors, tangent)
 
     def at(r: float) -> passes.Occlusion:
-        return run_kernel(
-            volumetric_points.point_occlusion, near.depth, near.depth, near.positions, near.directions, near.normals,
-            tangent, near.kind,
-            near.rows, near.lens, dtype.type(r), mirrors, ball, fractions.astype(dtype),
-            dtype.type(_in_radii(options.thickness, r)),
-        )  # fmt: skip
+        thickness = dtype.type(_in_radii(options.thickness, r))
+        return run_kernel(point_occlusion, buffers.depth, seen, ball, dtype.type(r), thickness)
 
     return _dual(at, radius, options)
 
@@ -109,17 +106,12 @@ def by_lines(
     points: (n, 2), places of the lines in the unit disk. weights: integrals of the ball's extent in z over the disk's
     cells (4.5), by default z_s. tangent: whether lines end at the tangent plane (4.4). Raises as ``by_points``.
     """
-    near, dtype = Surroundings.of(buffers), buffers.depth.dtype
-    disk, half, _, hidden = _disk(points, weights, tangent)
-    turns = disk_turns(options.randomize, options.seed, dtype)
+    seen, dtype = seen_surface(buffers), buffers.depth.dtype
+    disk = _disk(points, weights, options, tangent, dtype)
 
     def at(r: float) -> passes.Occlusion:
-        return run_kernel(
-            volumetric_lines.line_occlusion, near.depth, near.depth, near.positions, near.directions, near.normals,
-            tangent, near.kind,
-            near.rows, near.lens, near.right, dtype.type(r), turns, disk.astype(dtype), half.astype(dtype),
-            hidden.astype(dtype), dtype.type(_in_radii(options.thickness, r)),
-        )  # fmt: skip
+        thickness = dtype.type(_in_radii(options.thickness, r))
+        return run_kernel(line_occlusion, buffers.depth, seen, disk, dtype.type(r), thickness)
 
     return _dual(at, radius, options)
 
@@ -132,20 +124,15 @@ def by_areas(
     points: (n, 2), the middles of the areas in the unit disk; an area is in proportion to the sample's weight over z_s
     at its place. All else is as for ``by_lines``.
     """
-    near, dtype = Surroundings.of(buffers), buffers.depth.dtype
-    disk, half, areas, hidden = _disk(points, weights, tangent)
-    finer = np.array([0.5 * log2(area) for area in areas.tolist()])
-    turns, pyramid = disk_turns(options.randomize, options.seed, dtype), moment_pyramid(near.depth, options.prefilter)
+    seen, dtype = seen_surface(buffers), buffers.depth.dtype
+    disk = _disk(points, weights, options, tangent, dtype)
+    pyramid = moment_pyramid(seen.depth.reshape(buffers.depth.shape), options.prefilter)
 
     def at(r: float) -> passes.Occlusion:
-        reach = min(_in_radii(options.thickness, r), 4 * volumetric_area.FAR)
+        thickness = dtype.type(min(_in_radii(options.thickness, r), 4 * FAR))
         return run_kernel(
-            volumetric_area.area_occlusion, near.depth, near.depth, near.positions, near.directions, near.normals,
-            tangent, near.kind,
-            near.rows, near.lens, near.right, dtype.type(r), turns, disk.astype(dtype), half.astype(dtype),
-            hidden.astype(dtype), finer, pyramid.moments, pyramid.starts, pyramid.pitches, options.half_width,
-            dtype.type(reach),
-        )  # fmt: skip
+            area_occlusion, buffers.depth, seen, disk, pyramid, options.half_width, dtype.type(r), thickness
+        )
 
     return _dual(at, radius, options)
 
@@ -180,18 +167,26 @@ def _normalised(weights: FloatArray) -> FloatArray:
     return fractions
 
 
-def _disk(points: Any, weights: Any, tangent: bool) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Places in the disk, z_s, fractions of the disk's area, and the weight of a unit of hidden length; float64."""
+def _disk(points: Any, weights: Any, options: VolumeOptions, tangent: bool, dtype: np.dtype[Any]) -> Disk:
+    """Samples of the disk as kernels take them, made in float64."""
     disk = np.ascontiguousarray(points, np.float64)
     half = np.sqrt(np.maximum(1 - (disk[:, 0] * disk[:, 0] + disk[:, 1] * disk[:, 1]), 0))
     extents = half if weights is None else np.asarray(weights, np.float64)
     there = half > 0
-    if not there.any():  # all lines touch the ball in a point
-        return disk, half, np.full(len(disk), 1 / len(disk)), np.zeros(len(disk))
-    fractions = _normalised(np.where(there, extents, 0))
-    by_length = np.divide(fractions, 2 * half, out=np.zeros_like(fractions), where=there)
-    areas = np.maximum(_normalised(by_length), 2.0**-100)
-    return disk, half, areas, 2 * by_length if tangent else by_length
+    if there.any():
+        fractions = _normalised(np.where(there, extents, 0))
+        by_length = np.divide(fractions, 2 * half, out=np.zeros_like(fractions), where=there)
+        areas = np.maximum(_normalised(by_length), 2.0**-100)
+    else:  # all lines touch the ball in a point
+        by_length, areas = np.zeros(len(disk)), np.full(len(disk), 1 / len(disk))
+    return Disk(
+        places=disk.astype(dtype),
+        half=half.astype(dtype),
+        weights=(2 * by_length if tangent else by_length).astype(dtype),
+        finer=np.array([0.5 * log2(area) for area in areas.tolist()]),
+        turns=disk_turns(options.randomize, options.seed, dtype),
+        tangent=tangent,
+    )
 
 
 def _ball_samples(n: int) -> tuple[FloatArray, FloatArray | None]:

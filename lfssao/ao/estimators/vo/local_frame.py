@@ -1,13 +1,13 @@
-"""What the kernels over ``lfssao.ao.estimators.vo.kernels.local_frame`` read of a view, in the arithmetic's dtype."""
+"""A view and random reflections for the kernels over the local frame, in the arithmetic's dtype."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.kernels.slots import CHUNK
 from lfssao.ao.estimators.vo.kernels.axis_depth import write_axis_depth
-from lfssao.ao.estimators.vo.kernels.local_frame import CHUNK, TILE
+from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.elementary import sincospi
 from lfssao.core.philox import random_signed
@@ -19,49 +19,23 @@ from lfssao.samples.kernels.ball import algorithm3
 _TURN, _MIRROR_1, _MIRROR_2 = 64, 65, 66
 
 
-@dataclass(frozen=True, eq=False)
-class Surroundings:
-    """A view's textures and mapping as the kernels take them.
+def seen_surface(buffers: Buffers) -> SeenSurface:
+    """Return a view's textures and mapping as the kernels take them.
 
-    Attributes
-    ----------
-    depth : (H, W) float32 or float64
-        Cast z, +infinity where there is no surface: the depth texture of a display, made from the positions of a
-        camera's, whose depth texture is not linear in z.
-    positions, directions, normals : (H, W, 3), same dtype
-        Positions; viewing directions; normals, or the positions again where there are none, which no kernel reads.
-    kind, rows, lens : int, (16,) and (n,) same dtype
-        The mapping (``lfssao.ao.estimators.vo.kernels.local_frame``).
-    right : (3,) same dtype
-        The view's rightward direction, world space.
+    A camera's depth texture is not linear in z: its cast z is made from the positions.
     """
-
-    depth: Texture
-    positions: Texture
-    directions: Texture
-    normals: Texture
-    kind: int
-    rows: Texture
-    lens: Texture
-    right: Texture
-
-    @classmethod
-    def of(cls, buffers: Buffers) -> "Surroundings":
-        """The surroundings of a view's points."""
-        view, dtype = buffers.view, buffers.depth.dtype
-        positions = np.ascontiguousarray(buffers.positions)
-        normals = positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)
-        kind = view.world_to_image.kind
-        return cls(
-            depth=_linear_depth(buffers, positions),
-            positions=positions,
-            directions=buffers.directions,
-            normals=normals,
-            kind=kind,
-            rows=np.ascontiguousarray(_rows(view), dtype),
-            lens=np.ascontiguousarray(view.world_to_image.numbers[12:], dtype),
-            right=np.ascontiguousarray(view.world_from_cast[:, 0], dtype),
-        )
+    view, dtype = buffers.view, buffers.depth.dtype
+    positions = np.ascontiguousarray(buffers.positions)
+    return SeenSurface(
+        depth=_linear_depth(buffers, positions).ravel(),
+        positions=positions.ravel(),
+        directions=buffers.directions.ravel(),
+        normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
+        kind=view.world_to_image.kind,
+        rows=np.ascontiguousarray(_rows(view), dtype),
+        lens=np.ascontiguousarray(view.world_to_image.numbers[12:], dtype),
+        right=np.ascontiguousarray(view.world_from_cast[:, 0], dtype),
+    )
 
 
 def _linear_depth(buffers: Buffers, positions: Texture) -> Texture:

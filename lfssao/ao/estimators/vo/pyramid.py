@@ -1,7 +1,5 @@
 """The pyramid of depth's moments that area sampling reads (VO section 4.2)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,25 +9,8 @@ from lfssao.ao.textures import Texture
 _AVERAGE, _BLUR = (0.0, 0.5), (0.125, 0.375)
 
 
-@dataclass(frozen=True, eq=False)
-class Pyramid:
-    """Levels one after the other (``lfssao.ao.estimators.vo.kernels.moments``).
-
-    Attributes
-    ----------
-    moments : (N, 3) float64
-        Share of texels with a surface, and the means of z and z^2 over all texels, counted 0 where there is none.
-    starts, pitches : (levels,) int64
-        Where each level's array starts, border included, and how long its rows are.
-    """
-
-    moments: NDArray[np.float64]
-    starts: NDArray[np.int64]
-    pitches: NDArray[np.int64]
-
-
-def moment_pyramid(depth: Texture, prefilter: bool) -> Pyramid:
-    """The pyramid of a texture of cast z, (H, W), down to one texel.
+def moment_pyramid(depth: Texture, prefilter: bool) -> kernels.Pyramid:
+    """Return the pyramid of a texture of cast z down to one texel.
 
     Parameters
     ----------
@@ -52,7 +33,7 @@ def moment_pyramid(depth: Texture, prefilter: bool) -> Pyramid:
     kernels.write_base(depth, moments)
     for level, (h, w) in enumerate(sizes[:-1]):
         kernels.write_half(moments, starts[level], w, h, starts[level + 1], *(_BLUR if prefilter else _AVERAGE))
-    return Pyramid(moments, np.array(starts), np.array(pitches))
+    return kernels.Pyramid(moments.reshape(-1), np.array(starts), np.array(pitches))
 
 
 def _clear_border(level: NDArray[np.float64]) -> None:

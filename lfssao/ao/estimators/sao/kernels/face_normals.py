@@ -11,6 +11,7 @@ from numba import prange
 
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE
 from lfssao.core.jit import kernel
+from lfssao.optics.kernels.projection import linear_row
 
 CHUNK = 256
 ROWS_A_BLOCK = 32
@@ -35,7 +36,7 @@ def unit(x, y, z):
 
 @kernel(inline=True)
 def surface_span(depths, first, n):
-    """Of n texels from number ``first`` on, those from the first that sees a surface to the last: start, end."""
+    """Start and end, among n texels from number ``first`` on, from the first that sees a surface to the last."""
     seen = np.int32(0)
     for i in range(n):
         seen = np.int32(seen + np.int32(depths[np.uint64(first + i)] < np.inf))
@@ -49,9 +50,9 @@ def surface_span(depths, first, n):
 
 @kernel(inline=True)
 def load_row(depths, places, row, height, left, n, width, kept):
-    """Copy z and positions of a row's n texels from column ``left`` on, and of the two beside them, to ``kept``.
+    """Copy z and positions of a row's n texels from column ``left`` on, and of one on either side, to ``kept``.
 
-    What is outside the texture sees no surface.
+    Texels outside the texture see no surface.
     """
     place = (row & (_KEPT - 1)) * _ROW
     for i in range(PITCH):
@@ -69,23 +70,25 @@ def load_row(depths, places, row, height, left, n, width, kept):
 
 
 @kernel(inline=True)
-def load_rays(kind, lines, table, m, j, left, n, width, half, rays):
+def load_directions(rays, j, left, n, width, directions):
     """Directions in which row j's n texels from column ``left`` on look, world space, of any length, and their parity.
 
-    rays: (4, CHUNK), flat: x, y, z, and 1 for the first of a pair of texels, 0 for the second. A loaded number costs
-    less to compare than a 64-bit column number does.
+    directions: (4, CHUNK), flat: x, y, z, and 1 for the first of a pair of texels, 0 for the second. A loaded number
+    costs less to compare than a 64-bit column number does.
     """
-    zero, one = type(half)(0), type(half)(1)
-    m0, m1, m2, m4, m5, m6, m8, m9, m10 = m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]
-    u_c, u_d, u_e, dy = lines[0], lines[3], lines[4], lines[8] + lines[9] * ((type(half)(j) + half) - lines[5])
+    m, numbers, table = rays.world, rays.numbers, rays.table
+    zero, one, half = m.dtype.type(0), m.dtype.type(1), m.dtype.type(0.5)
+    u_c, u_d, u_e = numbers[0], numbers[3], numbers[4]
+    dy = numbers[8] + numbers[9] * ((m.dtype.type(j) + half) - numbers[5])
     for i in range(n):
         texel, k = np.uint64(j * width + left + i), np.uint64(i)
-        x = u_d + u_e * ((type(half)(np.int32(left + i)) + half) - u_c) if kind == SEPARABLE else table[1, texel]
-        y = dy if kind == SEPARABLE else table[3, texel]
-        rays[k] = (m0 * x + m1 * y) + m2 * one
-        rays[k + np.uint64(CHUNK)] = (m4 * x + m5 * y) + m6 * one
-        rays[k + np.uint64(2 * CHUNK)] = (m8 * x + m9 * y) + m10 * one
-        rays[k + np.uint64(3 * CHUNK)] = one if i % 2 == 0 else zero
+        separable = rays.kind == SEPARABLE
+        x = u_d + u_e * ((m.dtype.type(np.int32(left + i)) + half) - u_c) if separable else table[1, texel]
+        y = dy if separable else table[3, texel]
+        directions[k] = linear_row(m, 0, x, y, one)
+        directions[k + np.uint64(CHUNK)] = linear_row(m, 1, x, y, one)
+        directions[k + np.uint64(2 * CHUNK)] = linear_row(m, 2, x, y, one)
+        directions[k + np.uint64(3 * CHUNK)] = one if i % 2 == 0 else zero
 
 
 @kernel(inline=True)
@@ -95,13 +98,13 @@ def toward(one, other, own, to_one, to_other):
 
 
 @kernel(inline=True)
-def normals_of_row(kept, j, start, end, rays, upright):
+def normals_of_row(kept, j, start, end, directions, upright):
     """Unit normals of texels start to end of row j's chunk, (3, CHUNK), flat, out; returns how many have none, 0 there.
 
     A difference is to the other one of the pair (0, 1), (2, 3), ... if it sees a surface, else to the one on the other
     side, else 0.
     """
-    zero, nothing, odd = type(rays[0])(0), type(rays[0])(np.inf), j & 1
+    zero, nothing, odd = type(directions[0])(0), type(directions[0])(np.inf), j & 1
     own = (j & (_KEPT - 1)) * _ROW + 1 + start
     pair = ((j + 1 - 2 * odd) & (_KEPT - 1)) * _ROW + 1 + start  # the row below an even one, above an odd one
     beyond = ((j - 1 + 2 * odd) & (_KEPT - 1)) * _ROW + 1 + start
@@ -110,7 +113,7 @@ def normals_of_row(kept, j, start, end, rays, upright):
         here, one, other, k = np.uint64(own + i), np.uint64(pair + i), np.uint64(beyond + i), np.uint64(start + i)
         left, right = here - np.uint64(1), here + np.uint64(1)
         x, y, z = kept[here + _X], kept[here + _Y], kept[here + _W]
-        first = rays[k + np.uint64(3 * CHUNK)] > zero
+        first = directions[k + np.uint64(3 * CHUNK)] > zero
         before, after = kept[left] < nothing, kept[right] < nothing
         on, back = after & (first | (not before)), before & ((not first) | (not after))
         ax = toward(kept[right + _X], kept[left + _X], x, on, back)
@@ -121,7 +124,7 @@ def normals_of_row(kept, j, start, end, rays, upright):
         by = toward(kept[one + _Y], kept[other + _Y], y, on, back)
         bz = toward(kept[one + _W], kept[other + _W], z, on, back)
         nx, ny, nz = unit(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
-        away = (nx * rays[k] + ny * rays[k + np.uint64(CHUNK)]) + nz * rays[k + np.uint64(2 * CHUNK)]
+        away = (nx * directions[k] + ny * directions[k + np.uint64(CHUNK)]) + nz * directions[k + np.uint64(2 * CHUNK)]
         seen, behind = kept[here] < nothing, away > zero
         clear = seen & (behind | (away < zero))
         upright[k] = (-nx if behind else nx) if clear else zero
@@ -133,9 +136,9 @@ def normals_of_row(kept, j, start, end, rays, upright):
 
 
 @kernel
-def face_viewer(kept, j, start, end, rays, upright):
+def face_viewer(kept, j, start, end, directions, upright):
     """For texels that see a surface and have no normal: the direction towards the viewer."""
-    own, zero = (j & (_KEPT - 1)) * _ROW + 1, type(rays[0])(0)
+    own, zero = (j & (_KEPT - 1)) * _ROW + 1, type(directions[0])(0)
     for i in range(start, end):
         if (
             kept[own + i] < np.inf
@@ -144,18 +147,18 @@ def face_viewer(kept, j, start, end, rays, upright):
             and upright[2 * CHUNK + i] == zero
         ):
             upright[i], upright[CHUNK + i], upright[2 * CHUNK + i] = unit(
-                -rays[i], -rays[CHUNK + i], -rays[2 * CHUNK + i]
+                -directions[i], -directions[CHUNK + i], -directions[2 * CHUNK + i]
             )
 
 
 @kernel(parallel=True)
-def face_normals(z, positions, kind, lines, table, m, normals):
+def face_normals(z, positions, rays, normals):
     """Equation 4: unit normals from the differences of neighbouring positions, towards the viewer.
 
     A gradient is that of GPUs, within quads of 2x2 texels whose first corner is even: both texels of a pair share one
     difference. Readings: where the pair's other texel is outside or sees no surface, the difference is to the other
     side; where there is neither, or the differences are parallel, the normal is the direction towards the viewer.
-    The product's sign is that with which the normal points against the texel's line.
+    The product's sign is that with which the normal points against the texel's ray.
 
     Parameters
     ----------
@@ -163,17 +166,17 @@ def face_normals(z, positions, kind, lines, table, m, normals):
         +infinity where there is no surface.
     positions : (H, W, 3), same dtype
         World positions.
-    kind, lines, table, m : int, (10,), (4, H * W or 0), (12,), same dtype
-        The texels' lines and the map to world space, as in ``lfssao.ao.estimators.sao.kernels.reconstruct``.
+    rays : TexelRays
+        The texels' rays.
     normals : (H, W, 3), same dtype
         Out: unit normals in world space, 0 where there is no surface.
     """
     height, width = z.shape
-    half, zero = m.dtype.type(0.5), m.dtype.type(0)
+    dtype, zero = z.dtype, z.dtype.type(0)
     depths, places, out = z.reshape(-1), positions.reshape(-1), normals.reshape(-1)
     for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        kept = np.empty(_KEPT * _ROW, m.dtype)
-        rays, upright = np.empty(4 * CHUNK, m.dtype), np.empty(3 * CHUNK, m.dtype)
+        kept = np.empty(_KEPT * _ROW, dtype)
+        directions, upright = np.empty(4 * CHUNK, dtype), np.empty(3 * CHUNK, dtype)
         top = np.int64(block) * ROWS_A_BLOCK
         for left in range(0, width, CHUNK):
             n = min(CHUNK, width - left)
@@ -183,9 +186,9 @@ def face_normals(z, positions, kind, lines, table, m, normals):
                 if j < top:
                     continue
                 start, end = surface_span(depths, j * width + left, n)
-                load_rays(kind, lines, table, m, j, left, n, width, half, rays)
-                if normals_of_row(kept, j, start, end, rays, upright) > 0:
-                    face_viewer(kept, j, start, end, rays, upright)
+                load_directions(rays, j, left, n, width, directions)
+                if normals_of_row(kept, j, start, end, directions, upright) > 0:
+                    face_viewer(kept, j, start, end, directions, upright)
                 first = 3 * (j * width + left)
                 for i in range(3 * start):
                     out[np.uint64(first + i)] = zero

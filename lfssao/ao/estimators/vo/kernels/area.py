@@ -3,24 +3,20 @@
 import numpy as np
 from numba import prange
 
+from lfssao.ao.estimators.kernels.slots import CHUNK, slot
 from lfssao.ao.estimators.vo.kernels.local_frame import (
-    CHUNK,
     E1,
-    EDGE_ON,
     LOOK,
     PLACE,
-    SLOPES,
     SLOTS,
     STEEP,
-    TILE,
     TOTAL,
     chunk_span,
+    finish_chunk,
+    line_top,
     place_on_disk,
     project,
-    slot,
-    start_frames,
-    start_points,
-    start_slopes,
+    start_disks,
 )
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK
 from lfssao.core.elementary import PI, log2
@@ -36,11 +32,12 @@ _ACROSS = E1  # the image of e1' less that
 
 
 @kernel(inline=True)
-def look_up(numbers, starts, pitches, level, u, v):
-    """Share and moments of one level at image point (u, v), linearly between the four texels around it.
+def look_up(pyramid, level, u, v):
+    """Fraction and moments of one level at image point (u, v), linearly between the four texels around it.
 
-    Columns first: a + f (b - a), then rows. numbers: the pyramid, flat.
+    Columns first: a + f (b - a), then rows.
     """
+    numbers, starts, pitches = pyramid.moments, pyramid.starts, pyramid.pitches
     scale = np.int64((np.int64(1023) - level) << np.int64(52)).view(np.float64)  # 2^-level
     x, y = np.float64(u) * scale + 0.5, np.float64(v) * scale + 0.5  # of texel centres, border included
     i, j = np.int64(x), np.int64(y)
@@ -59,63 +56,61 @@ def look_up(numbers, starts, pitches, level, u, v):
 
 
 @kernel(inline=True)
-def depth_model(numbers, starts, pitches, level, u, v):
-    """Share that sees a surface, and mean and standard deviation of its depth, float64, at a level and image point.
+def depth_model(pyramid, level, u, v):
+    """Fraction that sees a surface, and mean and standard deviation of its depth, float64, at a level and image point.
 
     The level is held between 0 and the coarsest; between two levels fine + part (coarse - fine). Means are moments
-    over the share, and mean nothing where that is 0.
+    over the fraction, and mean nothing where that is 0.
     """
-    last = np.int64(starts.shape[0] - 1)
+    last = np.int64(pyramid.starts.shape[0] - 1)
     coarsest = np.float64(last)
     level = level if level > 0.0 else 0.0
     level = level if level < coarsest else coarsest
     fine = np.int64(level)
     part = level - np.float64(fine)
-    share, first, second = look_up(numbers, starts, pitches, fine, u, v)
-    a, b, c = look_up(numbers, starts, pitches, fine + np.int64(1) if fine < last else last, u, v)
+    seeing, first, second = look_up(pyramid, fine, u, v)
+    a, b, c = look_up(pyramid, fine + np.int64(1) if fine < last else last, u, v)
     between = part > 0.0
-    share = share + part * (a - share) if between else share
+    seeing = seeing + part * (a - seeing) if between else seeing
     first = first + part * (b - first) if between else first
     second = second + part * (c - second) if between else second
-    mean = first / share
-    variance = second / share - mean * mean
-    return share, mean, np.sqrt(variance if variance > 0.0 else 0.0)
+    mean = first / seeing
+    variance = second / seeing - mean * mean
+    return seeing, mean, np.sqrt(variance if variance > 0.0 else 0.0)
 
 
 @kernel(inline=True)
-def start_detail(kind, lens, zero, one, n, scratch):
+def start_detail(seen, n, slots):
     """_LOD: half the log2 of pi |J|, J the area of the parallelogram that the images of e1' and e2' span.
 
     The images are those of the places (1, 0) and (0, 1), less that of (0, 0): the disk's own size, not a derivative.
     512, beyond every level, where one of them has no image.
     """
-    place_on_disk(n, zero, zero, scratch)
-    project(kind, lens, n, scratch)
+    zero, one = slots.dtype.type(0), slots.dtype.type(1)
+    place_on_disk(n, zero, zero, slots)
+    project(seen.kind, seen.lens, n, slots)
     for i in range(n):
-        scratch[slot(_CENTRE, i)] = scratch[slot(PLACE, i)]
-        scratch[slot(_CENTRE + 1, i)] = scratch[slot(PLACE + 1, i)]
-    place_on_disk(n, one, zero, scratch)
-    project(kind, lens, n, scratch)
+        slots[slot(_CENTRE, i)] = slots[slot(PLACE, i)]
+        slots[slot(_CENTRE + 1, i)] = slots[slot(PLACE + 1, i)]
+    place_on_disk(n, one, zero, slots)
+    project(seen.kind, seen.lens, n, slots)
     for i in range(n):
-        scratch[slot(_ACROSS, i)] = scratch[slot(PLACE, i)] - scratch[slot(_CENTRE, i)]
-        scratch[slot(_ACROSS + 1, i)] = scratch[slot(PLACE + 1, i)] - scratch[slot(_CENTRE + 1, i)]
-    place_on_disk(n, zero, one, scratch)
-    project(kind, lens, n, scratch)
+        slots[slot(_ACROSS, i)] = slots[slot(PLACE, i)] - slots[slot(_CENTRE, i)]
+        slots[slot(_ACROSS + 1, i)] = slots[slot(PLACE + 1, i)] - slots[slot(_CENTRE + 1, i)]
+    place_on_disk(n, zero, one, slots)
+    project(seen.kind, seen.lens, n, slots)
     for i in range(n):
-        u, v = (
-            scratch[slot(PLACE, i)] - scratch[slot(_CENTRE, i)],
-            scratch[slot(PLACE + 1, i)] - scratch[slot(_CENTRE + 1, i)],
-        )
-        area = scratch[slot(_ACROSS, i)] * v - scratch[slot(_ACROSS + 1, i)] * u
-        scratch[slot(_LOD, i)] = 0.5 * log2(PI * abs(np.float64(area)))
+        u, v = slots[slot(PLACE, i)] - slots[slot(_CENTRE, i)], slots[slot(PLACE + 1, i)] - slots[slot(_CENTRE + 1, i)]
+        area = slots[slot(_ACROSS, i)] * v - slots[slot(_ACROSS + 1, i)] * u
+        slots[slot(_LOD, i)] = 0.5 * log2(PI * abs(np.float64(area)))
 
 
 @kernel(inline=True)
 def hidden_by_box(low, high, bottom, top):
     """Length of [bottom, top] that lies behind a surface whose depth is spread evenly over [low, high].
 
-    The share hidden at t, F(t) = (t - low) / (high - low) held between 0 and 1, integrated: its constant part and its
-    linear one, as VO's V_c(z_min, z_max) and V_c(z_0, z_1, a, b), with the sign turned (hidden, not visible) and
+    The fraction hidden at t, F(t) = (t - low) / (high - low) held between 0 and 1, integrated: its constant part and
+    its linear one, as VO's V_c(z_min, z_max) and V_c(z_0, z_1, a, b), with the sign turned (hidden, not visible) and
     written so that nothing cancels: (top - t_1) + (t_1 - t_0) (F(t_0) + F(t_1)) / 2. A box of no width is a step.
     """
     zero, one, half = type(low)(0), type(low)(1), type(low)(0.5)
@@ -129,87 +124,56 @@ def hidden_by_box(low, high, bottom, top):
     return (top - end) + (end - start) * (half * (first + last))
 
 
+@kernel(inline=True)
+def add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots):
+    """Add what area s of n texels hides, times its weight; size: (height, width) of the texture."""
+    x, y, z_s, weight, less = disk.places[s, 0], disk.places[s, 1], disk.half[s], disk.weights[s], disk.finer[s]
+    dtype = type(thickness)
+    zero, right_edge, bottom_edge = dtype(0), last_below(dtype(size[1])), last_below(dtype(size[0]))
+    for i in range(n):
+        u, v = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)]
+        column, row = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
+        inside = (column == u) & (row == v)
+        missed[i] += np.int32(not inside)
+        steep = np.float64(slots[slot(STEEP, i)])
+        top = line_top(x, y, z_s, i, slots)
+        level = np.float64(slots[slot(_LOD, i)]) + less
+        seeing, mean, sigma = depth_model(pyramid, level, column, row)
+        middle = (mean - np.float64(slots[slot(PLACE + 3, i)])) * steep
+        reach = (half_width * sigma) * steep
+        low = dtype(min(max(middle - reach, -FAR), FAR))
+        high = dtype(min(max(middle + reach, -FAR), FAR))
+        near = hidden_by_box(low, high, -z_s, top)
+        length = near - hidden_by_box(low + thickness, high + thickness, -z_s, top)
+        # No surface, no line, or a depth that is not a number count for nothing.
+        counts = inside & (not np.isnan(steep)) & (seeing > 0.0) & (top > -z_s) & (low <= high)
+        slots[slot(TOTAL, i)] += (weight * dtype(seeing)) * length if counts else zero
+
+
 @kernel(parallel=True)
-def area_occlusion(
-    depth, positions, directions, normals, tangent, kind, rows, lens, right, radius, turns, disk, half, weights, finer,
-    moments, starts, pitches, half_width, thickness, occlusion, outside,
-):  # fmt: skip
+def area_occlusion(seen, disk, pyramid, half_width, radius, thickness, occlusion, outside):
     """Occlusion of every texel by areas of its disk (VO section 4.2, with 4.3 to 4.5).
 
-    A sample at (x, y) reads share, M1 and M2 of depth from the pyramid, at the level whose texels have its area:
-    linearly between the four nearest texels, then between the two nearest levels (the coarser less the finer times
-    the rest of the level, plus the finer). With the mean mu = M1 and sigma = sqrt(max(M2 - M1^2, 0)), both taken to
-    the unit ball, the surface is a box of half-width ``half_width`` sigma about mu, which hides, of the line from
-    -z_s to min(z_s, p), ``hidden_by_box``, less the same of the box moved back by the thickness (4.3); times the share
-    that sees a surface at all.
-
-    Parameters
-    ----------
-    depth, positions, directions, normals, tangent, kind, rows, lens, right, radius, turns, disk, half, weights
-        As for ``line_occlusion``.
-    finer : (n,) float64
-        Half the log2 of each sample's share of the disk's area, at most 0.
-    moments, starts, pitches : (N, 3) float64, (levels,) and (levels,) int64
-        The pyramid (``lfssao.ao.estimators.vo.kernels.moments``), where its levels start and how long their rows are.
-    half_width : float
-        Half-width of the box in units of sigma.
-    thickness, occlusion, outside
-        As for ``line_occlusion``.
+    A sample at (x, y) reads the fraction that sees a surface, M1 and M2 of depth from the pyramid, at the level whose
+    texels have its area: linearly between the four nearest texels, then between the two nearest levels (the coarser
+    less the finer times the rest of the level, plus the finer). With the mean mu = M1 and sigma = sqrt(max(M2 - M1^2,
+    0)), both taken to the unit ball, the surface is a box of half-width ``half_width`` sigma about mu, which hides, of
+    the line from -z_s to min(z_s, p), ``hidden_by_box``, less the same of the box moved back by the thickness (4.3);
+    times the fraction that sees a surface at all. Parameters are those of ``line_occlusion``, with a Pyramid.
     """
-    height, width = depth.shape
-    size = height * width
-    surface, shares, numbers = depth.reshape(size), occlusion.reshape(size), moments.reshape(-1)
-    places, looks, upright = positions.reshape(3 * size), directions.reshape(3 * size), normals.reshape(3 * size)
-    dtype = type(radius)
-    zero, one, edge_on = dtype(0), dtype(1), dtype(EDGE_ON)
-    right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
-    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
-        scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
+    size, fractions = occlusion.shape, occlusion.reshape(-1)
+    height, width = size
+    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
+        slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0
             for chunk in range(0, width, CHUNK):
-                skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)
-                if n == 0:
-                    continue
-                first = np.uint64(j * width + chunk + skipped)
-                start_frames(rows, right, radius, turns, np.uint64(j % TILE), surface, looks, first, n, scratch)
-                start_slopes(tangent, upright, first, n, scratch, edge_on)
-                start_points(rows, places, first, n, scratch)
-                start_detail(kind, lens, zero, one, n, scratch)
-                for i in range(n):
-                    scratch[slot(TOTAL, i)] = zero
-                    missed[i] = 0
-                for s in range(disk.shape[0]):
-                    x, y, z_s, weight, less = disk[s, 0], disk[s, 1], half[s], weights[s], finer[s]
-                    place_on_disk(n, x, y, scratch)
-                    project(kind, lens, n, scratch)
-                    for i in range(n):
-                        u, v = scratch[slot(PLACE, i)], scratch[slot(PLACE + 1, i)]
-                        column_at, row_at = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
-                        inside = (column_at == u) & (row_at == v)
-                        missed[i] += np.int32(not inside)
-                        steep = np.float64(scratch[slot(STEEP, i)])
-                        plane = (x * scratch[slot(SLOPES, i)] + y * scratch[slot(SLOPES + 1, i)]) + scratch[
-                            slot(SLOPES + 2, i)
-                        ]
-                        top = plane if plane < z_s else z_s
-                        level = np.float64(scratch[slot(_LOD, i)]) + less
-                        share, mean, sigma = depth_model(numbers, starts, pitches, level, column_at, row_at)
-                        middle = (mean - np.float64(scratch[slot(PLACE + 3, i)])) * steep
-                        reach = (half_width * sigma) * steep
-                        low = dtype(min(max(middle - reach, -FAR), FAR))
-                        high = dtype(min(max(middle + reach, -FAR), FAR))
-                        length = hidden_by_box(low, high, -z_s, top) - hidden_by_box(
-                            low + thickness, high + thickness, -z_s, top
-                        )
-                        # No surface, no line, or a depth that is not a number count for nothing.
-                        counts = inside & (not np.isnan(steep)) & (share > 0.0) & (top > -z_s) & (low <= high)
-                        scratch[slot(TOTAL, i)] += (weight * dtype(share)) * length if counts else zero
-                for i in range(n):
-                    total, seen = scratch[slot(TOTAL, i)], scratch[slot(STEEP, i)] == scratch[slot(STEEP, i)]
-                    total = total if total > zero else zero
-                    total = total if total < one else one
-                    shares[first + np.uint64(i)] = total if seen else zero
-                    lost += missed[i] if seen else 0
+                first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+                start_disks(seen, radius, disk, j, first, n, missed, slots)
+                start_detail(seen, n, slots)
+                for s in range(disk.half.shape[0]):
+                    place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
+                    project(seen.kind, seen.lens, n, slots)
+                    add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots)
+                lost += finish_chunk(first, n, missed, slots, fractions)
             outside[j] = lost

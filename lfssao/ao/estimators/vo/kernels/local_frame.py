@@ -15,25 +15,21 @@ The surface that texel Q shows is met by the line P + R (x e1 + y e2) + t R w at
 
     t = (z_Q - z_S) / (R w_z),   S = P + R (x e1 + y e2), Q the texel that S lands in, w_z the z component of w
 
-which takes one look-up, is exact in parallel projection and for surfaces at constant z, and elsewhere takes the ray
+which takes one look-up. It is exact in parallel projection and for surfaces at constant z; elsewhere it takes the ray
 of Q to be parallel to that of P. It is VO's d_r, depth 'mapped into the unit sphere's coordinate system'.
 
-The mapping is handed in as ``rows``, four affine rows of world space (u-row, v-row, divisor, cast z), and what
-``lens`` holds for its kind: z_m, z_o, u_0, v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY, nothing for
-MATRIX. The u- and v-row are those of ``lfssao.optics.kernels.projection``; the divisor's is read for MATRIX alone.
-
-Kernels work through a row of texels in chunks. ``scratch`` is one array of SLOTS * CHUNK numbers, slot k of texel i at
-``slot(k, i)``: with constant distances between the slots LLVM sees that they do not overlap, and makes vectors. For
-the same reason interleaved triples are copied into slots first, by loops that do nothing else.
+Kernels work through a row of texels in chunks; what belongs to a texel is in slots (``estimators.kernels.slots``).
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
+from lfssao.ao.estimators.kernels.slots import load, slot
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, linear_row
 
-CHUNK = 256
 TILE = 4  # texels; the random reflections repeat in squares of 4 x 4 (Mittring 2007); divides CHUNK
 
 # Slots. Of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
@@ -53,113 +49,121 @@ SLOTS = 30
 EDGE_ON = 2.0**-20
 
 
-@kernel(inline=True)
-def slot(k, i):
-    """Where slot k of texel i of a chunk is."""
-    return np.uint64(k * CHUNK) + np.uint64(i)
+class SeenSurface(NamedTuple):
+    """What kernels read of a view, arrays of the arithmetic's dtype, textures row by row.
 
-
-@kernel(inline=True)
-def load(triples, first, n, scratch, k):
-    """Copy n triples of an array (3 N,), from number ``first`` on, into slots k, k + 1 and k + 2.
-
-    Of one flat array, 3 t + k, LLVM takes them apart with shuffles; of a second index it makes gathers. (``load_row``
-    of ``kernels.rows`` does the same for loops whose rows are longer than a chunk, where slots have no constant
-    distance.)
+    depth: (H * W,), cast z, +infinity where there is no surface. positions, directions, normals: (3 * H * W,), world
+    coordinates, unit viewing directions, unit normals towards the viewer (the positions again where there are none).
+    kind: that of the mapping. rows: (16,), four affine rows of world space, u, v, divisor (of MATRIX alone), cast z.
+    lens: z_m, z_o, u_0, v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. right: (3,), the view's rightward
+    direction, world space.
     """
-    for i in range(n):
-        t = np.uint64(3) * (np.uint64(first) + np.uint64(i))
-        scratch[slot(k, i)] = triples[t]
-        scratch[slot(k + 1, i)] = triples[t + np.uint64(1)]
-        scratch[slot(k + 2, i)] = triples[t + np.uint64(2)]
+
+    depth: np.ndarray
+    positions: np.ndarray
+    directions: np.ndarray
+    normals: np.ndarray
+    kind: int
+    rows: np.ndarray
+    lens: np.ndarray
+    right: np.ndarray
+
+
+class Disk(NamedTuple):
+    """Samples of the unit disk, arrays of the arithmetic's dtype.
+
+    places: (n, 2), x and y. half: (n,), z_s = sqrt(1 - x^2 - y^2). weights: (n,), of a unit of hidden length, so that a
+    ball hidden whole (or half a ball, with the tangent plane) gives 1. finer: (n,) float64, half the log2 of each
+    sample's fraction of the disk's area. turns: (2, TILE, CHUNK), c and s of the reflections of a tile. tangent:
+    whether lines end at the tangent plane; else normals are not read.
+    """
+
+    places: np.ndarray
+    half: np.ndarray
+    weights: np.ndarray
+    finer: np.ndarray
+    turns: np.ndarray
+    tangent: bool
 
 
 @kernel(inline=True)
-def chunk_span(depth, first, n, occlusion):
-    """Of n texels, those from the first that sees a surface to the last; the occlusion of the others is written, 0.
+def chunk_span(depth, chunk, n, occlusion):
+    """First texel and number of those, of n texels from number ``chunk`` on, from the first surface to the last.
 
-    Parameters
-    ----------
-    depth : (N,) array
-        +infinity where there is no surface.
-    first : uint64
-        Number of the first texel.
-    n : int
-        How many texels.
-    occlusion : (N,) array
-        Out.
-
-    Returns
-    -------
-    start, length : int
-        How many texels come before, a multiple of TILE, and how many there are.
+    The first is a multiple of TILE after ``chunk``. The occlusion of the others is written, 0; depth and occlusion are
+    flat.
     """
     start, end = 0, n
-    while start < n and not depth[first + np.uint64(start)] < np.inf:
+    while start < n and not depth[np.uint64(chunk + start)] < np.inf:
         start += 1
-    while end > start and not depth[first + np.uint64(end - 1)] < np.inf:
+    while end > start and not depth[np.uint64(chunk + end - 1)] < np.inf:
         end -= 1
     start -= start % TILE
     for k in range(start):
-        occlusion[first + np.uint64(k)] = 0
+        occlusion[np.uint64(chunk + k)] = 0
     for k in range(end, n):
-        occlusion[first + np.uint64(k)] = 0
-    return start, max(end - start, 0)
+        occlusion[np.uint64(chunk + k)] = 0
+    return np.uint64(chunk + start), max(end - start, 0)
 
 
 @kernel(inline=True)
-def map_rows(rows, scale, x, y, z, scratch, k, i):
+def clear_sums(n, missed, slots):
+    """Begin the sums of n texels: TOTAL, and how many samples are outside the texture."""
+    for i in range(n):
+        slots[slot(TOTAL, i)] = 0
+        missed[i] = 0
+
+
+@kernel(inline=True)
+def finish_chunk(first, n, missed, slots, occlusion):
+    """Write TOTAL held in [0, 1], 0 where STEEP is NaN; return how many samples of the other texels are outside."""
+    zero, one, lost = occlusion.dtype.type(0), occlusion.dtype.type(1), 0
+    for i in range(n):
+        total, seen = slots[slot(TOTAL, i)], slots[slot(STEEP, i)] == slots[slot(STEEP, i)]
+        total = total if total > zero else zero
+        total = total if total < one else one
+        occlusion[first + np.uint64(i)] = total if seen else zero
+        lost += missed[i] if seen else 0
+    return lost
+
+
+@kernel(inline=True)
+def start_disks(seen, radius, disk, j, first, n, missed, slots):
+    """Frames, tangent planes, points and sums of n texels of row j from number ``first`` on."""
+    start_frames(seen, radius, disk.turns, j, first, n, slots)
+    start_slopes(disk.tangent, seen.normals, first, n, slots)
+    start_points(seen, first, n, slots)
+    clear_sums(n, missed, slots)
+
+
+@kernel(inline=True)
+def map_rows(rows, scale, x, y, z, slots, k, i):
     """Scale times the mapping's four linear rows of (x, y, z), into slots k to k + 3."""
-    scratch[slot(k, i)] = scale * linear_row(rows, 0, x, y, z)
-    scratch[slot(k + 1, i)] = scale * linear_row(rows, 1, x, y, z)
-    scratch[slot(k + 2, i)] = scale * linear_row(rows, 2, x, y, z)
-    scratch[slot(k + 3, i)] = scale * linear_row(rows, 3, x, y, z)
+    slots[slot(k, i)] = scale * linear_row(rows, 0, x, y, z)
+    slots[slot(k + 1, i)] = scale * linear_row(rows, 1, x, y, z)
+    slots[slot(k + 2, i)] = scale * linear_row(rows, 2, x, y, z)
+    slots[slot(k + 3, i)] = scale * linear_row(rows, 3, x, y, z)
 
 
 @kernel(inline=True)
-def start_points(rows, places, first, n, scratch):
+def start_points(seen, first, n, slots):
     """POINT: the mapping's rows of n positions from texel number ``first`` on; PLACE is overwritten."""
-    load(places, first, n, scratch, PLACE)
+    load(seen.positions, first, n, slots, PLACE)
     for i in range(n):
-        x, y, z = scratch[slot(PLACE, i)], scratch[slot(PLACE + 1, i)], scratch[slot(PLACE + 2, i)]
-        scratch[slot(POINT, i)] = affine_row(rows, 0, x, y, z)
-        scratch[slot(POINT + 1, i)] = affine_row(rows, 1, x, y, z)
-        scratch[slot(POINT + 2, i)] = affine_row(rows, 2, x, y, z)
-        scratch[slot(POINT + 3, i)] = affine_row(rows, 3, x, y, z)
+        x, y, z = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)], slots[slot(PLACE + 2, i)]
+        for k in range(4):
+            slots[slot(POINT + k, i)] = affine_row(seen.rows, k, x, y, z)
 
 
 @kernel(inline=True)
-def start_frames(rows, right, radius, turns, phase, depth, looks, first, n, scratch):
-    """LOOK, E1, E2, FIRST, SECOND and STEEP of n texels from texel number ``first`` on.
-
-    Parameters
-    ----------
-    rows : (16,) array
-        The mapping's four affine rows.
-    right : (3,) array
-        The view's rightward direction, world space, any length but 0.
-    radius : scalar
-        R, world units.
-    turns : (2, TILE, CHUNK) array
-        c and s of the reflections, for each phase and column.
-    phase : uint64
-        Number of the row in its tile.
-    depth : (N,) array
-        Cast z; +infinity where there is no surface.
-    looks : (3 N,) array
-        Viewing directions, world space.
-    first : uint64
-        Number of the first texel.
-    n : int
-        How many texels.
-    scratch : (SLOTS * CHUNK,) array
-        Out.
-    """
+def start_frames(seen, radius, turns, j, first, n, slots):
+    """LOOK, E1, E2, FIRST, SECOND and STEEP of n texels of row j from number ``first`` on; turns: as of ``Disk``."""
     zero, one, nothing = type(radius)(0), type(radius)(1), type(radius)(np.nan)
-    rx, ry, rz = right[0], right[1], right[2]
-    load(looks, first, n, scratch, LOOK)
+    rx, ry, rz = seen.right[0], seen.right[1], seen.right[2]
+    phase = np.uint64(j % TILE)
+    load(seen.directions, first, n, slots, LOOK)
     for i in range(n):
-        wx, wy, wz = scratch[slot(LOOK, i)], scratch[slot(LOOK + 1, i)], scratch[slot(LOOK + 2, i)]
+        wx, wy, wz = slots[slot(LOOK, i)], slots[slot(LOOK + 1, i)], slots[slot(LOOK + 2, i)]
         along = (rx * wx + ry * wy) + rz * wz
         ax, ay, az = rx - along * wx, ry - along * wy, rz - along * wz
         scale = one / np.sqrt((ax * ax + ay * ay) + az * az)
@@ -168,49 +172,55 @@ def start_frames(rows, right, radius, turns, phase, depth, looks, first, n, scra
         c, s = turns[0, phase, i], turns[1, phase, i]
         ex, ey, ez = c * ax + s * bx, c * ay + s * by, c * az + s * bz
         fx, fy, fz = s * ax - c * bx, s * ay - c * by, s * az - c * bz
-        scratch[slot(E1, i)], scratch[slot(E1 + 1, i)], scratch[slot(E1 + 2, i)] = ex, ey, ez
-        scratch[slot(E2, i)], scratch[slot(E2 + 1, i)], scratch[slot(E2 + 2, i)] = fx, fy, fz
-        map_rows(rows, radius, ex, ey, ez, scratch, FIRST, i)
-        map_rows(rows, radius, fx, fy, fz, scratch, SECOND, i)
-        deep = linear_row(rows, 3, wx, wy, wz)
-        deep = radius * deep
-        seen = (depth[first + np.uint64(i)] < np.inf) & (deep > zero)
-        scratch[slot(STEEP, i)] = one / deep if seen else nothing
+        slots[slot(E1, i)], slots[slot(E1 + 1, i)], slots[slot(E1 + 2, i)] = ex, ey, ez
+        slots[slot(E2, i)], slots[slot(E2 + 1, i)], slots[slot(E2 + 2, i)] = fx, fy, fz
+        map_rows(seen.rows, radius, ex, ey, ez, slots, FIRST, i)
+        map_rows(seen.rows, radius, fx, fy, fz, slots, SECOND, i)
+        deep = radius * linear_row(seen.rows, 3, wx, wy, wz)
+        there = (seen.depth[first + np.uint64(i)] < np.inf) & (deep > zero)
+        slots[slot(STEEP, i)] = one / deep if there else nothing
 
 
 @kernel(inline=True)
-def start_slopes(tangent, normals, first, n, scratch, edge_on):
+def start_slopes(tangent, normals, first, n, slots):
     """SLOPES: the plane n . (x e1' + y e2' + t w) = 0 as t = x slope_1 + y slope_2 + lift, or t = +infinity."""
+    zero, edge_on = normals.dtype.type(0), normals.dtype.type(EDGE_ON)
     if not tangent:
         for i in range(n):
-            scratch[slot(SLOPES, i)] = edge_on - edge_on
-            scratch[slot(SLOPES + 1, i)] = edge_on - edge_on
-            scratch[slot(SLOPES + 2, i)] = type(edge_on)(np.inf)
+            slots[slot(SLOPES, i)], slots[slot(SLOPES + 1, i)] = zero, zero
+            slots[slot(SLOPES + 2, i)] = normals.dtype.type(np.inf)
         return
-    load(normals, first, n, scratch, SLOPES)
+    load(normals, first, n, slots, SLOPES)
     for i in range(n):
-        x, y, z = scratch[slot(SLOPES, i)], scratch[slot(SLOPES + 1, i)], scratch[slot(SLOPES + 2, i)]
-        wx, wy, wz = scratch[slot(LOOK, i)], scratch[slot(LOOK + 1, i)], scratch[slot(LOOK + 2, i)]
-        ex, ey, ez = scratch[slot(E1, i)], scratch[slot(E1 + 1, i)], scratch[slot(E1 + 2, i)]
-        fx, fy, fz = scratch[slot(E2, i)], scratch[slot(E2 + 1, i)], scratch[slot(E2 + 2, i)]
+        x, y, z = slots[slot(SLOPES, i)], slots[slot(SLOPES + 1, i)], slots[slot(SLOPES + 2, i)]
+        wx, wy, wz = slots[slot(LOOK, i)], slots[slot(LOOK + 1, i)], slots[slot(LOOK + 2, i)]
+        ex, ey, ez = slots[slot(E1, i)], slots[slot(E1 + 1, i)], slots[slot(E1 + 2, i)]
+        fx, fy, fz = slots[slot(E2, i)], slots[slot(E2 + 1, i)], slots[slot(E2 + 2, i)]
         towards = -((x * wx + y * wy) + z * wz)
         towards = towards if towards > edge_on else edge_on
-        scratch[slot(SLOPES, i)] = ((x * ex + y * ey) + z * ez) / towards
-        scratch[slot(SLOPES + 1, i)] = ((x * fx + y * fy) + z * fz) / towards
-        scratch[slot(SLOPES + 2, i)] = edge_on - edge_on
+        slots[slot(SLOPES, i)] = ((x * ex + y * ey) + z * ez) / towards
+        slots[slot(SLOPES + 1, i)] = ((x * fx + y * fy) + z * fz) / towards
+        slots[slot(SLOPES + 2, i)] = zero
 
 
 @kernel(inline=True)
-def place_on_disk(n, x, y, scratch):
+def line_top(x, y, z_s, i, slots):
+    """Where the line at (x, y) of texel i's disk ends: at the tangent plane or at z_s."""
+    plane = (x * slots[slot(SLOPES, i)] + y * slots[slot(SLOPES + 1, i)]) + slots[slot(SLOPES + 2, i)]
+    return plane if plane < z_s else z_s
+
+
+@kernel(inline=True)
+def place_on_disk(n, x, y, slots):
     """The mapping's rows of the place (x, y) of each texel's disk, (P + x R e1') + y R e2', into PLACE."""
     for i in range(n):
         for k in range(4):
-            along = scratch[slot(POINT + k, i)] + x * scratch[slot(FIRST + k, i)]
-            scratch[slot(PLACE + k, i)] = along + y * scratch[slot(SECOND + k, i)]
+            along = slots[slot(POINT + k, i)] + x * slots[slot(FIRST + k, i)]
+            slots[slot(PLACE + k, i)] = along + y * slots[slot(SECOND + k, i)]
 
 
 @kernel(inline=True)
-def project(kind, lens, n, scratch):
+def project(kind, lens, n, slots):
     """PLACE in place: the mapping's rows become u, v and (in the fourth slot) cast z; u is NaN where there is no image.
 
     As ``project_crossed_slits`` and ``project_matrix``, but for the truth value (``mapping.hold_inside`` says why).
@@ -218,20 +228,20 @@ def project(kind, lens, n, scratch):
     if kind == CROSSED_SLITS:
         z_module, z_observer, u_0, v_0 = lens[0], lens[1], lens[2], lens[3]
         for i in range(n):
-            z = scratch[slot(PLACE + 3, i)]
-            u = u_0 + scratch[slot(PLACE, i)] / (z_module - z)
-            scratch[slot(PLACE, i)] = u if (z < z_module) & (z > z_observer) else type(z)(np.nan)
-            scratch[slot(PLACE + 1, i)] = v_0 + scratch[slot(PLACE + 1, i)] / (z_observer - z)
+            z = slots[slot(PLACE + 3, i)]
+            u = u_0 + slots[slot(PLACE, i)] / (z_module - z)
+            slots[slot(PLACE, i)] = u if (z < z_module) & (z > z_observer) else type(z)(np.nan)
+            slots[slot(PLACE + 1, i)] = v_0 + slots[slot(PLACE + 1, i)] / (z_observer - z)
     elif kind == MATRIX:
         for i in range(n):
-            q = scratch[slot(PLACE + 2, i)]
-            u = scratch[slot(PLACE, i)] / q
-            scratch[slot(PLACE, i)] = u if q > type(q)(0) else type(q)(np.nan)
-            scratch[slot(PLACE + 1, i)] = scratch[slot(PLACE + 1, i)] / q
+            q = slots[slot(PLACE + 2, i)]
+            u = slots[slot(PLACE, i)] / q
+            slots[slot(PLACE, i)] = u if q > type(q)(0) else type(q)(np.nan)
+            slots[slot(PLACE + 1, i)] = slots[slot(PLACE + 1, i)] / q
     else:
         d = display_module(lens)
         for i in range(n):
-            z = scratch[slot(PLACE + 3, i)]
-            u, v, answer = physical_to_image(d, scratch[slot(PLACE, i)], scratch[slot(PLACE + 1, i)], z)
-            scratch[slot(PLACE, i)] = u if answer == VALID else type(z)(np.nan)
-            scratch[slot(PLACE + 1, i)] = v
+            z = slots[slot(PLACE + 3, i)]
+            u, v, answer = physical_to_image(d, slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)], z)
+            slots[slot(PLACE, i)] = u if answer == VALID else type(z)(np.nan)
+            slots[slot(PLACE + 1, i)] = v

@@ -1,13 +1,15 @@
 """First and second moments of depth over areas of the texture: a prefiltered pyramid (VO section 4.2).
 
-Level l holds, for each square of 2^l x 2^l texels, the share of them that sees a surface and the means over all of
-them of z and z^2, counted 0 where there is none, so that all three can be filtered. Sums over the share give M1 = E[z]
-and M2 = E[z^2] of the surface. All in float64: M2 - M1^2 cancels all but the last digits.
+Level l holds, for each square of 2^l x 2^l texels, the fraction of them that sees a surface and the means over all of
+them of z and z^2, counted 0 where there is none, so that all three can be filtered. Means over the fraction give M1 =
+E[z] and M2 = E[z^2] of the surface. All in float64: M2 - M1^2 cancels all but the last digits.
 
 Levels stand one after the other in one array (N, 3), each with a border of zeros, one texel left and above and two
 right and below, so that no filter and no look-up has to ask where the texture ends: beyond it there is no surface.
 Level l has ceil(W / 2^l) x ceil(H / 2^l) texels.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -17,6 +19,18 @@ from lfssao.core.jit import kernel
 BEFORE, BORDER = 1, 3
 
 _ROWS_A_BLOCK = 16
+
+
+class Pyramid(NamedTuple):
+    """Levels one after the other.
+
+    moments: (3 N,) float64, fraction of texels with a surface and means of z and z^2, a texel after the other. starts,
+    pitches: (levels,) int64, where each level's array starts, border included, and how long its rows are.
+    """
+
+    moments: np.ndarray
+    starts: np.ndarray
+    pitches: np.ndarray
 
 
 @kernel(parallel=True)

@@ -1,20 +1,23 @@
 """VO sections 3 and 4 by points in the ball, as Crytek and Blizzard sample it (sections 4.1, 4.4 and 4.5)."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import prange
 
+from lfssao.ao.estimators.kernels.slots import CHUNK, load, slot
 from lfssao.ao.estimators.vo.kernels.local_frame import (
-    CHUNK,
     PLACE,
     POINT,
     SLOTS,
+    STEEP,
     TILE,
     TOTAL,
     chunk_span,
-    load,
+    clear_sums,
+    finish_chunk,
     map_rows,
     project,
-    slot,
     start_points,
 )
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK
@@ -24,140 +27,114 @@ from lfssao.optics.kernels.projection import hold_inside, last_below, linear_row
 # Slots of this kernel's own, in place of those of the disk's frame.
 _MIRRORED = 4  # the linear rows of 2 R r, r the direction of reflection
 _LIFTED = 8  # of 2 R n
-_REACH = 12  # z_S - z_Q up to which the surface hides
+_REACH = STEEP  # z_S - z_Q up to which the surface hides; NaN for a texel that sees nothing
 _NORMAL = 13
 _MIRROR = 21  # r
 _ACROSS = 24  # 2 r . n
 
 
+class Ball(NamedTuple):
+    """Samples of the unit ball, arrays of the arithmetic's dtype.
+
+    offsets: (n, 3), world axes. weights: (n,), their sum is 1. mirrors: (3, TILE, CHUNK), unit directions by which the
+    offsets are reflected, or 0 for none. tangent: whether points below the tangent plane are reflected by it; else
+    normals are not read.
+    """
+
+    offsets: np.ndarray
+    weights: np.ndarray
+    mirrors: np.ndarray
+    tangent: bool
+
+
 @kernel(inline=True)
-def start_reflections(rows, radius, mirrors, phase, tangent, normals, first, n, scratch, zero):
+def start_reflections(seen, radius, ball, j, first, n, slots):
     """The slots that turn an offset: first reflected about r, then, where it is below the surface, by the surface."""
-    two_radii = radius + radius
-    if tangent:
-        load(normals, first, n, scratch, _NORMAL)
+    two_radii, phase = radius + radius, np.uint64(j % TILE)
+    if ball.tangent:
+        load(seen.normals, first, n, slots, _NORMAL)
     else:
         for i in range(n):
-            scratch[slot(_NORMAL, i)] = zero
-            scratch[slot(_NORMAL + 1, i)] = zero
-            scratch[slot(_NORMAL + 2, i)] = zero
+            slots[slot(_NORMAL, i)], slots[slot(_NORMAL + 1, i)], slots[slot(_NORMAL + 2, i)] = 0, 0, 0
     for i in range(n):
-        rx, ry, rz = mirrors[0, phase, i], mirrors[1, phase, i], mirrors[2, phase, i]
-        nx, ny, nz = scratch[slot(_NORMAL, i)], scratch[slot(_NORMAL + 1, i)], scratch[slot(_NORMAL + 2, i)]
-        scratch[slot(_MIRROR, i)], scratch[slot(_MIRROR + 1, i)], scratch[slot(_MIRROR + 2, i)] = rx, ry, rz
+        rx, ry, rz = ball.mirrors[0, phase, i], ball.mirrors[1, phase, i], ball.mirrors[2, phase, i]
+        nx, ny, nz = slots[slot(_NORMAL, i)], slots[slot(_NORMAL + 1, i)], slots[slot(_NORMAL + 2, i)]
+        slots[slot(_MIRROR, i)], slots[slot(_MIRROR + 1, i)], slots[slot(_MIRROR + 2, i)] = rx, ry, rz
         across = (rx * nx + ry * ny) + rz * nz
-        scratch[slot(_ACROSS, i)] = across + across
-        map_rows(rows, two_radii, rx, ry, rz, scratch, _MIRRORED, i)
-        map_rows(rows, two_radii, nx, ny, nz, scratch, _LIFTED, i)
+        slots[slot(_ACROSS, i)] = across + across
+        map_rows(seen.rows, two_radii, rx, ry, rz, slots, _MIRRORED, i)
+        map_rows(seen.rows, two_radii, nx, ny, nz, slots, _LIFTED, i)
 
 
 @kernel(inline=True)
-def start_reach(rows, radius, thickness, looks, first, n, scratch):
+def start_reach(seen, radius, thickness, first, n, slots):
     """How far in cast z a surface hides: T R w_z, or infinity, for which the directions are not read."""
-    if not thickness < np.inf:
-        for i in range(n):
-            scratch[slot(_REACH, i)] = thickness
-        return
-    load(looks, first, n, scratch, PLACE)
+    nothing = type(radius)(np.nan)
+    if thickness < np.inf:
+        load(seen.directions, first, n, slots, PLACE)
     for i in range(n):
-        x, y, z = scratch[slot(PLACE, i)], scratch[slot(PLACE + 1, i)], scratch[slot(PLACE + 2, i)]
-        scratch[slot(_REACH, i)] = (thickness * radius) * linear_row(rows, 3, x, y, z)
+        x, y, z = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)], slots[slot(PLACE + 2, i)]
+        reach = (thickness * radius) * linear_row(seen.rows, 3, x, y, z) if thickness < np.inf else thickness
+        slots[slot(_REACH, i)] = reach if seen.depth[first + np.uint64(i)] < np.inf else nothing
 
 
 @kernel(inline=True)
-def place_in_ball(n, x, y, z, offset_u, offset_v, offset_q, offset_z, scratch, zero):
+def place_in_ball(rows, radius, x, y, z, n, slots):
     """The mapping's rows of P + R o'' into PLACE, o'' the offset o = (x, y, z) after its reflections.
 
-    o' = o - 2 (o . r) r; o'' = o' - 2 (o' . n) n where o' . n < 0; ``offset_*`` are the linear rows of R o.
+    o' = o - 2 (o . r) r; o'' = o' - 2 (o' . n) n where o' . n < 0.
     """
+    zero = type(radius)(0)
+    u, v = radius * linear_row(rows, 0, x, y, z), radius * linear_row(rows, 1, x, y, z)
+    q, w = radius * linear_row(rows, 2, x, y, z), radius * linear_row(rows, 3, x, y, z)
     for i in range(n):
-        mirror = (x * scratch[slot(_MIRROR, i)] + y * scratch[slot(_MIRROR + 1, i)]) + z * scratch[slot(_MIRROR + 2, i)]
-        above = (x * scratch[slot(_NORMAL, i)] + y * scratch[slot(_NORMAL + 1, i)]) + z * scratch[slot(_NORMAL + 2, i)]
-        above = above - mirror * scratch[slot(_ACROSS, i)]
+        mirror = (x * slots[slot(_MIRROR, i)] + y * slots[slot(_MIRROR + 1, i)]) + z * slots[slot(_MIRROR + 2, i)]
+        above = (x * slots[slot(_NORMAL, i)] + y * slots[slot(_NORMAL + 1, i)]) + z * slots[slot(_NORMAL + 2, i)]
+        above = above - mirror * slots[slot(_ACROSS, i)]
         lift = above if above < zero else zero
-        for k, offset in ((0, offset_u), (1, offset_v), (2, offset_q), (3, offset_z)):
-            turned = (scratch[slot(POINT + k, i)] + offset) - mirror * scratch[slot(_MIRRORED + k, i)]
-            scratch[slot(PLACE + k, i)] = turned - lift * scratch[slot(_LIFTED + k, i)]
+        for k, offset in ((0, u), (1, v), (2, q), (3, w)):
+            turned = (slots[slot(POINT + k, i)] + offset) - mirror * slots[slot(_MIRRORED + k, i)]
+            slots[slot(PLACE + k, i)] = turned - lift * slots[slot(_LIFTED + k, i)]
+
+
+@kernel(inline=True)
+def add_point(surface, size, weight, n, missed, slots):
+    """Add the weight of one point of n texels where it is hidden; surface: flat depth, size: (height, width)."""
+    dtype = type(weight)
+    zero, right_edge, bottom_edge = dtype(0), last_below(dtype(size[1])), last_below(dtype(size[0]))
+    for i in range(n):
+        u, v = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)]
+        column, row = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
+        inside = (column == u) & (row == v)
+        before = slots[slot(PLACE + 3, i)] - surface[texel_number(column, row, size[1])]
+        hidden = inside & (before > zero) & (before <= slots[slot(_REACH, i)])
+        slots[slot(TOTAL, i)] += weight if hidden else zero
+        missed[i] += np.int32(not inside)
 
 
 @kernel(parallel=True)
-def point_occlusion(
-    depth, positions, directions, normals, tangent, kind, rows, lens, radius, mirrors,
-    ball, weights, thickness, occlusion, outside,
-):  # fmt: skip
+def point_occlusion(seen, ball, radius, thickness, occlusion, outside):
     """Occlusion of every texel by points in its ball (VO's V(P) with rho = 1, section 4, by sums of points).
 
     A point is hidden where the surface that its texel shows lies before it, z_Q < z_S, by no more than the surface is
-    thick (4.3). With ``tangent`` a point below the tangent plane is reflected by it (4.4). The weights of the hidden
-    points are added from the first to the last.
-
-    Parameters
-    ----------
-    depth : (H, W) float32 or float64
-        Cast z of the visible surface, +infinity where there is none.
-    positions, directions, normals : (H, W, 3), same dtype
-        World coordinates; unit viewing directions, read for a finite thickness; unit normals towards the viewer.
-    tangent : bool
-        Whether to reflect by the tangent plane; else the normals are not read.
-    kind, rows, lens : int, (16,) and (4,) or (32,) same dtype
-        The mapping (``lfssao.ao.estimators.vo.kernels.local_frame``).
-    radius : scalar of the same dtype
-        R, world units.
-    mirrors : (3, TILE, CHUNK) same dtype
-        Unit directions r by which the offsets are reflected, or (0, 0, 0) for none.
-    ball, weights : (n, 3) and (n,) same dtype
-        Offsets in the unit ball, world axes; their weights, which sum to 1.
-    thickness : scalar of the same dtype
-        T, in units of R; infinite: surfaces hide all that is behind them.
-    occlusion : (H, W), same dtype
-        Out: at most 1; 0 where there is no surface.
-    outside : (H,) int64
-        Out: points of each row that have no image or lie outside the texture; they are open.
+    thick (4.3). With ``ball.tangent`` a point below the tangent plane is reflected by it (4.4). The weights of the
+    hidden points are added from the first to the last. Parameters are those of ``line_occlusion``, with a Ball.
     """
-    height, width = depth.shape
-    size = height * width
-    surface, shares = depth.reshape(size), occlusion.reshape(size)
-    places, looks, upright = positions.reshape(3 * size), directions.reshape(3 * size), normals.reshape(3 * size)
-    dtype = type(radius)
-    zero, one = dtype(0), dtype(1)
-    right_edge, bottom_edge = dtype(last_below(dtype(width))), dtype(last_below(dtype(height)))
-    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
-        scratch, missed = np.empty(SLOTS * CHUNK, depth.dtype), np.empty(CHUNK, np.int32)
+    size, fractions, offsets = occlusion.shape, occlusion.reshape(-1), ball.offsets
+    height, width = size
+    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
+        slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             lost = 0
             for chunk in range(0, width, CHUNK):
-                skipped, n = chunk_span(surface, np.uint64(j * width + chunk), min(CHUNK, width - chunk), shares)
-                if n == 0:
-                    continue
-                first = np.uint64(j * width + chunk + skipped)
-                phase = np.uint64(j % TILE)
-                start_reflections(rows, radius, mirrors, phase, tangent, upright, first, n, scratch, zero)
-                start_reach(rows, radius, thickness, looks, first, n, scratch)
-                start_points(rows, places, first, n, scratch)
-                for i in range(n):
-                    scratch[slot(TOTAL, i)] = zero
-                    missed[i] = 0
-                for s in range(ball.shape[0]):
-                    x, y, z_o, weight = ball[s, 0], ball[s, 1], ball[s, 2], weights[s]
-                    place_in_ball(
-                        n, x, y, z_o,
-                        radius * linear_row(rows, 0, x, y, z_o), radius * linear_row(rows, 1, x, y, z_o),
-                        radius * linear_row(rows, 2, x, y, z_o), radius * linear_row(rows, 3, x, y, z_o), scratch, zero,
-                    )  # fmt: skip
-                    project(kind, lens, n, scratch)
-                    for i in range(n):
-                        u, v = scratch[slot(PLACE, i)], scratch[slot(PLACE + 1, i)]
-                        column_at, row_at = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
-                        inside = (column_at == u) & (row_at == v)
-                        before = scratch[slot(PLACE + 3, i)] - surface[texel_number(column_at, row_at, width)]
-                        hidden = inside & (before > zero) & (before <= scratch[slot(_REACH, i)])
-                        scratch[slot(TOTAL, i)] += weight if hidden else zero
-                        missed[i] += np.int32(not inside)
-                for i in range(n):
-                    seen = surface[first + np.uint64(i)] < np.inf
-                    total = scratch[slot(TOTAL, i)]
-                    total = total if total < one else one
-                    shares[first + np.uint64(i)] = total if seen else zero
-                    lost += missed[i] if seen else 0
+                first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+                start_reflections(seen, radius, ball, j, first, n, slots)
+                start_reach(seen, radius, thickness, first, n, slots)
+                start_points(seen, first, n, slots)
+                clear_sums(n, missed, slots)
+                for s in range(offsets.shape[0]):
+                    place_in_ball(seen.rows, radius, offsets[s, 0], offsets[s, 1], offsets[s, 2], n, slots)
+                    project(seen.kind, seen.lens, n, slots)
+                    add_point(seen.depth, size, ball.weights[s], n, missed, slots)
+                lost += finish_chunk(first, n, missed, slots, fractions)
             outside[j] = lost

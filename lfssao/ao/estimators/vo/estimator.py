@@ -43,6 +43,8 @@ from lfssao.core.sums import sum_in_order
 from lfssao.errors import InputError
 from lfssao.samples import repulsion_table
 
+Weights = FloatArray | None
+
 
 @dataclass(frozen=True)
 class VolumeOptions(Options):
@@ -68,12 +70,7 @@ class AreaOptions(VolumeOptions):
 
 
 def by_points(
-    buffers: Buffers,
-    radius: float,
-    points: FloatArray,
-    weights: FloatArray | None,
-    options: VolumeOptions,
-    tangent: bool,
+    buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: VolumeOptions, tangent: bool
 ) -> passes.Occlusion:
     """Return occlusion by points (VO sections 3 and 4, after Crytek and Blizzard).
 
@@ -81,79 +78,58 @@ def by_points(
     the same. tangent: whether points below the tangent plane are reflected by it (4.4). Raises InputError if a weight
     is negative or none is positive.
     """
-    seen, dtype = seen_surface(buffers), buffers.depth.dtype
+    dtype = buffers.depth.dtype
     fractions = _normalised(np.ones(len(points)) if weights is None else np.asarray(weights, np.float64))
     mirrors = ball_mirrors(options.randomize, options.seed, dtype)
     ball = Ball(np.ascontiguousarray(points, dtype), fractions.astype(dtype), mirrors, tangent)
-
-    def at(r: float) -> passes.Occlusion:
-        thickness = dtype.type(_in_radii(options.thickness, r))
-        return run_kernel(point_occlusion, buffers.depth, seen, ball, dtype.type(r), thickness)
-
-    return _dual(at, radius, options)
+    return _at_radii(point_occlusion, buffers, radius, options, seen_surface(buffers), ball)
 
 
 def by_lines(
-    buffers: Buffers,
-    radius: float,
-    points: FloatArray,
-    weights: FloatArray | None,
-    options: VolumeOptions,
-    tangent: bool,
+    buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: VolumeOptions, tangent: bool
 ) -> passes.Occlusion:
     """Return occlusion by lines (VO section 4.1).
 
     points: (n, 2), places of the lines in the unit disk. weights: integrals of the ball's extent in z over the disk's
     cells (4.5), by default z_s. tangent: whether lines end at the tangent plane (4.4). Raises as ``by_points``.
     """
-    seen, dtype = seen_surface(buffers), buffers.depth.dtype
-    disk = _disk(points, weights, options, tangent, dtype)
-
-    def at(r: float) -> passes.Occlusion:
-        thickness = dtype.type(_in_radii(options.thickness, r))
-        return run_kernel(line_occlusion, buffers.depth, seen, disk, dtype.type(r), thickness)
-
-    return _dual(at, radius, options)
+    disk = _disk(points, weights, options, tangent, buffers.depth.dtype)
+    return _at_radii(line_occlusion, buffers, radius, options, seen_surface(buffers), disk)
 
 
 def by_areas(
-    buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: AreaOptions, tangent: bool
+    buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: AreaOptions, tangent: bool
 ) -> passes.Occlusion:
     """Return occlusion by areas (VO section 4.2).
 
     points: (n, 2), the middles of the areas in the unit disk; an area is in proportion to the sample's weight over z_s
     at its place. All else is as for ``by_lines``.
     """
-    seen, dtype = seen_surface(buffers), buffers.depth.dtype
-    disk = _disk(points, weights, options, tangent, dtype)
+    seen, disk = seen_surface(buffers), _disk(points, weights, options, tangent, buffers.depth.dtype)
     pyramid = moment_pyramid(seen.depth.reshape(buffers.depth.shape), options.prefilter)
-
-    def at(r: float) -> passes.Occlusion:
-        thickness = dtype.type(min(_in_radii(options.thickness, r), 4 * FAR))
-        return run_kernel(
-            area_occlusion, buffers.depth, seen, disk, pyramid, options.half_width, dtype.type(r), thickness
-        )
-
-    return _dual(at, radius, options)
+    view = seen, disk, pyramid, options.half_width
+    return _at_radii(area_occlusion, buffers, radius, options, *view, most=4 * FAR)
 
 
-def _in_radii(thickness: float, radius: float) -> float:
-    """A thickness in units of R; infinite for none, and where R is 0."""
-    return thickness / radius if thickness > 0 < radius else inf
-
-
-def _dual(at: Callable[[float], passes.Occlusion], radius: float, options: VolumeOptions) -> passes.Occlusion:
-    """Occlusion at R, or at R and a second radius together (VO section 6)."""
-    first = at(radius)
-    if options.second == 0:
-        return first
-    other = at(options.second * radius)
+def _at_radii(
+    kernel: Callable[..., None], buffers: Buffers, radius: float, options: VolumeOptions, *view: Any, most: float = inf
+) -> passes.Occlusion:
+    """Occlusion at R, or at R and a second radius together (VO section 6); most: thickness without end, in radii."""
+    one = buffers.depth.dtype.type
+    radii = [radius] if options.second == 0 else [radius, options.second * radius]
+    thick = [options.thickness / r if options.thickness > 0 < r else inf for r in radii]
+    made = [
+        run_kernel(kernel, buffers.depth, *view, one(r), one(min(t, most))) for r, t in zip(radii, thick, strict=True)
+    ]
+    if len(made) == 1:
+        return made[0]
+    first, second = (each.texture for each in made)
     if options.combine == "minimum":
-        texture = passes.merge([first.texture, other.texture])
+        texture = passes.merge([first, second])
     else:
-        texture = np.empty_like(first.texture)
-        merge_product(first.texture, other.texture, texture)
-    return passes.Occlusion(texture, first.outside + other.outside)
+        texture = np.empty_like(first)
+        merge_product(first, second, texture)
+    return passes.Occlusion(texture, sum(each.outside for each in made))
 
 
 def _normalised(weights: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Sine, cosine, cube root, exponential: the reference, their stated errors against mpmath at 200 bits, exact values."""
+"""Elementary functions: the reference, their stated errors against mpmath at 200 bits, exact values."""
 
 import math
 
@@ -127,3 +127,15 @@ def test_exp_special_values():
     with mpmath.workprec(200):  # among the subnormal numbers each halving may round
         for x in (-709.0, -720.0, -735.5, -744.0):
             assert abs(elementary.exp(x) - mpmath.exp(x)) <= 2 * mpmath.mpf(SMALLEST)
+
+
+def test_log2_is_within_4_ulp_and_equals_the_reference():
+    rng = np.random.default_rng(1)
+    places = np.concatenate([2.0 ** rng.uniform(-1022, 1023, 400), 1 + rng.uniform(-0.3, 0.4, 400)])
+    for x in [*places.tolist(), 1.0, 8.0, 2.0**-1022, float(np.nextafter(1, 2)), math.sqrt(2), math.sqrt(0.5)]:
+        value = elementary.log2(x)
+        assert value == reference.log2(x)
+        exact = mpmath.log(mpmath.mpf(x), 2)
+        assert abs(mpmath.mpf(value) - exact) <= 4 * np.spacing(abs(float(exact)))
+    assert elementary.log2(8.0) == 3
+    assert [elementary.log2(x) for x in (0.0, -1.0, 5e-324, np.inf, np.nan)] == [-1022, -1022, -1022, 1024, 1024]

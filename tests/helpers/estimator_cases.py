@@ -47,6 +47,26 @@ def offsets(draw, dimensions):
     return points
 
 
+def sunflower(n):
+    """Points that fill the disk evenly, as a limit wants them."""
+    k = np.arange(n)
+    r, turn = np.sqrt((k + 0.5) / n), k * np.pi * (3 - np.sqrt(5))
+    return np.stack([r * np.cos(turn), r * np.sin(turn)], -1)
+
+
+def filled_ball(n):
+    """Points that fill the ball, each with its opposite."""
+    rng = np.random.default_rng(4)
+    d = rng.standard_normal((n, 3))
+    d *= rng.random((n, 1)) ** (1 / 3) / np.linalg.norm(d, axis=1, keepdims=True)
+    return np.concatenate([d, -d])
+
+
+def cap(t):
+    """Share of a ball beyond a plane at the distance t from its middle, in radii."""
+    return (1 - t) ** 2 * (2 + t) / 4 if t < 1 else 0.0
+
+
 def view_numbers(view):
     """A view as the kit's specification describes it to the reference."""
     return {

@@ -10,6 +10,7 @@ from functools import partial
 import analytic_scenes as scenes
 import numpy as np
 import pytest
+from estimator_cases import cap, filled_ball, sunflower
 
 from lfssao import estimate, make_samples
 from lfssao.ao.estimators.registry import ESTIMATORS
@@ -108,25 +109,10 @@ SIGMA, BETA, EPSILON, KERNEL, H = 0.15, 0.01, 0.01, 15, 0.4  # H: of a step, in 
 SPIRAL = {"taps": 200, "turns": 97, "mip": "none", "quad_edge": 0.0, "gauss": 0.0, "epsilon": EPSILON}
 
 
-def sunflower(n):
-    """Points that fill the disk evenly."""
-    k = np.arange(n)
-    r, turn = np.sqrt((k + 0.5) / n), k * np.pi * (3 - np.sqrt(5))
-    return np.stack([r * np.cos(turn), r * np.sin(turn)], -1)
-
-
 def even_radii(n, m):
     """Taps whose radii, not whose area, are even."""
     x, y, _ = polar(n, m)
     return np.stack([x.ravel(), y.ravel()], -1)
-
-
-def filled(n):
-    """Points that fill the ball, each with its opposite."""
-    rng = np.random.default_rng(4)
-    d = rng.standard_normal((n, 3))
-    d *= rng.random((n, 1)) ** (1 / 3) / np.linalg.norm(d, axis=1, keepdims=True)
-    return np.concatenate([d, -d])
 
 
 LF = make_samples("jittered", 1024, 3)
@@ -147,8 +133,8 @@ NEAR_THE_LIMIT = {
     "sao": (sao, RADIUS, None, {"intensity": SIGMA, "beta": BETA, **SPIRAL}, 0.02),
     "sao-equation-1": (sao_equation_1, RADIUS, None, {"sigma": SIGMA, "beta": BETA / 20, **SPIRAL}, 0.02),
     "multiresolution": (square_of_texels, RADIUS, None, {"levels": 1, "kernel": KERNEL}, 0.01),
-    "vo-points": (partial(behind, half=False), RADIUS, filled(600), {}, 0.02),
-    "vo-points-normal": (partial(behind, half=True), RADIUS, filled(600), {}, 0.03),
+    "vo-points": (partial(behind, half=False), RADIUS, filled_ball(600), {}, 0.02),
+    "vo-points-normal": (partial(behind, half=True), RADIUS, filled_ball(600), {}, 0.03),
     "vo-lines": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),
     "vo-lines-normal": (partial(behind, half=True), RADIUS, sunflower(200), {}, 0.03),
     "vo-area": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),
@@ -202,11 +188,6 @@ def at_ridge(a):
 def on_top(s):
     """On top of a sphere of radius s."""
     return height_of("sphere on a plane", s / scenes.BALL), np.array([0.0, 0.0, 2 * s]), UP
-
-
-def cap(t):
-    """Share of a ball beyond a plane at the distance t from its middle."""
-    return (1 - t) ** 2 * (2 + t) / 4 if t < 1 else 0.0
 
 
 @pytest.mark.parametrize("a", [0.0, 0.2, 0.5, 0.9])

@@ -52,7 +52,8 @@ def memory(name, sight, width, height, options):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.slow
+@each
 def test_an_entry_says_how_much_memory_it_takes(name):
     entry = ESTIMATORS[name]
     most = 0.0

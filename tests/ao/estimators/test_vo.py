@@ -5,21 +5,18 @@ from itertools import pairwise
 from math import pi, sqrt
 
 import analytic_scenes as scenes
-import mpmath
 import numpy as np
 import pytest
 from bits import assert_same_bits
-from estimator_cases import assert_equals_reference
+from estimator_cases import assert_equals_reference, cap, filled_ball, sunflower
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import elementary as reference_functions
 from reference import raycast, volumetric
 
 from lfssao import Buffers, Camera, InputError, estimate
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.estimators.vo.kernels.axis_depth import write_axis_depth
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
-from lfssao.core import elementary
 from lfssao.optics.kernels.directions import write_directions
 from lfssao.optics.kernels.display import trace_texels
 from lfssao.optics.kernels.projection import MATRIX
@@ -72,18 +69,6 @@ def test_estimators_equal_the_reference(name, dtype, data):
 
 
 # The parts that no texture shows
-
-
-def test_log2_is_within_4_ulp_and_equals_the_reference():
-    rng = np.random.default_rng(1)
-    places = np.concatenate([2.0 ** rng.uniform(-1022, 1023, 400), 1 + rng.uniform(-0.3, 0.4, 400)])
-    for x in [*places.tolist(), 1.0, 8.0, 2.0**-1022, float(np.nextafter(1, 2)), sqrt(2), sqrt(0.5)]:
-        value = elementary.log2(x)
-        assert value == reference_functions.log2(x)
-        exact = mpmath.log(mpmath.mpf(x), 2)
-        assert abs(mpmath.mpf(value) - exact) <= 4 * np.spacing(abs(float(exact)))
-    assert elementary.log2(8.0) == 3
-    assert [elementary.log2(x) for x in (0.0, -1.0, 5e-324, np.inf, np.nan)] == [-1022, -1022, -1022, 1024, 1024]
 
 
 @both
@@ -149,25 +134,6 @@ def test_the_pyramid_equals_the_reference_and_keeps_means(dtype, shape, blur):
 
 
 # Exact values
-
-
-def cap(a):
-    """Share of the unit ball beyond a plane at the distance a from its middle."""
-    return (1 - a) ** 2 * (2 + a) / 4
-
-
-def sunflower(n):
-    """Points that fill the disk evenly, as a limit wants them."""
-    k = np.arange(n)
-    r, phi = np.sqrt((k + 0.5) / n), k * pi * (3 - sqrt(5))
-    return np.stack([r * np.cos(phi), r * np.sin(phi)], -1)
-
-
-def filled_ball(n):
-    rng = np.random.default_rng(4)
-    d = rng.standard_normal((n, 3))
-    d *= (rng.random((n, 1)) ** (1 / 3)) / np.linalg.norm(d, axis=1, keepdims=True)
-    return np.concatenate([d, -d])
 
 
 @both

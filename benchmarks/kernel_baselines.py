@@ -47,20 +47,17 @@ def _horizons(a: Sequence[Any]) -> list[Any]:
     return [*_scene(view, radius, occlusion), fan.turns, len(fan.around), fan.around, fan.steps, occlusion]
 
 
-def _share(a: Sequence[Any]) -> list[Any]:
-    depth, positions, normals, offsets, projection, half = a[:6]
-    return [
-        *_size(depth),
-        len(offsets),
-        depth,
-        positions,
-        normals,
-        offsets,
-        transform_offsets(offsets, projection),
-        projection.numbers,
-        int(half),
-        a[9],
-    ]
+def _fraction(a: Sequence[Any]) -> list[Any]:
+    seen, offsets, projection, choices, occlusion, _ = a
+    moved = transform_offsets(offsets, projection)
+    given = [*seen, offsets, moved, projection.numbers, int(choices.hemisphere), occlusion]
+    return [*_size(occlusion), len(offsets), *given]
+
+
+def _alchemy(a: Sequence[Any]) -> list[Any]:
+    seen, taps, _, projection, away, strength, occlusion, _ = a
+    given = [*seen, taps, projection.numbers, away, *strength[:4], occlusion]
+    return [*_size(occlusion), len(taps), *given]
 
 
 def _sampling(a: Sequence[Any]) -> list[Any]:
@@ -99,8 +96,7 @@ BASELINES = (
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Baseline("lfssao.ao.passes.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
-    Baseline(KERNELS + "alchemy.alchemy", "Alchemy, taps", "alchemy",
-             lambda a: [*_size(a[0]), len(a[4]), *a[:5], a[5].numbers, a[6], *a[7:11], a[13]], (13,)),
+    Baseline(KERNELS + "alchemy.alchemy", "Alchemy, taps", "alchemy", _alchemy, (6,)),
     Baseline("lfssao.ao.textures.write_directions", "viewing directions", "directions",
              lambda a: [*_size(a[2]), *a[0], *a[1:]], (2,)),
     Baseline(ESTIMATORS + "vo.local_frame.write_axis_depth", "depth along the axis", "axis_depth",
@@ -133,7 +129,7 @@ BASELINES = (
     Baseline(ESTIMATORS + "vo.pyramid.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
     Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao", _horizons, (3,)),
-    Baseline(KERNELS + "point.share_behind", "points with options", "share_behind", _share, (9,)),
+    Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (4,)),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(KERNELS + "multiresolution.halve", "multiresolution, halve", "halve",

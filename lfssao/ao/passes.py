@@ -181,7 +181,7 @@ def algorithm2_with_neighbours(
     InputError
         As for ``algorithm2``, or if a neighbour's depth texture is none, or of another dtype, or all have 2^31 texels.
     """
-    from lfssao.ao.estimators.kernels.neighbours import share_hidden  # late: compiled for this alone
+    from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: compiled for this alone
 
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
@@ -200,11 +200,16 @@ def algorithm2_with_neighbours(
     if ends[-1] >= 2**31:  # the kernel's numbers of texels are of 32 bits
         raise InputError(f"depth textures of {len(views)} modules have {ends[-1]} texels, 2^31 or more in all")
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    share_hidden(
-        np.ascontiguousarray(depth), np.ascontiguousarray(positions), _offsets(samples, radius, depth.dtype),
-        np.array([mapping.kind for mapping, _ in views], np.int64), numbers, sizes,
-        ends - texels, np.concatenate([other.ravel() for _, other in views]), occlusion, outside,
-    )  # fmt: skip
+    kinds = np.array([mapping.kind for mapping, _ in views], np.int64)
+    depths = np.concatenate([other.ravel() for _, other in views])
+    hidden_fraction(
+        np.ascontiguousarray(depth),
+        np.ascontiguousarray(positions),
+        _offsets(samples, radius, depth.dtype),
+        Views(kinds, numbers, sizes, ends - texels, depths),
+        occlusion,
+        outside,
+    )
     return Occlusion(occlusion, int(outside.sum()))
 
 

@@ -70,17 +70,19 @@ def alchemy(
     depth, dtype, view = buffers.depth, buffers.depth.dtype.type, buffers.view
     assert buffers.normals is not None  # the registry has seen to it
     turns = {"paper": spiral.PAPER, "common": spiral.COMMON, "none": -1}
-    taps = np.ascontiguousarray(points, depth.dtype)
+    textures = depth, buffers.positions, buffers.normals, buffers.directions
+    seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
     with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
-        squared = dtype(options.epsilon * float(radius) * float(radius))
-        scale = dtype(2 * options.sigma * float(radius) / len(taps))
-    return run_kernel(
-        kernels.alchemy, depth, np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions),
-        np.ascontiguousarray(buffers.normals),
-        buffers.directions, taps, view.world_to_image.as_type(depth.dtype),
-        np.ascontiguousarray(view.viewer_distance(), depth.dtype), dtype(radius), dtype(options.beta), squared, scale,
-        options.k, turns[options.rotation],
-    )  # fmt: skip
+        strength = kernels.Strength(
+            radius=dtype(radius),
+            beta=dtype(options.beta),
+            epsilon=dtype(options.epsilon * float(radius) * float(radius)),
+            scale=dtype(2 * options.sigma * float(radius) / len(points)),
+            k=options.k,
+        )
+    taps, projection = np.ascontiguousarray(points, depth.dtype), view.world_to_image.as_type(depth.dtype)
+    away = np.ascontiguousarray(view.viewer_distance(), depth.dtype)
+    return run_kernel(kernels.alchemy, depth, seen, taps, turns[options.rotation], projection, away, strength)
 
 
 def spiral_points(n: int) -> tuple[FloatArray, None]:

@@ -118,18 +118,17 @@ def _occluded(
     options: HemisphereOptions,
     remap: bool = False,
 ) -> passes.Occlusion:
-    from lfssao.ao.estimators.kernels.point import share_behind  # late: 'lf', the default, does not need it
+    from lfssao.ao.estimators.kernels import point as kernels  # late: 'lf', the default, does not need it
 
     depth, dtype = buffers.depth, buffers.depth.dtype.type
     with np.errstate(over="ignore"):  # the square of a very large radius is infinite: all is in reach
         offsets = np.ascontiguousarray(radius * np.asarray(points, np.float64), dtype)
         reach = dtype(float(radius) * float(radius)) if options.range_check else dtype(np.inf)
-    mapping = buffers.view.world_to_image
-    return run_kernel(
-        share_behind, depth, np.ascontiguousarray(depth), np.ascontiguousarray(buffers.positions),
-        np.empty((0, 0, 3), dtype) if normals is None else np.ascontiguousarray(normals), offsets,
-        mapping.as_type(dtype), normals is not None, reach, options.surface == "positions", remap,
-    )  # fmt: skip
+    textures = depth, buffers.positions, np.empty(0, dtype) if normals is None else normals
+    seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
+    choices = kernels.Choices(normals is not None, reach, options.surface == "positions", remap)
+    projection = buffers.view.world_to_image.as_type(dtype)
+    return run_kernel(kernels.occluded_fraction, depth, seen, offsets, projection, choices)
 
 
 def _shell(n: int) -> tuple[FloatArray, None]:

@@ -4,6 +4,8 @@ Texels are computed by tiles, so that the surface around them, where the turned 
 in the nearest caches. What belongs to a texel is in slots (``kernels.slots``).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import prange
 
@@ -42,36 +44,57 @@ _TOTAL = 28
 _SLOTS = 29
 
 
+class Seen(NamedTuple):
+    """A view's textures row by row, one dtype: image z, +infinity where it sees no surface; world vectors, (3 H W,)."""
+
+    depth: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray
+    directions: np.ndarray
+
+
+class Strength(NamedTuple):
+    """Numbers of equation 1, scalars of the dtype: R, world units; beta; epsilon, squared world units; 2 sigma / s; k.
+
+    k is float64.
+    """
+
+    radius: np.floating
+    beta: np.floating
+    epsilon: np.floating
+    scale: np.floating
+    k: float
+
+
 @kernel(inline=True)
-def start_texels(m, last, away, radius, beta, n, scratch, found):
-    """Begin n texels, whose points and directions are in their slots; last: row 3 of M is that of a camera, else 2."""
-    zero = radius - radius
+def start_texels(projection, away, strength, n, slots, found):
+    """Begin n texels, whose points and directions are in their slots."""
+    (kind, m), radius = projection, strength.radius
+    zero, last = type(radius)(0), 3 if kind == MATRIX else 2  # row 3 of M is a camera's
     for i in range(n):
-        x, y, z = scratch[slot(_POINT, i)], scratch[slot(_POINT + 1, i)], scratch[slot(_POINT + 2, i)]
-        ax, ay, az, bx, by, bz = disk_axes(
-            scratch[slot(_LOOK, i)], scratch[slot(_LOOK + 1, i)], scratch[slot(_LOOK + 2, i)]
-        )
+        x, y, z = slots[slot(_POINT, i)], slots[slot(_POINT + 1, i)], slots[slot(_POINT + 2, i)]
+        ax, ay, az, bx, by, bz = disk_axes(slots[slot(_LOOK, i)], slots[slot(_LOOK + 1, i)], slots[slot(_LOOK + 2, i)])
         ax, ay, az = radius * ax, radius * ay, radius * az
         bx, by, bz = radius * bx, radius * by, radius * bz
         for k, row in ((0, 0), (1, 1), (2, 2), (3, last)):
-            scratch[slot(_ROWS + k, i)] = affine_row(m, row, x, y, z)
-            scratch[slot(_ALONG + k, i)] = linear_row(m, row, ax, ay, az)
-            scratch[slot(_ACROSS + k, i)] = linear_row(m, row, bx, by, bz)
+            slots[slot(_ROWS + k, i)] = affine_row(m, row, x, y, z)
+            slots[slot(_ALONG + k, i)] = linear_row(m, row, ax, ay, az)
+            slots[slot(_ACROSS + k, i)] = linear_row(m, row, bx, by, bz)
         far = ((away[0] * x + away[1] * y) + away[2] * z) + away[3]
-        scratch[slot(_BIAS, i)] = beta * max(far, zero)
-        scratch[slot(_TOTAL, i)] = zero
-        scratch[slot(_SINE, i)], scratch[slot(_COSINE, i)] = zero, type(radius)(1)
+        slots[slot(_BIAS, i)] = strength.beta * max(far, zero)
+        slots[slot(_TOTAL, i)] = zero
+        slots[slot(_SINE, i)], slots[slot(_COSINE, i)] = zero, type(radius)(1)
         found[i] = 0
 
 
 @kernel(inline=True)
-def move_taps(x, y, n, scratch):
+def move_taps(x, y, n, slots):
     """The mapping's affine half of the tap (x, y) of n texels, turned at each."""
     for i in range(n):
-        u, v = rotated(x, y, scratch[slot(_COSINE, i)], scratch[slot(_SINE, i)])
+        u, v = rotated(x, y, slots[slot(_COSINE, i)], slots[slot(_SINE, i)])
         for k in range(4):
-            moved = u * scratch[slot(_ALONG + k, i)] + v * scratch[slot(_ACROSS + k, i)]
-            scratch[slot(_PLACE + k, i)] = scratch[slot(_ROWS + k, i)] + moved
+            moved = u * slots[slot(_ALONG + k, i)] + v * slots[slot(_ACROSS + k, i)]
+            slots[slot(_PLACE + k, i)] = slots[slot(_ROWS + k, i)] + moved
 
 
 @kernel(inline=True)
@@ -90,138 +113,109 @@ def term(x, y, z, nx, ny, nz, bias, epsilon, surface):
 
 
 @kernel(inline=True)
-def add_term(surface, places, texel, epsilon, i, scratch):
+def add_term(surface, places, texel, epsilon, i, slots):
     """Add the term of one tap of texel i, which lands in ``texel``, where the surface is at that depth."""
     t = np.uint64(3) * np.uint64(texel)
-    x = places[t] - scratch[slot(_POINT, i)]
-    y = places[t + np.uint64(1)] - scratch[slot(_POINT + 1, i)]
-    z = places[t + np.uint64(2)] - scratch[slot(_POINT + 2, i)]
-    nx, ny, nz = scratch[slot(_NORMAL, i)], scratch[slot(_NORMAL + 1, i)], scratch[slot(_NORMAL + 2, i)]
-    scratch[slot(_TOTAL, i)] += term(x, y, z, nx, ny, nz, scratch[slot(_BIAS, i)], epsilon, surface)
+    x = places[t] - slots[slot(_POINT, i)]
+    y = places[t + np.uint64(1)] - slots[slot(_POINT + 1, i)]
+    z = places[t + np.uint64(2)] - slots[slot(_POINT + 2, i)]
+    nx, ny, nz = slots[slot(_NORMAL, i)], slots[slot(_NORMAL + 1, i)], slots[slot(_NORMAL + 2, i)]
+    slots[slot(_TOTAL, i)] += term(x, y, z, nx, ny, nz, slots[slot(_BIAS, i)], epsilon, surface)
 
 
 @kernel
-def add_display_taps(m, depth, places, wide, high, epsilon, n, scratch, found):
+def add_display_taps(m, seen, size, epsilon, n, slots, found):
     """The same as add_taps, of any display; m: the mapping's numbers.
 
     Not inlined: beside another loop of look-ups that is vectors LLVM makes none of those of flat displays.
     """
-    nothing = type(epsilon)(np.inf)
-    module = display_module(m[12:])
+    dtype, module = type(epsilon), display_module(m[12:])
+    wide, high, nothing = dtype(size[1]), dtype(size[0]), dtype(np.inf)
     for i in range(n):
-        a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+        a, b, c = slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], slots[slot(_PLACE + 2, i)]
         u, v, answer = physical_to_image(module, a, b, c)
-        scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)] = u if answer == VALID else type(a)(-1), v
+        slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)] = u if answer == VALID else type(a)(-1), v
     for i in range(n):
-        there, texel = nearest_texel(scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], wide, high)
-        surface = depth[texel]
-        add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+        there, texel = nearest_texel(slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], wide, high)
+        surface = seen.depth[texel]
+        add_term(surface if there else nothing, seen.positions, texel, epsilon, i, slots)
         found[i] += np.int32(there)
 
 
 @kernel(inline=True)
-def add_taps(projection, depth, places, wide, high, epsilon, n, scratch, found):
-    """Add the terms of one tap of n texels, in their places; found: how many are in the texture, in and out."""
-    (kind, m), zero, nothing = projection, type(epsilon)(0), type(epsilon)(np.inf)
+def add_taps(projection, seen, size, epsilon, n, slots, found):
+    """Add the terms of one tap of n texels, in their places; found: how many are in the texture, in and out.
+
+    size: (height, width) of the texture.
+    """
+    (kind, m), dtype = projection, type(epsilon)
+    wide, high, zero, nothing = dtype(size[1]), dtype(size[0]), dtype(0), dtype(np.inf)
     if kind == CROSSED_SLITS:
         slits = slits_of(m)
         for i in range(n):
-            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
+            a, b, c = slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], slots[slot(_PLACE + 2, i)]
             u, v, z, _ = project_crossed_slits(slits, a, b, c)
             there = (z < slits.z_m) & (z > slits.z_o) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
             column, row = u if there else zero, v if there else zero
             texel = texel_number(column, row, wide)
-            surface = depth[texel]
-            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+            surface = seen.depth[texel]
+            add_term(surface if there else nothing, seen.positions, texel, epsilon, i, slots)
             found[i] += np.int32(there)
     elif kind == MATRIX:
         for i in range(n):
-            a, b, c = scratch[slot(_PLACE, i)], scratch[slot(_PLACE + 1, i)], scratch[slot(_PLACE + 2, i)]
-            u, v, _, valid = project_matrix(a, b, c, scratch[slot(_PLACE + 3, i)])
+            a, b, c = slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], slots[slot(_PLACE + 2, i)]
+            u, v, _, valid = project_matrix(a, b, c, slots[slot(_PLACE + 3, i)])
             there, texel = nearest_texel(u, v, wide, high)
             there = there & valid
-            surface = depth[texel]
-            add_term(surface if there else nothing, places, texel, epsilon, i, scratch)
+            surface = seen.depth[texel]
+            add_term(surface if there else nothing, seen.positions, texel, epsilon, i, slots)
             found[i] += np.int32(there)
     else:
-        add_display_taps(m, depth, places, wide, high, epsilon, n, scratch, found)
+        add_display_taps(m, seen, size, epsilon, n, slots, found)
 
 
 @kernel
-def finish_alchemy(depth, at, start, n, taps, scale, k, scratch, found, occlusion):
-    """Write 0 from texel number ``at`` to the run's start and 1 - max(0, 1 - scale total)^k of the n in the run.
-
-    Returns how many taps of the run's visible points were outside.
-    """
-    zero, one = scale - scale, depth.dtype.type(1)
+def finish_alchemy(depth, at, start, n, strength, slots, occlusion):
+    """Write 0 from texel number ``at`` to the run's start and 1 - max(0, 1 - scale total)^k of the n in the run."""
+    zero, one = depth.dtype.type(0), depth.dtype.type(1)
     for texel in range(np.uint64(at), np.uint64(start)):
         occlusion[texel] = zero
-    outside = 0
     for i in range(n):
         texel = np.uint64(start + i)
-        there = depth[texel] < np.inf
-        a = one - scale * scratch[slot(_TOTAL, i)]
+        a = one - strength.scale * slots[slot(_TOTAL, i)]
         a = a if a > zero else zero
-        occlusion[texel] = one - depth.dtype.type(power(np.float64(a), k)) if there else zero
-        outside += taps - found[i] if there else 0
-    return outside
+        there = depth[texel] < np.inf
+        occlusion[texel] = one - depth.dtype.type(power(np.float64(a), strength.k)) if there else zero
 
 
 @kernel(parallel=True)
-def alchemy(
-    depth,
-    positions,
-    normals,
-    directions,
-    taps,
-    projection,
-    away,
-    radius,
-    beta,
-    epsilon,
-    scale,
-    k,
-    turn,
-    occlusion,
-    outside,
-):
+def alchemy(seen, taps, turn, projection, away, strength, occlusion, outside):
     """Alchemy AO of every texel.
 
     Parameters
     ----------
-    depth : (H, W) float32 or float64
-        Image z, +infinity where there is no surface.
-    positions, normals, directions : (H, W, 3), same dtype
-        World coordinates; unit normals; unit directions in which texels look.
+    seen, strength : Seen, Strength
+        The view's textures; numbers of equation 1.
     taps : (s, 2), same dtype
         Points of the unit disk.
+    turn : int
+        Which form of equation 8 turns the taps of each texel (``lfssao.samples.kernels.spiral``), -1 for none.
     projection : Projection
         The mapping world -> image, same dtype.
     away : (4,) same dtype
         -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
-    radius, beta, epsilon : scalars, same dtype
-        R, world units; equation 1's beta; epsilon, squared world units.
-    scale : scalar, same dtype
-        2 sigma / s, world units.
-    k : float64
-        Equation 1's exponent.
-    turn : int
-        Which form of equation 8 turns the taps of each texel (``lfssao.samples.kernels.spiral``), -1 for none.
     occlusion : (H, W), same dtype
         Out: 1 - A.
     outside : (H,) int64
         Out: taps of each row outside the texture or the mapping's domain; they add nothing.
     """
-    (height, width), (kind, m) = depth.shape, projection
-    surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
-    places, facing = positions.reshape(3 * height * width), normals.reshape(3 * height * width)
-    looking, last = directions.reshape(3 * height * width), 3 if kind == MATRIX else 2
-    wide, high, samples = m.dtype.type(width), m.dtype.type(height), taps.shape[0]
+    size, samples, dtype = occlusion.shape, taps.shape[0], occlusion.dtype
+    (height, width), fractions = size, occlusion.reshape(-1)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
         top = block * ROWS_A_BLOCK
         bottom = min(height, top + ROWS_A_BLOCK)
-        scratch, found = np.empty(_SLOTS * CHUNK, m.dtype), np.empty(CHUNK, np.int32)
+        slots, found = np.empty(_SLOTS * CHUNK, dtype), np.empty(CHUNK, np.int32)
         for j in range(top, bottom):
             outside[j] = 0
         for column in range(0, width, CHUNK):
@@ -229,17 +223,20 @@ def alchemy(
                 at = j * width + column
                 end = min(at + CHUNK, (j + 1) * width)
                 while at < end:
-                    start, n = next_span(surface, at, end, CHUNK)
-                    load(places, start, n, scratch, _POINT)
-                    load(facing, start, n, scratch, _NORMAL)
-                    load(looking, start, n, scratch, _LOOK)
-                    start_texels(m, last, away, radius, beta, n, scratch, found)
+                    start, n = next_span(seen.depth, at, end, CHUNK)
+                    load(seen.positions, start, n, slots, _POINT)
+                    load(seen.normals, start, n, slots, _NORMAL)
+                    load(seen.directions, start, n, slots, _LOOK)
+                    start_texels(projection, away, strength, n, slots, found)
                     if turn >= 0:
                         for i in range(n):
                             sine, cosine = sincospi(hash_angle(start - j * width + i, j, turn))
-                            scratch[slot(_SINE, i)], scratch[slot(_COSINE, i)] = sine, cosine
+                            slots[slot(_SINE, i)], slots[slot(_COSINE, i)] = sine, cosine
                     for s in range(samples):
-                        move_taps(taps[s, 0], taps[s, 1], n, scratch)
-                        add_taps(projection, surface, places, wide, high, epsilon, n, scratch, found)
-                    outside[j] += finish_alchemy(surface, at, start, n, samples, scale, k, scratch, found, shares)
+                        move_taps(taps[s, 0], taps[s, 1], n, slots)
+                        add_taps(projection, seen, size, strength.epsilon, n, slots, found)
+                    finish_alchemy(seen.depth, at, start, n, strength, slots, fractions)
+                    for i in range(n):
+                        there = seen.depth[np.uint64(start + i)] < np.inf
+                        outside[j] += samples - found[i] if there else 0
                     at = start + n

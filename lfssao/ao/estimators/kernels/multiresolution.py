@@ -3,8 +3,8 @@
 A level is a texture of texel numbers: which texel of the full textures each of its texels stands for, -1 for none. So
 every position and normal that is read is one that the G-buffer holds.
 
-Rows of texels are the inner loops, without branches, so that LLVM makes vectors of them. What the texels of a level
-stand for is read over and over: its positions and normals are copied, once, into arrays of their own, one a coordinate.
+What the texels of a level stand for is read over and over: its positions and normals are copied, once, into arrays of
+their own, one a coordinate.
 """
 
 import numpy as np
@@ -52,15 +52,7 @@ def lower_median(surface, a, b, c, d):
 
 @kernel(parallel=True)
 def halve(depth, fine, coarse):
-    """The next coarser level: of each 2 x 2 texels that see a surface the lower median by depth.
-
-    Parameters
-    ----------
-    depth : (H, W)
-        The full depth texture.
-    fine, coarse : (h, w), (ceil(h / 2), ceil(w / 2)) int32
-        A level; out, the next.
-    """
+    """The next coarser level, out, (ceil(h / 2), ceil(w / 2)): of each 2 x 2 texels the lower median by depth."""
     height, width = fine.shape
     surface, numbers, chosen = depth.reshape(-1), fine.reshape(-1), coarse.reshape(-1)
     wide, none = (width + 1) // 2, np.int32(-1)
@@ -130,33 +122,22 @@ def taps_beyond(numbers, j, width, height, reach):
 
 @kernel(parallel=True)
 def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
-    """Occlusion of one level from the square of texels around each.
+    """Occlusion of one level, (h, w), out, from the square of texels around each; outside: (h,) int64, out.
 
-    Parameters
-    ----------
-    level : (h, w) int32
-        The level.
-    places, facing : (H * W, 3) float32 or float64
-        Positions and unit normals of the full textures.
-    reach : int
-        The square has 2 reach + 1 texels along an edge; its (2 reach + 1)^2 - 1 taps are taken row by row.
-    squared : scalar, same dtype
-        R squared, world units.
-    occlusion : (h, w), same dtype
-        Out: sum of what the taps take over their number; 0 where there is no surface.
-    outside : (h,) int64
-        Out: taps of each row that lie outside the texture; they take nothing.
+    places, facing: (H * W, 3), positions and unit normals of the full textures. The square's (2 reach + 1)^2 - 1 taps
+    are taken row by row; occlusion is the sum of what they take over their number. squared: R squared, world units.
+    outside: taps of each row that lie outside the texture; they take nothing.
     """
     height, width = level.shape
     numbers, out, dtype = level.reshape(-1), occlusion.reshape(-1), occlusion.dtype.type
-    x, y, z = np.empty(level.size, places.dtype), np.empty(level.size, places.dtype), np.empty(level.size, places.dtype)
+    kind = places.dtype
+    x, y, z = np.empty(level.size, kind), np.empty(level.size, kind), np.empty(level.size, kind)
     for j in prange(height):
         gather(numbers, places, j * width, width, 1, x, y, z, j * width)
     zero, number = dtype(0), dtype((2 * reach + 1) * (2 * reach + 1) - 1)
     for row in prange(height):
         j = np.int64(row)
-        nx, ny, nz = np.empty(width, places.dtype), np.empty(width, places.dtype), np.empty(width, places.dtype)
-        total = np.zeros(width, places.dtype)
+        nx, ny, nz, total = np.empty(width, kind), np.empty(width, kind), np.empty(width, kind), np.zeros(width, kind)
         gather(numbers, facing, j * width, width, 1, nx, ny, nz, 0)
         left, right = level_span(numbers, j * width, width)
         for line in range(max(j - reach, 0), min(j + reach, height - 1) + 1):
@@ -167,7 +148,7 @@ def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
                     p, q, place = np.uint64(here + i), np.uint64(tap + i), np.uint64(first + i)
                     total[place] += obscured(
                         x[q] - x[p], y[q] - y[p], z[q] - z[p], nx[place], ny[place], nz[place], squared
-                    )  # fmt: skip
+                    )
         for i in range(width):
             there = numbers[np.uint64(j * width + i)] >= np.int32(0)
             out[np.uint64(j * width + i)] = total[i] / number if there else zero
@@ -202,20 +183,10 @@ def upsampling_weight(vx, vy, vz, nx, ny, nz, mx, my, mz, radius):
 def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, total):
     """Carry the maximum and the sum over levels from a coarse level to the next finer one, where it has been estimated.
 
-    Parameters
-    ----------
-    fine, coarse : (h, w), (ceil(h / 2), ceil(w / 2)) int32
-        The levels.
-    places, facing : (H * W, 3)
-        Positions and unit normals of the full textures.
-    radius : scalar
-        R, world units.
-    coarse_most, coarse_sum : (ceil(h / 2), ceil(w / 2))
-        Maximum and sum over the coarser levels.
-    most, total : (h, w)
-        In: the fine level's own occlusion, in both. Out: the maximum with, and the sum with, what comes from the four
-        coarse texels around, each weighed by 9, 3, 3 or 1 and by ``upsampling_weight``, over the sum of the weights; 0
-        from there where that is 0.
+    fine, coarse: the levels, (h, w) and (ceil(h / 2), ceil(w / 2)) int32; places, facing: positions and normals of the
+    full textures; radius: R, world units; coarse_most, coarse_sum: maximum and sum over the coarser levels. most,
+    total, (h, w): in, the fine level's own occlusion, in both; out, the maximum and the sum with what comes from the
+    four coarse texels around, each weighed by 9, 3, 3 or 1 and by ``upsampling_weight``, over the sum of the weights.
     """
     height, width = fine.shape
     high, wide = coarse.shape
@@ -247,13 +218,13 @@ def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, 
                 shift = (k % 2) * (2 * odd - 1)
                 if not 0 <= row < high:
                     continue
-                share = dtype((3 - 2 * (k // 2)) * (3 - 2 * (k % 2)))
+                near = dtype((3 - 2 * (k // 2)) * (3 - 2 * (k % 2)))
                 first, coarse_start = max(0, -shift - skipped), row * wide + skipped + shift
                 for i in range(min(n, wide - shift - skipped) - first):
                     c, f = np.uint64(coarse_start + first + i), np.uint64(first + i)
-                    w = share * upsampling_weight(
+                    w = near * upsampling_weight(
                         qx[c] - px[f], qy[c] - py[f], qz[c] - pz[f], nx[f], ny[f], nz[f], mx[c], my[c], mz[c], radius
-                    )  # fmt: skip
+                    )
                     weights[f] += w
                     peak[f] += w * carried_most[c]
                     mean[f] += w * carried_sum[c]

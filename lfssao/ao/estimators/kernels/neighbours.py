@@ -5,6 +5,8 @@ module looks past the front surface from the side. So a sample is occluded only 
 texture it falls into; one that falls into none is not.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import prange
 
@@ -32,6 +34,21 @@ _INSIDE, _OPEN = 1, 2
 _ROWS = 4
 
 
+class Views(NamedTuple):
+    """Depth textures of V views and their mappings world -> image.
+
+    kinds: (V,) int64. numbers: (V, 44), the mappings' numbers, of the textures' dtype; those a kind does not have are
+    not read. sizes: (V, 2) int64, width and height. starts: (V,) int64, where in ``depths`` each texture begins.
+    depths: the textures, row by row, one after the other.
+    """
+
+    kinds: np.ndarray
+    numbers: np.ndarray
+    sizes: np.ndarray
+    starts: np.ndarray
+    depths: np.ndarray
+
+
 @kernel(inline=True)
 def load_points(kind, m, surface, positions, start, n, at, rows):
     """The mapping's affine half of n texels from number ``start`` on: each row CHUNK numbers, from number ``at`` on.
@@ -49,24 +66,21 @@ def load_points(kind, m, surface, positions, start, n, at, rows):
 
 
 @kernel(inline=True)
-def look(kind, m, depths, first, wide, high, n, at, rows, a, b, c, q, known):
-    """Look one sample of n points up in one texture.
+def look(views, v, n, rows, move, known):
+    """Look one sample of n points up in texture v.
 
-    Parameters
-    ----------
-    kind, m : int, (44,) array
-        The mapping world -> image.
-    depths, first : flat array, int32
-        The depth texture begins at that number.
-    wide, high : scalars of the dtype
-        Its size.
-    n, at, rows
-        The points, as of ``load_points``.
-    a, b, c, q : scalars
-        The sample behind the mapping's linear part; q is a camera's.
-    known : (CHUNK,) int32
-        In and out: _INSIDE and _OPEN.
+    rows: as of ``load_points``. move: the sample behind the mapping's linear part, four numbers. known: in and out,
+    _INSIDE and _OPEN.
     """
+    kind, m, depths, first, at = (
+        views.kinds[v],
+        views.numbers[v],
+        views.depths,
+        np.int32(views.starts[v]),
+        v * _ROWS * CHUNK,
+    )
+    wide, high = m.dtype.type(views.sizes[v, 0]), m.dtype.type(views.sizes[v, 1])
+    a, b, c, q = move[0], move[1], move[2], move[3]
     nothing = np.int32(0)
     if kind == CROSSED_SLITS:
         zero, slits = type(wide)(0), slits_of(m)
@@ -96,8 +110,8 @@ def look(kind, m, depths, first, wide, high, n, at, rows, a, b, c, q, known):
 
 
 @kernel(parallel=True)
-def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, depths, occlusion, outside):
-    """Share of samples that are behind the visible surface in all the textures that they fall into.
+def hidden_fraction(surface, positions, offsets, views, occlusion, outside):
+    """Fraction of samples that are behind the visible surface in all the textures that they fall into.
 
     Parameters
     ----------
@@ -107,41 +121,33 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
         World coordinates of the visible surface.
     offsets : (n, 3), same dtype
         The samples relative to the point, world units.
-    kinds : (V,) int64
-        Kinds of the mappings world -> image of V textures (``lfssao.optics.kernels.projection``).
-    numbers : (V, 44), same dtype
-        Their numbers; what a kind does not have is not read.
-    sizes : (V, 2) int64
-        Width and height of the textures.
-    starts : (V,) int64
-        Where in ``depths`` each begins.
-    depths : (sum of sizes,), same dtype
-        The depth textures, row by row, one after the other.
+    views : Views
+        The depth textures, same dtype.
     occlusion : (H, W), same dtype
         Out: occluded samples / n; 0 where there is no surface and for n = 0.
     outside : (H,) int64
         Out: samples of each row that fall into none of the textures; they count as not occluded.
     """
     height, width = surface.shape
-    views, samples = kinds.shape[0], offsets.shape[0]
+    kinds, numbers, samples = views.kinds, views.numbers, offsets.shape[0]
     visible, places = surface.reshape(height * width), positions.reshape(3 * height * width)
-    shares = occlusion.reshape(height * width)
-    moves = np.empty((views, samples, 4), numbers.dtype)
-    for v in range(views):
+    fractions = occlusion.reshape(height * width)
+    moves = np.empty((len(kinds), samples, 4), numbers.dtype)
+    for v in range(len(kinds)):
         moved = transform_offsets(offsets, Projection(kinds[v], numbers[v]))
         for k in range(samples):  # ``moves[v] = ...`` is compiled with the text of an error: five seconds
             for row in range(4):
                 moves[v, k, row] = moved[k, row]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
-        rows = np.empty(views * _ROWS * CHUNK, numbers.dtype)
+        rows = np.empty(len(kinds) * _ROWS * CHUNK, numbers.dtype)
         known, count = scratch(np.int32), scratch(np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
                 start, n = next_span(visible, at, end, CHUNK)
-                for v in range(views):
+                for v in range(len(kinds)):
                     load_points(kinds[v], numbers[v], visible, places, start, n, v * _ROWS * CHUNK, rows)
                 for i in range(n):
                     count[i] = 0
@@ -149,18 +155,12 @@ def share_hidden(surface, positions, offsets, kinds, numbers, sizes, starts, dep
                 for s in range(samples):
                     for i in range(n):
                         known[i] = 0
-                    for v in range(views):
-                        first, here = np.int32(starts[v]), v * _ROWS * CHUNK
-                        wide, high = numbers.dtype.type(sizes[v, 0]), numbers.dtype.type(sizes[v, 1])
-                        a, b, c, q = moves[v, s, 0], moves[v, s, 1], moves[v, s, 2], moves[v, s, 3]
-                        look(
-                            kinds[v], numbers[v], depths, first, wide, high, n, here, rows,
-                            a, b, c, q, known,
-                        )  # fmt: skip
+                    for v in range(len(kinds)):
+                        look(views, v, n, rows, moves[v, s], known)
                     inside = np.int32(0)
                     for i in range(n):
                         count[i] += np.int32(known[i] == _INSIDE)
                         inside = np.int32(inside + np.int32(known[i] != 0))
                     found += inside
-                outside[j] += finish_run(visible, at, start, n, samples, count, shares) - found
+                outside[j] += finish_run(visible, at, start, n, samples, count, fractions) - found
                 at = start + n

@@ -1,21 +1,110 @@
 """Point sampling with options that LF does not have: hemisphere, range check, line 7's other form.
 
-Runs of texels that see a surface, one sample at a time. A sample of the half ball is added to the points first; then it
-is looked up by the loops of Algorithms 1 and 2 where depth alone decides. The options that read the positions texture
-take two loops: where the samples land (one for each kind of mapping), then what the textures hold there. The first
-writes texel numbers, so that the second need not know the kind. Both are in a function of their own, which is not
-inlined: beside them LLVM makes no vectors of the loops of Algorithms 1 and 2, and those take six times as long.
+A sample of the half ball is added to the points of a span first; then it is looked up by the loops of Algorithms 1 and
+2 where depth alone decides. The options that read the positions texture take two loops: texel numbers (one loop for
+each kind of mapping), then the textures there. Both are in a function that is not inlined: otherwise LLVM makes no
+vectors of the loops of Algorithms 1 and 2, and those take six times as long.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.kernels.rows import affine_rows, load_row, project_rows
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
 from lfssao.ao.kernels.ssao import count_matrix, count_slits, finish_run, transform_offsets
 from lfssao.core.intrinsics import CHUNK, scratch
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, slits_of
+from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
+from lfssao.optics.kernels.projection import (
+    CROSSED_SLITS,
+    MATRIX,
+    affine_row,
+    hold_inside,
+    last_below,
+    nearest_texel,
+    project_crossed_slits,
+    project_matrix,
+    slits_of,
+    texel_number,
+)
+
+
+class Seen(NamedTuple):
+    """A view's textures row by row, one dtype: image z, +infinity where there is no surface; world vectors, (3 H W,).
+
+    normals are read for ``Choices.hemisphere`` alone.
+    """
+
+    depth: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray
+
+
+class Choices(NamedTuple):
+    """Options of point sampling.
+
+    hemisphere: whether an offset o with (o_x n_x + o_y n_y) + o_z n_z < 0 is replaced by -o. reach: scalar of the
+    dtype, squared distance, world units, from the point up to which a surface point occludes; infinity: any. forward:
+    whether that point's depth is the mapped position's and not the depth texture's. remap: whether the fraction is
+    mapped by 2 max(0, fraction - 1/2).
+    """
+
+    hemisphere: bool
+    reach: np.floating
+    forward: bool
+    remap: bool
+
+
+@kernel(inline=True)
+def load_row(texture, start, n, row):
+    """The vectors of n texels from texel number ``start`` on, texture (3 H W,), into row (3, >= n)."""
+    for i in range(n):
+        t = np.uint64(3) * (np.uint64(start) + np.uint64(i))
+        row[0, i], row[1, i], row[2, i] = texture[t], texture[t + np.uint64(1)], texture[t + np.uint64(2)]
+
+
+@kernel(inline=True)
+def affine_rows(projection, n, points, rows):
+    """The mapping's affine half of n points (3, >= n) into rows (4, >= n); row 3 is a camera's, else row 2 again."""
+    kind, m = projection
+    for i in range(n):
+        x, y, z = points[0, i], points[1, i], points[2, i]
+        rows[0, i], rows[1, i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z)
+        rows[2, i] = affine_row(m, 2, x, y, z)
+        rows[3, i] = affine_row(m, 3, x, y, z) if kind == MATRIX else rows[2, i]
+
+
+@kernel(inline=True)
+def project_rows(projection, size, n, moved, texel, z, inside):
+    """Where n points land.
+
+    size: width and height of the texture, of the dtype. moved: a, b, c, q, the points after the mapping's affine half,
+    an array a row of M; q is a camera's. Out: the texel, uint32 (any one where the point lands outside); image z;
+    whether it is in the texture and the domain.
+    """
+    (kind, m), (width, height), (a, b, c, q) = projection, size, moved
+    last_u, last_v = last_below(width), last_below(height)
+    if kind == CROSSED_SLITS:
+        slits = slits_of(m)
+        for i in range(n):
+            u, v, w, _ = project_crossed_slits(slits, a[i], b[i], c[i])
+            column, row = hold_inside(u, last_u), hold_inside(v, last_v)
+            texel[i], z[i] = texel_number(column, row, width), w
+            inside[i] = (column == u) & (row == v) & (w < slits.z_m) & (w > slits.z_o)
+    elif kind == MATRIX:
+        for i in range(n):
+            u, v, w, _ = project_matrix(a[i], b[i], c[i], q[i])
+            column, row = hold_inside(u, last_u), hold_inside(v, last_v)
+            texel[i], z[i] = texel_number(column, row, width), w
+            inside[i] = (column == u) & (row == v) & (q[i] > 0)
+    else:
+        module = display_module(m[12:])
+        for i in range(n):
+            u, v, answer = physical_to_image(module, a[i], b[i], c[i])
+            z[i] = c[i]
+            there, texel[i] = nearest_texel(u, v, width, height)
+            inside[i] = there & (answer == VALID)
 
 
 @kernel(inline=True)
@@ -41,101 +130,84 @@ def move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q):
 
 
 @kernel
-def count_near(
-    projection, depth, places, reach, forward, width, height, n, points, a, b, c, q, texel, z, inside, count
-):
-    """Lines 6 to 9 with the range check and line 7's other form; arguments of share_behind and project_rows.
+def count_near(projection, seen, choices, size, n, points, moved, count):
+    """Lines 6 to 9 with the range check and line 7's other form; return how many samples are in texture and domain.
 
-    Returns how many of the samples are in the texture and the mapping's domain.
+    size: width and height, of the dtype. moved: a, b, c and q of ``project_rows``.
     """
-    project_rows(projection, width, height, n, a, b, c, q, texel, z, inside)
+    texel, inside, z = np.empty(CHUNK, np.uint32), np.empty(CHUNK, np.bool_), np.empty(CHUNK, points.dtype)
+    project_rows(projection, size, n, moved, texel, z, inside)
     found = np.int32(0)
     for i in range(n):
         t = np.uint64(3) * np.uint64(texel[i])
-        x, y, w = places[t], places[t + np.uint64(1)], places[t + np.uint64(2)]
-        surface = depth[texel[i]]
+        x, y, w = seen.positions[t], seen.positions[t + np.uint64(1)], seen.positions[t + np.uint64(2)]
+        surface = seen.depth[texel[i]]
         there = surface < np.inf
-        surface = forward_depth(projection, x, y, w) if forward else surface
+        surface = forward_depth(projection, x, y, w) if choices.forward else surface
         dx, dy, dz = x - points[0, i], y - points[1, i], w - points[2, i]
-        near = ((dx * dx + dy * dy) + dz * dz) <= reach
+        near = ((dx * dx + dy * dy) + dz * dz) <= choices.reach
         count[i] += np.int32((surface < z[i]) & near & inside[i] & there)
         found = np.int32(found + np.int32(inside[i]))
     return found
 
 
 @kernel(inline=True)
-def remap_shares(shares, at, end):
-    """Map shares by 2 max(0, share - 1/2), from texel number ``at`` to before ``end``."""
+def remap_fractions(fractions, at, end):
+    """Map fractions by 2 max(0, fraction - 1/2), from texel number ``at`` to before ``end``."""
     for texel in range(np.uint64(at), np.uint64(end)):
-        above = shares[texel] - shares.dtype.type(0.5)
-        shares[texel] = shares.dtype.type(2) * max(shares.dtype.type(0), above)
+        above = fractions[texel] - fractions.dtype.type(0.5)
+        fractions[texel] = fractions.dtype.type(2) * max(fractions.dtype.type(0), above)
 
 
 @kernel(parallel=True)
-def share_behind(depth, positions, normals, offsets, projection, hemisphere, reach, forward, remap, occlusion, outside):
-    """Share of samples behind the visible surface, with options.
+def occluded_fraction(seen, offsets, projection, choices, occlusion, outside):
+    """Fraction of samples behind the visible surface, with options.
 
     Parameters
     ----------
-    depth : (H, W) float32 or float64
-        Image z, +infinity where there is no surface.
-    positions, normals : (H, W, 3), same dtype
-        World coordinates; unit normals, or (0, 0, 3) without ``hemisphere``.
+    seen, choices : Seen, Choices
+        The view's textures; the options.
     offsets : (n, 3), same dtype
         The samples relative to the point, world units.
     projection : Projection
         The mapping world -> image, same dtype.
-    hemisphere : bool
-        Whether an offset o with (o_x n_x + o_y n_y) + o_z n_z < 0 is replaced by -o.
-    reach : scalar, same dtype
-        Square of the distance, world units, from the point to the surface point at the sample's texel, up to which
-        the latter occludes; infinity: any.
-    forward : bool
-        Whether that surface's depth is the mapped position and not the depth texture's.
-    remap : bool
-        Whether the share is mapped by 2 max(0, share - 1/2).
     occlusion : (H, W), same dtype
         Out.
     outside : (H,) int64
         Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
     """
-    (height, width), (kind, m) = depth.shape, projection
-    surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
-    places, facing = positions.reshape(3 * height * width), normals.reshape(normals.size)
+    (height, width), (kind, m) = occlusion.shape, projection
+    fractions = occlusion.reshape(-1)
     ends, samples = transform_offsets(offsets, projection), offsets.shape[0]
-    wide, high = m.dtype.type(width), m.dtype.type(height)
+    size = m.dtype.type(width), m.dtype.type(height)
     still = np.zeros((1, 4), m.dtype)  # samples are in a, b, c, q already
-    looks = not forward and reach == np.inf  # at depths alone
+    looks = not choices.forward and choices.reach == np.inf  # at depths alone
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
         points, up = np.empty((3, CHUNK), m.dtype), np.zeros((3, CHUNK), m.dtype)
         rows, a, b = np.empty((4, CHUNK), m.dtype), scratch(m.dtype), scratch(m.dtype)
         c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(np.int32)
-        z, texel, inside = np.empty(CHUNK, m.dtype), np.empty(CHUNK, np.uint32), np.empty(CHUNK, np.bool_)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
             while at < end:
-                start, n = next_span(surface, at, end, CHUNK)
-                load_row(places, start, n, points)
-                if hemisphere:
-                    load_row(facing, start, n, up)
+                start, n = next_span(seen.depth, at, end, CHUNK)
+                load_row(seen.positions, start, n, points)
+                if choices.hemisphere:
+                    load_row(seen.normals, start, n, up)
                 affine_rows(projection, n, points, rows)
                 for i in range(n):
                     count[i] = 0
                 found = 0
                 for s in range(samples):
-                    move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q)
+                    move_row(offsets, ends, s, choices.hemisphere, n, up, rows, a, b, c, q)
                     if looks and kind == CROSSED_SLITS:
-                        found += count_slits(slits_of(m), surface, width, height, n, a, b, c, 0, 1, still, count)
+                        found += count_slits(slits_of(m), seen.depth, width, height, n, a, b, c, 0, 1, still, count)
                     elif looks and kind == MATRIX:
-                        found += count_matrix(surface, width, height, n, a, b, c, q, 0, 1, still, count)
+                        found += count_matrix(seen.depth, width, height, n, a, b, c, q, 0, 1, still, count)
                     else:
-                        found += count_near(
-                            projection, surface, places, reach, forward, wide, high, n, points, a, b, c, q, texel,
-                            z, inside, count,
-                        )  # fmt: skip
-                outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
-                if remap:
-                    remap_shares(shares, at, start + n)
+                        found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)
+                outside[j] += finish_run(seen.depth, at, start, n, samples, count, fractions) - found
+                if choices.remap:
+                    remap_fractions(fractions, at, start + n)
                 at = start + n

@@ -20,17 +20,8 @@ def linear_depth(depth, perspective, c_0, c_1, c_2, z):
     SAO's z is negative, ours grows away from the viewer: z = -z_SAO, with near and far plane at n and f. Equation 2
     with c = (n, -1, 1) for f = infinity and (n f, n - f, f) otherwise gives it as printed. An orthographic camera's
     depth is linear already, c_0 + d c_1 with c = (n, f - n); the paper has none.
-
-    Parameters
-    ----------
-    depth : (H, W) float32 or float64
-        Depth buffer, 0 at the near plane and 1 at the far plane, +infinity where there is no surface.
-    perspective : bool
-        Whether equation 2 holds, or the orthographic line.
-    c_0, c_1, c_2 : scalars of the same dtype
-        The constants.
-    z : (H, W), same dtype
-        Out: distance, +infinity where there is no surface and where equation 2 puts it at infinity or behind the eye.
+    depth, (H, W): 0 at the near plane and 1 at the far plane, +infinity where there is no surface. z, (H, W): out,
+    +infinity there and where equation 2 puts the point at infinity or behind the eye.
     """
     height, width = depth.shape
     for j in prange(height):

@@ -29,7 +29,7 @@ def pack(visibility, keys, rgb):
     height, width = keys.shape
     dtype = keys.dtype.type
     half, whole, steps, zero = dtype(0.5), dtype(256), dtype(255), dtype(0)
-    shares, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
+    values, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
     most = np.int32(255)
     for j in prange(height):
         red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
@@ -43,7 +43,7 @@ def pack(visibility, keys, rgb):
             low = np.int32((scaled - dtype(high)) * steps + half)
             last = np.int32(254) if high == most else most  # 255, 255 is no surface
             low = low if low < last else last
-            red[i] = np.uint8(np.int32(shares[texel] * steps + half))
+            red[i] = np.uint8(np.int32(values[texel] * steps + half))
             green[i], blue[i] = np.uint8(high if there else most), np.uint8(low if there else most)
         for i in range(width):
             place = np.uint64(3 * (j * width + i))
@@ -56,7 +56,7 @@ def unpack(rgb, visibility, keys):
     height, width = keys.shape
     dtype = keys.dtype.type
     whole, steps, nothing = dtype(1 / 256), dtype(255), dtype(np.inf)
-    packed, shares, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
+    packed, values, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
     for j in prange(height):
         red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
         for i in range(width):
@@ -66,5 +66,5 @@ def unpack(rgb, visibility, keys):
             high, low = np.int32(green[i]), np.int32(blue[i])
             key = (dtype(high) + dtype(low) / steps) * whole
             texel = np.uint64(j * width + i)
-            shares[texel] = dtype(np.int32(red[i])) / steps
+            values[texel] = dtype(np.int32(red[i])) / steps
             depths[texel] = nothing if high + low == np.int32(510) else key

@@ -18,19 +18,9 @@ def average_quads(visibility, z, edge, target):
     """Average A over quads of 2x2 texels, first each row's two, then each column's two.
 
     The paper prints neither the threshold nor the order; on a GPU it is two screen-space derivatives, one after the
-    other, so that a depth edge in one direction leaves the other's average. What has no partner, at the end of an odd
-    row or column, stays.
-
-    Parameters
-    ----------
-    visibility : (H, W) float32 or float64
-        A.
-    z : (H, W), same dtype
-        +infinity where there is no surface.
-    edge : scalar of the same dtype
-        Difference of depth from which on two texels are not averaged.
-    target : (H, W), same dtype
-        Out.
+    other, so that a depth edge in one direction leaves the other's average. A texel without a partner, at the end of an
+    odd row or column, stays. visibility, z (+infinity where there is no surface) and target, out: (H, W); edge:
+    difference of depth from which on two texels are not averaged.
     """
     height, width = z.shape
     for quad in prange((height + 1) // 2):

@@ -194,12 +194,8 @@ def add_taps(kind, hierarchy, taps, rays, falloff, size, row, n, columns, values
         for i in range(n):
             u, v = rotated(tap_x, tap_y, values[slot(_COSINE, i)], values[slot(_SINE, i)])
             across, down = values[slot(_ACROSS, i)] * alpha, values[slot(_DOWN, i)] * alpha
-            inside, column, line, level, place = tap_place(
-                dtype(columns[i]) + across * u,
-                dtype(row) + down * v,
-                across if across > down else down,
-                width, wide, high, bits, top,
-            )  # fmt: skip
+            x, y, h = dtype(columns[i]) + across * u, dtype(row) + down * v, across if across > down else down
+            inside, column, line, level, place = tap_place(x, y, h, width, wide, high, bits, top)
             depth = z[np.uint32(first[np.uint32(level)] + place) & np.uint32(0x7FFFFFFF)]
             if kind == SEPARABLE:
                 x, y = ray_point(rays.numbers, column, line, depth)

@@ -1,7 +1,7 @@
 """The z hierarchy: each level has half the texels of the last, by one of five filters (SAO section 2.2, table 1).
 
 Readings. The paper's levels halve powers of two; ours round up, (n + 1) // 2 texels, so that texel (x, y) of level 0
-has (x >> m, y >> m) in level m for any size; what a filter reads beyond the border is the border's texel. The paper's
+has (x >> m, y >> m) in level m for any size; beyond the border a filter reads the border's texel. The paper's
 z is negative: its 'min', conservative visibility, keeps the farthest of four, its 'max', conservative occlusion, the
 nearest; z here grows away from the viewer, and the names mean what the paper's do. No surface is z = +infinity, and
 the farthest. The harmonic mean as printed gives z / 16 for constant z; it is read as the inverse of the mean inverse.
@@ -65,31 +65,20 @@ def filtered(how, odd_row, odd_column, a, b, c, d, origin):
 
 @kernel(parallel=True)
 def next_level(source, how, origin, target):
-    """One level from the one before.
+    """One level, ((h + 1) // 2, (w + 1) // 2), out, from the one before, (h, w).
 
-    Parameters
-    ----------
-    source : (h, w) float32 or float64
-        Level m.
-    how : int
-        ROTATED: texel (2x' + (y' & 1 ^ 1), 2y' + (x' & 1 ^ 1)), & before ^ as in C; ARITHMETIC, HARMONIC, MIN, MAX: of
-        the four texels (2x' + i, 2y' + j), in the order 00, 10, 01, 11.
-    origin : scalar of the same dtype
-        Where distances are counted from.
-    target : ((h + 1) // 2, (w + 1) // 2), same dtype
-        Out: level m + 1.
+    how: ROTATED: texel (2x' + (y' & 1 ^ 1), 2y' + (x' & 1 ^ 1)), & before ^ as in C; ARITHMETIC, HARMONIC, MIN, MAX: of
+    the four texels (2x' + i, 2y' + j), in the order 00, 10, 01, 11. origin: where distances are counted from.
     """
     height, width = source.shape
     z, out, wide = source.reshape(-1), target.reshape(-1), target.shape[1]
     for row in prange(target.shape[0]):
         y = np.int64(row)
         top, bottom, odd = 2 * y * width, min(2 * y + 1, height - 1) * width, (y & 1) == 1
-        for x in range(width // 2):  # what no border is near: neighbours of two rows, which LLVM takes apart
+        for x in range(width // 2):  # texels away from the border
             upper, lower = np.uint64(top + 2 * x), np.uint64(bottom + 2 * x)
-            out[np.uint64(y * wide + x)] = filtered(
-                how, odd, (np.int32(x) & 1) == 1,
-                z[upper], z[upper + np.uint64(1)], z[lower], z[lower + np.uint64(1)], origin,
-            )  # fmt: skip
+            a, b, c, d = z[upper], z[upper + np.uint64(1)], z[lower], z[lower + np.uint64(1)]
+            out[np.uint64(y * wide + x)] = filtered(how, odd, (np.int32(x) & 1) == 1, a, b, c, d, origin)
         if width & 1:
             x = wide - 1
             upper, lower = z[top + width - 1], z[bottom + width - 1]

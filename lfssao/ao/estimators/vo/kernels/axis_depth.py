@@ -8,18 +8,9 @@ from lfssao.core.jit import kernel
 
 @kernel(parallel=True)
 def write_axis_depth(depth, positions, axis, linear):
-    """Cast z of every texel's position; +infinity where there is no surface.
+    """Cast z of every texel's position, (H, W), out; +infinity where the depth texture is.
 
-    Parameters
-    ----------
-    depth : (H, W) float32 or float64
-        The depth texture, read for where it is infinite.
-    positions : (H, W, 3), same dtype
-        World coordinates.
-    axis : (4,) same dtype
-        The row of cast space's z in the affine map world -> cast space.
-    linear : (H, W), same dtype
-        Out.
+    axis: (4,), the row of cast space's z in the affine map world -> cast space.
     """
     height, width = depth.shape
     depths, places, out = depth.reshape(-1), positions.reshape(-1), linear.reshape(-1)

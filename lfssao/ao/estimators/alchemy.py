@@ -39,10 +39,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel
+from lfssao.ao.estimators.kernels import alchemy as kernels
 from lfssao.ao.passes import Occlusion
 from lfssao.ao.textures import Buffers
+from lfssao.samples import best_turns
+from lfssao.samples.kernels import spiral
 
-ROTATIONS = ("paper", "common", "none")
+ROTATIONS = {"paper": spiral.PAPER, "common": spiral.COMMON, "none": -1}
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,9 @@ class AlchemyOptions(Options):
     epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0, 1e6))
     k: float = option(1.0, "contrast: the exponent of A", limits=(0, 100))
     rotation: str = option(
-        "paper", "equation 8 as C reads it, as other renderers ship it, or the same taps everywhere", choices=ROTATIONS
+        "paper",
+        "equation 8 as C reads it, as others ship it, or none: the same taps everywhere",
+        choices=tuple(ROTATIONS),
     )
 
 
@@ -64,12 +69,8 @@ def alchemy(
     buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: AlchemyOptions
 ) -> Occlusion:
     """Return 1 - A on points of the positions texture around each texel; points: (s, 2) taps; weights are not read."""
-    from lfssao.ao.estimators.kernels import alchemy as kernels  # late: compiled for this estimator only
-    from lfssao.samples.kernels import spiral
-
     depth, dtype, view = buffers.depth, buffers.depth.dtype.type, buffers.view
     assert buffers.normals is not None  # the registry has seen to it
-    turns = {"paper": spiral.PAPER, "common": spiral.COMMON, "none": -1}
     textures = depth, buffers.positions, buffers.normals, buffers.directions
     seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
     with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
@@ -82,16 +83,13 @@ def alchemy(
         )
     taps, projection = np.ascontiguousarray(points, depth.dtype), view.world_to_image.as_type(depth.dtype)
     away = np.ascontiguousarray(view.viewer_distance(), depth.dtype)
-    return run_kernel(kernels.alchemy, depth, seen, taps, turns[options.rotation], projection, away, strength)
+    return run_kernel(kernels.alchemy, depth, seen, taps, ROTATIONS[options.rotation], projection, away, strength)
 
 
 def spiral_points(n: int) -> tuple[FloatArray, None]:
     """Return SAO's spiral of n taps by the most even number of turns, as points of the unit disk."""
-    from lfssao.samples import best_turns
-    from lfssao.samples.kernels.spiral import unit_taps  # late: compiled for this estimator only
-
     taps = np.empty((n, 3))
-    unit_taps(best_turns(n), taps)
+    spiral.unit_taps(best_turns(n), taps)
     return taps[:, :2] * taps[:, 2:], None
 
 

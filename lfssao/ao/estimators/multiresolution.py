@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option
+from lfssao.ao.estimators.kernels import multiresolution as kernels
 from lfssao.ao.passes import Occlusion
 from lfssao.ao.textures import Buffers
 
@@ -49,8 +50,6 @@ def multiresolution(
     buffers: Buffers, radius: float, points: None, weights: None, options: MultiresolutionOptions
 ) -> Occlusion:
     """Return occlusion from a small square of texels at several resolutions; it takes no samples."""
-    from lfssao.ao.estimators.kernels import multiresolution as kernels  # late: compiled for this estimator only
-
     assert buffers.normals is not None  # the registry has seen to it
     depth, dtype = np.ascontiguousarray(buffers.depth), buffers.depth.dtype
     places = np.ascontiguousarray(buffers.positions).reshape(-1, 3)

@@ -6,6 +6,7 @@ from inspect import signature
 
 import numpy as np
 import pytest
+import raycast_scenes
 from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
@@ -171,26 +172,15 @@ def test_nearest_modules_and_how_many_there_are():
 
 def ball():
     """A coarse ball, so that modules see more or less of what is round the corner."""
-    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 17)[:-1], np.linspace(-1.5, 1.5, 9))
-    points = np.stack([np.cos(u) * np.cos(v), np.sin(v), np.sin(u) * np.cos(v)], axis=-1).reshape(-1, 3)
-    faces = []
-    for row in range(8):
-        for k in range(16):
-            a, b = 16 * row + k, 16 * row + (k + 1) % 16
-            faces += [(a, b, a + 16), (b, b + 16, a + 16)]
-    return Mesh(points, faces)
+    return Mesh(*raycast_scenes.sphere(1))
 
 
 @pytest.fixture
 def rendered(tmp_path):
     """Modules 9 to 12 of sample-a with two neighbours each, by the command line."""
-    mesh = tmp_path / "ball.ply"
-    vertices, faces = ball().vertices, ball().faces
-    head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
-    head += "property double x\nproperty double y\nproperty double z\n"
-    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    lines = [" ".join(map(repr, p)) for p in vertices.tolist()] + [f"3 {a} {b} {c}" for a, b, c in faces.tolist()]
-    mesh.write_text(head + "\n".join(lines) + "\n")
+    mesh, shape = tmp_path / "ball.obj", ball()
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in shape.vertices.tolist()]
+    mesh.write_text("\n".join(lines + [f"f {a} {b} {c}" for a, b, c in (shape.faces + 1).tolist()]))
     words = [str(mesh), "-o", str(tmp_path / "out"), "--display", "sample-a", "--resolution", "60x36", "--radii", "0.3"]
     return lambda *more: main(["render", *words, "--modules", "9:13", *more])
 

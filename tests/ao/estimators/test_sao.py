@@ -86,36 +86,6 @@ def test_linear_depth_by_hand():
     assert z.tolist() == [[2.0, 4.0, 6.0, 10.0, -2.0, np.inf]]
 
 
-def encoded(z, near, far, bits):
-    """A depth buffer's value of distance z after float32 arithmetic and storage in so many bits (32: float32)."""
-    z = z.astype(np.float32)
-    if far == np.inf:
-        d = np.float32(1) - np.float32(near) / z
-    else:
-        a, b = np.float32(far / (far - near)), np.float32(far * near / (far - near))
-        d = (a * z - b) / z
-    if bits == 32:
-        return d.astype(np.float64)
-    steps = 2**bits - 1
-    return np.floor(d.astype(np.float64) * steps + 0.5) / steps
-
-
-@pytest.mark.parametrize("bits", [16, 24, 32])
-def test_z_from_a_depth_buffer_is_as_exact_as_its_steps_and_infinity_costs_no_more_than_that(bits):
-    """Figure 3's subject: the error is at most that of half a step and the roundings, z^2 / n as much, for both."""
-    near = 0.1
-    z = np.linspace(1.0, 60.0, 4001)
-    step = 2.0 ** -(bits + 1) if bits < 32 else 0.0
-    for far in (100.0, np.inf):
-        c = plane_constants(near, far)
-        back = np.empty((1, len(z)))
-        linear_depth(encoded(z, near, far, bits)[None], True, *c, back)
-        share = 1.0 if far == np.inf else far / (far - near)
-        bound = 1.01 * (z**2 / near) / share * (step * 1.01 + 4 * 2.0**-24)
-        assert (np.abs(back[0] - z) < bound).all()
-        assert np.abs(back[0] - z).max() > 0.1 * step * 60**2 / near
-
-
 # Equations 3 and 4
 
 

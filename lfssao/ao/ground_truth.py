@@ -1,4 +1,4 @@
-"""Ray-cast ambient occlusion, what the estimators from textures estimate: the mesh itself around each visible point.
+"""Ray-cast ambient occlusion, which the estimators from textures estimate: the mesh itself around each visible point.
 
     AO(P) = integral over the half space above P of w(omega) (1 - rho(t(P, omega) / R)) d omega
 
@@ -27,20 +27,23 @@ linear     (2 c / pi) (ln((1 + r) / c) - r)      -(c ln c) / 2
 quadratic  (2 c / pi) (r - c arccos c)           (c - c^2) / 2
 =========  ====================================  =================
 
-What finds the hits is a choice. Our own tree: rays, hits and sums are IEEE float64 in a written order, so that texture
-and error have equal bits on every machine for equal textures, mesh and seed. Embree: the same rays and sums, but what
-they hit is decided in float32, about the middle of the mesh; that takes less time, and which rays hit what they graze
-differs from the tree's, and between processors.
+The user chooses what finds the hits. With our own tree rays, hits and sums are IEEE float64 in a written order, so that
+texture and error have equal bits on every machine for equal textures, mesh and seed. With Embree the rays and sums are
+the same, but hits are decided in float32, about the middle of the mesh: that takes less time, and grazing rays may hit
+otherwise than in the tree, and on other processors.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.kernels import truth_batches
+from lfssao.ao.kernels.truth_batches import Begun
+from lfssao.ao.kernels.truth_rays import Cast
 from lfssao.ao.passes import check_radius
 from lfssao.ao.textures import Buffers
 from lfssao.errors import InputError
@@ -81,12 +84,12 @@ class GroundTruth:
 
 
 class Occluders:
-    """A mesh ready to be met by rays in world space; what finds them is built once, when it is first asked.
+    """A mesh ready for rays in world space; tree and Embree's scene are built once, when first used.
 
     Parameters
     ----------
     mesh : Mesh
-        What occludes.
+        The scene.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -94,27 +97,13 @@ class Occluders:
 
     @cached_property
     def tree(self) -> TriangleTree:
-        """Our own, float64."""
+        """Our own tree, float64."""
         return TriangleTree(self.mesh.vertices, self.mesh.faces)
 
     @cached_property
     def embree(self) -> CentredScene:
-        """Embree's, float32."""
+        """Embree's scene, float32."""
         return CentredScene(self.mesh)
-
-
-class _Cast(NamedTuple):
-    """What to cast: the numbers of ``ray_cast_occlusion`` as kernels take them; step in world units."""
-
-    radius: float
-    step: float
-    weighting: int
-    falloff: int
-    strata: int
-    least: int
-    most: int
-    tolerance: float
-    seed: np.uint64
 
 
 def ray_cast_occlusion(
@@ -193,10 +182,8 @@ def ray_cast_occlusion(
         raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
     low, high = occluders.mesh.bounds
     step = offset * (radius if radius < np.inf else float(np.sqrt(np.sum((high - low) ** 2))))
-    cast = _Cast(
-        float(radius), step, WEIGHTINGS.index(weighting), FALLOFFS.index(falloff), strata, *rounds, float(tolerance),
-        np.uint64(seed),
-    )  # fmt: skip
+    names = WEIGHTINGS.index(weighting), FALLOFFS.index(falloff)
+    cast = Cast(float(radius), step, *names, strata, *rounds, float(tolerance), np.uint64(seed))
     textures = [np.ascontiguousarray(a) for a in (buffers.depth, buffers.positions, buffers.normals)]
     shape = buffers.depth.shape
     made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
@@ -207,22 +194,18 @@ def ray_cast_occlusion(
     return made
 
 
-def _through_tree(tree: TriangleTree, textures: list[NDArray[Any]], cast: _Cast, made: GroundTruth) -> None:
+def _through_tree(tree: TriangleTree, textures: list[NDArray[Any]], cast: Cast, made: GroundTruth) -> None:
     """Write the ground truth as our own tree gives it."""
-    from lfssao.ao.kernels import truth  # late: compiled for this alone
+    from lfssao.ao.kernels.truth import ray_cast_rows  # late: compiled for this alone
 
     height = len(made.texture)
     for first in range(0, height, _ROWS):
-        truth.ray_cast_rows(
-            first, min(first + _ROWS, height), *textures, *cast, tree.corners, tree.boxes, made.texture, made.error,
-            made.rays,
-        )  # fmt: skip
+        rows = first, min(first + _ROWS, height)
+        ray_cast_rows(rows, *textures, cast, tree.arrays, made.texture, made.error, made.rays)
 
 
-def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: _Cast, made: GroundTruth) -> None:
+def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: Cast, made: GroundTruth) -> None:
     """Write the ground truth as Embree gives it, a batch of texels at a time on each of numba's threads."""
-    from lfssao.ao.kernels import truth_batches  # late: compiled for this alone
-
     needed = _CLEAR * scene.unit
     if cast.radius > 0 and cast.step < needed:
         raise InputError(
@@ -234,29 +217,24 @@ def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: _Ca
 
     def work(start: int, stop: int) -> None:
         n = stop - start
-        texels, points, axes = np.empty(n, np.int64), np.empty((n, 3)), np.empty((n, 3, 3))
-        n = truth_batches.begin_texels(seen[start:stop], positions, normals, cast.step, texels, points, axes)
-        for texture, values in zip(out, _rounds(scene, cast, texels[:n], points[:n], axes[:n]), strict=True):
-            texture[texels[:n]] = values
+        begun = Begun(np.empty(n, np.int64), np.empty((n, 3)), np.empty((n, 3, 3)))
+        n = truth_batches.begin_texels(seen[start:stop], positions, normals, cast.step, begun)
+        for texture, values in zip(out, _rounds(scene, cast, begun, n), strict=True):
+            texture[begun.texels[:n]] = values
 
     in_chunks(work, len(seen), max(_BATCH // cast.strata**2, 1), numba.get_num_threads())
 
 
 def _rounds(
-    scene: CentredScene, cast: _Cast, texels: NDArray[np.int64], points: NDArray[np.float64], axes: NDArray[np.float64]
+    scene: CentredScene, cast: Cast, begun: Begun, n: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Cast rounds from points around axes until each is done: occlusion, standard error and rays, (n,) each."""
-    from lfssao.ao.kernels import truth_batches
-
-    n, cells, far = len(texels), cast.strata**2, cast.radius / scene.unit
+    """Cast rounds from the first n texels until each is done: occlusion, standard error and rays, (n,) each."""
+    cells, far = cast.strata**2, cast.radius / scene.unit
     totals, squares, errors, done = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int64)
     chosen, number = np.arange(n), 0
     while len(chosen) and number < cast.most:
         origins, directions = np.empty((2, len(chosen) * cells, 3), np.float32)
-        truth_batches.write_round(
-            chosen, texels, points, axes, number, cast.strata, cast.seed, cast.weighting, scene.middle, scene.unit,
-            origins, directions,
-        )  # fmt: skip
+        truth_batches.write_round(chosen, begun, number, cast, scene.middle, scene.unit, origins, directions)
         distances = scene.distances(origins, directions, far, FALLOFFS[cast.falloff] == "constant")
         truth_batches.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)
         number += 1

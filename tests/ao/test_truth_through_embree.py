@@ -20,6 +20,8 @@ from reference import truth
 from lfssao import Buffers, Camera, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
 from lfssao.ao.ground_truth import _CLEAR, FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
 from lfssao.ao.kernels import truth_batches
+from lfssao.ao.kernels.truth_batches import Begun
+from lfssao.ao.kernels.truth_rays import Cast
 from lfssao.gbuffer.embree import CentredScene, in_chunks
 
 pytest.importorskip("embreex", reason="Embree has no wheel here")
@@ -49,8 +51,8 @@ def test_rays_are_the_trees_rounded_once(data):
     seen = np.flatnonzero(rng.random(5) < 0.8)
     step, unit = data.draw(st.sampled_from([0.0, 1e-3, 2.0])), 2.0 ** data.draw(st.integers(-40, 40))
     middle = rng.uniform(-1, 1, 3)
-    texels, points, axes = np.empty(5, np.int64), np.empty((5, 3)), np.empty((5, 3, 3))
-    n = truth_batches.begin_texels(seen, positions, normals, step, texels, points, axes)
+    texels, points, axes = begun_arrays = Begun(np.empty(5, np.int64), np.empty((5, 3)), np.empty((5, 3, 3)))
+    n = truth_batches.begin_texels(seen, positions, normals, step, begun_arrays)
     begun = {int(k): truth.begin(positions[k], normals[k], step) for k in seen}
     begun = {k: found for k, found in begun.items() if found is not None}
     assert texels[:n].tolist() == list(begun)
@@ -61,10 +63,8 @@ def test_rays_are_the_trees_rounded_once(data):
     weighting = data.draw(st.sampled_from(WEIGHTINGS))
     chosen = np.flatnonzero(rng.random(n) < 0.7)
     origins, directions = np.empty((2, len(chosen) * strata**2, 3), np.float32)
-    truth_batches.write_round(
-        chosen, texels, points, axes, number, strata, np.uint64(seed), WEIGHTINGS.index(weighting), middle, unit,
-        origins, directions,
-    )  # fmt: skip
+    cast = Cast(1.0, step, WEIGHTINGS.index(weighting), 0, strata, 2, 2, 0.0, np.uint64(seed))
+    truth_batches.write_round(chosen, begun_arrays, number, cast, middle, unit, origins, directions)
     for row, k in enumerate(texels[chosen].tolist()):
         part, (origin, around) = slice(row * strata**2, (row + 1) * strata**2), begun[k]
         assert_same_bits(origins[part], np.tile(((origin - middle) / unit).astype(np.float32), (strata**2, 1)))

@@ -16,6 +16,7 @@ import numpy as np
 from lfssao import Camera, Display, Mesh, Module, Occluders, make_samples, ray_cast_occlusion
 from lfssao.ao import passes
 from lfssao.ao.kernels import ssao, truth_batches
+from lfssao.ao.kernels.truth_rays import Cast
 from lfssao.core import elementary, philox
 from lfssao.gbuffer.kernels import triangle
 from lfssao.optics.kernels import projection as mapping
@@ -161,14 +162,13 @@ def batches():
     rng = np.random.default_rng(7)
     seen = analytic_scenes.buffers("tilted plane", analytic_scenes.SIGHTS["perspective"](9, 7))
     positions, normals = seen.positions.reshape(-1, 3), seen.normals.reshape(-1, 3)
-    texels, points, axes = np.empty(63, np.int64), np.empty((63, 3)), np.empty((63, 3, 3))
-    assert truth_batches.begin_texels(np.arange(63), positions, normals, 0.01, texels, points, axes) == 63
+    begun = truth_batches.Begun(np.empty(63, np.int64), np.empty((63, 3)), np.empty((63, 3, 3)))
+    assert truth_batches.begin_texels(np.arange(63), positions, normals, 0.01, begun) == 63
     totals, squares, errors = np.zeros(63), np.zeros(63), np.zeros(63)
     for number, weighting in ((0, 0), (1, 1)):
         rays_of = np.empty((2, 63 * 16, 3), np.float32)
-        truth_batches.write_round(
-            np.arange(63), texels, points, axes, number, 4, np.uint64(5), weighting, np.ones(3), 0.5, *rays_of
-        )  # fmt: skip
+        cast = Cast(1.0, 0.01, weighting, 0, 4, 2, 2, 0.0, np.uint64(5))
+        truth_batches.write_round(np.arange(63), begun, number, cast, np.ones(3), 0.5, *rays_of)
         yield f"batch {number}", rays_of
         distances = rng.uniform(0, 2, 63 * 16).astype(np.float32)
         truth_batches.add_round(np.arange(63), number, 4, distances, 1.5, 2, totals, squares, errors)

@@ -36,22 +36,13 @@ def _inverse(d):
 
 
 @kernel
-def first_distance(px, py, pz, dx, dy, dz, far, any_hit, corners, boxes, stack):
-    """Distance along a ray to the first triangle, infinity where there is none in (0, far].
+def first_distance(point, dx, dy, dz, far, any_hit, tree, stack):
+    """Distance from a point along a unit direction to the first triangle, infinity where there is none in (0, far].
 
-    Parameters
-    ----------
-    px, py, pz, dx, dy, dz : float64
-        Origin, direction of length 1.
-    far : float64
-        How far it goes; may be infinite.
-    any_hit : bool
-        Whether any distance to a triangle within reach will do.
-    corners, boxes
-        The tree (``lfssao.gbuffer.kernels.bvh``).
-    stack : (128,) int64
-        Scratch.
+    any_hit: any distance to a triangle within reach will do. stack: (_STACK,) int64, scratch.
     """
+    px, py, pz = point[0], point[1], point[2]
+    corners, boxes = tree.corners, tree.boxes
     if abs(dx) >= abs(dy) and abs(dx) >= abs(dz):
         kx, ky, kz, o, d = 1, 2, 0, px, dx
         ox, oy, sx, sy = py - (dy / dx) * px, pz - (dz / dx) * px, dy / dx, dz / dx
@@ -92,65 +83,48 @@ def first_distance(px, py, pz, dx, dy, dz, far, any_hit, corners, boxes, stack):
 
 
 @kernel
-def round_mean(texel, number, strata, seed, weighting, falloff, point, axes, far, corners, boxes, stack):
-    """Mean of one round of a texel's rays: one ray in each of strata x strata cells of (u, v), row by row.
-
-    point: where the rays begin; axes: (3, 3) float64 rows, two axes and the normal.
-    """
-    total = 0.0
-    for cell in range(strata * strata):
-        dx, dy, dz = ray_direction(texel, number, cell, strata, seed, weighting, axes)
-        t = first_distance(
-            point[0], point[1], point[2], dx, dy, dz, far, falloff == CONSTANT, corners, boxes, stack
-        )  # fmt: skip
-        total += covered(t, far, falloff)
-    return total / np.float64(strata * strata)
+def round_mean(texel, number, cast, point, axes, tree, stack):
+    """Mean value of a texel's rays of one round, from a point about its axes."""
+    total, cells = 0.0, cast.strata * cast.strata
+    for cell in range(cells):
+        dx, dy, dz = ray_direction(texel, number, cell, cast, axes)
+        t = first_distance(point, dx, dy, dz, cast.radius, cast.falloff == CONSTANT, tree, stack)
+        total += covered(t, cast.radius, cast.falloff)
+    return total / np.float64(cells)
 
 
 @kernel(parallel=True)
-def ray_cast_rows(
-    first, last, depth, positions, normals, far, step, weighting, falloff, strata, least, most, tolerance, seed,
-    corners, boxes, occlusion, error, rays,
-):  # fmt: skip
-    """Ray-cast AO of rows first to last - 1.
+def ray_cast_rows(rows, depth, positions, normals, cast, tree, occlusion, error, rays):
+    """Ray-cast AO of the rows from rows[0] to before rows[1].
 
     Parameters
     ----------
-    first, last : int
-        Rows.
+    rows : (int, int)
+        Which rows.
     depth, positions, normals : (H, W), (H, W, 3), (H, W, 3) float32 or float64
         The textures; texels without a surface or a normal are 0.
-    far, step : float64
-        The radius; by how much rays begin off the surface along the normal; world units.
-    weighting, falloff : int
-        COSINE or UNIFORM; CONSTANT, LINEAR or QUADRATIC.
-    strata, least, most : int
-        Rays in a round are strata squared; rounds for each texel, at least and at most; least is 2 or more.
-    tolerance : float64
-        A texel is done when its standard error is not above it.
-    seed : uint64
-        Key of the random numbers.
-    corners, boxes
-        The tree in world space.
+    cast : Cast
+        What to cast.
+    tree : Tree
+        The mesh in world space.
     occlusion, error, rays : (H, W) float64, float64, int64
-        Out: mean of the rounds' means m; their standard error; rays cast.
+        Out: mean of the rounds' means; their standard error; rays cast.
     """
+    first, last = rows
     width = depth.shape[1]
     for k in prange(last - first):
         j = first + k
         stack, point, axes = np.empty(_STACK, np.int64), np.empty(3), np.empty((3, 3))
         for i in range(width):
             occlusion[j, i], error[j, i], rays[j, i] = 0.0, 0.0, 0
-            if not depth[j, i] < np.inf or not begin_texel(positions[j, i], normals[j, i], step, point, axes):
+            if not depth[j, i] < np.inf or not begin_texel(positions[j, i], normals[j, i], cast.step, point, axes):
                 continue
-            total, squares, done, spread_of = 0.0, 0.0, 0, np.inf
-            while done < least or (done < most and spread_of > tolerance):
-                mean = round_mean(
-                    j * width + i, done, strata, seed, weighting, falloff, point, axes, far, corners, boxes, stack
-                )  # fmt: skip
+            total, squares, done, spread = 0.0, 0.0, 0, np.inf
+            while done < cast.least or (done < cast.most and spread > cast.tolerance):
+                mean = round_mean(j * width + i, done, cast, point, axes, tree, stack)
                 total += mean
                 squares += mean * mean
                 done += 1
                 if done > 1:
-                    spread_of = standard_error(total, squares, done)
-            occlusion[j, i], error[j, i], rays[j, i] = total / done, spread_of, done * strata * strata
+                    spread = standard_error(total, squares, done)
+            occlusion[j, i], error[j, i], rays[j, i] = total / done, spread, done * cast.strata * cast.strata

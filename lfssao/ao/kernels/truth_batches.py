@@ -1,4 +1,6 @@
-"""The rays of a round of many texels as arrays, for whoever meets them in batches, and the sums of what they met."""
+"""The rays of a round of many texels as arrays, for casters that take batches, and the sums of their hits."""
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -6,56 +8,40 @@ from lfssao.ao.kernels.truth_rays import begin_texel, covered, ray_direction, st
 from lfssao.core.jit import kernel
 
 
-@kernel
-def begin_texels(seen, positions, normals, step, texels, points, axes):
-    """Where the rays of texels begin, and around what; how many of the texels have a normal.
+class Begun(NamedTuple):
+    """Texels that cast rays: their numbers (n,) int64, where these begin (n, 3), two axes and the normal (n, 3, 3)."""
 
-    Parameters
-    ----------
-    seen : (n,) int64
-        Numbers of texels that have a surface.
-    positions, normals : (T, 3) float32 or float64
-        The textures, row by row.
-    step : float64
-        By how much rays begin off the surface along the normal.
-    texels, points, axes : (n,), (n, 3), (n, 3, 3) int64, float64, float64
-        Out, the first of them: a texel's number, where its rays begin, and two axes and the normal.
+    texels: Any
+    points: Any
+    axes: Any
+
+
+@kernel
+def begin_texels(seen, positions, normals, step, begun):
+    """Write, and count, those of the texels ``seen`` that have a normal.
+
+    positions, normals: (T, 3), the textures row by row; step: how far off the surface rays begin along the normal.
     """
     found = 0
     for texel in seen:
-        if begin_texel(positions[texel], normals[texel], step, points[found], axes[found]):
-            texels[found] = texel
+        if begin_texel(positions[texel], normals[texel], step, begun.points[found], begun.axes[found]):
+            begun.texels[found] = texel
             found += 1
     return found
 
 
 @kernel
-def write_round(
-    chosen, texels, points, axes, number, strata, seed, weighting, middle, unit, origins, directions
-):  # fmt: skip
-    """Write the rays of one round of each chosen texel, in float32, about ``middle`` and in units of ``unit``.
+def write_round(chosen, begun, number, cast, middle, unit, origins, directions):
+    """Write the rays of round ``number`` of each chosen texel, (n strata^2, 3) float32.
 
-    Parameters
-    ----------
-    chosen : (n,) int64
-        Which of the texels that have begun cast rays.
-    texels, points, axes
-        As of ``begin_texels``.
-    number, strata, seed, weighting
-        Round, cells along an edge, key, COSINE or UNIFORM (``truth_rays.ray_direction``).
-    middle, unit : (3,) float64, float64
-        What is 0, and how long 1 is, in the space of origins.
-    origins, directions : (n * strata^2, 3) float32
-        Out.
+    Origins are relative to ``middle``, (3,), in units of ``unit``; chosen are places in ``begun``.
     """
     row = 0
     for place in chosen:
-        x = (points[place, 0] - middle[0]) / unit
-        y = (points[place, 1] - middle[1]) / unit
-        z = (points[place, 2] - middle[2]) / unit
-        around = axes[place]
-        for cell in range(strata * strata):
-            dx, dy, dz = ray_direction(texels[place], number, cell, strata, seed, weighting, around)
+        point, axes = begun.points[place], begun.axes[place]
+        x, y, z = (point[0] - middle[0]) / unit, (point[1] - middle[1]) / unit, (point[2] - middle[2]) / unit
+        for cell in range(cast.strata * cast.strata):
+            dx, dy, dz = ray_direction(begun.texels[place], number, cell, cast, axes)
             origins[row, 0], origins[row, 1], origins[row, 2] = x, y, z
             directions[row, 0], directions[row, 1], directions[row, 2] = dx, dy, dz
             row += 1
@@ -68,11 +54,11 @@ def add_round(chosen, number, strata, distances, far, falloff, totals, squares, 
     Parameters
     ----------
     chosen : (n,) int64
-        Which of the texels that have begun have cast this round.
+        Texels that have cast this round.
     number, strata : int
         Rounds before this one; cells along an edge.
     distances : (n * strata^2,) float32
-        To what each ray meets, infinity where it meets nothing.
+        How far each ray's hit is, infinity for none.
     far, falloff : float64, int
         The radius in the unit of the distances; CONSTANT, LINEAR or QUADRATIC.
     totals, squares, errors : (m,) float64

@@ -1,6 +1,7 @@
-"""The rays of ray-cast ambient occlusion and what they count, whoever finds what they hit."""
+"""The rays of ray-cast ambient occlusion and the values of their hits, however these are found."""
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,9 +17,37 @@ _MASK = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)
 
 
+class Cast(NamedTuple):
+    """The numbers of a run of ray-cast ambient occlusion.
+
+    Attributes
+    ----------
+    radius, step : float
+        R, which may be infinite, and how far off the surface rays begin along the normal, world units.
+    weighting, falloff : int
+        COSINE or UNIFORM; CONSTANT, LINEAR or QUADRATIC.
+    strata, least, most : int
+        A round has strata squared rays; rounds of a texel, at least, 2 or more, and at most.
+    tolerance : float
+        A texel is done when its standard error is not above it.
+    seed : uint64
+        Key of the random numbers.
+    """
+
+    radius: float
+    step: float
+    weighting: int
+    falloff: int
+    strata: int
+    least: int
+    most: int
+    tolerance: float
+    seed: np.uint64
+
+
 @kernel(inline=True)
 def begin_texel(place, normal, step, point, axes):
-    """Where a texel's rays begin and around what; whether it has a normal. place, normal: (3,) scalars' arrays."""
+    """Write the point where a texel's rays begin, (3,), and its axes, two and the normal, (3, 3); False: no normal."""
     x, y, z = np.float64(normal[0]), np.float64(normal[1]), np.float64(normal[2])
     length = sqrt((x * x + y * y) + z * z)
     if not length > 0.0:
@@ -43,16 +72,16 @@ def local_direction(u, v, weighting):
 
 
 @kernel(inline=True)
-def ray_direction(texel, number, cell, strata, seed, weighting, axes):
+def ray_direction(texel, number, cell, cast, axes):
     """Direction of one ray of a texel's round, which has one in each of strata x strata cells of (u, v), row by row.
 
-    The ray of cell c of round number r has Philox words 0 and 1 of counter (r strata^2 + c, 0, texel, 0). axes: (3, 3)
-    float64 rows, two axes and the normal.
+    The ray of cell c of round number r has Philox words 0 and 1 of counter (r strata^2 + c, 0, texel, 0).
     """
+    strata, seed = cast.strata, cast.seed
     a, b, _, _ = philox4x32(number * strata * strata + cell, 0, texel, 0, seed & _MASK, seed >> _32)
     u = (np.float64(cell % strata) + (np.float64(a) + 0.5) / _WORD) / np.float64(strata)
     v = (np.float64(cell // strata) + (np.float64(b) + 0.5) / _WORD) / np.float64(strata)
-    x, y, z = local_direction(u, v, weighting)
+    x, y, z = local_direction(u, v, cast.weighting)
     dx = (axes[0, 0] * x + axes[1, 0] * y) + axes[2, 0] * z
     dy = (axes[0, 1] * x + axes[1, 1] * y) + axes[2, 1] * z
     dz = (axes[0, 2] * x + axes[1, 2] * y) + axes[2, 2] * z
@@ -61,17 +90,17 @@ def ray_direction(texel, number, cell, strata, seed, weighting, axes):
 
 @kernel(inline=True)
 def covered(t, far, falloff):
-    """What a hit at distance t counts: 1 - rho, rho from 0 at 0 to 1 at far; 0 for no hit, t = infinity."""
+    """Value of a hit at distance t, 1 - rho, rho rising from 0 at 0 to 1 at far; 0 for no hit, t = infinity."""
     if not t <= far or t == np.inf:
         return 0.0
     if falloff == CONSTANT:
         return 1.0
-    share = t / far
-    return 1.0 - (share if falloff == LINEAR else share * share)
+    part = t / far
+    return 1.0 - (part if falloff == LINEAR else part * part)
 
 
 @kernel(inline=True)
 def standard_error(total, squares, done):
-    """Of the mean of ``done`` rounds' means m, 2 or more: sqrt((sum m^2 - (sum m)^2 / k) / (k (k - 1)))."""
+    """Standard error of the mean of k = ``done`` rounds' means m: sqrt((sum m^2 - (sum m)^2 / k) / (k (k - 1)))."""
     rest = max(squares - total * total / done, 0.0)
     return sqrt(rest / (np.float64(done) * np.float64(done - 1)))

@@ -8,7 +8,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
-from lfssao.optics.kernels.projection import CROSSED_SLITS, Projection
+from lfssao.optics.kernels.projection import CROSSED_SLITS, Projection, land
 from lfssao.optics.kernels.rays import Rays
 
 # What files call the kinds of mapping, by their numbers.
@@ -47,8 +47,6 @@ class WorldToImage:
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Image coordinates of world points, float64: (..., 3) to (..., 3), NaN outside the mapping's domain."""
-        from lfssao.optics.kernels.landing import land  # late: a render does not need it
-
         points = np.asarray(points, np.float64)
         flat = np.ascontiguousarray(points.reshape(-1, 3))
         out = np.empty_like(flat)

@@ -146,7 +146,7 @@ def test_a_picture_of_another_kind_is_refused(capsys):
 
 
 def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
-    real = exact.landing.land
+    real = exact.mapping.land
     case = along_rays(find_display("picoarray"), 0, 0.5)
     case = replace(case, texels=case.texels[:5])
     j, i = case.texels[3]
@@ -156,7 +156,7 @@ def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
         image[j * case.depth.shape[1] + i, 0] += 1e-9
 
     assert measure.measure(case, "float64").exceeded == 0
-    monkeypatch.setattr(exact.landing, "land", off)
+    monkeypatch.setattr(exact.mapping, "land", off)
     assert measure.measure(case, "float64").exceeded == 1
 
 

@@ -18,7 +18,6 @@ from lfssao.bench.stability.running_error import DOUBLE, EXACT, Arithmetic, Trac
 from lfssao.core.affine import Matrix
 from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display
-from lfssao.optics.kernels import landing
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels.display import display_module
 from lfssao.optics.view import View, WorldToImage
@@ -241,7 +240,7 @@ class GeneralDisplay:
         """U and v by the kernel; NaN outside the domain."""
         places = np.ascontiguousarray((positions + offset).reshape(-1, 3))
         image = np.empty_like(places)
-        landing.land(self.to_image.as_type(places.dtype), places, image)
+        mapping.land(self.to_image.as_type(places.dtype), places, image)
         return image[:, :2].reshape(*positions.shape[:-1], 2)
 
 

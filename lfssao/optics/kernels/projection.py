@@ -185,3 +185,13 @@ def world_to_image(projection, x, y, z):
     kind, m = projection
     a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
     return project(projection, a, b, c, affine_row(m, 3, x, y, z) if kind == MATRIX else type(x)(0))
+
+
+@kernel
+def land(projection, points, image):
+    """Image coordinates of (n, 3) world points into image (n, 3), same dtype; NaN outside the mapping's domain."""
+    for k in range(points.shape[0]):
+        u, v, z, valid = world_to_image(projection, points[k, 0], points[k, 1], points[k, 2])
+        image[k, 0] = u if valid else np.nan
+        image[k, 1] = v if valid else np.nan
+        image[k, 2] = z if valid else np.nan

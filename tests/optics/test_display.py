@@ -331,22 +331,6 @@ def test_a_ray_passes_lens_screen_and_observers(display):
             assert far == pytest.approx(min(m.z, -d.z_o / ratio), abs=1e-12)
 
 
-@given(display=displays(screens=("conical",)), share=unit)
-def test_conical_is_linear_where_the_line_of_sight_is_straight(display, share):
-    """h_e / h_m = -z_o / m_z: the ray from the lens to the observers is not bent vertically."""
-    m, linear = display.modules[0], replace(display, diffuser="linear")
-    y_o, z_o = display.observer_height, display.observer_z
-    s_y = (y_o * m.z - m.y * z_o) / (m.z - z_o)
-    z = 0.9 * share * (m.z if share > 0 else -z_o)
-    y = y_o + (s_y - y_o) * (z - z_o) / -z_o
-    points = [(x, y, z) for x in (-0.4, 0.0, 0.3)]
-    image, answers = display.physical_to_image(0, points)
-    want, others = linear.physical_to_image(0, points)
-    near = np.isin(answers, (VALID, OUTSIDE)) & (np.abs(np.nan_to_num(want[:, 0])) < 20 * m.width)
-    np.testing.assert_array_equal(answers[near], others[near])
-    np.testing.assert_allclose(image[near], want[near], rtol=1e-10, atol=1e-9)
-
-
 def test_the_two_diffusers_differ_elsewhere():
     """By centimetres on a screen of a metre (DESIGN section 2)."""
     linear = Display("flat", 1.0, 0.6, 0.0, -2.0, (Module(-1.0, 0.0, 0.7, 1000, 600),), ROI)
@@ -383,32 +367,6 @@ def test_a_point_of_a_curved_screen_is_its_own_screen_point(display, share, y):
         np.testing.assert_allclose(s, [x, y, z], rtol=0, atol=1e-13)
     if outward < -0.05 and d.observer_curvature == 0:
         assert answer == VALID
-
-
-@given(display=displays(), y=unit, share=st.floats(-0.9, 0.9))
-def test_the_lens_and_observers_planes_hold_their_points(display, y, share):
-    """Straight below the lens s_x = m_x; at the observers' height s_y = y_o; exactly."""
-    d = named(display)
-    z = share * (d.m_z if share > 0 else -d.z_o)
-    s_x, _, _, answer = kernels.screen_point(d, d.m_x, y, z)
-    if answer == VALID:
-        assert s_x == pytest.approx(d.m_x, abs=1e-15)
-    _, s_y, _, answer = kernels.screen_point(d, y, d.y_o, z)
-    if answer == VALID:
-        assert s_y == d.y_o
-
-
-@given(
-    display=displays(screens=("flat",), arcs=(0.0, 0.0), module=modules(distorted=False)), z=st.floats(-0.8, 0.35),
-    ends=st.tuples(unit, unit, unit, unit),
-)  # fmt: skip
-def test_a_line_at_constant_z_stays_straight(display, z, ends):
-    a, b = np.array([*ends[:2], z]), np.array([*ends[2:], z])
-    image, answers = display.physical_to_image(0, [a, 0.5 * a + 0.5 * b, b])
-    assume(np.isin(answers, (VALID, OUTSIDE)).all() and np.abs(image[:, :2]).max() < 1e4)
-    p, q, r = image[:, :2]
-    area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
-    assert abs(area) <= 1e-9 * (1 + np.abs(r - p).max())
 
 
 # Limits

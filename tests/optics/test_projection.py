@@ -1,7 +1,6 @@
 """World -> image and the rays of texels: the reference, DESIGN section 2's geometry, every module of every preset."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -158,22 +157,6 @@ def test_points_of_a_texels_ray_land_on_its_centre(display):
             assert np.abs(image - np.stack([u, v, np.full_like(u, z)], axis=1)).max() < 1e-9
 
 
-@presets
-def test_what_the_formulas_leave_where_it_is(display):
-    """On the screen s = (x, y) for every module; x = m_x keeps s_x, y = y_o keeps s_y, at any z."""
-    rng = np.random.default_rng(12)
-    for number, m in enumerate(display.modules):
-        mapped = display.view(number, np.eye(3, 4)).world_to_image
-        for x, y, share in rng.uniform(-1, 1, (10, 3)) * [display.screen_width / 2, display.screen_height / 2, 0.9]:
-            on_screen = m.width * (0.5 + x / display.screen_width), m.height * (0.5 - y / display.screen_height), 0.0
-            np.testing.assert_allclose(mapped([x, y, 0.0]), on_screen, rtol=0, atol=1e-9)
-            z = share * (m.z if share > 0 else -display.observer_z)
-            u = m.width * (0.5 + m.x / display.screen_width)
-            v = m.height * (0.5 - display.observer_height / display.screen_height)
-            assert mapped([m.x, y, z])[0] == pytest.approx(u, abs=1e-9)
-            assert mapped([x, display.observer_height, z])[1] == pytest.approx(v, abs=1e-9)
-
-
 @given(m_x=unit, y_o=unit, z_o=st.floats(-3, -0.3), data=st.data())
 def test_a_module_on_the_observer_line_is_a_pinhole(m_x, y_o, z_o, data):
     """With m_z = z_o all points of a line through (m_x, y_o, z_o) have one image."""
@@ -186,17 +169,6 @@ def test_a_module_on_the_observer_line_is_a_pinhole(m_x, y_o, z_o, data):
         assert v == pytest.approx(40 - 120 * (y_o - z_o * d_y), abs=1e-9)
 
 
-@given(display=flat_displays(), x=unit, y=unit, share=st.floats(-0.9, 0.9))
-def test_a_mirrored_module_gives_mirrored_coordinates(display, x, y, share):
-    m = display.modules[0]
-    mirrored = replace(display, modules=(replace(m, x=-m.x),))
-    z = share * (m.z if share > 0 else -display.observer_z)
-    one = display.view(0, np.eye(3, 4)).world_to_image([x, y, z])
-    other = mirrored.view(0, np.eye(3, 4)).world_to_image([-x, y, z])
-    assert one[0] + other[0] == pytest.approx(m.width, rel=1e-12, abs=1e-12 * (abs(one[0]) + m.width))
-    assert other[1:].tolist() == one[1:].tolist()
-
-
 @given(display=flat_displays())
 def test_behind_the_module_and_the_observers_there_is_no_image(display):
     mapped = display.view(0, np.eye(3, 4)).world_to_image
@@ -205,12 +177,6 @@ def test_behind_the_module_and_the_observers_there_is_no_image(display):
         assert np.isnan(mapped([0.1, 0.1, z])).all()
     for z in (np.nextafter(m_z, 0), np.nextafter(z_o, 0)):
         assert not np.isnan(mapped([0.1, 0.1, z])).any()
-
-
-def test_a_line_at_constant_z_stays_straight():
-    mapped = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
-    a, b, middle = mapped([[0.1, -0.2, 0.25], [0.5, 0.4, 0.25], [0.3, 0.1, 0.25]])
-    np.testing.assert_allclose(0.5 * (a + b), middle, rtol=0, atol=1e-10)
 
 
 # The geometry of cameras

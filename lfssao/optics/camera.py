@@ -25,13 +25,13 @@ class Camera:
     projection : str
         'perspective' or 'orthographic'.
     eye, target : tuple of 3 floats
-        Where it stands and what it looks at, world units.
+        Its place and the point that it looks at, world units.
     up : tuple of 3 floats
         A direction that appears upright.
     extent : float
-        Height of what it sees at the target's distance, world units.
+        Visible height at the target's distance, world units.
     near, far : float
-        Distances, world units, between which surfaces are seen; 0 < near < far.
+        Distances of the nearest and farthest visible surfaces, world units; 0 < near < far.
 
     Raises
     ------

@@ -62,7 +62,7 @@ class Display:
     Attributes
     ----------
     name : str
-        What messages, files and the manifest call it.
+        Its name in messages, files and the manifest.
     screen_width, screen_height : float
         Size of the screen, metres; along the chord where it is curved.
     observer_height, observer_z : float
@@ -80,7 +80,7 @@ class Display:
     Raises
     ------
     InputError
-        If something of it cannot be; the message names the key of the display's file.
+        If the display cannot exist; the message names the key of its file.
     """
 
     name: str
@@ -159,15 +159,14 @@ class Display:
             raise self._refuse(f"modules[{index}].homography", str(error)) from error
         if not np.isfinite(numbers).all():
             raise self._refuse(f"modules[{index}]", "a number of its optics is not finite")
-        optics_of = kernels.display_module(numbers)
-        fold = optics_of.fold
-        aspect = module.height / module.width
+        named = kernels.display_module(numbers)
+        fold, aspect = named.fold, module.height / module.width
         if fold < kernels.NEVER:
             reached = fold * (1 + fold * (module.k1 + fold * module.k2)) ** 2
             if not reached > 1 + aspect * aspect:
                 raise self._refuse(f"modules[{index}].k1", "the distortion folds inside the texture")
         if not self._is_plain(module):
-            *_, near, far = kernels.display_ray(optics_of, module.width / 2, module.height / 2)
+            *_, near, far = kernels.display_ray(named, module.width / 2, module.height / 2)
             if not near < far:
                 raise self._refuse(f"modules[{index}]", "the ray of its middle does not reach screen and observers")
 
@@ -184,18 +183,18 @@ class Display:
                 self._check_roi_points(index, box)
 
     def _check_roi_points(self, index: int, box: NDArray[np.float64]) -> None:
-        """Refuse a ROI of which a corner, or a point of a lattice, is beyond a surface where the mapping ends.
+        """Refuse a ROI with a corner, or a point of a lattice, beyond a surface at which the mapping ends.
 
         The observers' arc bends in x and z and the conical diffuser's surface in y and z, so corners alone do not do.
         """
         axes = [np.linspace(low, high, count) for low, high, count in zip(*box, (5, 65, 17), strict=True)]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        _, answers = self.physical_to_image(index, points)
-        for answer in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
-            beyond = points[answers == answer]
+        _, statuses = self.physical_to_image(index, points)
+        for status in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
+            beyond = points[statuses == status]
             if len(beyond):
                 place = ", ".join(f"{c:g}" for c in beyond[0])
-                raise self._refuse("roi", f"its point ({place}) is {kernels.ANSWERS[answer]} for module {index}")
+                raise self._refuse("roi", f"its point ({place}) is {kernels.STATUSES[status]} for module {index}")
 
     def with_resolution(self, width: int, height: int) -> "Display":
         """The same display with textures of another size, texels; calibrated optics are scaled with it."""
@@ -242,18 +241,15 @@ class Display:
             homography = optics.aligned_homography((self.screen_width, self.screen_height), size)
         homography = optics.with_guard(homography, guard)
         distortion = m.width / 2 + guard, m.height / 2 + guard, m.width / 2, m.k1, m.k2
-        return np.array(
-            [
-                m.x, m.y, m.z, self.observer_height, self.observer_z, self.screen_curvature, self.observer_curvature,
-                float(self.diffuser == "conical"), *homography, *distortion,
-                min(optics.fold_radius(m.k1, m.k2), kernels.NEVER), *optics.invert(homography),
-            ]
-        )  # fmt: skip
+        shape = self.screen_curvature, self.observer_curvature, float(self.diffuser == "conical")
+        place = m.x, m.y, m.z, self.observer_height, self.observer_z, *shape
+        fold = min(optics.fold_radius(m.k1, m.k2), kernels.NEVER)
+        return np.array([*place, *homography, *distortion, fold, *optics.invert(homography)])
 
     def physical_to_image(
         self, index: int, points: NDArray[np.floating[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Where physical points land in one module's texture.
+        """Image coordinates of physical points in one module's texture.
 
         Parameters
         ----------
@@ -265,17 +261,17 @@ class Display:
         Returns
         -------
         image : (..., 3) float64
-            u, v (texels) and z (metres); NaN where the answer is not 0.
-        answers : (...) int64
+            u, v (texels) and z (metres); NaN where the status is neither 0 nor 5.
+        statuses : (...) int64
             0 valid; 1 behind the module; 2 behind the observers; 3 misses the curved screen; 4 folded by the optics;
             5 valid, but outside the texture (with its image coordinates).
         """
         points = np.asarray(points, np.float64)
         flat = np.ascontiguousarray(points.reshape(-1, 3))
-        image, answers = np.empty_like(flat), np.empty(len(flat), np.int64)
+        image, statuses = np.empty_like(flat), np.empty(len(flat), np.int64)
         module = self.modules[index]
-        kernels.map_points(self.module_numbers(index), flat, module.width, module.height, image, answers)
-        return image.reshape(points.shape), answers.reshape(points.shape[:-1])
+        kernels.map_points(self.module_numbers(index), flat, module.width, module.height, image, statuses)
+        return image.reshape(points.shape), statuses.reshape(points.shape[:-1])
 
     def texel_ray(
         self, index: int, u: NDArray[np.floating[Any]] | float, v: NDArray[np.floating[Any]] | float
@@ -305,7 +301,7 @@ class Display:
         return origin.reshape(*shape, 3), direction.reshape(*shape, 3), lines[:, 4:].reshape(*shape, 2)
 
     def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
-        """The view of one module.
+        """The view of one module: rays and mapping of its texture.
 
         Parameters
         ----------
@@ -315,11 +311,6 @@ class Display:
             Affine map world -> physical (``fit_roi`` makes one).
         guard : int
             Guard band (SAO section 2.3): texels added on each side, which AO looks into and outputs crop.
-
-        Returns
-        -------
-        View
-            Rays and mapping of the module's texture.
         """
         m = self.modules[index]
         if self._is_plain(m):
@@ -345,7 +336,7 @@ class Display:
 
 
 def _bulge(curvature: float, x: float) -> float:
-    """How far a circle of that curvature has gone in z at x from where it has z = 0; where it ends, its end."""
+    """Height in z at x of a circle of that curvature through the origin; beyond its end, that of its end."""
     sine = min(abs(curvature * x), 1.0)
     return curvature * x * x / (1.0 + sqrt(1.0 - sine * sine)) if sine < 1.0 else 1.0 / curvature
 

@@ -1,4 +1,4 @@
-"""Module optics: the homography from screen to texels and its inverse, and where radial distortion folds."""
+"""Module optics: the homography from screen to texels and its inverse, and the radius at which distortion folds."""
 
 from math import inf, sqrt
 
@@ -70,18 +70,16 @@ def invert(h: Homography) -> Homography:
         If it is singular.
     """
     a, b, c, d, e, f, g, i, j = h
-    adjugate = (
-        e * j - f * i, c * i - b * j, b * f - c * e,
-        f * g - d * j, a * j - c * g, c * d - a * f,
-        d * i - e * g, b * g - a * i, a * e - b * d,
-    )  # fmt: skip
-    determinant = (a * adjugate[0] + b * adjugate[3]) + c * adjugate[6]
+    top = e * j - f * i, c * i - b * j, b * f - c * e
+    middle = f * g - d * j, a * j - c * g, c * d - a * f
+    bottom = d * i - e * g, b * g - a * i, a * e - b * d
+    determinant = (a * top[0] + b * middle[0]) + c * bottom[0]
     size = 1.0
     for row in (h[:3], h[3:6], h[6:]):
         size *= sqrt((row[0] * row[0] + row[1] * row[1]) + row[2] * row[2])
     if not abs(determinant) > 1e-12 * size:
         raise InputError("the homography is singular")
-    return tuple(entry / determinant for entry in adjugate)  # type: ignore[return-value]
+    return tuple(entry / determinant for entry in (*top, *middle, *bottom))  # type: ignore[return-value]
 
 
 def fold_radius(k1: float, k2: float) -> float:

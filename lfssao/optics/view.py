@@ -1,4 +1,4 @@
-"""What one texture looks at: the rays of its texels, and the mapping of world points into it."""
+"""Views: the rays of a texture's texels, and the mapping of world points into the texture."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -11,7 +11,7 @@ from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import CROSSED_SLITS, Projection, land
 from lfssao.optics.kernels.rays import Rays
 
-# What files call the kinds of mapping, by their numbers.
+# Names of the kinds of projection in files, by their numbers.
 KINDS = ("crossed slits", "matrix", "display")
 
 
@@ -61,7 +61,7 @@ class View:
     Attributes
     ----------
     name : str
-        What files and messages call it.
+        Its name in files and messages.
     width, height : int
         Size of its textures, texels.
     lens : (8,) or (32,) float64
@@ -69,13 +69,13 @@ class View:
     cast_from_world, world_from_cast : (3, 4) float64
         Affine maps between world and cast space: physical space for a module, eye space for a camera.
     world_to_image : WorldToImage
-        The mapping that the AO kernels use.
+        The mapping of the AO kernels.
     screen_to_world : (4, 4) float64 or None
         Its inverse, which cameras alone have: with it AO is Algorithm 1, without it Algorithm 2.
     depth_kind : str
-        What the depth texture holds, for the files' metadata.
+        Meaning of the depth texture, for the files' metadata.
     guard : int
-        How many texels on each side are a guard band; width and height include them.
+        Width of the guard band on each side, texels; width and height include it.
     """
 
     name: str
@@ -95,7 +95,7 @@ class View:
         return Rays(self.world_to_image.kind, self.lens)
 
     def viewer_distance(self) -> NDArray[np.float64]:
-        """How far from the viewers a world point is, along the axis of depth, as an affine function of the point.
+        """Distance of a world point from the viewers along the axis of depth, as an affine function of the point.
 
         Returns
         -------
@@ -113,14 +113,14 @@ class View:
 
 
 def check_positions(box: NDArray[np.float64], texels_per_unit: float) -> None:
-    """Refuse a scene so far from the world's origin that float32 cannot say at which texel a point of it is.
+    """Refuse a scene so far from the world's origin that float32 positions are off by half a texel.
 
     Parameters
     ----------
     box : (2, 3) float64
         Lower and upper corner of the scene, world units.
     texels_per_unit : float
-        How many texels a world unit is.
+        Texels of a world unit.
 
     Raises
     ------

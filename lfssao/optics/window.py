@@ -22,7 +22,7 @@ def seen_rows(view: View, bounds: NDArray[np.float64]) -> range:
     Parameters
     ----------
     view : View
-        Whose texels.
+        The view.
     bounds : (2, 3) float64
         Lower and upper corner of the box, world units.
     """

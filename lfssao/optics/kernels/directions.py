@@ -1,4 +1,4 @@
-"""The direction in which each texel looks, in world space."""
+"""Viewing directions: the direction of each texel's ray in world space."""
 
 from math import sqrt
 
@@ -36,7 +36,7 @@ def write_directions(rays, m, directions):
             if rays.kind == DISPLAY or j == top:
                 for i in range(width):
                     _, _, _, dx[i], dy[i], _, _, _ = texel_ray(rays, i + 0.5, j + 0.5)
-            else:  # of all other kinds dx depends on the column alone, and dy on the row
+            else:  # for all other kinds dx depends on the column alone, and dy on the row
                 _, _, _, _, down, _, _, _ = texel_ray(rays, 0.5, j + 0.5)
                 for i in range(width):
                     dy[i] = down
@@ -45,11 +45,11 @@ def write_directions(rays, m, directions):
                 y = (m4 * dx[i] + m5 * dy[i]) + m6
                 z = (m8 * dx[i] + m9 * dy[i]) + m10
                 length = sqrt((x * x + y * y) + z * z)
-                there = length > 0.0  # false for NaN
+                has_ray = length > 0.0  # False for NaN
                 k = np.uint64(i)
-                unit[k] = x / length if there else 0.0
-                unit[k + np.uint64(width)] = y / length if there else 0.0
-                unit[k + np.uint64(2 * width)] = z / length if there else 0.0
+                unit[k] = x / length if has_ray else 0.0
+                unit[k + np.uint64(width)] = y / length if has_ray else 0.0
+                unit[k + np.uint64(2 * width)] = z / length if has_ray else 0.0
             for i in range(width):
                 k, t = np.uint64(i), np.uint64(3) * np.uint64(j * width + i)
                 out[t], out[t + np.uint64(1)] = unit[k], unit[k + np.uint64(width)]

@@ -18,7 +18,7 @@ BEHIND_OBSERVER = 2  # at the observers or beyond them
 MISSES_SCREEN = 3  # no point of the curved screen shows it
 FOLDED = 4  # the optics do not form a picture there
 OUTSIDE = 5  # in the mapping's domain, but not in the texture
-ANSWERS = (
+STATUSES = (
     "valid",
     "behind the module",
     "behind the observers",
@@ -85,7 +85,7 @@ def display_module(d):
 
 @kernel(inline=True)
 def circle_crossing(curvature, x, z, dx, dz):
-    """Where the line (x, z) + t (dx, dz) leaves the circle curvature (x^2 + z^2) = 2 z, and the discriminant.
+    """The t at which the line (x, z) + t (dx, dz) leaves the circle curvature (x^2 + z^2) = 2 z; the discriminant.
 
     a t^2 + 2 b t + c = 0 with a = curvature |d|^2, b = curvature p . d - d_z, c = curvature |p|^2 - 2 p_z has the
     root t = -c / (b + sqrt(b^2 - a c)): the far one of a convex screen, the near one of a concave one, and for no
@@ -101,20 +101,19 @@ def circle_crossing(curvature, x, z, dx, dz):
 
 @kernel(inline=True)
 def screen_point(d, x, y, z):
-    """Screen point that shows a physical point to the observers: s_x, s_y, s_z and the answer, of VALID and so on.
+    """Screen point that shows a physical point to the observers: s_x, s_y, s_z and a status, VALID or another.
 
-    Here and in physical_to_image all is computed of all points, and what means nothing left out in the end: a loop of
-    functions that return early is no vectors, and took 4 to 6 times as long.
+    Here and in physical_to_image nothing returns early, so that loops over points become vectors.
     """
     zero, one = type(x)(0), type(x)(1)
     m_x, m_z, y_o, z_o = d.m_x, d.m_z, d.y_o, d.z_o
     # Line from the lens through the point, seen from above: the screen at t_s, the observers at t_v.
     t_s, crosses_screen = circle_crossing(d.screen_curvature, m_x, m_z, x - m_x, z - m_z)
     t_v, crosses_observers = circle_crossing(d.observer_curvature, m_x, m_z - z_o, x - m_x, z - m_z)
-    # The last answer is the first that counts; off the screen: it is not reached, or only behind the observers.
-    answer = VALID if (not crosses_screen < zero) & (t_s > zero) & (t_s < t_v) else MISSES_SCREEN
-    answer = answer if (not crosses_observers < zero) & (t_v > one) else BEHIND_OBSERVER
-    answer = answer if z < m_z else BEHIND_MODULE
+    # The last status is the first that counts; off the screen: it is not reached, or only behind the observers.
+    status = VALID if (not crosses_screen < zero) & (t_s > zero) & (t_s < t_v) else MISSES_SCREEN
+    status = status if (not crosses_observers < zero) & (t_v > one) else BEHIND_OBSERVER
+    status = status if z < m_z else BEHIND_MODULE
     s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
     if d.conical == zero:
         s_x = m_x + t_s * (x - m_x)
@@ -125,8 +124,8 @@ def screen_point(d, x, y, z):
         h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
         kappa = (z / z_o) * (h_e / h_m)
         s_x, s_z = (x + m_x * kappa) / (one + kappa), zero
-        answer = answer if (answer != VALID) | (one + kappa > zero) else BEHIND_MODULE
-    return s_x, s_y, s_z, answer
+        status = status if (status != VALID) | (one + kappa > zero) else BEHIND_MODULE
+    return s_x, s_y, s_z, status
 
 
 @kernel(inline=True)
@@ -162,23 +161,23 @@ def physical_to_image(d, x, y, z):
     Returns
     -------
     u, v : scalars
-        Texels; they mean nothing where the answer is not VALID. Image z is z.
-    answer : int
+        Texels; 0 where the status is not VALID. Image z is z.
+    status : int
         VALID, BEHIND_MODULE, BEHIND_OBSERVER, MISSES_SCREEN or FOLDED. A valid point may lie outside the texture.
     """
     zero = type(x)(0)
-    s_x, s_y, s_z, answer = screen_point(d, x, y, z)
+    s_x, s_y, s_z, status = screen_point(d, x, y, z)
     curved = s_z != zero
     scale = d.m_z / (d.m_z - s_z)
     s_x = d.m_x + (s_x - d.m_x) * scale if curved else s_x
     s_y = d.m_y + (s_y - d.m_y) * scale if curved else s_y
-    answer = answer if (answer != VALID) | (not curved) | (scale > zero) else MISSES_SCREEN
+    status = status if (status != VALID) | (not curved) | (scale > zero) else MISSES_SCREEN
     u, v, w = apply_homography(d.homography, s_x, s_y)
-    answer = answer if (answer != VALID) | (w > zero) else FOLDED
+    status = status if (status != VALID) | (w > zero) else FOLDED
     if d.k1 != zero or d.k2 != zero:
         u, v, r2 = distort(d, u, v)
-        answer = answer if (answer != VALID) | (r2 < d.fold) else FOLDED
-    return u if answer == VALID else zero, v if answer == VALID else zero, answer
+        status = status if (status != VALID) | (r2 < d.fold) else FOLDED
+    return u if status == VALID else zero, v if status == VALID else zero, status
 
 
 @kernel
@@ -217,14 +216,10 @@ def undistort(d, u, v):
 
 @kernel
 def display_ray(d, u, v):
-    """The line of physical points that land on image point (u, v), float64, parameter z.
+    """The line of physical points that land on image point (u, v): o_x, o_y, d_x, d_y, z_near, z_far, float64.
 
-    Returns
-    -------
-    o_x, o_y, d_x, d_y : float
-        x = o_x + d_x z, y = o_y + d_y z.
-    z_near, z_far : float
-        Between which z, from the observers to the lens; near >= far where the texel has no ray.
+    x = o_x + d_x z, y = o_y + d_y z for z from the observers, z_near, to the lens, z_far; z_near >= z_far where the
+    texel has no ray.
     """
     if d.k1 != 0.0 or d.k2 != 0.0:
         u, v = undistort(d, u, v)
@@ -253,8 +248,8 @@ def display_ray(d, u, v):
 
 
 @kernel
-def map_points(numbers, points, width, height, image, answers):
-    """physical_to_image of (n, 3) points: image (n, 3) and answers (n,) int64; NaN and a reason where there is none.
+def map_points(numbers, points, width, height, image, statuses):
+    """physical_to_image of (n, 3) points: image (n, 3) and statuses (n,) int64; NaN and a reason where there is none.
 
     numbers: (32,) of a module. A valid point outside the texture of width x height texels keeps its image coordinates
     and gets OUTSIDE.
@@ -262,14 +257,14 @@ def map_points(numbers, points, width, height, image, answers):
     d = display_module(numbers)
     for k in range(points.shape[0]):
         z = points[k, 2]
-        u, v, answer = physical_to_image(d, points[k, 0], points[k, 1], z)
-        if answer == VALID:
+        u, v, status = physical_to_image(d, points[k, 0], points[k, 1], z)
+        if status == VALID:
             image[k, 0], image[k, 1], image[k, 2] = u, v, z
             if not (0 <= u < width and 0 <= v < height):
-                answer = OUTSIDE
+                status = OUTSIDE
         else:
             image[k, 0], image[k, 1], image[k, 2] = np.nan, np.nan, np.nan
-        answers[k] = answer
+        statuses[k] = status
 
 
 @kernel

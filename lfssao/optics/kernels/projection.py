@@ -1,4 +1,4 @@
-"""World -> image: where a point lands in a texture, and how deep (LF sections 3 and 4).
+"""World -> image: the place and the depth at which a point lands in a texture (LF sections 3 and 4).
 
 A projection is a kind and its numbers, so that a kernel is compiled once for all displays and cameras.
 
@@ -10,7 +10,7 @@ vertical line and the observer line, so the two coordinates have different denom
     v = v_0 + Y / (z_o - Z)             z_o: parameter 13, v_0: parameter 15
     image z = Z, defined for z_o < Z < z_m
 
-X and Y are x - m_x and y - y_o of physical space times what does not depend on the point: m_z W / w and z_o (-H / h).
+X and Y are x - m_x and y - y_o of physical space times m_z W / w and z_o (-H / h), which no point changes.
 
 MATRIX, a camera:
 
@@ -99,16 +99,15 @@ def project_matrix(a, b, c, q):
 def last_below(size):
     """The largest number below a size in texels: size (1 - 2^-24) in float32, which rounds to it for every size."""
     one = type(size)(1)
-    share = one - type(size)(2.0**-53)  # of float32 it is 1; numba takes a tenth of a second to look up a dtype's own
-    return size * (share if share < one else one - type(size)(2.0**-24))
+    below = one - type(size)(2.0**-53)  # 1 in float32; numba takes a tenth of a second to look up a dtype's own
+    return size * (below if below < one else one - type(size)(2.0**-24))
 
 
 @kernel(inline=True)
 def hold_inside(u, last):
     """An image coordinate held between 0 and ``last``, the last number inside; u where it is inside, 0 for NaN.
 
-    A loop that is to become vectors calls this and compares, rather than nearest_texel: a truth value that comes out of
-    a function as part of a tuple is a byte, of which LLVM makes a branch.
+    Loops that shall become vectors call this in place of nearest_texel: LLVM branches on a bool out of a tuple.
     """
     zero = type(last)(0)
     held = u if u > zero else zero
@@ -117,50 +116,32 @@ def hold_inside(u, last):
 
 @kernel(inline=True)
 def signed_texel_number(column, row, width):
-    """Row * width + column, int32, of image coordinates inside the texture: 32 bits, as 64 cost half the speed."""
+    """Row * width + column, int32, of image coordinates inside the texture (64 bits would halve the speed)."""
     return np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
 
 
 @kernel(inline=True)
 def texel_number(column, row, width):
-    """Row * width + column, uint32, of image coordinates inside the texture.
-
-    Of a known sign: a test for a negative index costs half the speed.
-    """
+    """Row * width + column, uint32, of image coordinates inside the texture (a known sign doubles the speed)."""
     return np.uint32(signed_texel_number(column, row, width)) & np.uint32(0x7FFFFFFF)
 
 
 @kernel(inline=True)
 def nearest_texel(u, v, width, height):
-    """Texel that image point (u, v) lies in.
-
-    Parameters
-    ----------
-    u, v : scalars
-        Texels.
-    width, height : scalars of the same dtype
-        Size of the texture.
-
-    Returns
-    -------
-    inside : bool
-        Whether it lies in the texture.
-    texel : uint32
-        row * width + column; of the nearest texel where it lies outside, so that it can always be read.
-    """
+    """Whether image point (u, v) lies in the texture, and the number of its texel, uint32; of the nearest outside."""
     column, row = hold_inside(u, last_below(width)), hold_inside(v, last_below(height))
     return (column == u) & (row == v), texel_number(column, row, width)
 
 
 @kernel
 def project(projection, a, b, c, q):
-    """The half of a mapping that is not affine, of rows 0 to 3 of M (x, y, z, 1); q is read of kind MATRIX alone."""
+    """The half of a mapping that is not affine, from rows 0 to 3 of M (x, y, z, 1); q is read for kind MATRIX alone."""
     kind, m = projection
     if kind == CROSSED_SLITS:
         return project_crossed_slits(slits_of(m), a, b, c)
     if kind == DISPLAY:
-        u, v, answer = physical_to_image(display_module(m[12:]), a, b, c)
-        return u, v, c, answer == VALID
+        u, v, status = physical_to_image(display_module(m[12:]), a, b, c)
+        return u, v, c, status == VALID
     return project_matrix(a, b, c, q)
 
 

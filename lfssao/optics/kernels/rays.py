@@ -145,10 +145,7 @@ def _grid_ray(rays, box, width, height, step, i, j, top):
 # Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
 @kernel
 def count_rays(rays, box, width, height, step, columns, counts, top=0):
-    """How many cells of each row of cells have a ray that meets the box; counts: (rows of cells,) int64.
-
-    Arguments as of make_rays.
-    """
+    """Count the cells of each row whose ray meets the box, into counts (rows of cells,) int64; else as make_rays."""
     for j in range(counts.shape[0]):
         n = 0
         for i in range(columns):
@@ -159,27 +156,26 @@ def count_rays(rays, box, width, height, step, columns, counts, top=0):
 
 @kernel
 def make_rays(rays, box, width, height, step, columns, starts, cells, origins, directions, lengths, top=0):
-    """The rays that count_rays counted, from where they enter the box.
+    """Write the rays that count_rays counted, from their entries into the box.
 
     Parameters
     ----------
     rays : Rays
         Those of the view.
     box : (2, 3) float64
-        Lower and upper corner of what is to be hit, cast space.
+        Lower and upper corner of the scene, cast space.
     width, height : int
         Size of the texture.
     step, columns : int
-        One ray for each cell of step x step texels; how many cells a row has.
+        One ray for each cell of step x step texels; number of cells in a row.
     starts : (rows of cells,) int64
         Number of the first ray of each row of cells.
     cells : (n,) int32
         Out: row * columns + column of the ray's cell.
     origins, directions : (n, 3) float32
-        Out: rounded once. The origin lies where the ray enters the box, so that float32 has its digits where the
-        surfaces are.
+        Out: rounded once. The origin lies on the box, so that float32 has its digits near the surfaces.
     lengths : (n,) float32
-        Out: the t, from the origin, at which the ray has left the box.
+        Out: the t, from the origin, at which the ray leaves the box.
     top : int
         The row of the view that row 0 here is.
     """

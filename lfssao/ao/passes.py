@@ -1,4 +1,4 @@
-"""The passes behind the G-buffer, each on arrays that anybody may have made (LF section 7, passes 3 to 6).
+"""The passes behind the G-buffer, each on arrays from any source (LF section 7, passes 3 to 6).
 
 Every function checks its arguments, computes in their dtype, float32 or float64, and returns new arrays.
 """
@@ -23,7 +23,7 @@ from lfssao.optics.view import WorldToImage
 
 Texture = NDArray[np.floating[Any]]
 
-# A kernel of 6 million taps; beyond it the weights alone would not fit into memory.
+# A kernel of 6 million taps, the most that memory shall hold.
 MAX_SIGMA = 1e6
 
 # Kernels count samples in 32 bits.
@@ -35,14 +35,14 @@ DISPLAY_NUMBERS = 44
 
 @dataclass(frozen=True, eq=False)
 class Occlusion:
-    """What Algorithms 1 and 2 make.
+    """The result of Algorithm 1 or 2.
 
     Attributes
     ----------
     texture : (H, W), dtype of the depth texture
-        Share of the samples that lie behind the surface, 0 to 1; 0 where there is no surface.
+        Occluded fraction of the samples, 0 to 1; 0 where there is no surface.
     outside : int
-        How many samples fell outside the texture or the mapping's domain (they count as not occluded).
+        Number of samples outside the texture or the mapping's domain (they count as not occluded).
     """
 
     texture: Texture
@@ -144,7 +144,7 @@ def algorithm2_of_radii(
         raise InputError("radii: at least one is needed")
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
-    _check_positions(depth, positions)
+    check_fit("positions", positions, depth, 3)
     depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)
     offsets = np.stack([_offsets(samples, radius, depth.dtype) for radius in radii])
     occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
@@ -161,31 +161,31 @@ def algorithm2_with_neighbours(
     samples: Texture,
     radius: float,
 ) -> Occlusion:
-    """Algorithm 2 by what several modules see: a sample is occluded if it is behind the surface in each texture.
+    """Algorithm 2 on the textures of several modules: a sample is occluded if it is behind the surface in each.
 
-    Not in LF. A sample that the module's own texture hides may be seen in the open by a neighbour; with no neighbours
-    the result is that of ``algorithm2``, bit for bit. More neighbours never add occlusion to a sample that falls into
-    the module's own texture.
+    Not in LF. A neighbour may see in the open a sample that the module's own texture hides; with no neighbours the
+    result is that of ``algorithm2``, bit for bit. More neighbours never add occlusion to a sample that falls into the
+    module's own texture.
 
     Parameters
     ----------
     depth, positions, world_to_image
         The module's own, as for ``algorithm2``.
     neighbours : sequence of (WorldToImage, (H_k, W_k) texture)
-        Mapping and depth texture, of depth's dtype, of each other module that is asked.
+        Mapping and depth texture, of depth's dtype, of each other module.
     samples, radius
         As for ``algorithm2``.
 
     Raises
     ------
     InputError
-        As for ``algorithm2``, or if a neighbour's depth texture is none, or of another dtype, or all have 2^31 texels.
+        As for ``algorithm2``, or if a neighbour's depth is no texture of that dtype, or all have 2^31 texels.
     """
     from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: compiled for this alone
 
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
-    _check_positions(depth, positions)
+    check_fit("positions", positions, depth, 3)
     views = [(world_to_image, depth), *neighbours]
     for number, (_, other) in enumerate(views):
         check_texture(f"depth of neighbour {number}", other, 2)
@@ -199,17 +199,11 @@ def algorithm2_with_neighbours(
     ends = np.cumsum(texels)
     if ends[-1] >= 2**31:  # the kernel's numbers of texels are of 32 bits
         raise InputError(f"depth textures of {len(views)} modules have {ends[-1]} texels, 2^31 or more in all")
-    occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    kinds = np.array([mapping.kind for mapping, _ in views], np.int64)
     depths = np.concatenate([other.ravel() for _, other in views])
-    hidden_fraction(
-        np.ascontiguousarray(depth),
-        np.ascontiguousarray(positions),
-        _offsets(samples, radius, depth.dtype),
-        Views(kinds, numbers, sizes, ends - texels, depths),
-        occlusion,
-        outside,
-    )
+    kinds = np.array([mapping.kind for mapping, _ in views], np.int64)
+    given = np.ascontiguousarray(depth), np.ascontiguousarray(positions), _offsets(samples, radius, depth.dtype)
+    occlusion, outside = np.empty_like(depth, order="C"), np.empty(len(depth), np.int64)
+    hidden_fraction(*given, Views(kinds, numbers, sizes, ends - texels, depths), occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
 
@@ -297,13 +291,12 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     """
     check_texture("rgb", rgb, 3)
     check_texture("occlusion", occlusion, 2)
-    if rgb.shape != (*occlusion.shape, 3) or rgb.dtype != occlusion.dtype:
-        raise InputError(f"rgb is {rgb.shape} of {rgb.dtype}, expected {(*occlusion.shape, 3)} of {occlusion.dtype}")
+    check_fit("rgb", rgb, occlusion, 3)
     return _shaded(shade_kernels.apply_occlusion, rgb, occlusion)
 
 
 def shade_white(depth: Texture, occlusion: Texture) -> Texture:
-    """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 beside it.
+    """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 elsewhere.
 
     Parameters
     ----------
@@ -319,8 +312,7 @@ def shade_white(depth: Texture, occlusion: Texture) -> Texture:
     """
     check_texture("depth", depth, 2)
     check_texture("occlusion", occlusion, 2)
-    if depth.shape != occlusion.shape or depth.dtype != occlusion.dtype:
-        raise InputError(f"depth is {depth.shape} of {depth.dtype}, expected {occlusion.shape} of {occlusion.dtype}")
+    check_fit("depth", depth, occlusion)
     return _shaded(shade_kernels.apply_to_white, depth, occlusion)
 
 
@@ -336,11 +328,11 @@ def check_radius(radius: float) -> None:
         raise InputError(f"radius is {radius}, it must be a finite number of at least 0")
 
 
-def _check_positions(depth: Texture, positions: Texture) -> None:
-    if positions.shape != (*depth.shape, 3) or positions.dtype != depth.dtype:
-        raise InputError(
-            f"positions are {positions.shape} of {positions.dtype}, expected {(*depth.shape, 3)} of {depth.dtype}"
-        )
+def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> None:
+    """Refuse a texture that has not the size and dtype of another one, (H, W), or not so many channels."""
+    shape = *other.shape, *channels
+    if texture.shape != shape or texture.dtype != other.dtype:
+        raise InputError(f"{name}: {texture.shape} of {texture.dtype}, expected {shape} of {other.dtype}")
 
 
 def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:
@@ -357,7 +349,7 @@ def _offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:
 
 
 def check_texture(name: str, texture: Texture, dimensions: int) -> None:
-    """Refuse what is not an array of float32 or float64 with so many dimensions, none of them empty."""
+    """Refuse all but arrays of float32 or float64 with that many dimensions, none of them empty."""
     if not isinstance(texture, np.ndarray) or texture.dtype not in (np.float32, np.float64):
         kind = getattr(texture, "dtype", type(texture).__name__)
         raise InputError(f"{name} is of {kind}, expected an array of float32 or float64")

@@ -1,4 +1,4 @@
-"""What every estimator reads: the textures of one view and the view's mapping."""
+"""Input of all estimators: the textures of one view and the view's mapping."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.passes import check_texture
+from lfssao.ao.passes import check_fit, check_texture
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.directions import write_directions
@@ -18,7 +18,7 @@ Texture = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Buffers:
-    """The textures of one view, whoever made them, guard band included, and the view itself.
+    """The textures of one view, guard band included, and the view itself.
 
     Attributes
     ----------
@@ -47,14 +47,9 @@ class Buffers:
         if self.depth.shape != (self.view.height, self.view.width):
             raise InputError(f"depth has shape {self.depth.shape}, the view's is {(self.view.height, self.view.width)}")
         for name, texture in (("positions", self.positions), ("normals", self.normals)):
-            if texture is None:
-                continue
-            check_texture(name, texture, 3)
-            if texture.shape != (*self.depth.shape, 3) or texture.dtype != self.depth.dtype:
-                raise InputError(
-                    f"{name} are {texture.shape} of {texture.dtype}, "
-                    f"expected {(*self.depth.shape, 3)} of {self.depth.dtype}"
-                )
+            if texture is not None:
+                check_texture(name, texture, 3)
+                check_fit(name, texture, self.depth, 3)
 
     @classmethod
     def of(cls, gbuffer: GBuffer, view: View) -> "Buffers":

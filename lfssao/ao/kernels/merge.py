@@ -1,4 +1,4 @@
-"""Several occlusions of a texel as one: the largest (LF section 6, after Hoang and Low), or what a product leaves."""
+"""Several occlusions of a texel as one: the largest (LF section 6, after Hoang and Low), or by a product."""
 
 from numba import prange
 
@@ -15,7 +15,7 @@ def merge_maximum(layer, merged):
 
 @kernel(parallel=True)
 def merge_product(first, second, merged):
-    """1 - (1 - a)(1 - b), what a product of two open shares leaves hidden (VO section 6), as a + b (1 - a); (H, W)."""
+    """1 - (1 - a)(1 - b), from the product of two open fractions (VO section 6), as a + b (1 - a); (H, W)."""
     for j in prange(merged.shape[0]):
         one = merged.dtype.type(1)
         for i in range(merged.shape[1]):

@@ -1,4 +1,4 @@
-"""LF Algorithms 1 and 2: the share of samples around each visible point that lie behind the visible surface.
+"""LF Algorithms 1 and 2: the fraction of samples around each visible point that lie behind the visible surface.
 
 A row's texels are the inner loop and samples the outer one, so that LLVM computes neighbouring texels as one vector.
 The mapping is affine but for its last step: the affine half is applied once a point and once a sample, and the two are
@@ -40,32 +40,23 @@ def transform_offsets(offsets, projection):
 
 @kernel(inline=True)
 def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets, count):
-    """Algorithm 2, lines 4 to 9, for the points of one run.
+    """Algorithm 2, lines 4 to 9, for the n points of one run: how many of their samples are in texture and domain.
 
     Parameters
     ----------
     slits : Slits
-        What is not affine of the mapping world -> image.
+        The projection.
     depth : (height * width,) array
         The depth texture, row by row.
-    width, height : int
-        Its size.
-    n : int
-        How many points.
     a, b, c : (>= n,) arrays
         The points after the mapping's affine half, an array a row of M; NaN where a texel sees no surface, which no
         compare lets through.
     first, samples : int
-        Number of the first sample, and how many.
+        Number of the first sample, and of samples.
     offsets : (>= first + samples, 4) array
         They likewise, linear part only.
     count : (>= n,) int32
-        In and out: how many samples lie behind the surface.
-
-    Returns
-    -------
-    int
-        How many samples of all the points are in the texture and the mapping's domain.
+        In and out: samples behind the surface.
     """
     zero, wide, high = depth.dtype.type(0), depth.dtype.type(width), depth.dtype.type(height)
     found = 0
@@ -113,8 +104,8 @@ def count_display(d, depth, width, height, n, a, b, c, first, samples, offsets, 
         inside = np.int32(0)
         for i in range(n):
             z = c[i] + oc
-            u, v, answer = physical_to_image(d, a[i] + oa, b[i] + ob, z)
-            there = (answer == VALID) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
+            u, v, status = physical_to_image(d, a[i] + oa, b[i] + ob, z)
+            there = (status == VALID) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
             hit = False
             if there:
                 hit = element(depth, signed_texel_number(u, v, wide)) < z
@@ -128,8 +119,8 @@ def count_display(d, depth, width, height, n, a, b, c, first, samples, offsets, 
 def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
     """Write occlusion, 0 of the texels from number ``at`` to the run's start and count / samples of the n in the run.
 
-    before: how many numbers of ``occlusion`` come before the texture's. Returns how many samples the run's visible
-    points have.
+    before: number of ``occlusion`` at which the texture begins. Returns the number of samples of the run's visible
+    points.
     """
     zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
     first = np.uint64(before)
@@ -139,8 +130,8 @@ def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
     for i in range(n):
         texel = np.uint64(start + i)
         there = depth[texel] < np.inf
-        share = depth.dtype.type(count[i]) / total
-        occlusion[first + texel] = share if there else zero
+        fraction = depth.dtype.type(count[i]) / total
+        occlusion[first + texel] = fraction if there else zero
         visible = np.int32(visible + np.int32(there))
     return np.int64(visible) * samples
 
@@ -167,7 +158,7 @@ def algorithm2(depth, positions, offsets, projection, occlusion, outside):
     height, width = depth.shape
     surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)
     radii, samples, _ = offsets.shape
-    shares, texels = occlusion.reshape(radii * height * width), height * width
+    fractions, texels = occlusion.reshape(radii * height * width), height * width
     (kind, m), nothing = projection, depth.dtype.type(np.nan)
     moved = transform_offsets(offsets.reshape(radii * samples, 3), projection)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
@@ -200,7 +191,7 @@ def algorithm2(depth, positions, offsets, projection, occlusion, outside):
                     else:
                         module = display_module(m[12:])
                         found = count_display(module, surface, width, height, n, a, b, c, first, samples, moved, count)
-                    visible = finish_run(surface, at, start, n, samples, count, shares, r * texels)
+                    visible = finish_run(surface, at, start, n, samples, count, fractions, r * texels)
                     outside[r, j] += visible - found
                 at = start + n
 
@@ -213,7 +204,7 @@ def algorithm1(depth, offsets, screen_to_world, projection, occlusion, outside):
     the positions texture; the projection is of kind MATRIX.
     """
     height, width = depth.shape
-    surface, shares = depth.reshape(height * width), occlusion.reshape(height * width)
+    surface, fractions = depth.reshape(height * width), occlusion.reshape(height * width)
     m, image_offsets = projection.numbers, transform_offsets(offsets, projection)
     samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
@@ -236,5 +227,5 @@ def algorithm1(depth, offsets, screen_to_world, projection, occlusion, outside):
                     a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
                     q[i], count[i] = affine_row(m, 3, x, y, z), 0
                 found = count_matrix(surface, width, height, n, a, b, c, q, 0, samples, image_offsets, count)
-                outside[j] += finish_run(surface, at, start, n, samples, count, shares) - found
+                outside[j] += finish_run(surface, at, start, n, samples, count, fractions) - found
                 at = start + n

@@ -75,7 +75,7 @@ def _sync_names(folder: Path) -> None:
 
 
 def _is_full(folder: Path) -> bool:
-    """Whether a folder's disk has no room for another block: what libraries say of it does not name the cause."""
+    """Whether a folder's disk has no room for another block: libraries' messages do not name that cause."""
     try:
         return shutil.disk_usage(folder).free < _BLOCK
     except OSError:
@@ -133,7 +133,7 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def output_folder(path: Path) -> Iterator[None]:
-    """Make a folder with its parents, try that files can be written into it, and tidy up behind what fails inside.
+    """Make a folder with its parents, try that files can be written into it, and tidy up if the block fails.
 
     If the block raises, half-written files of this process go, and so do the folders made here if they are empty.
 

@@ -1,4 +1,4 @@
-"""What numba does not offer: memory on the stack, and look-ups by numbers of known sign."""
+"""Intrinsics that numba lacks: memory on the stack, and look-ups by numbers of known sign."""
 
 from typing import Any
 
@@ -11,12 +11,11 @@ CHUNK = 256
 
 @extending.intrinsic
 def scratch(_typing: Any, dtype: Any) -> Any:
-    """CHUNK numbers of a dtype on the stack of the function, or body of a ``prange``, that calls this; not initialised.
+    """CHUNK numbers of a dtype on the stack of the calling function or body of a ``prange``; not initialised.
 
-    LLVM knows that such memory overlaps nothing else. Of arrays from ``np.empty`` it has to prove it, and gives up in
-    long functions: then it makes no vectors of loops with look-ups in them, and Algorithm 2 with a camera's mapping
-    took five times as long. It begins where a cache line does, so that no vector lies across two. It must not be
-    returned, nor kept.
+    LLVM knows that such memory overlaps nothing else, and makes vectors of loops with look-ups: with arrays from
+    ``np.empty`` Algorithm 2 with a camera's mapping took five times as long. The memory begins with a cache line. It
+    must not be returned, nor kept.
     """
     array = types.Array(dtype.dtype, 1, "C")
 
@@ -37,8 +36,7 @@ def scratch(_typing: Any, dtype: Any) -> Any:
 def element(_typing: Any, array: Any, number: Any) -> Any:
     """The element of a flat array under an int32 number that is not negative.
 
-    numba takes negative numbers to count from the end, and asks; unsigned ones it widens without their sign, which the
-    processor's gathers cannot, so that a loop needs an instruction more to show that there is no sign.
+    numba tests signed numbers for being negative, and widens unsigned ones, which costs a gather one more instruction.
     """
 
     def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -53,18 +53,18 @@ def row_png(pictures: list[Codes], width: int = 360) -> bytes:
 
 
 def visibility_codes(occlusion: NDArray[np.floating[Any]]) -> Codes:
-    """Visibility 1 - ao, (H, W, 3), 0 black and 1 white: as it is, not as light."""
+    """Visibility 1 - ao, (H, W, 3), 0 black and 1 white, without gamma."""
     return _grey(np.clip(1 - occlusion, 0, 1) * 255)
 
 
 def depth_codes(depth: NDArray[np.floating[Any]]) -> Codes:
-    """Depth, (H, W, 3): what is nearest to the viewer light, what is farthest dark, white where there is no surface."""
+    """Depth, (H, W, 3): light near the viewer, dark far away, white where there is no surface."""
     seen = np.isfinite(depth)
     codes = np.full(depth.shape, float(_NOTHING))
     if seen.any():
         near, far = float(depth[seen].min()), float(depth[seen].max())
-        share = (depth[seen].astype(np.float64) - near) / ((far - near) or 1.0)
-        codes[seen] = _NEAR + (_FAR - _NEAR) * share
+        relative = (depth[seen].astype(np.float64) - near) / ((far - near) or 1.0)
+        codes[seen] = _NEAR + (_FAR - _NEAR) * relative
     return _grey(codes)
 
 

@@ -34,6 +34,7 @@ def meshes(draw):
     return Mesh(corners, np.arange(3 * n).reshape(-1, 3))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(data=st.data())
 def test_ray_cast_occlusion_equals_brute_force(data):

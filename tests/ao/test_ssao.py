@@ -29,6 +29,7 @@ from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 
 
+@pytest.mark.slow
 @both
 @settings(max_examples=300)
 @given(data=st.data())

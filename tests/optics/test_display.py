@@ -103,6 +103,7 @@ def coordinates(dtype):
 # The reference
 
 
+@pytest.mark.slow
 @both
 @settings(max_examples=500)
 @given(data=st.data())

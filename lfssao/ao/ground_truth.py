@@ -3,7 +3,7 @@
     AO(P) = integral over the half space above P of w(omega) (1 - rho(t(P, omega) / R)) d omega
 
 t is the distance to the first triangle, rho rises from 0 to 1 at R (VO section 3), beyond which nothing occludes; w is
-cos(theta) / pi, or 1 / (2 pi). (VO writes the open share, and rho itself; occlusion is one minus that.)
+cos(theta) / pi, or 1 / (2 pi). (VO writes the open fraction, and rho itself; occlusion is one minus that.)
 
 Exact answers for constant falloff; c = d / R, 0 for an infinite radius; S(c) = (arccos c - c sqrt(1 - c^2)) / pi:
 
@@ -75,7 +75,7 @@ class GroundTruth:
     error : (H, W) float64
         Its standard error, from the spread of the rounds' means; 0 where all rounds agree.
     rays : (H, W) int64
-        How many rays each texel has cast.
+        Number of rays that each texel has cast.
     """
 
     texture: NDArray[np.float64]
@@ -149,7 +149,7 @@ def ray_cast_occlusion(
     seed : int
         0 to 2**64 - 1, key of the random numbers (Philox4x32-10).
     intersector : str
-        What finds the triangles that rays hit: 'tree', our own in float64, with equal bits on every machine; 'embree',
+        Finder of the triangles that rays hit: 'tree', our own in float64, with equal bits on every machine; 'embree',
         in float32: no promise of bits, and rays have to begin 5e-7 of the mesh's size off the surface or more.
 
     Returns

@@ -255,7 +255,7 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     Parameters
     ----------
     occlusion : (H, W) float32 or float64
-        What to blur. Texels beyond the border have the border's value.
+        The texture. Texels beyond the border have the border's value.
     sigma : float
         Standard deviation, texels; the kernel reaches ceil(3 sigma) texels to each side. 0 returns a copy.
 
@@ -329,7 +329,7 @@ def check_radius(radius: float) -> None:
 
 
 def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> None:
-    """Refuse a texture that has not the size and dtype of another one, (H, W), or not so many channels."""
+    """Refuse a texture whose size or dtype is not that of another one, (H, W), or with other channels."""
     shape = *other.shape, *channels
     if texture.shape != shape or texture.dtype != other.dtype:
         raise InputError(f"{name}: {texture.shape} of {texture.dtype}, expected {shape} of {other.dtype}")

@@ -37,7 +37,7 @@ def algorithm1(
             z = depth[j, i]  # 2: pntScrn.z
             *pnt, w = (affine(inverse, row, (x, y, z)) for row in range(4))
             pnt_wrld = [p / w for p in pnt]  # 3
-            ao[j, i] = occluded_share(depth, pnt_wrld, mapping, samples, radius)  # 4 to 10
+            ao[j, i] = occluded_fraction(depth, pnt_wrld, mapping, samples, radius)  # 4 to 10
     return ao
 
 
@@ -50,12 +50,12 @@ def algorithm2(
     for j, i in np.ndindex(depth.shape):  # 1: pntImg.xy
         if depth[j, i] < np.inf:
             pnt_wrld = positions[j, i]  # 2
-            ao[j, i] = occluded_share(depth, pnt_wrld, world_to_image, samples, radius)  # 3 to 9
+            ao[j, i] = occluded_fraction(depth, pnt_wrld, world_to_image, samples, radius)  # 3 to 9
     return ao
 
 
-def occluded_share(depth: Texture, pnt_wrld: Any, mapping: WorldToImage, samples: Texture, radius: float) -> Any:
-    """Lines 3 to 9 of Algorithm 2 (4 to 10 of Algorithm 1): the share of samples behind the visible surface.
+def occluded_fraction(depth: Texture, pnt_wrld: Any, mapping: WorldToImage, samples: Texture, radius: float) -> Any:
+    """Lines 3 to 9 of Algorithm 2 (4 to 10 of Algorithm 1): the fraction of samples behind the visible surface.
 
     World to image is an affine map and a projection. The affine map is applied to the point and to the sample's offset,
     and the two are added, so that a point is mapped once for all its samples.

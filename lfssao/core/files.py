@@ -15,7 +15,7 @@ _BLOCK = 65_536  # bytes
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` make a file under a temporary name beside ``path``, sync it, rename it to ``path``, sync that.
+    """Let ``write`` make a file under a temporary name in ``path``'s folder, sync it, rename it to ``path``, sync that.
 
     Parameters
     ----------

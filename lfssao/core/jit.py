@@ -59,7 +59,8 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     function : callable
         The function; with ``parallel`` its ``prange`` runs over rows that one thread alone writes.
     parallel : bool
-        Whether each ``prange`` is shared among threads. Such a function compiles four times as long.
+        Whether each ``prange`` is shared among threads. Such a function compiles four times as long. A named tuple that
+        the ``prange`` reads must be flat, and an argument of the function or made inside the loop.
     inline : bool
         Whether LLVM must put the function into its callers, so that their loops become vectors.
 

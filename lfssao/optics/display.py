@@ -32,7 +32,7 @@ class Module:
     width, height : int
         Size of its texture, texels.
     yaw, pitch, roll : float
-        How it is turned, degrees; only with a field of view.
+        Its rotation, degrees; only with a field of view.
     field_of_view : float or None
         Horizontal angle of view, degrees. None: its texture covers the screen exactly, unless there is a homography.
     homography : 9 floats or None

@@ -23,7 +23,7 @@ def display_names() -> list[str]:
 
 
 def display_text(name: str) -> str:
-    """The TOML file of a preset, with the source of every value, or the word 'assumed', beside it.
+    """The TOML file of a preset, with the source of every value, or the word 'assumed', in a comment.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def parse_display(text: str, origin: str) -> Display:
     text : str
         The file.
     origin : str
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------
@@ -242,7 +242,7 @@ class _Table:
         return value
 
     def numbers(self, key: str, count: int, default: Any = _MISSING) -> Any:
-        """A list of so many numbers; or the default."""
+        """A list of ``count`` numbers; or the default."""
         value = self._get(key, default)
         if value is default and default is not _MISSING:
             return value

@@ -104,7 +104,7 @@ def ray_cast_rows(rows, depth, positions, normals, cast, tree, occlusion, error,
     depth, positions, normals : (H, W), (H, W, 3), (H, W, 3) float32 or float64
         The textures; texels without a surface or a normal are 0.
     cast : Cast
-        What to cast.
+        Its numbers.
     tree : Tree
         The mesh in world space.
     occlusion, error, rays : (H, W) float64, float64, int64

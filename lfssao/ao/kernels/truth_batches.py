@@ -58,7 +58,7 @@ def add_round(chosen, number, strata, distances, far, falloff, totals, squares, 
     number, strata : int
         Rounds before this one; cells along an edge.
     distances : (n * strata^2,) float32
-        How far each ray's hit is, infinity for none.
+        Distance of each ray's hit, infinity for none.
     far, falloff : float64, int
         The radius in the unit of the distances; CONSTANT, LINEAR or QUADRATIC.
     totals, squares, errors : (m,) float64

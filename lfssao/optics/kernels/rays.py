@@ -45,9 +45,9 @@ class FlatModule(NamedTuple):
 
 
 class Pinhole(NamedTuple):
-    """MATRIX: focal lengths f_u, f_v and centre c_u, c_v in texels, near, far; or 1 for an orthographic camera.
+    """MATRIX: focal lengths f_u, f_v and centre c_u, c_v in texels, near and far plane; the last number is 0.
 
-    Of that one f_u and f_v are texels per unit. The last number is 0.
+    An orthographic camera has ``orthographic`` 1 in place of 0, and texels per unit as f_u and f_v.
     """
 
     f_u: Any

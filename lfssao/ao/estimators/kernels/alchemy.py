@@ -194,8 +194,8 @@ def alchemy(seen, taps, turn, projection, away, strength, occlusion, outside):
 
     Parameters
     ----------
-    seen, strength : Seen, Strength
-        The view's textures; numbers of equation 1.
+    seen : Seen
+        The view's textures.
     taps : (s, 2), same dtype
         Points of the unit disk.
     turn : int
@@ -204,6 +204,8 @@ def alchemy(seen, taps, turn, projection, away, strength, occlusion, outside):
         The mapping world -> image, same dtype.
     away : (4,) same dtype
         -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
+    strength : Strength
+        Numbers of equation 1.
     occlusion : (H, W), same dtype
         Out: 1 - A.
     outside : (H,) int64

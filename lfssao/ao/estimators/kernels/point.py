@@ -165,12 +165,14 @@ def occluded_fraction(seen, offsets, projection, choices, occlusion, outside):
 
     Parameters
     ----------
-    seen, choices : Seen, Choices
-        The view's textures; the options.
+    seen : Seen
+        The view's textures.
     offsets : (n, 3), same dtype
         The samples relative to the point, world units.
     projection : Projection
         The mapping world -> image, same dtype.
+    choices : Choices
+        The options.
     occlusion : (H, W), same dtype
         Out.
     outside : (H,) int64

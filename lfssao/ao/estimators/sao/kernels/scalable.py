@@ -265,10 +265,12 @@ def scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, out
 
     Parameters
     ----------
-    surface, hierarchy, rays, falloff : Surface, Hierarchy, TexelRays, Falloff
-        The view, the z hierarchy, the texels' rays, numbers of the terms.
+    surface, hierarchy : Surface, Hierarchy
+        The view and the z hierarchy.
     taps : (s, 3), same dtype
         Of ``lfssao.samples.kernels.spiral.unit_taps``.
+    rays, falloff : TexelRays, Falloff
+        The texels' rays and the numbers of the terms.
     visibility : (H, W), same dtype
         Out: A, 1 where there is no surface.
     outside : (H,) int64

@@ -1,5 +1,6 @@
 """The bench of the plan's savings: what it runs and compares."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from lfssao import RayCaster, Settings, builtin_scene, find_display, render_view
 from lfssao.bench import savings
+from lfssao.cli.main import main
 from lfssao.optics.window import seen_rows
 
 
@@ -16,7 +18,7 @@ def statue():
 
 
 def test_what_the_plan_leaves_out_is_done_after_all(statue, monkeypatch):
-    """Renders with all rows and with all radii, AO of all texels; how they count is seen in tests/rendering."""
+    """Renders with all rows and with all radii, AO of all texels; how they count is seen below."""
     display = find_display("virtual").with_resolution(8, 6)
     case = savings.Case("case", statue, savings.around(statue, 3), Settings((0.0, 0.2, 0.2)))
     renders, depths, occlusions = [], [], savings.occlusions
@@ -68,3 +70,21 @@ def test_the_wall_is_one_sheet_of_the_boxs_front():
     area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     np.testing.assert_allclose(area, 0.5)  # all the same way round, together the whole of 4 x 4
     assert np.abs(sheet.vertices[:, :2]).max() == 2
+
+
+def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
+    display = find_display("virtual").with_resolution(48, 36)
+    box = savings.at_a_tenth(statue, display)
+    case = savings.Case("a tenth", statue, box, Settings((0.0, 0.2, 0.2)))
+    (made,) = savings.savings([case], display, 2)
+    assert made.same
+    assert abs(made.cover - 0.1) < 0.02
+    assert set(made.ratios) == {"all", *savings.RULES}
+    assert all(low <= middle <= high for low, middle, high in made.ratios.values())
+    monkeypatch.setattr(savings, "other_radii", lambda radii: (0.1, *radii[1:]))
+    monkeypatch.setattr(savings, "cases", lambda *_: [case])
+    table = tmp_path / "plan.json"
+    assert main(["bench", "plan", "--quick", "--repeats", "1", "--json", str(table)]) == 1
+    assert "BITS DIFFER" in capsys.readouterr().out
+    (scene,) = json.loads(table.read_text())["scenes"]
+    assert (scene["scene"], scene["same"]) == ("a tenth", False)

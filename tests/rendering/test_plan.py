@@ -25,7 +25,6 @@ from lfssao import (
 from lfssao.ao import passes
 from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.ao.estimators.registry import ESTIMATORS
-from lfssao.bench import savings
 from lfssao.cli.main import main
 from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage
@@ -146,25 +145,6 @@ def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
     right = passes.algorithm2(gbuffer.depth, gbuffer.positions, shifted.world_to_image, options.samples, 0.0)
     assert made.outside == right.outside == 8 * (gbuffer.triangle >= 0).sum()
     assert_same_bits(made.texture, right.texture)
-
-
-# The bench
-def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
-    display = find_display("virtual").with_resolution(48, 36)
-    box = savings.at_a_tenth(statue, display)
-    case = savings.Case("a tenth", statue, box, Settings((0.0, 0.2, 0.2)))
-    (made,) = savings.savings([case], display, 2)
-    assert made.same
-    assert abs(made.cover - 0.1) < 0.02
-    assert set(made.ratios) == {"all", *savings.RULES}
-    assert all(low <= middle <= high for low, middle, high in made.ratios.values())
-    monkeypatch.setattr(savings, "other_radii", lambda radii: (0.1, *radii[1:]))
-    monkeypatch.setattr(savings, "cases", lambda *_: [case])
-    table = tmp_path / "plan.json"
-    assert main(["bench", "plan", "--quick", "--repeats", "1", "--json", str(table)]) == 1
-    assert "BITS DIFFER" in capsys.readouterr().out
-    (scene,) = json.loads(table.read_text())["scenes"]
-    assert (scene["scene"], scene["same"]) == ("a tenth", False)
 
 
 @pytest.mark.parametrize("way", scenes.WAYS)

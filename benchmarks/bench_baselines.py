@@ -49,12 +49,12 @@ def glsl(case: Case, repeats: int) -> Rows:
     import moderngl
 
     context = moderngl.create_context(standalone=True, backend="egl", require=430)
-    depth, positions, _, m = case
+    depth, positions, _, projection = case
     height, width = depth.shape
     program = context.compute_shader((SOURCES / "algorithm2.comp").read_text(encoding="utf-8"))
     offsets = image_offsets(case)
     program["size"], program["samples"] = (width, height), len(offsets)
-    arrays = [depth, positions, offsets, m, np.full_like(depth, np.nan)]
+    arrays = [depth, positions, offsets, projection.numbers, np.full_like(depth, np.nan)]
     buffers = [context.buffer(np.ascontiguousarray(array).tobytes()) for array in arrays]
     for binding, buffer in enumerate(buffers):
         buffer.bind_to_storage_buffer(binding)

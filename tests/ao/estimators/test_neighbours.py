@@ -61,7 +61,7 @@ def test_neighbours_of_any_display_equal_the_reference(dtype, name, radius):
     depths = [caster.gbuffer(view).depth.astype(dtype) for view in views]
     depths[1] = np.ascontiguousarray(depths[1][:20, :30])  # where what falls beyond is outside
     positions = caster.gbuffer(views[0]).positions.astype(dtype)
-    samples = make_samples("random", 5, 3)
+    samples = make_samples("random", 5, 4)
     others = [(view.world_to_image, depth) for view, depth in zip(views[1:], depths[1:], strict=True)]
     actual = passes.algorithm2_with_neighbours(depths[0], positions, views[0].world_to_image, others, samples, radius)
     known = [

@@ -25,14 +25,12 @@ ARMADILLO = Path(__file__).resolve().parents[2] / "shared" / "meshes" / "armadil
 
 def all_rays(caster, view):
     """Origin, direction and length of every texel's ray that meets the scene's box, float32."""
-    counts = np.empty(view.height, np.int64)
-    grid = view.rays, caster._tree.bounds, view.width, view.height, 1, view.width
-    rays.count_rays(*grid, counts)
-    n = int(counts.sum())
+    n = view.height * view.width
     cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
-    origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
-    rays.make_rays(*grid, np.cumsum(counts) - counts, cells, origins, directions, lengths)
-    return origins, directions, lengths
+    origins, directions = np.empty((2, n, 3), np.float32)
+    made = cells, origins, directions, lengths
+    n = rays.make_rays(view.rays, caster._tree.bounds, view.width, view.height, 1, *made)
+    return origins[:n], directions[:n], lengths[:n]
 
 
 def trimesh_run(mesh, view, origins, directions):

@@ -16,7 +16,7 @@ from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
 from lfssao.gbuffer.kernels import albedo, first_hit, surface
 from lfssao.gbuffer.kernels import normals as normal_kernels
-from lfssao.optics.kernels.rays import count_rays, make_rays
+from lfssao.optics.kernels.rays import make_rays
 from lfssao.optics.view import View
 from lfssao.scene.mesh import Mesh, Paint
 
@@ -187,15 +187,13 @@ class RayCaster:
         """Embree's triangle in the middle of each cell of step x step texels, -1 for none."""
         require_embree()
         shape = -(-len(rows) // step), -(-view.width // step)
-        counts = np.empty(shape[0], np.int64)
-        grid = view.rays, self._tree.bounds, view.width, len(rows), step, shape[1]
-        count_rays(*grid, counts, rows.start)
-        starts, n = np.cumsum(counts) - counts, int(counts.sum())
+        n = shape[0] * shape[1]
         cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
-        origins, directions = np.empty((n, 3), np.float32), np.empty((n, 3), np.float32)
-        make_rays(*grid, starts, cells, origins, directions, lengths, rows.start)
+        origins, directions = np.empty((2, n, 3), np.float32)
+        made = cells, origins, directions, lengths
+        n = make_rays(view.rays, self._tree.bounds, view.width, len(rows), step, *made, rows.start)
         seen = np.full(shape, -1, np.int32)
-        seen.reshape(-1)[cells] = self._trace(origins, directions, lengths)
+        seen.reshape(-1)[cells[:n]] = self._trace(origins[:n], directions[:n], lengths[:n])
         return seen
 
     @cached_property

@@ -9,8 +9,6 @@ DisplayModule.
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import display_module, display_ray
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
@@ -132,31 +130,10 @@ def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
     return clip_to_slab(oz, dz, box[0, 2], box[1, 2], t0, t1)
 
 
-@kernel(inline=True)
-def _grid_ray(rays, box, width, height, step, i, j, top):
-    """The ray of the texel in the middle of cell (i, j) of step x step texels, clipped to a box: empty for t0 > t1."""
-    u = min(i * step + step // 2, width - 1) + 0.5
-    v = (top + min(j * step + step // 2, height - 1)) + 0.5
-    ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(rays, u, v)
-    t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
-    return ox, oy, oz, dx, dy, dz, t0, t1
-
-
 # Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
 @kernel
-def count_rays(rays, box, width, height, step, columns, counts, top=0):
-    """Count the cells of each row whose ray meets the box, into counts (rows of cells,) int64; else as make_rays."""
-    for j in range(counts.shape[0]):
-        n = 0
-        for i in range(columns):
-            _, _, _, _, _, _, t0, t1 = _grid_ray(rays, box, width, height, step, i, j, top)
-            n += np.int64(t0 <= t1)
-        counts[j] = n
-
-
-@kernel
-def make_rays(rays, box, width, height, step, columns, starts, cells, origins, directions, lengths, top=0):
-    """Write the rays that count_rays counted, from their entries into the box.
+def make_rays(rays, box, width, height, step, cells, origins, directions, lengths, top=0):
+    """Write the rays of the cells' middle texels that meet a box, from their entries into it, and return their number.
 
     Parameters
     ----------
@@ -166,12 +143,10 @@ def make_rays(rays, box, width, height, step, columns, starts, cells, origins, d
         Lower and upper corner of the scene, cast space.
     width, height : int
         Size of the texture.
-    step, columns : int
-        One ray for each cell of step x step texels; number of cells in a row.
-    starts : (rows of cells,) int64
-        Number of the first ray of each row of cells.
+    step : int
+        Cells are of step x step texels.
     cells : (n,) int32
-        Out: row * columns + column of the ray's cell.
+        Out: number of the ray's cell, row by row; n is the number of all cells.
     origins, directions : (n, 3) float32
         Out: rounded once. The origin lies on the box, so that float32 has its digits near the surfaces.
     lengths : (n,) float32
@@ -179,15 +154,17 @@ def make_rays(rays, box, width, height, step, columns, starts, cells, origins, d
     top : int
         The row of the view that row 0 here is.
     """
-    for j in range(starts.shape[0]):
-        n = starts[j]
-        for i in range(columns):
-            ox, oy, oz, dx, dy, dz, t0, t1 = _grid_ray(rays, box, width, height, step, i, j, top)
-            if t0 <= t1:
-                cells[n] = j * columns + i
-                origins[n, 0] = ox + t0 * dx
-                origins[n, 1] = oy + t0 * dy
-                origins[n, 2] = oz + t0 * dz
-                directions[n, 0], directions[n, 1], directions[n, 2] = dx, dy, dz
-                lengths[n] = t1 - t0
-                n += 1
+    n, columns = 0, (width + step - 1) // step
+    for cell in range(cells.shape[0]):
+        j, i = cell // columns, cell % columns
+        u = min(i * step + step // 2, width - 1) + 0.5
+        v = (top + min(j * step + step // 2, height - 1)) + 0.5
+        ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(rays, u, v)
+        t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
+        if t0 <= t1:
+            cells[n] = cell
+            origins[n, 0], origins[n, 1], origins[n, 2] = ox + t0 * dx, oy + t0 * dy, oz + t0 * dz
+            directions[n, 0], directions[n, 1], directions[n, 2] = dx, dy, dz
+            lengths[n] = t1 - t0
+            n += 1
+    return n

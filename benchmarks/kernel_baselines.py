@@ -64,7 +64,7 @@ def _sampling(a: Sequence[Any]) -> list[Any]:
     surface, hierarchy, taps, rays, falloff, visibility, _ = a
     scalars = [*falloff[:6], rays.origin, *falloff[6:]]
     return [
-        *_size(surface.z), surface.z, hierarchy.z, hierarchy.first, len(hierarchy.first), *surface[1:], len(taps), taps,
+        *_size(surface.z), surface.z, hierarchy.z, hierarchy.first, len(hierarchy.first), *surface[1:], taps, len(taps),
         rays.numbers, rays.world, np.array(scalars, np.float32), hierarchy.log_q, visibility,
     ]  # fmt: skip
 

@@ -42,21 +42,9 @@ def transform_offsets(offsets, projection):
 def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets, count):
     """Algorithm 2, lines 4 to 9, for the n points of one run: how many of their samples are in texture and domain.
 
-    Parameters
-    ----------
-    slits : Slits
-        The projection.
-    depth : (height * width,) array
-        The depth texture, row by row.
-    a, b, c : (>= n,) arrays
-        The points after the mapping's affine half, an array a row of M; NaN where a texel sees no surface, which no
-        compare lets through.
-    first, samples : int
-        Number of the first sample, and of samples.
-    offsets : (>= first + samples, 4) array
-        They likewise, linear part only.
-    count : (>= n,) int32
-        In and out: samples behind the surface.
+    a, b, c, (>= n,), are the points after the mapping's affine half, an array a row of M; NaN where a texel sees no
+    surface, which no compare lets through. offsets, (>= first + samples, 4), are the samples likewise, linear part
+    only. count, (>= n,) int32, gains the samples behind the surface.
     """
     zero, wide, high = depth.dtype.type(0), depth.dtype.type(width), depth.dtype.type(height)
     found = 0

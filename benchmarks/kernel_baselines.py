@@ -116,7 +116,7 @@ BASELINES = (
     Baseline(ESTIMATORS + "sao.estimator.packing.pack", "packing", "pack", lambda a: [*_size(a[0]), *a], (2,)),
     Baseline(ESTIMATORS + "sao.estimator.packing.unpack", "unpacking", "unpack", lambda a: [*_size(a[0]), *a], (1, 2)),
     Baseline(ESTIMATORS + "sao.estimator.bilateral", "bilateral", "bilateral",
-             lambda a: [*_size(a[0]), *a[:3], max(a[3]), int(a[3][0] == 0), a[4], a[5]], (5,)),
+             lambda a: [*_size(a[0]), *a[:3], a[4], int(a[3][0] == 0), a[5]], (5,)),
     Baseline(ESTIMATORS + "sao.estimator.scalable.occlusion_of", "occlusion of A", "occlusion_of",
              lambda a: [*_size(a[0]), a[0], a[1], a[3]], (3,)),
     Baseline(ESTIMATORS + "vo.estimator.point_occlusion", "VO points", "vo_points", _points, (4,)),

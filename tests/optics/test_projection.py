@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reference import mapping as reference
 from reference import raycast
 
-from lfssao import Camera, Display, Module, find_display, fit_roi
+from lfssao import Display, Module, find_display, fit_roi
 from lfssao.gbuffer.kernels import albedo as paint
 from lfssao.optics.display import crossed_slits
 from lfssao.optics.kernels import projection as mapping
@@ -177,51 +177,3 @@ def test_behind_the_module_and_the_observers_there_is_no_image(display):
         assert np.isnan(mapped([0.1, 0.1, z])).all()
     for z in (np.nextafter(m_z, 0), np.nextafter(z_o, 0)):
         assert not np.isnan(mapped([0.1, 0.1, z])).any()
-
-
-# The geometry of cameras
-
-
-@st.composite
-def cameras(draw):
-    direction = st.tuples(unit, unit, unit).filter(lambda d: math.dist((0, 0, 0), d) > 0.1)
-    eye, forward = np.array(draw(st.tuples(unit, unit, unit))) * 5, np.array(draw(direction)) * 3
-    up = np.array(draw(direction.filter(lambda d: np.linalg.norm(np.cross(d, forward)) > 0.1)))
-    near = draw(st.floats(0.05, 1))
-    kind = draw(st.sampled_from(["perspective", "orthographic"]))
-    extent, far = draw(st.floats(0.1, 10)), near * draw(st.floats(1.5, 100))
-    return Camera(kind, tuple(eye), tuple(eye + forward), tuple(up), extent, near, far)
-
-
-@given(cameras(), st.tuples(*[st.floats(0, 1)] * 3), st.integers(1, 2000), st.integers(1, 2000))
-def test_screen_to_world_undoes_world_to_image(camera, share, width, height):
-    view = camera.view(width, height)
-    u, v = share[0] * width, share[1] * height
-    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.rays, u, v)
-    assert (near, far) == (camera.near, camera.far)
-    z = near + share[2] * (far - near)
-    back = view.world_from_cast
-    world = back[:, :3] @ np.array([ox + z * dx, oy + z * dy, oz + z * dz]) + back[:, 3]
-    image = view.world_to_image(world)
-    size = max(width, height)
-    np.testing.assert_allclose(image[:2], [u, v], rtol=0, atol=1e-9 * size)
-    assert image[2] == pytest.approx(rays.image_depth(view.rays, z), abs=1e-9)
-    assert -1e-9 <= image[2] <= 1 + 1e-9
-    a = view.screen_to_world @ np.array([*image, 1.0])
-    np.testing.assert_allclose(a[:3] / a[3], world, rtol=0, atol=1e-9 * np.abs(world - camera.eye).max())
-
-
-@given(camera=cameras())
-def test_a_camera_sees_its_target_in_the_middle_and_its_extent_from_top_to_bottom(camera):
-    view = camera.view(300, 200)
-    forward = np.subtract(camera.target, camera.eye)
-    right = np.cross(forward, camera.up)
-    up = np.cross(right, forward)
-    top = np.array(camera.target) + up / np.linalg.norm(up) * camera.extent / 2
-    np.testing.assert_allclose(view.world_to_image(camera.target)[:2], [150, 100], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(view.world_to_image(top)[:2], [150, 0], rtol=0, atol=1e-8)
-    aside = np.array(camera.target) + right / np.linalg.norm(right) * camera.extent / 2
-    np.testing.assert_allclose(view.world_to_image(aside)[:2], [250, 100], rtol=0, atol=1e-8)
-    for distance, depth in ((camera.near, 0), (camera.far, 1)):
-        point = np.array(camera.eye) + forward / np.linalg.norm(forward) * distance
-        assert view.world_to_image(point)[2] == pytest.approx(depth, abs=1e-9)

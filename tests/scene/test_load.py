@@ -15,7 +15,6 @@ from PIL import Image
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.scene.load import load_scene
-from lfssao.scene.mesh import Mesh
 
 MESHES = Path(__file__).resolve().parents[3] / "shared" / "meshes"
 
@@ -423,19 +422,6 @@ def test_textures_that_cannot_be_had(tmp_path):
 def test_texture_with_coordinates_that_are_not_finite(tmp_path):
     write(tmp_path, a__obj=SQUARE_UV.replace("vt 1 1", "vt nan 1") + SQUARE_FACES)
     refused(tmp_path / "a.obj", "texture coordinate is not finite", picture(tmp_path))
-
-
-def test_mesh_checks_arrays():
-    vertices, faces = np.eye(3), np.array([[0, 1, 2]])
-    for bad_vertices, bad_faces, words in (
-        (vertices[:, :2], faces, r"vertices have shape \(3, 2\)"),
-        (vertices, faces[:, :2], r"faces have shape \(1, 2\)"),
-        (vertices, faces.astype(float), "expected .* integers"),
-        (vertices, faces[:0], "no faces"),
-        (vertices, faces + 1, "face 0 names vertex 3"),
-    ):
-        with pytest.raises(InputError, match=words):
-            Mesh(bad_vertices, bad_faces)
 
 
 # --- real files

@@ -1,0 +1,27 @@
+"""Buffers of a view: sizes and dtypes that do not fit are refused."""
+
+import numpy as np
+import pytest
+
+from lfssao import Buffers, Camera, InputError
+
+VIEW = Camera("orthographic", (0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2.0, 1.0, 9.0).view(4, 3)
+DEPTH, PLACES = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
+
+
+def test_textures_that_fit_are_taken():
+    assert Buffers(VIEW, DEPTH, PLACES).normals is None
+    assert Buffers(VIEW, DEPTH, PLACES, PLACES).normals is PLACES
+
+
+@pytest.mark.parametrize(("textures", "words"), [
+    ((DEPTH.T, PLACES), "depth has shape"),
+    ((DEPTH.astype(int), PLACES), "depth is of int"),
+    ((DEPTH, PLACES[:2]), "positions"),
+    ((DEPTH, PLACES.astype(np.float64)), "positions"),
+    ((DEPTH, PLACES, PLACES[..., :2]), "normals"),
+    (([[0.0]], PLACES), "depth is of list"),
+])  # fmt: skip
+def test_textures_that_do_not_fit_are_refused(textures, words):
+    with pytest.raises(InputError, match=words):
+        Buffers(VIEW, *textures)

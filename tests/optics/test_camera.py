@@ -1,0 +1,72 @@
+"""Cameras: matrices and rays undo each other, and what a camera sees of its target."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lfssao import Camera, InputError
+from lfssao.optics.kernels import rays
+
+unit = st.floats(-1, 1)
+
+
+@st.composite
+def cameras(draw):
+    direction = st.tuples(unit, unit, unit).filter(lambda d: math.dist((0, 0, 0), d) > 0.1)
+    eye, forward = np.array(draw(st.tuples(unit, unit, unit))) * 5, np.array(draw(direction)) * 3
+    up = np.array(draw(direction.filter(lambda d: np.linalg.norm(np.cross(d, forward)) > 0.1)))
+    near = draw(st.floats(0.05, 1))
+    kind = draw(st.sampled_from(["perspective", "orthographic"]))
+    extent, far = draw(st.floats(0.1, 10)), near * draw(st.floats(1.5, 100))
+    return Camera(kind, tuple(eye), tuple(eye + forward), tuple(up), extent, near, far)
+
+
+@given(cameras(), st.tuples(*[st.floats(0, 1)] * 3), st.integers(1, 2000), st.integers(1, 2000))
+def test_screen_to_world_undoes_world_to_image(camera, share, width, height):
+    view = camera.view(width, height)
+    u, v = share[0] * width, share[1] * height
+    ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.rays, u, v)
+    assert (near, far) == (camera.near, camera.far)
+    z = near + share[2] * (far - near)
+    back = view.world_from_cast
+    world = back[:, :3] @ np.array([ox + z * dx, oy + z * dy, oz + z * dz]) + back[:, 3]
+    image = view.world_to_image(world)
+    size = max(width, height)
+    np.testing.assert_allclose(image[:2], [u, v], rtol=0, atol=1e-9 * size)
+    assert image[2] == pytest.approx(rays.image_depth(view.rays, z), abs=1e-9)
+    assert -1e-9 <= image[2] <= 1 + 1e-9
+    a = view.screen_to_world @ np.array([*image, 1.0])
+    np.testing.assert_allclose(a[:3] / a[3], world, rtol=0, atol=1e-9 * np.abs(world - camera.eye).max())
+
+
+@given(camera=cameras())
+def test_a_camera_sees_its_target_in_the_middle_and_its_extent_from_top_to_bottom(camera):
+    view = camera.view(300, 200)
+    forward = np.subtract(camera.target, camera.eye)
+    right = np.cross(forward, camera.up)
+    up = np.cross(right, forward)
+    top = np.array(camera.target) + up / np.linalg.norm(up) * camera.extent / 2
+    np.testing.assert_allclose(view.world_to_image(camera.target)[:2], [150, 100], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(view.world_to_image(top)[:2], [150, 0], rtol=0, atol=1e-8)
+    aside = np.array(camera.target) + right / np.linalg.norm(right) * camera.extent / 2
+    np.testing.assert_allclose(view.world_to_image(aside)[:2], [250, 100], rtol=0, atol=1e-8)
+    for distance, depth in ((camera.near, 0), (camera.far, 1)):
+        point = np.array(camera.eye) + forward / np.linalg.norm(forward) * distance
+        assert view.world_to_image(point)[2] == pytest.approx(depth, abs=1e-9)
+
+
+def test_impossible_cameras_are_refused():
+    good = {"projection": "perspective", "eye": (0, 0, 5), "target": (0, 0, 0), "up": (0, 1, 0), "extent": 2.0}
+    good |= {"near": 1.0, "far": 9.0}
+    for wrong, words in (
+        ({"projection": "fisheye"}, "there is no camera 'fisheye'"),
+        ({"eye": (0, math.nan, 5)}, "not finite"),
+        ({"extent": 0.0}, "extent is 0.0"),
+        ({"near": 9.0}, "near and far are 9.0 and 9.0"),
+        ({"up": (0, 0, 1)}, "above or below it along up"),
+    ):
+        with pytest.raises(InputError, match=words):
+            Camera(**{**good, **wrong})

@@ -1,4 +1,4 @@
-"""What the program refuses, and how it says so."""
+"""Errors that lfssao raises on purpose, each one sentence."""
 
 import difflib
 from collections.abc import Iterable

@@ -72,6 +72,7 @@ def in_world(scene, view, rng):
 # Brute force
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
 @settings(max_examples=15)
 @given(
@@ -302,6 +303,7 @@ def shim(tmp_path_factory):
 @pytest.mark.skipif(
     sys.platform != "linux" or platform.machine() != "x86_64", reason="LD_PRELOAD and /proc/cpuinfo of Linux on x86-64"
 )
+@pytest.mark.slow
 @NEEDS_EMBREE
 @pytest.mark.parametrize("isa", ISAS)
 def test_all_of_embrees_instruction_sets_see_the_same(isa, shim):

@@ -44,6 +44,7 @@ print(len(modules))
     assert int(done.stdout) > 30
 
 
+@pytest.mark.slow
 def test_textures_have_the_golden_digests(hidden):
     """One module of a flat display, one of a curved one, and a camera."""
     done = run(

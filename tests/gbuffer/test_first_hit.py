@@ -300,6 +300,7 @@ def test_no_proposal_hides_a_triangle(view, size, scene, seed):
     check(view, vertices, faces, rng, each=len(faces) < 90)
 
 
+@pytest.mark.slow
 def test_fans_around_a_texels_centre_with_each_triangle_proposed():
     """Ties that rounding decides: of a first version, that cut bundles off at the proposal's depth, 7 failed."""
     tried = 0

@@ -65,20 +65,10 @@ def interpolate(values, faces, face, weight_b, weight_c, k):
 
 @kernel(parallel=True)
 def write_albedo(triangle, weights, faces, material, nearest, rgb):
-    """Diffuse colour of every texel that sees a surface, 0 elsewhere.
+    """Write the diffuse colour of every texel, (H, W, 3) float32 linear RGB; 0 where there is no surface.
 
-    Parameters
-    ----------
-    triangle, weights : (H, W) int32, (H, W, 2) float64
-        Number of the visible triangle, -1 where there is none, and the weights of its second and third corner.
-    faces : (F, 3) int32
-        The mesh's faces.
-    material : Material
-        Where colours come from.
-    nearest : bool
-        Whether textures are read at the nearest texel instead of between four.
-    rgb : (H, W, 3) float32
-        Out: linear RGB.
+    triangle, weights: (H, W) int32 and (H, W, 2) float64, as of ``points_on_triangles``. faces: (F, 3) int32. nearest:
+    textures are read at the nearest texel and not between four.
     """
     colors, uv, texels = material.vertex_colors, material.uv, material.texels
     for j in prange(triangle.shape[0]):

@@ -62,16 +62,9 @@ def leaf_count(triangles):
 
 @kernel
 def build_boxes(corners, margin, boxes):
-    """Boxes of all nodes.
+    """Write the boxes of all nodes, (2 leaves - 1, 6) float64; empty, (inf, -inf), where a node holds nothing.
 
-    Parameters
-    ----------
-    corners : (F, 9) float64
-        Corners of the triangles in Morton order; leaf k holds triangles LEAF k to LEAF k + LEAF - 1.
-    margin : float
-        Distance by which every box is larger than its triangles, so that rounding cannot make a ray miss it.
-    boxes : (2 leaves - 1, 6) float64
-        Out: lower and upper corner of each node; empty (inf, -inf) where a node holds nothing.
+    margin: distance by which every box is larger than its triangles, so that rounding cannot make a ray miss it.
     """
     leaves = (boxes.shape[0] + 1) // 2
     for leaf in range(leaves):

@@ -157,23 +157,11 @@ def _shorten(best, packet):
 
 @kernel(parallel=True)
 def first_hits(rays, width, height, tree, proposal, triangle, z, top=0):
-    """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
+    """Write the first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
-    Parameters
-    ----------
-    rays : Rays
-        Those of the view.
-    width, height : int
-        Size of the texture.
-    tree : Tree
-        The triangles and the boxes over them.
-    proposal : (ceil(H / TILE), ceil(W / TILE)) int32
-        A triangle that is likely to be hit first in each tile, or -1. It saves time; the result is the same.
-    triangle, z : (H, W) int32, (H, W) float64
-        Out: number of the triangle, -1 where there is none; z of the hit in cast space, the ray's end or -infinity
-        where there is none.
-    top : int
-        The row of the view that row 0 here is.
+    proposal: (ceil(H / TILE), ceil(W / TILE)) int32, a triangle that is likely to be hit first in each tile, or -1; it
+    saves time and changes nothing. triangle, z: (H, W) int32 and float64, -1 and the ray's end where there is no hit.
+    top: the view's row that row 0 is.
     """
     for tile_row in prange(proposal.shape[0]):
         ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 2))

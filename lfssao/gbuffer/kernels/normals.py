@@ -30,25 +30,11 @@ def _unit(x, y, z):
 
 @kernel(parallel=True)
 def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0):
-    """Unit normals of every texel that sees a surface, turned towards the viewer; 0 elsewhere.
+    """Write unit normals in world space towards the viewer, (H, W, 3) float32; 0 where there is no surface.
 
-    Parameters
-    ----------
-    rays : Rays
-        Those of the view.
-    world_from_cast : (12,) float64
-        Cast space -> world, rows of four.
-    triangle : (H, W) int32
-        Number of the visible triangle, -1 where there is none.
-    weights : (H, W, 2) or (0, 0, 2) float64
-        Weights of its second and third corner, for smooth normals: (a w_a + b w_b) + c w_c, w_a = (1 - w_b) - w_c.
-        Empty for geometric ones: (b - a) x (c - a).
-    mesh : Surface
-        Vertices, faces and normals at the vertices.
-    normals : (H, W, 3) float32
-        Out.
-    top : int
-        The row of the view that row 0 here is.
+    triangle, weights: (H, W) int32 and (H, W, 2) float64, as of ``points_on_triangles``. Smooth normals are (a w_a +
+    b w_b) + c w_c of the vertices' normals, w_a = (1 - w_b) - w_c; geometric ones, for weights of shape (0, 0, 2), are
+    (b - a) x (c - a). top: the view's row that row 0 is.
     """
     m, vertices, smooth, at_vertices = world_from_cast, mesh.vertices, weights.shape[0] > 0, mesh.normals
     for row in prange(triangle.shape[0]):

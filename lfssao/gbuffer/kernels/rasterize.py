@@ -67,22 +67,12 @@ def _image(x, z, axis, size):
 
 @kernel(parallel=True)
 def bound_triangles(width, height, u_axis, v_axis, vertices, faces, texels, bounds):
-    """Texels that lie between the images of each triangle's corners.
+    """Write the texels that lie between the images of each triangle's corners.
 
-    Parameters
-    ----------
-    width, height : int
-        Size of the texture.
-    u_axis, v_axis : (6,) float64
-        alpha, beta, c, a, b and the limit of r along columns and rows.
-    vertices, faces : (V, 3) float64, (F, 3) int32
-        The triangles, cast space.
-    texels : (V, 4) int32
-        Out: for each vertex the first column at or after its image, the last column at or before it, then rows; all
-        columns and rows where it may appear anywhere.
-    bounds : (F, 4) int32
-        Out: first and last column, first and last row in which the triangle can be hit; none where the first is behind
-        the last.
+    u_axis, v_axis: (6,) float64, alpha, beta, c, a, b and the limit of r along columns and rows. texels: (V, 4) int32,
+    for each vertex the first column at or after its image, the last column at or before it, then rows; all columns and
+    rows where its rounding is not bounded. bounds: (F, 4) int32, first and last column, first and last row in which the
+    triangle can be hit; none where the first is behind the last.
     """
     for k in prange(vertices.shape[0]):
         u, u_bounded = _image(vertices[k, 0], vertices[k, 2], u_axis, width)
@@ -128,20 +118,11 @@ def sort_into_bands(bounds, starts, members):
 
 @kernel(parallel=True)
 def first_hits(rays, tree, bounds, members, ends, triangle, z):
-    """The first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
+    """Write the first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
-    Parameters
-    ----------
-    rays : SeparableRays
-        Of all columns and rows.
-    tree : Tree
-        The triangles.
-    bounds : (F, 4) int32
-        First and last column, first and last row in which each can be hit.
-    members, ends : (n,) int32, (bands,) int64
-        The triangles of each band of rows, one band after the other, and where each band ends.
-    triangle, z : (H, W) int32, (H, W) float64
-        Out: number of the triangle, -1 where there is none; z of the hit in cast space, far where there is none.
+    bounds: of bound_triangles. members, ends: (n,) int32 and (bands,) int64, the triangles of each band of rows, one
+    band after the other, and the end of each band. triangle, z: (H, W) int32 and float64, -1 and far where there is no
+    hit.
     """
     height, near = triangle.shape[0], rays.near
     for band in prange(ends.shape[0]):

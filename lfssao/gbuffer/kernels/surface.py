@@ -20,22 +20,10 @@ def world_point(m, x, y, z):
 
 @kernel(parallel=True)
 def write_surface(rays, world_from_cast, triangle, z, depth, positions, top=0):
-    """Depth and world position of every texel; +infinity where there is no surface.
+    """Write depth, (H, W) float32, and world positions, (H, W, 3) float32; +infinity where there is no surface.
 
-    Parameters
-    ----------
-    rays : Rays
-        Those of the view.
-    world_from_cast : (12,) float64
-        Cast space -> world, rows of four.
-    triangle, z : (H, W) int32, (H, W) float64
-        Number of the visible triangle, -1 where there is none, and z of the hit in cast space.
-    depth : (H, W) float32
-        Out: image z.
-    positions : (H, W, 3) or (0, 0, 3) float32
-        Out, if it has room: world coordinates of the ray's point at z.
-    top : int
-        The row of the view that row 0 here is.
+    triangle: (H, W) int32, -1 where there is no surface. z: (H, W) float64, cast space, of the hit. positions may be of
+    shape (0, 0, 3), and is then left out. top: the view's row that row 0 is.
     """
     placed = positions.shape[0] > 0
     for j in prange(triangle.shape[0]):

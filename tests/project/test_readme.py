@@ -44,3 +44,9 @@ def test_the_librarys_examples_run(tmp_path, monkeypatch, capsys):
     exec(compile(second, "README", "exec"), names)
     assert names["shaded"].shape == (*made.gbuffer.depth.shape, 3)
     assert np.isfinite(names["shaded"]).all()
+
+
+def test_files_that_readme_names_are_there():
+    named = set(re.findall(r"`((?:[a-z_]+/)+[a-z_0-9]*(?:\.py)?)`", README.read_text()))
+    assert len(named) > 20
+    assert [name for name in named if not any((README.parent / home / name).exists() for home in ("", "lfssao"))] == []

@@ -84,17 +84,17 @@ def _area(a: Sequence[Any]) -> list[Any]:
 
 
 BASELINES = (
-    Baseline("lfssao.ao.passes.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
+    Baseline("lfssao.ao.ssao.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
              lambda a: [*_size(a[0]), len(a[1]), a[0], transform_offsets(a[1], a[3]), a[2], a[3].numbers, a[4]],
              (4,)),
-    Baseline("lfssao.ao.passes.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
+    Baseline("lfssao.ao.ssao.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
              lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], transform_offsets(a[2][0], a[3]), a[3].numbers,
                         a[4]], (4,)),
-    Baseline("lfssao.ao.passes.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
+    Baseline("lfssao.ao.post.merge_kernels.merge_maximum", "merge, maximum", "merge_maximum",
              lambda a: [*_size(a[1]), a[0], a[1]], (1,)),
-    Baseline("lfssao.ao.passes.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
+    Baseline("lfssao.ao.post.blur_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
-    Baseline("lfssao.ao.passes.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
+    Baseline("lfssao.ao.post.blur_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Baseline(KERNELS + "alchemy.alchemy", "Alchemy, taps", "alchemy", _alchemy, (6,)),
     Baseline("lfssao.ao.textures.write_directions", "viewing directions", "directions",

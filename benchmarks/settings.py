@@ -11,7 +11,7 @@ from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate, find_dis
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.estimators.vo.local_frame import seen_surface
-from lfssao.ao.passes import blur, merge
+from lfssao.ao.post import blur, merge
 from lfssao.optics.view import View
 from lfssao.rendering.settings import diagonal
 from lfssao.samples import repulsion_table

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from lfssao.ao import reference
     from lfssao.ao.estimators.registry import estimate
     from lfssao.ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
-    from lfssao.ao.passes import Occlusion, algorithm1, algorithm2, blur, merge, shade
+    from lfssao.ao.post import blur, merge, shade
+    from lfssao.ao.ssao import Occlusion, algorithm1, algorithm2
     from lfssao.ao.textures import Buffers
     from lfssao.errors import InputError, LfssaoError, MissingPackageError
     from lfssao.gbuffer.caster import GBuffer, RayCaster
@@ -48,7 +49,8 @@ __getattr__, __dir__ = late_names(
         "ao.estimators.registry": ("estimate",),
         "rendering.exr": ("Part", "read_exr", "write_exr"),
         "ao.ground_truth": ("GroundTruth", "Occluders", "ray_cast_occlusion"),
-        "ao.passes": ("Occlusion", "algorithm1", "algorithm2", "blur", "merge", "shade"),
+        "ao.post": ("blur", "merge", "shade"),
+        "ao.ssao": ("Occlusion", "algorithm1", "algorithm2"),
         "gbuffer.caster": ("GBuffer", "RayCaster"),
         "rendering.passes": ("Textures", "render", "render_view"),
         "rendering.settings": ("Settings", "default_radii"),

@@ -44,7 +44,7 @@ from numpy.typing import NDArray
 from lfssao.ao.kernels import truth_batches
 from lfssao.ao.kernels.truth_batches import Begun
 from lfssao.ao.kernels.truth_rays import Cast
-from lfssao.ao.passes import check_radius
+from lfssao.ao.ssao import check_radius
 from lfssao.ao.textures import Buffers
 from lfssao.errors import InputError
 from lfssao.gbuffer.bvh import TriangleTree

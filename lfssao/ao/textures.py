@@ -1,4 +1,4 @@
-"""Input of all estimators: the textures of one view and the view's mapping."""
+"""Input of all estimators, the textures of one view and its mapping, and checks of single textures."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.passes import check_fit, check_texture
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.directions import write_directions
@@ -70,3 +69,19 @@ class Buffers:
         out = np.empty(self.positions.shape, self.depth.dtype)
         write_directions(self.view.rays, np.ravel(self.view.world_from_cast), out)
         return out
+
+
+def check_texture(name: str, texture: Texture, dimensions: int) -> None:
+    """Refuse all but arrays of float32 or float64 with that many dimensions, none of them empty."""
+    if not isinstance(texture, np.ndarray) or texture.dtype not in (np.float32, np.float64):
+        kind = getattr(texture, "dtype", type(texture).__name__)
+        raise InputError(f"{name} is of {kind}, expected an array of float32 or float64")
+    if texture.ndim != dimensions or 0 in texture.shape:
+        raise InputError(f"{name} has shape {texture.shape}, expected {dimensions} dimensions and no empty one")
+
+
+def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> None:
+    """Refuse a texture whose size or dtype is not that of another one, (H, W), or with other channels."""
+    shape = *other.shape, *channels
+    if texture.shape != shape or texture.dtype != other.dtype:
+        raise InputError(f"{name}: {texture.shape} of {texture.dtype}, expected {shape} of {other.dtype}")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import __version__
-from lfssao.ao.passes import gaussian_kernel
+from lfssao.ao.post import gaussian_kernel
 from lfssao.optics.display import Display
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.settings import Settings

@@ -9,9 +9,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao import passes
-from lfssao.ao.estimators.neighbours import DepthCache, Neighbour
+from lfssao.ao import post
+from lfssao.ao.estimators.neighbours import DepthCache, Neighbour, algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import estimate_radii
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.pictures import image_png
 from lfssao.errors import InputError
@@ -124,10 +125,10 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
 
     size = (0, 0) if surface_texels else gbuffer.depth.shape  # nobody reads a layer left out of a view with a surface
     zero, black = np.zeros(size, np.float32), np.zeros((*size, 3), np.float32)
-    unoccluded = [passes.Occlusion(zero, 0)] * len(settings.radii)
+    unoccluded = [Occlusion(zero, 0)] * len(settings.radii)
     ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours), unoccluded)
-    merged = run("merge", lambda: passes.merge([each.texture for each in ao]), zero)
-    blurred = run("blur", lambda: passes.blur(merged, settings.blur), zero)
+    merged = run("merge", lambda: post.merge([each.texture for each in ao]), zero)
+    blurred = run("blur", lambda: post.blur(merged, settings.blur), zero)
     shaded = run("shade", lambda: _shade(gbuffer, blurred), black)
     return Textures(
         view=view,
@@ -174,14 +175,14 @@ def _cast(caster: RayCaster, view: View, settings: Settings) -> GBuffer:
     )
 
 
-def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[passes.Occlusion]:
+def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
     radii = list(dict.fromkeys(settings.radii))
-    found: dict[float, passes.Occlusion] = {}
+    found: dict[float, Occlusion] = {}
     if settings.estimator == "lf" and settings.samples is not None and 0.0 in radii:
         radii.remove(0.0)
         (one,) = _estimate(buffers, [0.0], replace(settings, samples=settings.samples[:1]), neighbours)
-        found[0.0] = passes.Occlusion(one.texture, one.outside * len(settings.samples))
+        found[0.0] = Occlusion(one.texture, one.outside * len(settings.samples))
     if radii:
         found |= zip(radii, _estimate(buffers, radii, settings, neighbours), strict=True)
     return [found[radius] for radius in settings.radii]
@@ -189,19 +190,19 @@ def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighb
 
 def _estimate(
     buffers: Buffers, radii: Sequence[float], settings: Settings, neighbours: Sequence[Neighbour]
-) -> list[passes.Occlusion]:
+) -> list[Occlusion]:
     """Occlusion of some radii by all samples."""
     if neighbours and settings.samples is not None:
         around = buffers.depth, buffers.positions, buffers.view.world_to_image, neighbours, settings.samples
-        return [passes.algorithm2_with_neighbours(*around, radius) for radius in radii]
+        return [algorithm2_with_neighbours(*around, radius) for radius in radii]
     return estimate_radii(settings.estimator, buffers, radii, settings.samples, settings.weights, **settings.parameters)
 
 
 def _shade(gbuffer: GBuffer, blurred: FloatTexture) -> FloatTexture:
     """The shaded image; a mesh without colour is white."""
     if gbuffer.color is None:
-        return passes.shade_white(gbuffer.depth, blurred)
-    return passes.shade(gbuffer.color, blurred)
+        return post.shade_white(gbuffer.depth, blurred)
+    return post.shade(gbuffer.color, blurred)
 
 
 def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:

@@ -7,9 +7,10 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao import passes
+from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.estimators.registry import check_samples, find_estimator, full_parameters
+from lfssao.ao.ssao import check_radius
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
@@ -91,8 +92,8 @@ class Settings:
         if not self.radii:
             raise InputError("radii: at least one is needed")
         for radius in self.radii:
-            passes.check_radius(radius)
-        passes.gaussian_kernel(self.blur)
+            check_radius(radius)
+        post.gaussian_kernel(self.blur)
         self._check_names()
         if self.caster == "embree":
             require_embree()

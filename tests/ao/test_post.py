@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import passes as reference
 
-from lfssao.ao import passes
+from lfssao.ao import post
 from lfssao.ao.kernels import blur as blur_kernels
 from lfssao.ao.kernels import shade as shade_kernels
 from lfssao.errors import InputError
@@ -45,11 +45,11 @@ def test_merge_equals_the_reference(dtype, data):
     shape = data.draw(shapes)
     layers = np.stack([data.draw(textures(dtype, shape)) for _ in range(data.draw(st.integers(1, 11)))])
     kept = layers.copy()
-    merged = passes.merge(list(layers))
+    merged = post.merge(list(layers))
     assert_same_bits(merged, reference.merge(layers))
     assert_same_bits(layers, kept)
     np.testing.assert_array_equal(merged, layers.max(axis=0))
-    np.testing.assert_array_equal(passes.merge(layers[::-1]), merged)
+    np.testing.assert_array_equal(post.merge(layers[::-1]), merged)
 
 
 @given(st.floats(5e-324, 1e308), st.integers(0, 20))
@@ -61,7 +61,7 @@ def test_gaussian_weights_equal_the_reference(sigma, radius):
 
 @given(sigmas)
 def test_gaussian_weights_are_a_gaussian_that_sums_to_one(sigma):
-    weights = passes.gaussian_kernel(sigma)
+    weights = post.gaussian_kernel(sigma)
     radius = math.ceil(3 * sigma)
     assert len(weights) == 2 * radius + 1
     assert np.all(weights == weights[::-1])
@@ -80,14 +80,14 @@ def test_gaussian_weights_are_a_gaussian_that_sums_to_one(sigma):
 @given(data=st.data())
 def test_blur_equals_the_reference(dtype, data):
     source, sigma = data.draw(textures(dtype)), data.draw(sigmas)
-    weights = passes.gaussian_kernel(sigma).astype(dtype)
+    weights = post.gaussian_kernel(sigma).astype(dtype)
     assert_same_bits(weights, np.array(reference.blur_weights(sigma), dtype))
     half, whole = np.full_like(source, 9), np.full_like(source, 9)
     blur_kernels.blur_horizontal(source, weights, half)
     assert_same_bits(half, reference.blur_rows(source, weights))
     blur_kernels.blur_vertical(half, weights, whole)
     assert_same_bits(whole, reference.blur_columns(half, weights))
-    assert_same_bits(passes.blur(source, sigma), whole)
+    assert_same_bits(post.blur(source, sigma), whole)
 
 
 @both
@@ -95,7 +95,7 @@ def test_blur_equals_the_reference(dtype, data):
 def test_blur_of_a_constant_is_that_constant(dtype, data):
     """Off by the rounding of the weights and of the additions: 2 passes of up to 1.5 ulp of the constant a tap."""
     constant, sigma = dtype(data.draw(st.floats(0.01, 1))), data.draw(sigmas)
-    blurred = passes.blur(np.full((5, 7), constant), sigma)
+    blurred = post.blur(np.full((5, 7), constant), sigma)
     taps = 2 * math.ceil(3 * sigma) + 1
     worst = np.abs(blurred.astype(np.float64) - np.float64(constant)).max()
     assert worst <= 2 * 1.5 * taps * np.finfo(dtype).eps * constant
@@ -104,14 +104,14 @@ def test_blur_of_a_constant_is_that_constant(dtype, data):
 
 @both
 def test_default_blur_of_full_occlusion_is_within_one_ulp_of_one(dtype):
-    blurred = passes.blur(np.ones((4, 4), dtype), 1.0)
+    blurred = post.blur(np.ones((4, 4), dtype), 1.0)
     assert np.abs(blurred - dtype(1)).max() <= np.finfo(dtype).eps
 
 
 @both
 def test_blur_without_sigma_copies(dtype):
     source = np.array([[0.25, -0.0], [1.0, 1e-40]], dtype)
-    copy = passes.blur(source, 0)
+    copy = post.blur(source, 0)
     assert_same_bits(copy, source)
     assert not np.shares_memory(copy, source)
 
@@ -121,19 +121,19 @@ def test_blur_of_one_bright_texel_is_the_product_of_the_weights(dtype):
     """Separability: away from the border the answer to an impulse is w_j w_i, rounded once."""
     source = np.zeros((15, 19), dtype)
     source[7, 9] = 1
-    weights = passes.gaussian_kernel(1.5).astype(dtype)
+    weights = post.gaussian_kernel(1.5).astype(dtype)
     want = np.zeros_like(source)
     want[2:13, 4:15] = np.outer(weights, weights)
-    assert_same_bits(passes.blur(source, 1.5), want)
+    assert_same_bits(post.blur(source, 1.5), want)
 
 
 @both
 def test_blur_reads_the_border_texel_beyond_the_border(dtype):
-    weights = passes.gaussian_kernel(1.0).astype(np.float64)
+    weights = post.gaussian_kernel(1.0).astype(np.float64)
     source = np.zeros((1, 9), dtype)
     source[0, 0] = 1
     want = [weights[: 4 - i].sum() if i < 4 else 0 for i in range(9)]  # taps at or left of column 0
-    np.testing.assert_allclose(passes.blur(source, 1.0)[0], want, rtol=0, atol=8 * np.finfo(dtype).eps)
+    np.testing.assert_allclose(post.blur(source, 1.0)[0], want, rtol=0, atol=8 * np.finfo(dtype).eps)
 
 
 @both
@@ -146,7 +146,7 @@ def test_shade_equals_the_reference(dtype, data):
         rgb = np.clip(rgb, -1, 1)  # the product of two huge numbers is no colour
     shade_kernels.apply_occlusion(rgb, occlusion, shaded)
     assert_same_bits(shaded, reference.shade(rgb, occlusion))
-    assert_same_bits(passes.shade(rgb, occlusion), shaded)
+    assert_same_bits(post.shade(rgb, occlusion), shaded)
 
 
 @both
@@ -159,31 +159,31 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     shaded = np.full_like(white, 9)
     shade_kernels.apply_to_white(depth, occlusion, shaded)
     assert_same_bits(shaded, reference.shade(white, occlusion))
-    assert_same_bits(passes.shade_white(depth, occlusion), shaded)
+    assert_same_bits(post.shade_white(depth, occlusion), shaded)
 
 
 @both
 def test_shade_by_hand(dtype):
     rgb = np.array([[[1.0, 0.5, 0.25], [1.0, 2.0, 4.0], [3.0, 2.0, 1.0]]], dtype)
     occlusion = np.array([[0.0, 0.75, 1.0]], dtype)
-    assert passes.shade(rgb, occlusion).tolist() == [[[1.0, 0.5, 0.25], [0.25, 0.5, 1.0], [0.0, 0.0, 0.0]]]
+    assert post.shade(rgb, occlusion).tolist() == [[[1.0, 0.5, 0.25], [0.25, 0.5, 1.0], [0.0, 0.0, 0.0]]]
 
 
 def test_the_passes_refuse_what_does_not_fit():
     texture = np.zeros((2, 3))
     for sigma in (-1.0, np.nan, np.inf):
         with pytest.raises(InputError):
-            passes.blur(texture, sigma)
+            post.blur(texture, sigma)
     mixed = [texture, texture.astype(np.float32)]
     for bad in ([], [texture, texture[:1]], [texture.astype(int)], [texture[0]], np.zeros((0, 2, 3)), mixed):
         with pytest.raises(InputError):
-            passes.merge(bad)
+            post.merge(bad)
     for depth, occlusion in ((texture[0], texture[0]), (texture, texture[:1]), tuple(mixed)):
         with pytest.raises(InputError):
-            passes.shade_white(depth, occlusion)
+            post.shade_white(depth, occlusion)
     for bad in (texture[0], texture.astype(np.float16), texture[:, :0], texture.tolist()):
         with pytest.raises(InputError):
-            passes.blur(bad, 1.0)
+            post.blur(bad, 1.0)
     for rgb in (np.zeros((2, 3)), np.zeros((2, 3, 4)), np.zeros((3, 2, 3)), np.zeros((2, 3, 3), np.float32)):
         with pytest.raises(InputError):
-            passes.shade(rgb, texture)
+            post.shade(rgb, texture)

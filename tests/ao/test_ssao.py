@@ -24,7 +24,7 @@ from ssao_cases import (
 )
 
 from lfssao import Camera, Display, Module, WorldToImage
-from lfssao.ao import passes
+from lfssao.ao import ssao
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 
@@ -72,7 +72,7 @@ def test_a_span_is_found_wherever_its_only_texel_is():
 @given(data=st.data())
 def test_pass_algorithm2_equals_the_reference_on_modules(dtype, data):
     depth, positions, mapping, samples, radius = data.draw(module_cases(dtype))
-    actual = passes.algorithm2(depth, positions, mapping, samples, radius)
+    actual = ssao.algorithm2(depth, positions, mapping, samples, radius)
     numbers, offsets = mapping.numbers.astype(dtype), (radius * samples).astype(dtype)
     texture, outside = outside_of(reference.algorithm2(depth, positions, offsets, KINDS[mapping.kind], numbers))
     assert_same_bits(actual.texture, texture)
@@ -84,7 +84,7 @@ def test_pass_algorithm2_equals_the_reference_on_modules(dtype, data):
 def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
     depth, view, samples, radius = data.draw(camera_cases(dtype))
     forth = view.world_to_image.numbers.reshape(4, 4)
-    actual = passes.algorithm1(depth, view.screen_to_world, forth, samples, radius)
+    actual = ssao.algorithm1(depth, view.screen_to_world, forth, samples, radius)
     back, offsets = view.screen_to_world.ravel().astype(dtype), (radius * samples).astype(dtype)
     forth = forth.ravel().astype(dtype)
     texture, outside = outside_of(reference.algorithm1(depth, offsets, back, forth))
@@ -153,7 +153,7 @@ def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
     d = np.random.default_rng(1).uniform(-1, 1, (500, 3))
     d = d[np.abs(d[:, 2]) > 1e-3]
     radius = 0.05
-    result = passes.algorithm2(depth, positions, view.world_to_image, np.concatenate([d, -d]), radius)
+    result = ssao.algorithm2(depth, positions, view.world_to_image, np.concatenate([d, -d]), radius)
     assert np.all(result.texture[7:-7, 7:-7] == 0.5)
     # At the border: which samples land inside, by DESIGN's formula; those within 1e-3 texel of it may count or not.
     far = radius * np.concatenate([d, -d])
@@ -177,7 +177,7 @@ def test_beside_a_step_half_the_ball_is_hidden_and_what_lies_under_the_step(dtyp
     d = d[(np.sum(d * d, axis=1) < 1) & (np.abs(d[:, 2]) > 1e-3)]
     d = np.concatenate([d, -d])
     radius = 0.2  # 8 texels; less than the block's height
-    result = passes.algorithm1(depth, view.screen_to_world, view.world_to_image.numbers.reshape(4, 4), d, radius)
+    result = ssao.algorithm1(depth, view.screen_to_world, view.world_to_image.numbers.reshape(4, 4), d, radius)
     assert np.all(result.texture[10:30, 8:12] == 0.5)  # the edge is out of reach
     for i in (13, 16, 19):
         reach = (20 - (i + 0.5)) / 8  # texels to the edge, in radii
@@ -190,9 +190,9 @@ def test_algorithm2_does_not_mind_how_arrays_lie_in_memory():
     rng = np.random.default_rng(3)
     depth, positions, samples = rng.random((6, 9)), rng.random((6, 9, 3)) * [9, 6, 1], rng.uniform(-1, 1, (5, 3))
     mapping = WorldToImage(MATRIX, IDENTITY)
-    want = passes.algorithm2(depth, positions, mapping, samples, 1.0)
+    want = ssao.algorithm2(depth, positions, mapping, samples, 1.0)
     strided = np.repeat(depth, 2, axis=1)[:, ::2], np.repeat(positions, 2, axis=0)[::2]
-    got = passes.algorithm2(*strided, mapping, samples[::-1][::-1], 1.0)
+    got = ssao.algorithm2(*strided, mapping, samples[::-1][::-1], 1.0)
     assert_same_bits(got.texture, want.texture)
     assert got.outside == want.outside > 0
 
@@ -213,7 +213,7 @@ def test_algorithm_passes_refuse_what_does_not_fit():
     ]
     for d, p, s, r in bad:
         with pytest.raises(InputError):
-            passes.algorithm2(d, p, mapping, s, r)
+            ssao.algorithm2(d, p, mapping, s, r)
     for back, forth in [(np.eye(3), np.eye(4)), (np.eye(4), np.eye(4).ravel())]:
         with pytest.raises(InputError):
-            passes.algorithm1(depth, back, forth, samples, 1.0)
+            ssao.algorithm1(depth, back, forth, samples, 1.0)

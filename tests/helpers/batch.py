@@ -14,9 +14,11 @@ import numba
 import numpy as np
 
 from lfssao import Camera, Display, Mesh, Module, Occluders, make_samples, ray_cast_occlusion
-from lfssao.ao import passes
+from lfssao.ao.estimators.neighbours import algorithm2_with_neighbours
 from lfssao.ao.kernels import ssao, truth_batches
 from lfssao.ao.kernels.truth_rays import Cast
+from lfssao.ao.post import blur, gaussian_kernel, merge, shade, shade_white
+from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.core import elementary, philox
 from lfssao.gbuffer.kernels import triangle
 from lfssao.optics.kernels import projection as mapping
@@ -56,24 +58,24 @@ def occlusions(dtype=np.float64):
     forth = camera.world_to_image.numbers.reshape(4, 4)
     layers = []
     for radius in (0.05, 0.4):
-        layers.append(passes.algorithm2(depth, positions, module.world_to_image, samples, radius))
-        layers.append(passes.algorithm2(depth, positions, camera.world_to_image, samples, radius))
+        layers.append(algorithm2(depth, positions, module.world_to_image, samples, radius))
+        layers.append(algorithm2(depth, positions, camera.world_to_image, samples, radius))
         screen = depth_texture(rng, dtype, 0.2, 0.8)
-        layers.append(passes.algorithm1(screen, camera.screen_to_world, forth, samples, radius))
+        layers.append(algorithm1(screen, camera.screen_to_world, forth, samples, radius))
     others = [
         (camera.world_to_image, screen),
         (replace(DISPLAY, diffuser="conical").view(0, WORLD).world_to_image, depth),
     ]
-    layers.append(passes.algorithm2_with_neighbours(depth, positions, module.world_to_image, others, samples, 0.4))
-    merged = passes.merge([layer.texture for layer in layers])
+    layers.append(algorithm2_with_neighbours(depth, positions, module.world_to_image, others, samples, 0.4))
+    merged = merge([layer.texture for layer in layers])
     rgb = rng.random((HEIGHT, WIDTH, 3)).astype(dtype)
     yield "ssao", np.array([layer.texture for layer in layers])
     yield "outside", np.array([layer.outside for layer in layers])
     yield "no samples", no_samples(depth, positions, module.world_to_image.as_type(dtype))
     yield "merge", merged
-    yield "blur", np.array([passes.blur(merged, sigma) for sigma in (0.7, 2.0)])
-    yield "shade", passes.shade(rgb, merged)
-    yield "shade white", passes.shade_white(depth, merged)
+    yield "blur", np.array([blur(merged, sigma) for sigma in (0.7, 2.0)])
+    yield "shade", shade(rgb, merged)
+    yield "shade white", shade_white(depth, merged)
 
 
 def no_samples(depth, positions, projection):
@@ -116,7 +118,7 @@ def mapped(dtype=np.float64):
 
 def scalars():
     rng = np.random.default_rng(3)
-    yield "weights", np.concatenate([passes.gaussian_kernel(sigma) for sigma in (0.01, 0.3, 1.0, 2.5)])
+    yield "weights", np.concatenate([gaussian_kernel(sigma) for sigma in (0.01, 0.3, 1.0, 2.5)])
     yield "sincospi", np.array([elementary.sincospi(x) for x in rng.uniform(-20, 20, 500)])
     yield "cbrt", np.array([elementary.cbrt(x) for x in 2.0 ** rng.uniform(-1074, 1000, 500)])
     yield "exp", np.array([elementary.exp(x) for x in rng.uniform(-745, 709, 500)])

@@ -14,7 +14,7 @@ from reference import textbook
 from reference.passes import algorithm2
 
 from lfssao import Display, Mesh, Module, RayCaster, WorldToImage, display_names, find_display, make_samples
-from lfssao.ao import passes
+from lfssao.ao import ssao
 from lfssao.errors import InputError
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
@@ -178,7 +178,7 @@ def test_algorithm2_of_any_display_equals_the_reference(dtype, data):
     depth, positions = depth.astype(dtype), positions.astype(dtype)
     numbers = np.concatenate([world.ravel(), display.module_numbers(0)])
     samples, radius = make_samples("random", 7, 3), data.draw(st.sampled_from([0.02, 0.5, 10.0]))
-    actual = passes.algorithm2(depth, positions, WorldToImage(mapping.DISPLAY, numbers), samples, radius)
+    actual = ssao.algorithm2(depth, positions, WorldToImage(mapping.DISPLAY, numbers), samples, radius)
     offsets = (radius * samples).astype(dtype)
     occlusion, answers = algorithm2(depth, positions, offsets, "display", numbers.astype(dtype))
     np.testing.assert_array_equal(bits(actual.texture), bits(occlusion))
@@ -494,7 +494,7 @@ def test_textures_hold_no_nan_even_of_a_mesh_that_reaches_behind_everything(name
     seen = g.triangle >= 0
     assert 20 < seen.sum() < seen.size
     assert ((g.depth[seen] > display.observer_z) & (g.depth[seen] < display.modules[0].z)).all()
-    ao = passes.algorithm2(g.depth, g.positions, view.world_to_image, make_samples("random", 16, 1), 2.0)
+    ao = ssao.algorithm2(g.depth, g.positions, view.world_to_image, make_samples("random", 16, 1), 2.0)
     assert not np.isnan(ao.texture).any()
     assert 0 < ao.outside <= 16 * seen.sum()
 
@@ -713,14 +713,14 @@ def test_algorithm2_of_the_general_mapping_decides_as_crossed_slits_do():
     display = replace(SHAPES["flat"].with_resolution(200, 150), observer_height=0.13)
     depth, positions = textures(display, np.random.default_rng(40), WORLD)
     samples, radius = make_samples("latin", 16, 2), 0.08
-    a = passes.algorithm2(depth, positions, display.view(0, WORLD).world_to_image, samples, radius)
-    b = passes.algorithm2(depth, positions, general(display, 0, WORLD), samples, radius)
+    a = ssao.algorithm2(depth, positions, display.view(0, WORLD).world_to_image, samples, radius)
+    b = ssao.algorithm2(depth, positions, general(display, 0, WORLD), samples, radius)
     assert 0.2 < a.texture.mean() < 0.6
     assert int(np.abs(16 * a.texture - 16 * b.texture).sum()) == 0
     assert a.outside == b.outside > 0
     # In float32 coordinates are off by some 1e-5 texel: rarely a sample changes its texel.
     a, b = (
-        passes.algorithm2(depth.astype(np.float32), positions.astype(np.float32), m, samples, radius)
+        ssao.algorithm2(depth.astype(np.float32), positions.astype(np.float32), m, samples, radius)
         for m in (display.view(0, WORLD).world_to_image, general(display, 0, WORLD))
     )
     assert (a.texture != b.texture).mean() < 0.01

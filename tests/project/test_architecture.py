@@ -208,7 +208,7 @@ def check_docstring(thing):
 
 
 def test_there_are_public_objects():
-    assert {"lfssao.ao.passes.blur", "lfssao.ao.kernels.ssao.algorithm2", "lfssao.optics.view.View"} <= set(OBJECTS)
+    assert {"lfssao.ao.post.blur", "lfssao.ao.kernels.ssao.algorithm2", "lfssao.optics.view.View"} <= set(OBJECTS)
 
 
 @pytest.mark.parametrize("name", OBJECTS)

@@ -22,8 +22,8 @@ from lfssao import (
     estimate,
     find_display,
 )
-from lfssao.ao import passes
-from lfssao.ao.estimators.neighbours import DepthCache
+from lfssao.ao import post, ssao
+from lfssao.ao.estimators.neighbours import DepthCache, algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.cli.main import main
 from lfssao.optics.kernels.projection import CROSSED_SLITS
@@ -58,14 +58,14 @@ def everything(caster, view, options, neighbours=()):
     g = caster.gbuffer(view, options.color_filter, options.normals)
     if neighbours:
         given = g.depth, g.positions, view.world_to_image, neighbours, options.samples
-        ao = [passes.algorithm2_with_neighbours(*given, radius) for radius in options.radii]
+        ao = [algorithm2_with_neighbours(*given, radius) for radius in options.radii]
     else:
         given = options.samples, options.weights
         buffers = Buffers.of(g, view)
         ao = [estimate(options.estimator, buffers, r, *given, **options.parameters) for r in options.radii]
-    merged = passes.merge([each.texture for each in ao])
-    blurred = passes.blur(merged, options.blur)
-    shaded = passes.shade_white(g.depth, blurred) if g.color is None else passes.shade(g.color, blurred)
+    merged = post.merge([each.texture for each in ao])
+    blurred = post.blur(merged, options.blur)
+    shaded = post.shade_white(g.depth, blurred) if g.color is None else post.shade(g.color, blurred)
     inner = [slice(view.guard, size - view.guard) for size in (view.height, view.width)]
     made = [np.ascontiguousarray(texture[*inner]) for texture in (merged, blurred, shaded)]
     ao_textures = tuple(np.ascontiguousarray(each.texture[*inner]) for each in ao)
@@ -142,7 +142,7 @@ def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
     shifted = replace(view, world_to_image=WorldToImage(view.world_to_image.kind, numbers))
     options = Settings((0.0,))
     (made,) = occlusions(Buffers.of(gbuffer, shifted), options)
-    right = passes.algorithm2(gbuffer.depth, gbuffer.positions, shifted.world_to_image, options.samples, 0.0)
+    right = ssao.algorithm2(gbuffer.depth, gbuffer.positions, shifted.world_to_image, options.samples, 0.0)
     assert made.outside == right.outside == 8 * (gbuffer.triangle >= 0).sum()
     assert_same_bits(made.texture, right.texture)
 

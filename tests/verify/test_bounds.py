@@ -20,7 +20,8 @@ from lfssao import (
     make_samples,
     module_views,
 )
-from lfssao.ao import passes
+from lfssao.ao.post import blur
+from lfssao.ao.ssao import algorithm2
 from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS, find_model
@@ -149,7 +150,7 @@ def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
     depth, positions, samples = critical_scene(rng, view, 5, 0.3)
     given = depth, positions, view.world_to_image, samples, 0.3
     found = {name: ssao.ao_bounds(*given, name) for name in MODELS}
-    texture = passes.algorithm2(*given).texture
+    texture = algorithm2(*given).texture
     np.testing.assert_array_equal(found["strict"].lower.view(np.int32), texture.view(np.int32))
     np.testing.assert_array_equal(found["strict"].upper.view(np.int32), texture.view(np.int32))
     for inner, outer in (("strict", "nearest"), ("nearest", "shader"), ("shader", "sampler")):
@@ -157,7 +158,7 @@ def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
         assert (found[inner].upper <= found[outer].upper).all()
     for sigma in (0.0, 0.7):
         blurred = post.blur_bounds(exactly(texture), sigma, "strict")
-        np.testing.assert_array_equal(blurred.lower, passes.blur(texture, sigma))
+        np.testing.assert_array_equal(blurred.lower, blur(texture, sigma))
         assert blurred.lower is blurred.upper or (blurred.lower == blurred.upper).all()
 
 
@@ -167,7 +168,7 @@ def test_blur_bounds_hold_the_blur_and_black_stays_black(model, sigma):
     rng = np.random.default_rng(5)
     texture = (rng.integers(0, 9, (7, 9)) / 8).astype(np.float32)
     found = post.blur_bounds(exactly(texture), sigma, model)
-    assert not found.outside(passes.blur(texture, sigma)).any()
+    assert not found.outside(blur(texture, sigma)).any()
     assert (found.upper - found.lower).max() <= 5e-5
     black = post.blur_bounds(exactly(0 * texture), sigma, model)
     assert not black.lower.any()

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, Settings, WorldToImage, fit_roi, make_samples, render_view
-from lfssao.ao import passes
+from lfssao.ao import post, ssao
 from lfssao.ao.kernels import blur as blur_kernels
 from lfssao.core.srgb import to_codes, to_linear
 from lfssao.optics.kernels import projection as kinds
@@ -124,24 +124,24 @@ def after_depth(scene, depth=None, positions=None):
     depth = right.depth if depth is None else np.ascontiguousarray(depth, np.float32)
     positions = right.positions if positions is None else np.ascontiguousarray(positions, np.float32)
     mapping, samples = scene.view.world_to_image, scene.settings.samples
-    ao = tuple(passes.algorithm2(depth, positions, mapping, samples, r).texture for r in scene.settings.radii)
+    ao = tuple(ssao.algorithm2(depth, positions, mapping, samples, r).texture for r in scene.settings.radii)
     return after_ao(scene, ao, depth=depth, positions=positions)
 
 
 def after_ao(scene, ao, **others):
     """Stages of a renderer whose AO is this, but which is right otherwise."""
     ao = tuple(np.ascontiguousarray(a, np.float32) for a in ao)
-    return after_merge(scene, passes.merge(list(ao)), ao=ao, **others)
+    return after_merge(scene, post.merge(list(ao)), ao=ao, **others)
 
 
 def after_merge(scene, merged, **others):
     merged = np.ascontiguousarray(merged, np.float32)
-    return after_blur(scene, passes.blur(merged, scene.settings.blur), merged=merged, **others)
+    return after_blur(scene, post.blur(merged, scene.settings.blur), merged=merged, **others)
 
 
 def after_blur(scene, blurred, **others):
     blurred = np.ascontiguousarray(blurred, np.float32)
-    shaded = passes.shade(scene.right.color, blurred)
+    shaded = post.shade(scene.right.color, blurred)
     return replace(scene.right, blurred=blurred, shaded=shaded, **others)
 
 
@@ -151,8 +151,7 @@ def ao_with(scene, radius_factor=1.0, samples=None, mapping=None):
     mapping = scene.view.world_to_image if mapping is None else mapping
     right = scene.right
     layers = [
-        passes.algorithm2(right.depth, right.positions, mapping, samples, radius_factor * r)
-        for r in scene.settings.radii
+        ssao.algorithm2(right.depth, right.positions, mapping, samples, radius_factor * r) for r in scene.settings.radii
     ]
     return after_ao(scene, [layer.texture for layer in layers])
 
@@ -232,7 +231,7 @@ def positions_in_physical_space(scene):
 
 
 def with_color(scene, color):
-    return replace(scene.right, color=color, shaded=passes.shade(color, scene.right.blurred))
+    return replace(scene.right, color=color, shaded=post.shade(color, scene.right.blurred))
 
 
 # AO
@@ -312,7 +311,7 @@ def look_up_bilinear(scene):
 def blurred_with(
     scene, weights=None, mode="edge", passes_of=(blur_kernels.blur_horizontal, blur_kernels.blur_vertical)
 ):
-    weights = passes.gaussian_kernel(scene.settings.blur) if weights is None else weights
+    weights = post.gaussian_kernel(scene.settings.blur) if weights is None else weights
     radius = len(weights) // 2
     source = np.pad(scene.right.merged, radius + 1, mode=mode)
     for run in passes_of:
@@ -328,7 +327,7 @@ def kernel_not_normalised(scene):
 
 
 def kernel_one_tap_short(scene):
-    inner = passes.gaussian_kernel(scene.settings.blur)[1:-1]
+    inner = post.gaussian_kernel(scene.settings.blur)[1:-1]
     return blurred_with(scene, inner / inner.sum())
 
 
@@ -416,9 +415,9 @@ BUGS = {
         "zeros_beyond_the_border": lambda s: blurred_with(s, mode="constant"),
         "wrapped_border": lambda s: blurred_with(s, mode="wrap"),
         "mirrored_border": lambda s: blurred_with(s, mode="reflect"),
-        "variance_for_sigma": lambda s: blurred_with(s, passes.gaussian_kernel(s.settings.blur**2)),
+        "variance_for_sigma": lambda s: blurred_with(s, post.gaussian_kernel(s.settings.blur**2)),
         "kernel_one_tap_short": kernel_one_tap_short,
-        "blur_of_the_first_radius": lambda s: after_blur(s, passes.blur(s.right.ao[0], s.settings.blur)),
+        "blur_of_the_first_radius": lambda s: after_blur(s, post.blur(s.right.ao[0], s.settings.blur)),
     },
     "shaded": {
         # SRGB codes of the shaded image, taken for linear light and encoded once more on the way out.

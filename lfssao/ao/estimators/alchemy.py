@@ -40,7 +40,7 @@ import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel
 from lfssao.ao.estimators.kernels import alchemy as kernels
-from lfssao.ao.passes import Occlusion
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.passes import Occlusion
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Texture
 
 FloatArray = NDArray[np.float64]

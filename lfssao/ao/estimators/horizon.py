@@ -26,7 +26,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Estimator, Options, option, run_kernel
 from lfssao.ao.estimators.kernels.horizon import Horizons, horizon_occlusion
 from lfssao.ao.estimators.vo.local_frame import disk_turns, seen_surface
-from lfssao.ao.passes import Occlusion
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
 

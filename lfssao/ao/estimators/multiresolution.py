@@ -1,6 +1,6 @@
 """Multi-resolution ambient occlusion, coarse to fine (after Hoang and Low 2010, 2012).
 
-LF merges several radii by their maximum (``passes.merge``); Hoang and Low keep a small square of taps and let the
+LF merges several radii by their maximum (``post.merge``); Hoang and Low keep a small square of taps and let the
 texels grow. LF and SAO cite them: AO is measured for different radii and merged (LF), or computed at different output
 scales and upsampled with a joint bilateral filter before compositing (SAO 1.1). The forms below are the usual ones of
 that method as far as they are known, and ours:
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option
 from lfssao.ao.estimators.kernels import multiresolution as kernels
-from lfssao.ao.passes import Occlusion
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 
 COMBINATIONS = ("both", "maximum", "average")

@@ -1,15 +1,22 @@
-"""The neighbours of a module: which they are, and their depth textures, each cast once as long as it is needed."""
+"""Algorithm 2 on several modules: which are a module's neighbours, their depth textures, and the occlusion by all."""
 
 from collections import OrderedDict
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction
+from lfssao.ao.ssao import Occlusion, scaled_offsets
+from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.view import View, WorldToImage
 from lfssao.optics.window import seen_rows
+
+# Numbers of the longest mapping, kind DISPLAY.
+DISPLAY_NUMBERS = 44
 
 Neighbour = tuple[WorldToImage, NDArray[np.float32]]
 
@@ -64,3 +71,55 @@ class DepthCache:
         while len(self._kept) > self._size:
             self._kept.popitem(last=False)
         return self._kept[view.name]
+
+
+def algorithm2_with_neighbours(
+    depth: Texture,
+    positions: Texture,
+    world_to_image: WorldToImage,
+    neighbours: Sequence[tuple[WorldToImage, Texture]],
+    samples: Texture,
+    radius: float,
+) -> Occlusion:
+    """Algorithm 2 on the textures of several modules: a sample is occluded if it is behind the surface in each.
+
+    Not in LF. A neighbour may see in the open a sample that the module's own texture hides; with no neighbours the
+    result is that of ``algorithm2``, bit for bit. More neighbours never add occlusion to a sample that falls into the
+    module's own texture.
+
+    Parameters
+    ----------
+    depth, positions, world_to_image
+        The module's own, as for ``algorithm2``.
+    neighbours : sequence of (WorldToImage, (H_k, W_k) texture)
+        Mapping and depth texture, of depth's dtype, of each other module.
+    samples, radius
+        As for ``algorithm2``.
+
+    Raises
+    ------
+    InputError
+        As for ``algorithm2``, or if a neighbour's depth is no texture of that dtype, or all have 2^31 texels.
+    """
+    check_texture("depth", depth, 2)
+    check_texture("positions", positions, 3)
+    check_fit("positions", positions, depth, 3)
+    views = [(world_to_image, depth), *neighbours]
+    for number, (_, other) in enumerate(views):
+        check_texture(f"depth of neighbour {number}", other, 2)
+        if other.dtype != depth.dtype:
+            raise InputError(f"depth of neighbour {number} is of {other.dtype}, expected {depth.dtype}")
+    numbers = np.zeros((len(views), DISPLAY_NUMBERS), depth.dtype)
+    for row, (mapping, _) in zip(numbers, views, strict=True):
+        row[: len(mapping.numbers)] = mapping.as_type(depth.dtype).numbers
+    sizes = np.array([(other.shape[1], other.shape[0]) for _, other in views], np.int64)
+    texels = sizes[:, 0] * sizes[:, 1]
+    ends = np.cumsum(texels)
+    if ends[-1] >= 2**31:  # the kernel's numbers of texels are of 32 bits
+        raise InputError(f"depth textures of {len(views)} modules have {ends[-1]} texels, 2^31 or more in all")
+    depths = np.concatenate([other.ravel() for _, other in views])
+    kinds = np.array([mapping.kind for mapping, _ in views], np.int64)
+    given = np.ascontiguousarray(depth), np.ascontiguousarray(positions), scaled_offsets(samples, radius, depth.dtype)
+    occlusion, outside = np.empty_like(depth, order="C"), np.empty(len(depth), np.int64)
+    hidden_fraction(*given, Views(kinds, numbers, sizes, ends - texels, depths), occlusion, outside)
+    return Occlusion(occlusion, int(outside.sum()))

@@ -29,8 +29,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao import passes
+from lfssao.ao import ssao
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.samples import make_samples
 
@@ -57,9 +58,7 @@ class PointOptions(HemisphereOptions, _Remap):
     """Options of ``point``."""
 
 
-def lf(
-    buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: Options
-) -> passes.Occlusion:
+def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: Options) -> Occlusion:
     """Return LF's occlusion, by Algorithm 1 where the mapping has an inverse, else by Algorithm 2.
 
     points: (n, 3), offsets in the unit ball, which all weigh 1 / n; weights are not read.
@@ -69,25 +68,25 @@ def lf(
 
 def lf_radii(
     buffers: Buffers, radii: Sequence[float], points: FloatArray, weights: FloatArray | None, options: Options
-) -> list[passes.Occlusion]:
+) -> list[Occlusion]:
     """Return ``lf`` of each of several radii, by Algorithm 2 all at once."""
     depth, view = buffers.depth, buffers.view
     if view.screen_to_world is not None:
         back, matrix = view.screen_to_world, view.world_to_image.numbers.reshape(4, 4)
-        return [passes.algorithm1(depth, back, matrix, points, radius) for radius in radii]
-    return passes.algorithm2_of_radii(depth, buffers.positions, view.world_to_image, points, radii)
+        return [ssao.algorithm1(depth, back, matrix, points, radius) for radius in radii]
+    return ssao.algorithm2_of_radii(depth, buffers.positions, view.world_to_image, points, radii)
 
 
 def point(
     buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: PointOptions
-) -> passes.Occlusion:
+) -> Occlusion:
     """Return LF Algorithm 2's occlusion on every view, cameras included, with options; arguments of ``lf``."""
     return _occluded(buffers, radius, points, None, options, options.remap)
 
 
 def hemisphere(
     buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: HemisphereOptions
-) -> passes.Occlusion:
+) -> Occlusion:
     """Return occlusion of the half ball above the surface: samples below it move to the other side of the point.
 
     VO section 4.4 says 'reflecting the points that are underneath'. An offset o is replaced by -o here, which keeps its
@@ -117,7 +116,7 @@ def _occluded(
     normals: NDArray[np.floating] | None,
     options: HemisphereOptions,
     remap: bool = False,
-) -> passes.Occlusion:
+) -> Occlusion:
     from lfssao.ao.estimators.kernels import point as kernels  # late: 'lf', the default, does not need it
 
     depth, dtype = buffers.depth, buffers.depth.dtype.type

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
-from lfssao.ao.passes import Occlusion, check_radius
+from lfssao.ao.ssao import Occlusion, check_radius
 from lfssao.ao.textures import Buffers
 from lfssao.errors import InputError
 

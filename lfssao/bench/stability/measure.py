@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao import passes
+from lfssao.ao import ssao
 from lfssao.bench.stability.exact import Mapping, Point, exact_image, rational
 from lfssao.bench.stability.running_error import EXACT, PROBE, Arithmetic, Tracked
 
@@ -105,9 +105,9 @@ def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any
     positions, depth = case.positions.astype(dtype), surface.astype(dtype)
     samples, radius = case.offset[None, :], 1.0
     if back is None:
-        decided = passes.algorithm2(depth, positions, to_image, samples, radius).texture
+        decided = ssao.algorithm2(depth, positions, to_image, samples, radius).texture
     else:
-        decided = passes.algorithm1(depth, back, to_image.numbers.reshape(4, 4), samples, radius).texture
+        decided = ssao.algorithm1(depth, back, to_image.numbers.reshape(4, 4), samples, radius).texture
     return case.mapping.kernel_image(positions, case.offset.astype(dtype)), decided > 0
 
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from lfssao.ao import passes
+from lfssao.ao import post, ssao
+from lfssao.ao.ssao import Occlusion
 from lfssao.bench.stability.table import Refusal
 from lfssao.optics.display import Display, Module
 from lfssao.optics.display_file import find_display
@@ -20,10 +21,10 @@ def _mesh(vertices: object) -> Mesh:
 
 def _occlusion(
     texture: str = "float32", samples: object = ((0.0, 0.0, 0.5),), radius: float = 1.0, scale: float = 1.0
-) -> passes.Occlusion:
+) -> Occlusion:
     numbers = np.array([scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, 2.0, -4.0, 1.0, 1.0])
     depth, positions = np.zeros((2, 2), texture), np.zeros((2, 2, 3), np.float32)
-    return passes.algorithm2(depth, positions, WorldToImage(CROSSED_SLITS, numbers), np.asarray(samples), radius)
+    return ssao.algorithm2(depth, positions, WorldToImage(CROSSED_SLITS, numbers), np.asarray(samples), radius)
 
 
 def _display(lens: Module, near: float, far: float) -> Display:
@@ -50,8 +51,8 @@ REFUSALS = (
     ),
     Refusal(*_STORED, "float16", lambda: _occlusion("float16"), "expected an array of float32"),
     Refusal(*_STORED, "uint16", lambda: _occlusion("uint16"), "expected an array of float32"),
-    Refusal("blur", "sigma", "sigma = 1e7", lambda: passes.gaussian_kernel(1e7), "between 0 and 1e+06"),
-    Refusal("blur", "sigma", "sigma = -1", lambda: passes.gaussian_kernel(-1.0), "between 0 and 1e+06"),
+    Refusal("blur", "sigma", "sigma = 1e7", lambda: post.gaussian_kernel(1e7), "between 0 and 1e+06"),
+    Refusal("blur", "sigma", "sigma = -1", lambda: post.gaussian_kernel(-1.0), "between 0 and 1e+06"),
     Refusal(
         "offset", "world coordinates far from 0", "a scene of 1.4 at 1e8, 1024 texels across",
         lambda: module_views(_mesh(_TRIANGLE * 1.4 + 1e8), find_display("virtual")), "move it to the origin",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao import passes
+from lfssao.ao import post
 from lfssao.ao.kernels import ssao
 from lfssao.bench.stability.measure import Measured, error_of
 from lfssao.gbuffer.kernels import triangle
@@ -26,8 +26,8 @@ def blurred(sigma: float, path: str) -> Measured:
     """
     dtype = np.dtype(path)
     texels = ((np.arange(_TEXELS) * 5 % _TEXELS + 1) / 8).astype(dtype)
-    ours = passes.blur(texels[None, :], sigma)[0]
-    taps = len(passes.gaussian_kernel(sigma))
+    ours = post.blur(texels[None, :], sigma)[0]
+    taps = len(post.gaussian_kernel(sigma))
     unit, double = float(np.finfo(dtype).epsneg), 2.0**-53
     relative = 2 * (taps + 2) * unit + 2 * (taps + 20) * double
     return _compared(ours, _gaussian(texels.astype(np.float64), sigma, taps // 2), relative)

@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from lfssao.ao import passes
+from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.textures import Texture
@@ -141,7 +141,7 @@ class _Bench:
 
 
 def _finished(layers: Layers, radii: tuple[float, ...], blur: float) -> Texture:
-    return passes.blur(passes.merge([layers[radius] for radius in radii]), blur)
+    return post.blur(post.merge([layers[radius] for radius in radii]), blur)
 
 
 def start(mesh: Mesh, grid: Grid, threads: int) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from lfssao.ao import passes
+from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.bench.times import Times, turns
 from lfssao.bench.work_precision.scene import BenchScene, Inputs
@@ -43,7 +43,7 @@ def _passes(
             out["ao", dtype, name, radius] = partial(scene.occlusion, estimator, dtype, radius, inputs[name])
         texture = scene.buffers[dtype].depth.clip(0, 1)  # any: its numbers do not change the time
         for radii in grid.radii:
-            out["merge", dtype, radii] = partial(passes.merge, [texture] * len(radii))
+            out["merge", dtype, radii] = partial(post.merge, [texture] * len(radii))
         for blur in grid.blurs:
-            out["blur", dtype, blur] = partial(passes.blur, texture, blur)
+            out["blur", dtype, blur] = partial(post.blur, texture, blur)
     return out

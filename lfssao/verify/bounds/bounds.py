@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao import passes
+from lfssao.ao.textures import check_texture
 from lfssao.errors import InputError
 
 Texture = NDArray[np.float32]
@@ -75,6 +75,6 @@ def down_to_single(values: FloatArray) -> Texture:
 
 def check_single(name: str, texture: Texture, dimensions: int) -> None:
     """Refuse a texture that is not float32 or has other dimensions."""
-    passes.check_texture(name, texture, dimensions)
+    check_texture(name, texture, dimensions)
     if texture.dtype != np.float32:
         raise InputError(f"{name} is of {texture.dtype}, the oracle judges float32")

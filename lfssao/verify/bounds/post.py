@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lfssao.ao import passes
 from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.ao.post import blur, gaussian_kernel, merge, shade
 from lfssao.core import elementary
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
@@ -18,7 +18,7 @@ def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
 
     The maximum rounds nothing and grows with each layer: it is that of the lower and that of the upper ends.
     """
-    lower, upper = passes.merge([b.lower for b in layers]), passes.merge([b.upper for b in layers])
+    lower, upper = merge([b.lower for b in layers]), merge([b.upper for b in layers])
     counts = [b.undecided for b in layers if b.undecided is not None]
     return Bounds(lower, upper, sum(counts[1:], counts[0]) if len(counts) == len(layers) else None)
 
@@ -45,11 +45,11 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
         If sigma or the model is wrong.
     """
     chosen = find_model(model)
-    weights = passes.gaussian_kernel(sigma)
+    weights = gaussian_kernel(sigma)
     if len(weights) == 1:
         return Bounds(occlusion.lower, occlusion.upper)
     if chosen.exact:
-        return Bounds(passes.blur(occlusion.lower, sigma), passes.blur(occlusion.upper, sigma))
+        return Bounds(blur(occlusion.lower, sigma), blur(occlusion.upper, sigma))
     n = len(weights)
     growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
     terms = (1 + weight_errors(sigma, chosen)) * growth - 1
@@ -75,7 +75,7 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     by abs(x) times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1
     roundings. sigma is positive, the model not an exact one.
     """
-    weights, r = passes.gaussian_kernel(sigma), model.operation
+    weights, r = gaussian_kernel(sigma), model.operation
     radius = len(weights) // 2
     x = 0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2
     x = np.where(weights > 0, x, 0.0)  # where exp is 0 in float64 no error makes more of it
@@ -110,7 +110,7 @@ def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "sha
     """
     chosen = find_model(model)
     if chosen.exact:
-        ends = [passes.shade(rgb, end) for end in (occlusion.lower, occlusion.upper)]
+        ends = [shade(rgb, end) for end in (occlusion.lower, occlusion.upper)]
         return Bounds(np.minimum(*ends), np.maximum(*ends))
     check_single("rgb", rgb, 3)
     if rgb.shape != (*occlusion.lower.shape, 3):

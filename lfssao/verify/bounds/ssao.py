@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao import passes
+from lfssao.ao.ssao import algorithm1, algorithm2, check_radius
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import MATRIX, Projection
@@ -63,10 +63,10 @@ def ao_bounds(
     inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
     if chosen.exact:
         if screen_to_world is None:
-            made = passes.algorithm2(depth, inputs.positions, world_to_image, samples, radius)
+            made = algorithm2(depth, inputs.positions, world_to_image, samples, radius)
         else:
             forth = world_to_image.numbers.reshape(4, 4)
-            made = passes.algorithm1(depth, screen_to_world, forth, samples, radius)
+            made = algorithm1(depth, screen_to_world, forth, samples, radius)
         return Bounds(made.texture, made.texture, np.zeros(depth.shape, np.int32))
     fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
     ssao_kernels.count_outcomes(inputs, chosen.errors, fewest, most)
@@ -104,7 +104,7 @@ def sample_inputs(
 
 def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:
     """R s in float64, and whether every float32 arithmetic makes exactly that of it."""
-    passes.check_radius(radius)
+    check_radius(radius)
     table = np.asarray(samples, np.float64)
     if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
         raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")

@@ -6,7 +6,7 @@ from importlib.resources import files
 import numpy as np
 
 from lfssao.ao.estimators.registry import ESTIMATORS
-from lfssao.ao.passes import gaussian_kernel
+from lfssao.ao.post import gaussian_kernel
 from lfssao.samples.spiral import BEST_TURNS
 
 _TURNS_A_LINE = 25

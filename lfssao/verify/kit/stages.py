@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lfssao.ao import passes
+from lfssao.ao import post, ssao
 from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
 from lfssao.optics.display import Display, Module
@@ -77,48 +78,48 @@ def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"image": image, "answers": statuses}
 
 
-def _occlusion(occlusion: passes.Occlusion) -> Outputs:
+def _occlusion(occlusion: Occlusion) -> Outputs:
     return {"occlusion": occlusion.texture, "outside": np.array([occlusion.outside])}
 
 
 def _algorithm1(parameters: Parameters, inputs: Arrays) -> Outputs:
     back, forth = (np.array(parameters[name]) for name in ("screen_to_world", "world_to_screen"))
-    made = passes.algorithm1(inputs["depth"], back, forth, inputs["samples"], parameters["radius"])
+    made = ssao.algorithm1(inputs["depth"], back, forth, inputs["samples"], parameters["radius"])
     return {**_occlusion(made), **_offsets(parameters, inputs)}
 
 
 def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
-    made = passes.algorithm2(
+    made = ssao.algorithm2(
         inputs["depth"], inputs["positions"], described_mapping(parameters), inputs["samples"], parameters["radius"]
     )
     return {**_occlusion(made), **_offsets(parameters, inputs)}
 
 
 def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
-    return {"merged": passes.merge(inputs["layers"])}
+    return {"merged": post.merge(inputs["layers"])}
 
 
 def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
-    weights = passes.gaussian_kernel(parameters["sigma"])
+    weights = post.gaussian_kernel(parameters["sigma"])
     rounded, half = weights.astype(np.float32), np.empty_like(inputs["source"])
     blur_kernels.blur_horizontal(inputs["source"], rounded, half)
-    blurred = passes.blur(inputs["source"], parameters["sigma"])
+    blurred = post.blur(inputs["source"], parameters["sigma"])
     return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
 
 
 def _shade(parameters: Parameters, inputs: Arrays) -> Outputs:
-    return {"shaded": passes.shade(inputs["image"], inputs["occlusion"])}
+    return {"shaded": post.shade(inputs["image"], inputs["occlusion"])}
 
 
 def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
     """From the G-buffer to the shaded picture: every stage on what the one before it made."""
     layers = [_algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
-    merged = passes.merge(layers)
-    blurred = passes.blur(merged, parameters["sigma"])
+    merged = post.merge(layers)
+    blurred = post.blur(merged, parameters["sigma"])
     guard = parameters["guard"]
     made = {f"ao_{k + 1}": without_guard(layer, guard) for k, layer in enumerate(layers)}
     made |= {"merged": without_guard(merged, guard), "blurred": without_guard(blurred, guard)}
-    return {"shaded": passes.shade(without_guard(inputs["image"], guard), made["blurred"]), **made}
+    return {"shaded": post.shade(without_guard(inputs["image"], guard), made["blurred"]), **made}
 
 
 def _view(parameters: Parameters) -> View:

@@ -14,7 +14,8 @@ from reference.passes import algorithm2_with_neighbours
 from ssao_cases import both, module_cases
 
 from lfssao import Mesh, RayCaster, Settings, find_display, fit_roi, make_samples, module_views, read_exr
-from lfssao.ao import passes
+from lfssao.ao import ssao
+from lfssao.ao.estimators import neighbours
 from lfssao.ao.estimators.neighbours import DepthCache, nearest_modules
 from lfssao.cli.main import main
 from lfssao.errors import InputError
@@ -44,7 +45,7 @@ def neighbourhoods(draw, dtype):
 @given(data=st.data())
 def test_neighbours_equal_the_reference(dtype, data):
     depth, positions, mapping, others, samples, radius = data.draw(neighbourhoods(dtype))
-    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, others, samples, radius)
+    actual = neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, samples, radius)
     views = [(texture, KINDS[m.kind], m.numbers.astype(dtype)) for m, texture in [(mapping, depth), *others]]
     occlusion, outside = algorithm2_with_neighbours(depth, positions, (radius * samples).astype(dtype), views)
     assert_same_bits(actual.texture, occlusion)
@@ -63,7 +64,9 @@ def test_neighbours_of_any_display_equal_the_reference(dtype, name, radius):
     positions = caster.gbuffer(views[0]).positions.astype(dtype)
     samples = make_samples("random", 5, 4)
     others = [(view.world_to_image, depth) for view, depth in zip(views[1:], depths[1:], strict=True)]
-    actual = passes.algorithm2_with_neighbours(depths[0], positions, views[0].world_to_image, others, samples, radius)
+    actual = neighbours.algorithm2_with_neighbours(
+        depths[0], positions, views[0].world_to_image, others, samples, radius
+    )
     known = [
         (depth, KINDS[view.world_to_image.kind], view.world_to_image.numbers.astype(dtype))
         for view, depth in zip(views, depths, strict=True)
@@ -71,7 +74,7 @@ def test_neighbours_of_any_display_equal_the_reference(dtype, name, radius):
     occlusion, outside = algorithm2_with_neighbours(depths[0], positions, (radius * samples).astype(dtype), known)
     assert_same_bits(actual.texture, occlusion)
     assert actual.outside == outside.sum() > 0
-    alone = passes.algorithm2(depths[0], positions, views[0].world_to_image, samples, radius)
+    alone = ssao.algorithm2(depths[0], positions, views[0].world_to_image, samples, radius)
     assert (alone.texture > occlusion).any()
 
 
@@ -79,8 +82,8 @@ def test_neighbours_of_any_display_equal_the_reference(dtype, name, radius):
 @given(data=st.data())
 def test_without_neighbours_it_is_algorithm_2(dtype, data):
     depth, positions, mapping, samples, radius = data.draw(module_cases(dtype))
-    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [], samples, radius)
-    expected = passes.algorithm2(depth, positions, mapping, samples, radius)
+    actual = neighbours.algorithm2_with_neighbours(depth, positions, mapping, [], samples, radius)
+    expected = ssao.algorithm2(depth, positions, mapping, samples, radius)
     assert_same_bits(actual.texture, expected.texture)
     assert actual.outside == expected.outside
 
@@ -102,8 +105,8 @@ def test_a_neighbour_sees_behind_a_card():
     mapping, depth, positions = card_before_a_wall(10)
     others = [card_before_a_wall(k)[:2] for k in (7, 13)]
     samples = np.array([[0.0, 0.0, -1.0], [0.5, 0.0, -0.5], [-0.5, 0.0, -0.5]])
-    alone = passes.algorithm2(depth, positions, mapping, samples, 0.1).texture
-    together = passes.algorithm2_with_neighbours(depth, positions, mapping, others, samples, 0.1).texture
+    alone = ssao.algorithm2(depth, positions, mapping, samples, 0.1).texture
+    together = neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, samples, 0.1).texture
     wall = positions[..., 2] == np.float32(0.2)
     assert (alone[wall] > 0).any()  # a halo round the card
     assert not together[wall].any()  # 40 cm before the wall nothing is solid
@@ -117,10 +120,10 @@ def test_a_sample_that_only_a_neighbour_can_tell_counts():
     depth, positions = np.zeros((1, 1), np.float32), np.zeros((1, 1, 3), np.float32)
     shifted = WorldToImage(mapping.kind, mapping.numbers + np.eye(1, 16, 14)[0] * 5)  # 5 texels to the right: outside
     samples = np.array([[0.0, 0.0, 0.1]])
-    assert passes.algorithm2(depth, positions, shifted, samples, 1.0).outside == 1
+    assert ssao.algorithm2(depth, positions, shifted, samples, 1.0).outside == 1
     for z, hidden in ((0.05, 1.0), (0.2, 0.0)):
         other = wide, np.full((30, 40), z, np.float32)
-        found = passes.algorithm2_with_neighbours(depth, positions, shifted, [other], samples, 1.0)
+        found = neighbours.algorithm2_with_neighbours(depth, positions, shifted, [other], samples, 1.0)
         assert (float(found.texture[0, 0]), found.outside) == (hidden, 0)
 
 
@@ -130,7 +133,7 @@ def test_a_neighbour_of_another_dtype_is_refused():
     depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
     for other in (np.zeros((3, 4)), np.zeros((0, 4), np.float32)):
         with pytest.raises(InputError, match="neighbour 1"):
-            passes.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, other)], np.ones((1, 3)), 1.0)
+            neighbours.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, other)], np.ones((1, 3)), 1.0)
 
 
 def test_more_texels_than_32_bits_can_number_are_refused():
@@ -138,7 +141,7 @@ def test_more_texels_than_32_bits_can_number_are_refused():
     depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
     others = [(mapping, np.broadcast_to(np.float32(0), (2**15, 2**15)))] * 2
     with pytest.raises(InputError, match="3 modules have 2147483660 texels"):
-        passes.algorithm2_with_neighbours(depth, positions, mapping, others, np.ones((1, 3)), 1.0)
+        neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, np.ones((1, 3)), 1.0)
 
 
 @both
@@ -148,13 +151,13 @@ def test_texels_without_a_surface_have_no_samples_wherever_they_are_said_to_be(d
     depth, positions = depth.astype(dtype), positions.astype(dtype)
     depth[::2] = np.inf
     samples = make_samples("latin", 8)
-    expected = passes.algorithm2(depth, positions, mapping, samples, 0.1)
-    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, depth)], samples, 0.1)
+    expected = ssao.algorithm2(depth, positions, mapping, samples, 0.1)
+    actual = neighbours.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, depth)], samples, 0.1)
     assert_same_bits(actual.texture, expected.texture)
     assert actual.outside == expected.outside > 0
     depth[:, 60:66] = np.inf  # and in the middle of a run
-    expected = passes.algorithm2(depth, positions, mapping, samples, 0.1)
-    actual = passes.algorithm2_with_neighbours(depth, positions, mapping, [], samples, 0.1)
+    expected = ssao.algorithm2(depth, positions, mapping, samples, 0.1)
+    actual = neighbours.algorithm2_with_neighbours(depth, positions, mapping, [], samples, 0.1)
     assert_same_bits(actual.texture, expected.texture)
     assert actual.outside == expected.outside
 
@@ -194,13 +197,13 @@ def test_the_command_renders_what_the_pass_makes_of_the_nearest_modules(rendered
     for index in range(9, 13):
         asked = [(views[k].world_to_image, seen[k].depth) for k in (index - 1, index + 1)]
         mine = seen[index]
-        expected = passes.algorithm2_with_neighbours(
+        expected = neighbours.algorithm2_with_neighbours(
             mine.depth, mine.positions, views[index].world_to_image, asked, make_samples(), 0.3
         )
         path = tmp_path / "out" / f"module_{index:03d}.exr"
         found = read_exr(path)["ao_1"].pixels[..., 0]
         assert_same_bits(found, expected.texture)
-        alone = passes.algorithm2(mine.depth, mine.positions, views[index].world_to_image, make_samples(), 0.3)
+        alone = ssao.algorithm2(mine.depth, mine.positions, views[index].world_to_image, make_samples(), 0.3)
         assert (found < alone.texture).any()
     settings = json.loads((tmp_path / "out" / "manifest.json").read_text())["settings"]
     assert settings["neighbours"] == 2

@@ -11,7 +11,7 @@ import pytest
 from lfssao import Buffers, InputError, Settings, estimate
 from lfssao.ao.estimators import registry
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate_radii, find_estimator
-from lfssao.ao.passes import Occlusion
+from lfssao.ao.ssao import Occlusion
 
 each = pytest.mark.parametrize("name", ESTIMATORS)
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -52,7 +52,7 @@ from lfssao.ao.estimators.sao.kernels.quad import average_quads
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TexelRays
 from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
 from lfssao.ao.kernels.blur import gaussian_weights
-from lfssao.ao.passes import Occlusion
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.ao import passes
+from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, option, run_kernel
 from lfssao.ao.estimators.vo.kernels.area import FAR, area_occlusion
 from lfssao.ao.estimators.vo.kernels.lines import line_occlusion
@@ -37,6 +37,7 @@ from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_turns, seen_surface
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels.merge import merge_product
+from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import log2
 from lfssao.core.sums import sum_in_order
@@ -71,7 +72,7 @@ class AreaOptions(VolumeOptions):
 
 def by_points(
     buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: VolumeOptions, tangent: bool
-) -> passes.Occlusion:
+) -> Occlusion:
     """Return occlusion by points (VO sections 3 and 4, after Crytek and Blizzard).
 
     points: (n, 3), offsets in the unit ball, world axes. weights: volumes of the points' cells (4.5), by default all
@@ -87,7 +88,7 @@ def by_points(
 
 def by_lines(
     buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: VolumeOptions, tangent: bool
-) -> passes.Occlusion:
+) -> Occlusion:
     """Return occlusion by lines (VO section 4.1).
 
     points: (n, 2), places of the lines in the unit disk. weights: integrals of the ball's extent in z over the disk's
@@ -99,7 +100,7 @@ def by_lines(
 
 def by_areas(
     buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: AreaOptions, tangent: bool
-) -> passes.Occlusion:
+) -> Occlusion:
     """Return occlusion by areas (VO section 4.2).
 
     points: (n, 2), the middles of the areas in the unit disk; an area is in proportion to the sample's weight over z_s
@@ -113,7 +114,7 @@ def by_areas(
 
 def _at_radii(
     kernel: Callable[..., None], buffers: Buffers, radius: float, options: VolumeOptions, *view: Any, most: float = inf
-) -> passes.Occlusion:
+) -> Occlusion:
     """Occlusion at R, or at R and a second radius together (VO section 6); most: thickness without end, in radii."""
     one = buffers.depth.dtype.type
     radii = [radius] if options.second == 0 else [radius, options.second * radius]
@@ -125,11 +126,11 @@ def _at_radii(
         return made[0]
     first, second = (each.texture for each in made)
     if options.combine == "minimum":
-        texture = passes.merge([first, second])
+        texture = post.merge([first, second])
     else:
         texture = np.empty_like(first)
         merge_product(first, second, texture)
-    return passes.Occlusion(texture, sum(each.outside for each in made))
+    return Occlusion(texture, sum(each.outside for each in made))
 
 
 def _normalised(weights: FloatArray) -> FloatArray:

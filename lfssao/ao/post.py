@@ -1,0 +1,131 @@
+"""Merge, Gaussian blur and shading of arrays from any source, in their dtype (LF section 7, passes 4 to 6)."""
+
+from collections.abc import Callable
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.ao.kernels import merge as merge_kernels
+from lfssao.ao.kernels import shade as shade_kernels
+from lfssao.ao.textures import Texture, check_fit, check_texture
+from lfssao.errors import InputError
+
+# A kernel of 6 million taps, the most that memory shall hold.
+MAX_SIGMA = 1e6
+
+
+def merge(layers: list[Texture] | Texture) -> Texture:
+    """Multi-resolution merge: the maximum over textures of several radii (LF section 6).
+
+    Parameters
+    ----------
+    layers : (K, H, W), or a list of K textures (H, W)
+        Occlusion, one texture a radius, K >= 1.
+
+    Raises
+    ------
+    InputError
+        If there is no texture, or their sizes or dtypes differ.
+    """
+    if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
+        raise InputError("merge needs at least one texture, all of one size")
+    for number, layer in enumerate(layers):
+        check_texture(f"layer {number}", layer, 2)
+        if layer.dtype != layers[0].dtype:
+            raise InputError(f"layer {number} is of {layer.dtype}, layer 0 of {layers[0].dtype}")
+    merged = np.array(layers[0])
+    for layer in layers[1:]:
+        merge_kernels.merge_maximum(np.ascontiguousarray(layer), merged)
+    return merged
+
+
+def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
+    """Weights of the Gaussian blur, float64, 2 ceil(3 sigma) + 1 of them; sigma in texels, 0 gives the one weight 1.
+
+    Raises
+    ------
+    InputError
+        If sigma is negative, above MAX_SIGMA or not a number.
+    """
+    if not 0 <= sigma <= MAX_SIGMA:
+        raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
+    radius = ceil(3 * sigma)
+    weights = np.ones(2 * radius + 1)
+    if radius > 0:
+        blur_kernels.gaussian_weights(float(sigma), radius, weights)
+    return weights
+
+
+def blur(occlusion: Texture, sigma: float) -> Texture:
+    """Gaussian blur in two passes, horizontal then vertical (LF section 7, passes 4 and 5).
+
+    Parameters
+    ----------
+    occlusion : (H, W) float32 or float64
+        The texture. Texels beyond the border have the border's value.
+    sigma : float
+        Standard deviation, texels; the kernel reaches ceil(3 sigma) texels to each side. 0 returns a copy.
+
+    Raises
+    ------
+    InputError
+        If the texture is not one, or sigma is negative or not finite.
+    """
+    check_texture("occlusion", occlusion, 2)
+    weights = gaussian_kernel(sigma).astype(occlusion.dtype)
+    if len(weights) == 1:
+        return occlusion.copy()
+    half, blurred = np.empty(occlusion.shape, occlusion.dtype), np.empty(occlusion.shape, occlusion.dtype)
+    blur_kernels.blur_horizontal(np.ascontiguousarray(occlusion), weights, half)
+    blur_kernels.blur_vertical(half, weights, blurred)
+    return blurred
+
+
+def shade(rgb: Texture, occlusion: Texture) -> Texture:
+    """Post pass: rgb (1 - occlusion) (LF sections 4 and 7).
+
+    Parameters
+    ----------
+    rgb : (H, W, 3) float32 or float64
+        Linear colour.
+    occlusion : (H, W), same dtype
+        0 to 1.
+
+    Raises
+    ------
+    InputError
+        If sizes or dtypes do not fit.
+    """
+    check_texture("rgb", rgb, 3)
+    check_texture("occlusion", occlusion, 2)
+    check_fit("rgb", rgb, occlusion, 3)
+    return _shaded(shade_kernels.apply_occlusion, rgb, occlusion)
+
+
+def shade_white(depth: Texture, occlusion: Texture) -> Texture:
+    """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 elsewhere.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Image z, +infinity where there is no surface.
+    occlusion : (H, W), same dtype
+        0 to 1.
+
+    Raises
+    ------
+    InputError
+        If sizes or dtypes do not fit.
+    """
+    check_texture("depth", depth, 2)
+    check_texture("occlusion", occlusion, 2)
+    check_fit("depth", depth, occlusion)
+    return _shaded(shade_kernels.apply_to_white, depth, occlusion)
+
+
+def _shaded(kernel: Callable[..., None], image: Texture, occlusion: Texture) -> Texture:
+    shaded = np.empty((*occlusion.shape, 3), occlusion.dtype)
+    kernel(np.ascontiguousarray(image), np.ascontiguousarray(occlusion), shaded)
+    return shaded

@@ -1,0 +1,157 @@
+"""Algorithms 1 and 2 on arrays from any source, in their dtype, float32 or float64 (LF section 7, pass 3)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lfssao.ao.kernels import ssao
+from lfssao.ao.textures import Texture, check_fit, check_texture
+from lfssao.core.affine import Matrix
+from lfssao.core.pictures import row_png, visibility_codes
+from lfssao.errors import InputError
+from lfssao.optics.kernels.projection import MATRIX, Projection
+from lfssao.optics.view import WorldToImage
+
+# Kernels count samples in 32 bits.
+MOST_COUNTED = 2**31 - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Occlusion:
+    """The result of Algorithm 1 or 2.
+
+    Attributes
+    ----------
+    texture : (H, W), dtype of the depth texture
+        Occluded fraction of the samples, 0 to 1; 0 where there is no surface.
+    outside : int
+        Number of samples outside the texture or the mapping's domain (they count as not occluded).
+    """
+
+    texture: Texture
+    outside: int
+
+    def _repr_png_(self) -> bytes:
+        return row_png([visibility_codes(self.texture)])
+
+
+def algorithm1(
+    depth: Texture,
+    screen_to_world: Matrix,
+    world_to_screen: Matrix,
+    samples: Texture,
+    radius: float,
+) -> Occlusion:
+    """LF Algorithm 1: occlusion of an ordinary view from its depth texture and two matrices.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Screen space z, +infinity where there is no surface.
+    screen_to_world, world_to_screen : (4, 4)
+        The matrices; screen x right and y down in texels, z growing away from the viewer.
+    samples : (n, 3)
+        Offsets in the unit ball (``make_samples``).
+    radius : float
+        R, world units.
+
+    Raises
+    ------
+    InputError
+        If a shape, a dtype or the radius is wrong.
+    """
+    check_texture("depth", depth, 2)
+    for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
+        if np.shape(matrix) != (4, 4):
+            raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
+    offsets = scaled_offsets(samples, radius, depth.dtype)
+    depth = np.ascontiguousarray(depth)
+    back, forth = (np.ascontiguousarray(np.ravel(m), depth.dtype) for m in (screen_to_world, world_to_screen))
+    occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
+    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, forth), occlusion, outside)
+    return Occlusion(occlusion, int(outside.sum()))
+
+
+def algorithm2(
+    depth: Texture,
+    positions: Texture,
+    world_to_image: WorldToImage,
+    samples: Texture,
+    radius: float,
+) -> Occlusion:
+    """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
+
+    Parameters
+    ----------
+    depth : (H, W) float32 or float64
+        Image z, +infinity where there is no surface.
+    positions : (H, W, 3), same dtype
+        World coordinates of the visible surface.
+    world_to_image : WorldToImage
+        The module's mapping (``View.world_to_image``).
+    samples : (n, 3)
+        Offsets in the unit ball (``make_samples``).
+    radius : float
+        R, world units.
+
+    Raises
+    ------
+    InputError
+        If a shape, a dtype or the radius is wrong.
+    """
+    return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,))[0]
+
+
+def algorithm2_of_radii(
+    depth: Texture,
+    positions: Texture,
+    world_to_image: WorldToImage,
+    samples: Texture,
+    radii: Sequence[float],
+) -> list[Occlusion]:
+    """``algorithm2`` of each of several radii, with the same bits, in less time.
+
+    Parameters
+    ----------
+    depth, positions, world_to_image, samples
+        As for ``algorithm2``.
+    radii : sequence of float
+        R of each, world units, at least one.
+
+    Raises
+    ------
+    InputError
+        As for ``algorithm2``, or if there is no radius.
+    """
+    if not radii:
+        raise InputError("radii: at least one is needed")
+    check_texture("depth", depth, 2)
+    check_texture("positions", positions, 3)
+    check_fit("positions", positions, depth, 3)
+    depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)
+    offsets = np.stack([scaled_offsets(samples, radius, depth.dtype) for radius in radii])
+    occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
+    outside = np.empty((len(radii), depth.shape[0]), np.int64)
+    ssao.algorithm2(depth, positions, offsets, world_to_image.as_type(depth.dtype), occlusion, outside)
+    return [Occlusion(texture, int(rows.sum())) for texture, rows in zip(occlusion, outside, strict=True)]
+
+
+def check_radius(radius: float) -> None:
+    """Refuse a radius that is not a finite number of at least 0."""
+    if not 0 <= radius < np.inf:
+        raise InputError(f"radius is {radius}, it must be a finite number of at least 0")
+
+
+def scaled_offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:
+    """Offsets in world units: radius times samples in float64, rounded once to the dtype."""
+    check_radius(radius)
+    table = np.asarray(samples, np.float64)
+    if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
+        raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")
+    if len(table) > MOST_COUNTED:
+        raise InputError(f"there are {len(table)} samples, more than {MOST_COUNTED} cannot be counted")
+    if not np.isfinite(table).all():
+        raise InputError("samples: a coordinate is not finite")
+    return np.ascontiguousarray(radius * table, dtype)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction
 from lfssao.ao.ssao import Occlusion, scaled_offsets
 from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError
@@ -101,6 +100,8 @@ def algorithm2_with_neighbours(
     InputError
         As for ``algorithm2``, or if a neighbour's depth is no texture of that dtype, or all have 2^31 texels.
     """
+    from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: the default does not need it
+
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
     check_fit("positions", positions, depth, 3)

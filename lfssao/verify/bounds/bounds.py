@@ -5,6 +5,7 @@ shading, ``depth`` of the G-buffer. ``error_model`` lists what a renderer may do
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,12 +49,14 @@ class Bounds:
         return ~((texture >= self.lower) & (texture <= self.upper))
 
     def crop(self, guard: int) -> "Bounds":
-        """The bounds without a guard band of that width, texels."""
-        if guard == 0:
-            return self
-        inner = slice(guard, -guard), slice(guard, -guard)
-        undecided = None if self.undecided is None else self.undecided[inner]
-        return Bounds(self.lower[inner], self.upper[inner], undecided)
+        """Bounds of an occlusion without a guard band of that width, texels."""
+        undecided = None if self.undecided is None else without_guard(self.undecided, guard)
+        return Bounds(without_guard(self.lower, guard), without_guard(self.upper, guard), undecided)
+
+
+def without_guard(texture: NDArray[Any], guard: int) -> NDArray[Any]:
+    """A texture (H, W) or (H, W, 3) without its guard band."""
+    return np.ascontiguousarray(texture[guard : len(texture) - guard, guard : texture.shape[1] - guard])
 
 
 def exactly(texture: Texture) -> Bounds:

@@ -41,17 +41,7 @@ SLOPES = 8
 
 
 def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of the depth texture of a mesh.
-
-    Parameters
-    ----------
-    caster : RayCaster
-        The mesh, in the view's cast space.
-    view : View
-        A module or a camera.
-    model : str or ErrorModel
-        Limits of a renderer; InputError if there is none of that name.
-    """
+    """Bounds of the depth texture of a view of the mesh that the caster holds in the view's cast space."""
     chosen = find_model(model)
     if chosen.exact:
         return exactly(caster.gbuffer(view, color=None).depth)
@@ -72,25 +62,10 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
 
 
 def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of the colour texture of a mesh: the span of nine rays through a texel, widened by itself each way.
+    """Bounds of the colour texture of a view: the span of nine rays through a texel, widened by itself each way.
 
-    Limit: a texture that changes within 1/256 of a texel (``shader``) is not followed.
-
-    Parameters
-    ----------
-    caster : RayCaster
-        The mesh, in the view's cast space.
-    view : View
-        A module or a camera.
-    color : str
-        How the mesh's textures are read, 'bilinear' or 'nearest'.
-    model : str or ErrorModel
-        Limits of a renderer; InputError if there is none of that name.
-
-    Raises
-    ------
-    InputError
-        If the mesh has no colour, or there is no such model or filter.
+    Limit: a texture that changes within 1/256 of a texel (``shader``) is not followed. ``color`` is how the mesh's
+    textures are read, 'bilinear' or 'nearest'. InputError if there is no such filter or the mesh has no colour.
     """
     chosen = find_model(model)
     low: Any = np.inf
@@ -133,20 +108,12 @@ def _screen_slope(view: View) -> float:
 
 
 def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of a depth texture without a mesh, from another one that is right.
-
-    Parameters
-    ----------
-    depth : (H, W) float32
-        The reference.
-    model : str or ErrorModel
-        Limits of a renderer; InputError if there is none of that name.
-    """
+    """Bounds of a depth texture (H, W) without a mesh, from the reference's."""
     chosen = find_model(model)
     if chosen.exact:
         return exactly(depth)
     reference = depth.astype(np.float64)
-    slack = _slack(reference, chosen)
+    slack = ROUNDINGS * chosen.operation * _largest(reference)
     steps = _steps(reference, slack)
     with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
         slope = np.max([_finite(step.near - reference) for step in steps], axis=0)
@@ -161,19 +128,10 @@ def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bound
 
 
 def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of a colour texture without a mesh, from another one that is right.
+    """Bounds of a colour texture (H, W, 3) without a mesh, from the reference's.
 
     Each texel may have any colour between those of it and its eight neighbours, and beyond them by ``SLOPES`` times
-    ``model.centre`` of their span and by ROUNDINGS operations.
-
-    Parameters
-    ----------
-    color : (H, W, 3) float32
-        The reference.
-    depth : (H, W) float32 or None
-        Its depth texture, at whose jumps some texels may leave the bounds.
-    model : str or ErrorModel
-        Limits of a renderer; InputError if there is none of that name.
+    ``model.centre`` of their span and by ROUNDINGS operations. At jumps of the reference's depth some may stray.
     """
     chosen = find_model(model)
     if chosen.exact:
@@ -188,22 +146,15 @@ def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorMod
 
 
 def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
-    """Return how many texels of a right depth or colour texture may leave the bounds that the reference's own gives.
+    """Number of texels of a right depth or colour texture that may leave the bounds that the reference's own gives.
 
     A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
     centre. An edge that is L texels long, in any direction, meets at most 2 sqrt(2) c L boxes on average, and at most L
     texels next to it count here. So the mean number m is at most 2 sqrt(2) c times the texels at a jump of depth; the
-    limit is m + 4 sqrt(m), four standard deviations above it.
-
-    Parameters
-    ----------
-    depth : (H, W) float32
-        The reference.
-    model : str or ErrorModel
-        Limits of a renderer; 0 for an exact one.
+    limit is m + 4 sqrt(m), four standard deviations above it; 0 for an exact model.
     """
     chosen, reference = find_model(model), depth.astype(np.float64)
-    return _strays(_steps(reference, _slack(reference, chosen)), chosen)
+    return _strays(_steps(reference, ROUNDINGS * chosen.operation * _largest(reference)), chosen)
 
 
 class _Step(NamedTuple):
@@ -239,11 +190,6 @@ def _strays(steps: list[_Step], model: ErrorModel) -> int:
         return 0
     mean = 2 * sqrt(2) * model.centre * int(np.count_nonzero(np.any([step.jump for step in steps], axis=0)))
     return int(mean + 4 * sqrt(mean))
-
-
-def _slack(reference: FloatArray, model: ErrorModel) -> float:
-    """Rounding of a depth, of the size of the largest."""
-    return ROUNDINGS * model.operation * _largest(reference)
 
 
 def _finite(difference: FloatArray) -> FloatArray:

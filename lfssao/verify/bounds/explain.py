@@ -70,25 +70,11 @@ def explain(
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
 ) -> list[Sample]:
-    """The samples of one texel, those that come nearest to another outcome first.
+    """The samples of one texel, (column, row), those that come nearest to another outcome first.
 
-    Parameters
-    ----------
-    texel : (int, int)
-        Column and row.
-    depth, positions, world_to_image, samples, radius, model, screen_to_world
-        As for ``bounds.ao_bounds``. An exact model has no errors; ``nearest`` is taken for it.
-
-    Returns
-    -------
-    list of Sample
-        Undecided ones first, then by the smaller of distance to the edge and to the surface, in units of the error.
-        Empty where the texel has no surface.
-
-    Raises
-    ------
-    InputError
-        As ``bounds.ao_bounds``.
+    Undecided ones come first, then by the smaller of distance to the edge and to the surface, in units of the error;
+    there are none where the texel has no surface. Arguments and errors are those of ``ssao.ao_bounds``, but an exact
+    model has no errors: ``nearest`` is taken for it.
     """
     chosen = find_model(model)
     chosen = MODELS["nearest"] if chosen.exact else chosen

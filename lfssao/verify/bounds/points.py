@@ -82,34 +82,10 @@ def point_bounds(
     options: Options,
     model: str | ErrorModel = "shader",
 ) -> Bounds | None:
-    """Bounds of an estimator's occlusion.
+    """Bounds of an estimator's occlusion; None if it counts no points, or a texture that it reads is missing.
 
-    Parameters
-    ----------
-    name : str
-        Name of the estimator.
-    surfaces : Surfaces
-        The textures and the mapping.
-    radius : float
-        R, world units.
-    points : (n, 3) or None
-        Offsets in the unit ball.
-    weights : (n,) or None
-        Their weights, read by VO.
-    options : mapping
-        All of the estimator's parameters.
-    model : str or ErrorModel
-        Limits of float32 arithmetic; not an exact one, under which there is one right value.
-
-    Returns
-    -------
-    Bounds or None
-        None where no interval is known: the estimator counts no points, or a texture that it reads is missing.
-
-    Raises
-    ------
-    InputError
-        If there is no such model, or weights are wrong.
+    R is in world units; points are (n, 3) in the unit ball, weights (n,), read by VO; options are all of the
+    estimator's parameters. InputError if there is no such model; an exact one has one right value and no bounds here.
     """
     if points is None or not is_bounded(name, options, surfaces.directions is not None):
         return None

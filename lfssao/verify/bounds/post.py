@@ -30,19 +30,7 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     a product and in n - 1 sums, in any order), and its weight is off by ``weight_errors``. So the sum is off by at most
     the sum of w max(abs(a)) ((1 + weight error) (1 + r)^n - 1), which is added to the pass over the bounds.
 
-    Parameters
-    ----------
-    occlusion : Bounds
-        Bounds of the texture that is blurred.
-    sigma : float
-        Standard deviation, texels; 0 changes nothing.
-    model : str or ErrorModel
-        Limits of float32 arithmetic.
-
-    Raises
-    ------
-    InputError
-        If sigma or the model is wrong.
+    sigma is in texels, and 0 changes nothing. InputError if it or the model is wrong.
     """
     chosen = find_model(model)
     weights = gaussian_kernel(sigma)
@@ -88,25 +76,11 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
 
 
 def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of rgb (1 - ao).
+    """Bounds of rgb (1 - ao), (H, W, 3), for a linear colour that is an input; InputError if sizes or model are wrong.
 
     1 - ao falls with ao, so for rgb >= 0 the largest ao makes the least. (1 - ao) rgb is rounded twice; rgb - rgb ao
     rounds rgb ao and the difference: r abs(rgb ao) + r abs(rgb (1 - ao)) more. Both are within
     r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r).
-
-    Parameters
-    ----------
-    rgb : (H, W, 3) float32
-        Linear colour, an input.
-    occlusion : Bounds
-        Bounds of the occlusion ao.
-    model : str or ErrorModel
-        Limits of float32 arithmetic.
-
-    Raises
-    ------
-    InputError
-        If sizes or the model are wrong.
     """
     chosen = find_model(model)
     if chosen.exact:

@@ -30,7 +30,7 @@ def ao_bounds(
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
 ) -> Bounds:
-    """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``, on given textures.
+    """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``: k_lo / n to k_hi / n as they may round.
 
     Parameters
     ----------
@@ -48,11 +48,6 @@ def ao_bounds(
         Limits of float32 arithmetic (``lfssao.verify.bounds.error_model``).
     screen_to_world : (4, 4), optional
         The inverse mapping, rounded to float32 likewise: Algorithm 1.
-
-    Returns
-    -------
-    Bounds
-        lower = k_lo / n and upper = k_hi / n as they may round, and the number of undecided samples, k_hi - k_lo.
 
     Raises
     ------

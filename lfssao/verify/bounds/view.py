@@ -16,28 +16,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lfssao.verify.bounds.bounds import Bounds, exactly
+from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds
-from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
+from lfssao.verify.case import Arrays, Parameters, described_mapping
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
-    """Bounds of one radius' occlusion, guard band included; None where none are known.
+    """Bounds of the occlusion of radius R, world units, guard band included; None where none are known.
 
-    Parameters
-    ----------
-    parameters : mapping
-        The estimator, LF's by default, and what it reads.
-    inputs : mapping of arrays
-        Textures and samples.
-    radius : float
-        R, world units.
-    model : ErrorModel
-        Limits of float32 arithmetic.
+    The parameters name the estimator, LF's by default, and hold what it reads; inputs are textures and samples.
     """
     mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
     depth, positions = inputs.get("depth"), inputs.get("positions")
@@ -57,20 +48,10 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
 class ViewBounds:
     """Bounds of the textures of a view, made when they are first asked for.
 
-    Parameters
-    ----------
-    parameters : mapping
-        ``radii``, ``sigma``, ``guard``, ``mapping`` and what occlusion is made with.
-    inputs : mapping of arrays
-        Depth, positions, normals, samples and the image that AO is multiplied into, the guard band included.
-    model : ErrorModel
-        Limits of float32 arithmetic.
-    own : mapping of arrays
-        Textures that a renderer made: those after them are made of them.
-    right : mapping of arrays
-        The reference's textures, for those whose bounds are not known.
-    mesh : mapping of Bounds
-        Bounds of depth and colour from the mesh, where it is known.
+    Parameters hold ``radii``, ``sigma``, ``guard``, ``mapping`` and what occlusion is made with; inputs are depth,
+    positions, normals, samples and the image that AO is multiplied into, the guard band included. ``own`` are a
+    renderer's textures, which later ones are made of, ``right`` the reference's, where no bounds are known, and
+    ``mesh`` bounds of depth and colour from the mesh.
     """
 
     def __init__(
@@ -88,24 +69,15 @@ class ViewBounds:
         self._layers: dict[str, Bounds | None] = {}
 
     def find(self, name: str) -> Bounds | PositionBounds | None:
-        """Bounds of a texture; None where nothing but its values is known to be right.
-
-        Raises
-        ------
-        InputError
-            If the parameters do not fit the textures.
-        """
+        """Bounds of a texture; None where only equal values are right. InputError if parameters do not fit textures."""
         if name == "depth":
             return self._mesh.get(name) or depth_bounds_of(self._right[name], self._model)
         if name == "color":
             return self._mesh.get(name) or color_bounds_of(self._right[name], self._right.get("depth"), self._model)
-        if name == "positions":
-            return self._positions()
-        return self._stage(name)
-
-    def _positions(self) -> Bounds | PositionBounds | None:
+        if name != "positions":
+            return self._stage(name)
         if self._model.exact:
-            return exactly(self._right["positions"])
+            return exactly(self._right[name])
         depth = self._inputs.get("depth")
         return None if depth is None else PositionBounds(described_mapping(self._parameters), depth, self._model)
 
@@ -153,8 +125,3 @@ def _merged(layers: list[Bounds | None]) -> Bounds | None:
     """Bounds of the maximum of layers; None where those of one are not known."""
     known = [layer for layer in layers if layer is not None]
     return merge_bounds(known) if len(known) == len(layers) else None
-
-
-def without_guard(texture: Array, guard: int) -> Array:
-    """A texture without its guard band."""
-    return texture if guard == 0 else np.ascontiguousarray(texture[guard:-guard, guard:-guard])

@@ -81,20 +81,15 @@ def stage_order(name: str) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False)
 class _Channel:
-    """A channel of the other renderer: its part, its name without and with the part's, its values."""
+    """A channel of the other renderer: its part, its name in it and, as title, with it, its values."""
 
     part: ImagePart
     name: str
-    full_name: str
+    title: str
     plane: Plane
 
-    @property
-    def names(self) -> tuple[str, str]:
-        return self.name, self.full_name
-
-    @property
-    def title(self) -> str:
-        return self.full_name if self.part.name else self.name
+    def has_name(self, *wanted: str) -> bool:
+        return self.name in wanted or self.title in wanted
 
 
 # Channels that a sentence names.
@@ -117,7 +112,7 @@ class Matcher:
     def __init__(self, parts: Sequence[ImagePart], layers: Sequence[Layer], rules: Mapping[str, str]) -> None:
         self._parts, self._layers, self._rules = parts, layers, rules
         self._all = [
-            _Channel(part, name, f"{part.name}.{name}", plane)
+            _Channel(part, name, f"{part.name}.{name}" if part.name else name, plane)
             for part in parts
             for name, plane in zip(part.channels, part.planes, strict=True)
         ]
@@ -167,7 +162,7 @@ class Matcher:
         if layer.name in self._rules:
             name = self._rules[layer.name]
             group = [c for c in self._all if c.part.name == name or c.name.rpartition(".")[0] == name]
-            group = group or [c for c in self._all if name in c.names]
+            group = group or [c for c in self._all if c.has_name(name)]
             if not group:
                 return [[]]
             if len(group) != len(layer.channels):
@@ -177,7 +172,7 @@ class Matcher:
         if not any(rules):
             return None
         return [
-            [c for c in self._all if rule in c.names] if rule else self._by_name(layer, channel)
+            [c for c in self._all if c.has_name(rule)] if rule else self._by_name(layer, channel)
             for rule, channel in zip(rules, layer.channels, strict=True)
         ]
 
@@ -188,10 +183,9 @@ class Matcher:
         taken = {name for other in others for name in other.channels} - set(layer.channels)
         named = [c for c in self._all if c.part.name == layer.name]
         free = [c for c in self._all if c.part.name not in parts and c.name not in taken]
-        wanted = {channel, _full(layer.name, channel)}
         for group in (named, free):
             exact = [c for c in group if c.name == channel]
-            if found := exact or [c for c in group if wanted & set(c.names)]:
+            if found := exact or [c for c in group if c.has_name(channel, _full(layer.name, channel))]:
                 return found
         return []
 

@@ -6,7 +6,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.verify.verdict import Flags, Plane, Planes, equal_bits
+from lfssao.verify.verdict import Flags, Plane, Planes, equal_bits, equal_values
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,8 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
     x, y = a[both], b[both]
     error = np.abs(x.astype(np.float64) - y.astype(np.float64))
     rmse = sqrt(float((error * error).sum()) / error.size) if error.size else 0.0
-    nan_a, nan_b, peak = np.isnan(a), np.isnan(b), _peak(b)
+    nan_a, nan_b, (low, high) = np.isnan(a), np.isnan(b), span(b)
+    peak = high - low
     infinite = (np.isinf(a) | np.isinf(b)) & ~nan_a & ~nan_b & (a != b)
     return Metrics(
         texels=differing.size,
@@ -88,13 +89,23 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
     )
 
 
-def _peak(reference: Plane) -> float:
-    """The signal's peak: 1 where all lies within 0 to 1, the largest code of integers, else the range."""
-    if reference.dtype.kind != "f":
-        return float(np.iinfo(reference.dtype).max)
-    finite = reference[np.isfinite(reference)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    return 1.0 if low >= 0 and high <= 1 else high - low
+def span(texture: Plane) -> tuple[float, float]:
+    """Ends of a signal: 0 and 1 where all lies between, as AO and colours do; 0 and the largest code of integers."""
+    if texture.dtype.kind != "f":
+        return 0.0, float(np.iinfo(texture.dtype).max)
+    finite = texture[np.isfinite(texture)]
+    low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
+    return (0.0, 1.0) if low >= 0 and high <= 1 else (low, high)
+
+
+def difference(mine: Planes, reference: Planes) -> NDArray[np.float64]:
+    """Largest absolute difference of a texel's channels, (H, W); infinite where one is not finite and the other is."""
+    a, b = np.stack(mine), np.stack(reference)
+    with np.errstate(all="ignore"):
+        error = np.abs(a.astype(np.float64) - b.astype(np.float64))
+    error[equal_values(a, b)] = 0
+    most: NDArray[np.float64] = np.max(np.where(np.isnan(error), np.inf, error), axis=0)
+    return most
 
 
 def _ssim(a: Plane, b: Plane, both: Flags, peak: float) -> float | None:

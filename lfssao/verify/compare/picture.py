@@ -10,7 +10,8 @@ from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.verify.compare.layers import Layer
-from lfssao.verify.verdict import SAME, Judgement, Verdict, equal_values, texels
+from lfssao.verify.compare.metrics import difference, span
+from lfssao.verify.verdict import SAME, Judgement, Verdict, texels
 
 _WIDTH = 480  # pixels of each panel, at most
 _MOST_ROWS = 12
@@ -39,25 +40,16 @@ class Panels:
         differing, outside = texels(judged.differing), texels(judged.outside)
         height, width = differing.shape
         step = max(1, -(-max(height, width) // _WIDTH))
-        low, high = _span(reference)
+        ends = span(reference.texture)
         self.rows.append(
             {
                 "title": f"{reference.name}: {verdict.title}",
-                "reference": _colors(reference, low, high)[::step, ::step],
-                "mine": _colors(mine, low, high)[::step, ::step],
-                "difference": _largest(_difference(mine, reference), step),
+                "reference": _colors(reference, *ends)[::step, ::step],
+                "mine": _colors(mine, *ends)[::step, ::step],
+                "difference": _largest(difference(mine.planes, reference.planes), step),
                 "verdict": _largest(differing.astype(np.uint8) + outside, step),
             }
         )
-
-
-def _span(layer: Layer) -> tuple[float, float]:
-    """Least and greatest finite value; 0 and 1 where all lie between, as in AO and colours."""
-    finite = np.concatenate([plane[np.isfinite(plane)].astype(np.float64) for plane in layer.planes])
-    if layer.planes[0].dtype.kind != "f":
-        return 0.0, float(np.iinfo(layer.planes[0].dtype).max)
-    low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
-    return (0.0, 1.0) if not (low < 0 or high > 1) else (low, high)
 
 
 def _colors(layer: Layer, low: float, high: float) -> NDArray[np.uint8]:
@@ -72,17 +64,6 @@ def _colors(layer: Layer, low: float, high: float) -> NDArray[np.uint8]:
     if layer.planes[0].dtype == np.float32 and [c.rpartition(".")[2] for c in layer.channels[:3]] == ["R", "G", "B"]:
         return to_codes(image.astype(np.float32))
     return (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
-
-
-def _difference(mine: Layer, reference: Layer) -> NDArray[np.float64]:
-    """Largest absolute difference of a texel's channels; infinite where one is not finite and the other is."""
-    most = np.zeros(mine.planes[0].shape)
-    with np.errstate(all="ignore"):
-        for a, b in zip(mine.planes, reference.planes, strict=True):
-            error = np.abs(a.astype(np.float64) - b.astype(np.float64))
-            error[equal_values(a, b)] = 0
-            most = np.maximum(most, np.where(np.isnan(error), np.inf, error))
-    return most
 
 
 def _largest(array: NDArray[Any], step: int) -> NDArray[Any]:

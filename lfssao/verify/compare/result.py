@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lfssao.verify.compare.layers import Layer
-from lfssao.verify.compare.metrics import Metrics, measure
-from lfssao.verify.verdict import Flags, Judgement, Planes, Verdict, equal_values, texels
+from lfssao.verify.compare.metrics import Metrics, difference, measure
+from lfssao.verify.verdict import Flags, Judgement, Planes, Verdict, texels
 
 WORST = 10
 
@@ -103,14 +103,10 @@ def _worst_places(
 ) -> list[tuple[int, int]]:
     """Columns and rows: those outside first, then by how far off they are, NaN and infinity before all; row by row."""
     outside, differing = texels(judged.outside), texels(judged.differing)
-    off = np.zeros(outside.shape)
-    with np.errstate(all="ignore"):  # infinity less infinity is not a number, and counts as infinitely far
-        for a, b, low, high in zip(mine, reference, *(ends or (reference, reference)), strict=True):
-            x, y = a.astype(np.float64), b.astype(np.float64)
-            beyond = np.maximum(low.astype(np.float64) - x, x - high.astype(np.float64))
-            distance = np.where(outside, np.maximum(beyond, 0), np.abs(x - y))
-            distance[equal_values(a, b)] = 0
-            off = np.maximum(off, np.where(np.isnan(distance), np.inf, distance))
+    off = difference(mine, reference)
+    if ends is not None:  # how far beyond the interval; NaN is infinitely far
+        held = np.fmin(np.fmax(np.stack(mine), np.stack(ends[0])), np.stack(ends[1]))
+        off = np.where(outside, difference(mine, tuple(held)), off)
     places = np.flatnonzero(differing | outside)
     order = np.lexsort((places, -off.ravel()[places], ~outside.ravel()[places]))[:WORST]
     width = outside.shape[1]

@@ -15,10 +15,10 @@ from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View
 from lfssao.samples import make_samples, square_points
-from lfssao.verify.bounds.bounds import Bounds, exactly
+from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
-from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds, without_guard
+from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds
 from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
 from lfssao.verify.kit.views import described_lens
 

@@ -7,6 +7,7 @@ allow it they would allow anybody.
 
 import functools
 import math
+import operator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,7 +20,6 @@ from lfssao.ao.kernels import blur as blur_kernels
 from lfssao.core.srgb import to_codes, to_linear
 from lfssao.optics.kernels import projection as kinds
 from lfssao.rendering.manifest import describe_settings, describe_view
-from lfssao.samples import square_points
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds, displaced
 from lfssao.verify.case import Case
 from lfssao.verify.compare.view_case import view_case
@@ -43,41 +43,24 @@ def wall_and_block():
     return Mesh(np.array(wall + block, float), np.array(faces, np.int32), Paint.from_vertex_colors(colors, len(faces)))
 
 
-WORLD_BOX = np.array([[-2.0, -2.0, -2.0], [2.0, 2.0, 2.0]])
+FIT = fit_roi(np.array([[-2.0, -2.0, -2.0], [2.0, 2.0, 2.0]]), ROI)
 
 
-@dataclass(frozen=True)
-class Stages:
-    """The textures of one view that a renderer made; None where it has none."""
-
-    depth: np.ndarray | None = None
-    positions: np.ndarray | None = None
-    color: np.ndarray | None = None
-    ao: tuple[np.ndarray, ...] = ()
-    merged: np.ndarray | None = None
-    blurred: np.ndarray | None = None
-    shaded: np.ndarray | None = None
-
-    @classmethod
-    def of(cls, made):
-        seen = made.gbuffer
-        return cls(seen.depth, seen.positions, seen.color, made.ao, made.merged, made.blurred, made.shaded)
-
-    def named(self):
-        made = {"depth": self.depth, "positions": self.positions, "color": self.color}
-        made |= {f"ao_{k + 1}": texture for k, texture in enumerate(self.ao)}
-        made |= {"merged": self.merged, "blurred": self.blurred, "shaded": self.shaded}
-        return {name: texture for name, texture in made.items() if texture is not None}
+def stages(made):
+    """The textures of a view by name, in the order of the passes."""
+    seen, layers = made.gbuffer, {f"ao_{k + 1}": texture for k, texture in enumerate(made.ao)}
+    first = {"depth": seen.depth, "positions": seen.positions, "color": seen.color}
+    return {**first, **layers, "merged": made.merged, "blurred": made.blurred, "shaded": made.shaded}
 
 
 def case_of(textures, settings, **from_mesh):
     """The case that a manifest describes."""
     described = view_case(Path(), {"settings": describe_settings(settings)}, {"view": describe_view(textures.view)})
-    return replace(described, outputs=Stages.of(textures).named(), bounds=from_mesh)
+    return replace(described, outputs=stages(textures), bounds=from_mesh)
 
 
 def verdicts(mine, case, model="shader"):
-    return {name: judged.verdict for name, judged in judge(mine.named(), case, model).items()}
+    return {name: judged.verdict for name, judged in judge(mine, case, model).items()}
 
 
 def failing(mine, case, model="shader"):
@@ -87,97 +70,102 @@ def failing(mine, case, model="shader"):
 
 @dataclass(frozen=True)
 class Scene:
-    """A renderer's inputs, and what is right."""
+    """A renderer's inputs, and the case with the textures that are right."""
 
     mesh: Mesh
     view: object
     settings: Settings
-    right: Stages
     case: Case
 
     @functools.cached_property
     def caster(self):
         return RayCaster(self.mesh, self.view.cast_from_world)
 
+    @property
+    def right(self):
+        return self.case.outputs
+
+    @property
+    def layers(self):
+        return np.stack([self.right["ao_1"], self.right["ao_2"]])
+
+    @property
+    def surface(self):
+        return self.right["depth"] < np.inf
+
 
 @functools.cache
 def small_scene(samples=8, sigma=0.8):
     mesh = wall_and_block()
-    view = DISPLAY.view(1, fit_roi(WORLD_BOX, ROI))
+    view = DISPLAY.view(1, FIT)
     table = make_samples("latin", samples, 1, 0.3, 1.0)
     settings = Settings(radii=(0.5, 0.9), samples=table, blur=sigma)
     caster = RayCaster(mesh, view.cast_from_world)
     textures = render_view(caster, view, settings)
     case = case_of(textures, settings, depth=depth_bounds(caster, view), color=color_bounds(caster, view))
-    return Scene(mesh, view, settings, Stages.of(textures), case)
+    return Scene(mesh, view, settings, case)
 
 
 def seen_by(scene, view, mesh=None):
     """All stages of a renderer that looks from another view, or at another mesh, but is right otherwise."""
     caster = scene.caster if mesh is None else RayCaster(mesh, view.cast_from_world)
-    return Stages.of(render_view(caster, view, scene.settings))
+    return stages(render_view(caster, view, scene.settings))
 
 
 def after_depth(scene, depth=None, positions=None):
     """Stages of a renderer whose depth and positions are these, but which is right otherwise."""
-    right = scene.right
-    depth = right.depth if depth is None else np.ascontiguousarray(depth, np.float32)
-    positions = right.positions if positions is None else np.ascontiguousarray(positions, np.float32)
-    mapping, samples = scene.view.world_to_image, scene.settings.samples
-    ao = tuple(ssao.algorithm2(depth, positions, mapping, samples, r).texture for r in scene.settings.radii)
-    return after_ao(scene, ao, depth=depth, positions=positions)
+    given = {"depth": depth, "positions": positions}
+    given = {name: np.ascontiguousarray(array, np.float32) for name, array in given.items() if array is not None}
+    return ao_with(replace(scene, case=replace(scene.case, outputs={**scene.right, **given})))
 
 
-def after_ao(scene, ao, **others):
+def after_ao(scene, layers):
     """Stages of a renderer whose AO is this, but which is right otherwise."""
-    ao = tuple(np.ascontiguousarray(a, np.float32) for a in ao)
-    return after_merge(scene, post.merge(list(ao)), ao=ao, **others)
+    layers = [np.ascontiguousarray(layer, np.float32) for layer in layers]
+    made = {f"ao_{k + 1}": layer for k, layer in enumerate(layers)}
+    return {**after_merge(scene, post.merge(layers)), **made}
 
 
-def after_merge(scene, merged, **others):
+def after_merge(scene, merged):
     merged = np.ascontiguousarray(merged, np.float32)
-    return after_blur(scene, post.blur(merged, scene.settings.blur), merged=merged, **others)
+    return {**after_blur(scene, post.blur(merged, scene.settings.blur)), "merged": merged}
 
 
-def after_blur(scene, blurred, **others):
+def after_blur(scene, blurred):
     blurred = np.ascontiguousarray(blurred, np.float32)
-    shaded = post.shade(scene.right.color, blurred)
-    return replace(scene.right, blurred=blurred, shaded=shaded, **others)
+    return {**scene.right, "blurred": blurred, "shaded": post.shade(scene.right["color"], blurred)}
 
 
 def ao_with(scene, radius_factor=1.0, samples=None, mapping=None):
     """AO of other parameters."""
     samples = scene.settings.samples if samples is None else samples
     mapping = scene.view.world_to_image if mapping is None else mapping
-    right = scene.right
-    layers = [
-        ssao.algorithm2(right.depth, right.positions, mapping, samples, radius_factor * r) for r in scene.settings.radii
-    ]
-    return after_ao(scene, [layer.texture for layer in layers])
+    given = scene.right["depth"], scene.right["positions"], mapping, samples
+    return after_ao(scene, [ssao.algorithm2(*given, radius_factor * r).texture for r in scene.settings.radii])
 
 
-def own_ao(scene, look_up=None, behind=None, offset=None, divisor=None):
+def at(depth, row, column):
+    """The surface of a texel; None outside the texture."""
+    return depth[row, column] if 0 <= row < len(depth) and 0 <= column < depth.shape[1] else None
+
+
+def at_floor(depth, u, v):
+    return at(depth, math.floor(v), math.floor(u))
+
+
+def own_ao(scene, look_up=at_floor, behind=operator.lt, offset=lambda offsets: offsets, divisor=None):
     """AO by a plain loop in float32 with one line replaced."""
-    right, projection = scene.right, scene.view.world_to_image.as_type(np.float32)
-    depth = right.depth
-    height, width = depth.shape
-    n = len(scene.settings.samples)
+    projection, depth = scene.view.world_to_image.as_type(np.float32), scene.right["depth"]
     layers = []
     for radius in scene.settings.radii:
-        offsets = (radius * scene.settings.samples).astype(np.float32)
-        offsets = offsets if offset is None else offset(offsets)
+        offsets = offset((radius * scene.settings.samples).astype(np.float32))
         out = np.zeros_like(depth)
         for j, i in np.argwhere(depth < np.inf):
             for o in offsets:
-                u, v, z, valid = kinds.world_to_image(projection, *(right.positions[j, i] + o))
-                if look_up is not None:
-                    surface = look_up(depth, u, v)
-                else:
-                    inside = 0 <= u < width and 0 <= v < height
-                    surface = depth[math.floor(v), math.floor(u)] if inside else None
-                if valid and surface is not None and (surface < z if behind is None else behind(surface, z)):
-                    out[j, i] += 1
-        layers.append(out / np.float32(n if divisor is None else divisor))
+                u, v, z, valid = kinds.world_to_image(projection, *(scene.right["positions"][j, i] + o))
+                surface = look_up(depth, u, v)
+                out[j, i] += valid and surface is not None and behind(surface, z)
+        layers.append(out / np.float32(divisor or len(scene.settings.samples)))
     return after_ao(scene, layers)
 
 
@@ -188,10 +176,9 @@ def test_a_renderer_without_a_bug_is_accepted():
     for mine in (scene.right, own_ao(scene), after_depth(scene), ao_with(scene)):
         found = verdicts(mine, scene.case)
         assert set(found.values()) <= {Verdict.EQUAL_BITS, Verdict.INSIDE}
-        assert list(found) == list(scene.right.named())
-    surface = scene.right.depth < np.inf
-    assert 0 < (~surface).sum() < surface.sum()
-    assert all(len(np.unique(a)) > 5 for a in scene.right.ao)
+        assert list(found) == list(scene.right)
+    assert 0 < (~scene.surface).sum() < scene.surface.sum()
+    assert all(len(np.unique(layer)) > 5 for layer in scene.layers)
 
 
 # Depth: what a renderer of these sees
@@ -199,7 +186,7 @@ def test_a_renderer_without_a_bug_is_accepted():
 
 def distance_for_depth(scene):
     """The way along the ray from the screen, for z."""
-    depth = scene.right.depth
+    depth = scene.right["depth"]
     j, i = np.mgrid[:SIZE, :SIZE] + 0.5
     m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = scene.view.lens
     s_x, s_y = (i - u_0) / u_scale, (j - v_0) / v_scale
@@ -214,7 +201,7 @@ def back_faces_only(scene):
 
 
 def depth_in_ten_bits(scene):
-    depth = scene.right.depth
+    depth = scene.right["depth"]
     return after_depth(scene, np.where(depth < np.inf, np.round((depth + 0.2) / 0.4 * 1023) / 1023 * 0.4 - 0.2, depth))
 
 
@@ -222,7 +209,7 @@ def depth_in_ten_bits(scene):
 
 
 def positions_in_physical_space(scene):
-    world, m = scene.right.positions.astype(float), scene.view.cast_from_world
+    world, m = scene.right["positions"].astype(float), scene.view.cast_from_world
     physical = np.where(np.isfinite(world), np.nan_to_num(world, posinf=0) @ m[:, :3].T + m[:, 3], np.inf)
     return after_depth(scene, positions=physical)
 
@@ -231,7 +218,7 @@ def positions_in_physical_space(scene):
 
 
 def with_color(scene, color):
-    return replace(scene.right, color=color, shaded=post.shade(color, scene.right.blurred))
+    return {**scene.right, "color": color, "shaded": post.shade(color, scene.right["blurred"])}
 
 
 # AO
@@ -242,11 +229,6 @@ def radius_not_cubed(scene):
     table = scene.settings.samples
     t = (np.linalg.norm(table, axis=1) ** 3 - 0.3**3) / (1 - 0.3**3)
     return ao_with(scene, samples=table * ((0.3 + 0.7 * t) / np.linalg.norm(table, axis=1))[:, None])
-
-
-def another_seed(scene):
-    assert len(square_points("latin", 8, 2)) == 8
-    return ao_with(scene, samples=make_samples("latin", 8, 2, 0.3, 1.0))
 
 
 def samples_in_physical_space(scene):
@@ -262,33 +244,6 @@ def pinhole_for_two_slits(scene):
     m[4:8] *= -m_z / z_o  # so that points on the screen still land where they should, mirrored denominators aside
     m[13] = -m_z
     return ao_with(scene, mapping=WorldToImage(kinds.CROSSED_SLITS, m))
-
-
-def look_up_half_a_texel_off(scene):
-    """Rounded to the nearest integer instead of to the floor."""
-
-    def look_up(depth, u, v):
-        i, j = math.floor(u + 0.5), math.floor(v + 0.5)
-        return depth[j, i] if 0 <= i < SIZE and 0 <= j < SIZE else None
-
-    return own_ao(scene, look_up)
-
-
-def look_up_truncated(scene):
-    """Rounded towards zero: what lies a little left of the texture reads its first column."""
-
-    def look_up(depth, u, v):
-        i, j = math.trunc(u), math.trunc(v)
-        return depth[j, i] if 0 <= i < SIZE and 0 <= j < SIZE else None
-
-    return own_ao(scene, look_up)
-
-
-def look_up_row_and_column_exchanged(scene):
-    def look_up(depth, u, v):
-        return depth[math.floor(u), math.floor(v)] if 0 <= u < SIZE and 0 <= v < SIZE else None
-
-    return own_ao(scene, look_up)
 
 
 def look_up_bilinear(scene):
@@ -313,7 +268,7 @@ def blurred_with(
 ):
     weights = post.gaussian_kernel(scene.settings.blur) if weights is None else weights
     radius = len(weights) // 2
-    source = np.pad(scene.right.merged, radius + 1, mode=mode)
+    source = np.pad(scene.right["merged"], radius + 1, mode=mode)
     for run in passes_of:
         target = np.empty_like(source)
         run(source, weights.astype(np.float32), target)
@@ -336,7 +291,7 @@ def kernel_one_tap_short(scene):
 
 def shaded(scene, factor):
     """The image times a factor."""
-    return replace(scene.right, shaded=(scene.right.color * factor[..., None]).astype(np.float32))
+    return {**scene.right, "shaded": (scene.right["color"] * factor[..., None]).astype(np.float32)}
 
 
 # The textures of each wrong renderer, by the stage that must be named.
@@ -344,32 +299,30 @@ BUGS = {
     "depth": {
         "half_texel_shift": lambda s: seen_by(s, displaced(s.view, -0.5, -0.5)),
         "hundredth_texel_shift": lambda s: seen_by(s, displaced(s.view, 0.01, 0.0)),
-        "flipped_v": lambda s: after_depth(s, s.right.depth[::-1], s.right.positions[::-1]),
-        "transposed": lambda s: after_depth(s, s.right.depth.T, s.right.positions.transpose(1, 0, 2)),
-        "observer_too_high": lambda s: seen_by(
-            s, replace(DISPLAY, observer_height=0.2).view(1, fit_roi(WORLD_BOX, ROI))
-        ),
-        "observers_too_near": lambda s: seen_by(s, replace(DISPLAY, observer_z=-1.6).view(1, fit_roi(WORLD_BOX, ROI))),
-        "module_off_by_one": lambda s: seen_by(s, DISPLAY.view(0, fit_roi(WORLD_BOX, ROI))),
-        "half_floats_in_depth": lambda s: after_depth(s, s.right.depth.astype(np.float16)),
+        "flipped_v": lambda s: after_depth(s, s.right["depth"][::-1], s.right["positions"][::-1]),
+        "transposed": lambda s: after_depth(s, s.right["depth"].T, s.right["positions"].transpose(1, 0, 2)),
+        "observer_too_high": lambda s: seen_by(s, replace(DISPLAY, observer_height=0.2).view(1, FIT)),
+        "observers_too_near": lambda s: seen_by(s, replace(DISPLAY, observer_z=-1.6).view(1, FIT)),
+        "module_off_by_one": lambda s: seen_by(s, DISPLAY.view(0, FIT)),
+        "half_floats_in_depth": lambda s: after_depth(s, s.right["depth"].astype(np.float16)),
         "depth_in_ten_bits": depth_in_ten_bits,
-        "background_at_zero": lambda s: after_depth(s, np.where(s.right.depth < np.inf, s.right.depth, 0)),
+        "background_at_zero": lambda s: after_depth(s, np.where(s.surface, s.right["depth"], 0)),
         "distance_for_depth": distance_for_depth,
-        "depth_towards_the_viewers": lambda s: after_depth(s, np.where(s.right.depth < np.inf, -s.right.depth, np.inf)),
+        "depth_towards_the_viewers": lambda s: after_depth(s, np.where(s.surface, -s.right["depth"], np.inf)),
         "back_faces_only": back_faces_only,
     },
     "positions": {
         "positions_in_physical_space": positions_in_physical_space,
-        "positions_of_the_next_texel": lambda s: after_depth(s, positions=np.roll(s.right.positions, -1, axis=1)),
-        "half_floats_in_positions": lambda s: after_depth(s, positions=s.right.positions.astype(np.float16)),
+        "positions_of_the_next_texel": lambda s: after_depth(s, positions=np.roll(s.right["positions"], -1, axis=1)),
+        "half_floats_in_positions": lambda s: after_depth(s, positions=s.right["positions"].astype(np.float16)),
         "positions_zero_without_surface": lambda s: after_depth(
-            s, positions=np.where(np.isfinite(s.right.positions), s.right.positions, 0)
+            s, positions=np.where(s.surface[..., None], s.right["positions"], 0)
         ),
     },
     "color": {
         # SRGB codes taken for linear light.
-        "color_not_decoded": lambda s: with_color(s, (to_codes(s.right.color) / 255).astype(np.float32)),
-        "red_and_blue_exchanged": lambda s: with_color(s, np.ascontiguousarray(s.right.color[..., ::-1])),
+        "color_not_decoded": lambda s: with_color(s, (to_codes(s.right["color"]) / 255).astype(np.float32)),
+        "red_and_blue_exchanged": lambda s: with_color(s, np.ascontiguousarray(s.right["color"][..., ::-1])),
     },
     "ao_1": {
         "radius_one_percent_too_large": lambda s: ao_with(s, radius_factor=1.01),
@@ -377,36 +330,36 @@ BUGS = {
         "divided_by_one_less": lambda s: own_ao(s, divisor=len(s.settings.samples) - 1),
         "radius_not_cubed": radius_not_cubed,
         "samples_mirrored_in_z": lambda s: ao_with(s, samples=s.settings.samples * [1, 1, -1]),
-        "another_seed": another_seed,
+        "another_seed": lambda s: ao_with(s, samples=make_samples("latin", 8, 2, 0.3, 1.0)),
         "samples_in_physical_space": samples_in_physical_space,
         "pinhole_for_two_slits": pinhole_for_two_slits,
-        "look_up_half_a_texel_off": look_up_half_a_texel_off,
-        "look_up_truncated": look_up_truncated,
+        # Rounded to the nearest integer instead of to the floor.
+        "look_up_half_a_texel_off": lambda s: own_ao(s, lambda depth, u, v: at_floor(depth, u + 0.5, v + 0.5)),
+        # Rounded towards zero: what lies a little left of the texture reads its first column.
+        "look_up_truncated": lambda s: own_ao(s, lambda depth, u, v: at(depth, math.trunc(v), math.trunc(u))),
         # Samples outside the texture read its border.
         "look_up_clamped": lambda s: own_ao(
             s, lambda depth, u, v: depth[min(max(int(v), 0), SIZE - 1), min(max(int(u), 0), SIZE - 1)]
         ),
-        "look_up_row_and_column_exchanged": look_up_row_and_column_exchanged,
+        "look_up_row_and_column_exchanged": lambda s: own_ao(s, lambda depth, u, v: at_floor(depth, v, u)),
         "look_up_bilinear": look_up_bilinear,
         # A bias against self-occlusion, as renderers with a depth test have it.
         "depth_bias": lambda s: own_ao(s, behind=lambda surface, z: surface + 0.01 < z),
         # <= for <: see tie_scene.
-        "less_or_equal": lambda s: own_ao(s, behind=lambda surface, z: surface <= z),
-        "visibility_for_occlusion": lambda s: after_ao(
-            s, [np.where(s.right.depth < np.inf, 1 - a, 0) for a in s.right.ao]
-        ),
-        "background_occluded": lambda s: after_ao(s, [np.where(s.right.depth < np.inf, a, 1) for a in s.right.ao]),
-        "ao_in_eight_bits": lambda s: after_ao(s, [np.round(a * 255) / 255 for a in s.right.ao]),
-        "radii_exchanged": lambda s: after_ao(s, s.right.ao[::-1]),
+        "less_or_equal": lambda s: own_ao(s, behind=operator.le),
+        "visibility_for_occlusion": lambda s: after_ao(s, np.where(s.surface, 1 - s.layers, 0)),
+        "background_occluded": lambda s: after_ao(s, np.where(s.surface, s.layers, 1)),
+        "ao_in_eight_bits": lambda s: after_ao(s, np.round(s.layers * 255) / 255),
+        "radii_exchanged": lambda s: after_ao(s, s.layers[::-1]),
     },
     "ao_2": {
-        "second_radius_is_the_first": lambda s: after_ao(s, s.right.ao[:1] * 2),
+        "second_radius_is_the_first": lambda s: after_ao(s, s.layers[[0, 0]]),
     },
     "merged": {
-        "sum_for_maximum": lambda s: after_merge(s, np.sum(s.right.ao, axis=0)),
-        "minimum_for_maximum": lambda s: after_merge(s, np.min(s.right.ao, axis=0)),
-        "mean_for_maximum": lambda s: after_merge(s, np.mean(s.right.ao, axis=0)),
-        "last_radius_not_merged": lambda s: after_merge(s, s.right.ao[0]),
+        "sum_for_maximum": lambda s: after_merge(s, s.layers.sum(axis=0)),
+        "minimum_for_maximum": lambda s: after_merge(s, s.layers.min(axis=0)),
+        "mean_for_maximum": lambda s: after_merge(s, s.layers.mean(axis=0)),
+        "last_radius_not_merged": lambda s: after_merge(s, s.layers[0]),
     },
     "blurred": {
         "kernel_not_normalised": kernel_not_normalised,
@@ -417,17 +370,15 @@ BUGS = {
         "mirrored_border": lambda s: blurred_with(s, mode="reflect"),
         "variance_for_sigma": lambda s: blurred_with(s, post.gaussian_kernel(s.settings.blur**2)),
         "kernel_one_tap_short": kernel_one_tap_short,
-        "blur_of_the_first_radius": lambda s: after_blur(s, post.blur(s.right.ao[0], s.settings.blur)),
+        "blur_of_the_first_radius": lambda s: after_blur(s, post.blur(s.layers[0], s.settings.blur)),
     },
     "shaded": {
         # SRGB codes of the shaded image, taken for linear light and encoded once more on the way out.
-        "encoded_twice": lambda s: replace(
-            s.right, shaded=(to_codes(s.right.shaded) / np.float32(255)).astype(np.float32)
-        ),
-        "decoded_twice": lambda s: replace(s.right, shaded=to_linear(np.round(s.right.shaded * 255).astype(np.uint8))),
-        "multiplied_by_occlusion": lambda s: shaded(s, s.right.blurred),
-        "occlusion_applied_twice": lambda s: shaded(s, (1 - s.right.blurred) ** 2),
-        "not_blurred_before_shading": lambda s: shaded(s, 1 - s.right.merged),
+        "encoded_twice": lambda s: s.right | {"shaded": (to_codes(s.right["shaded"]) / 255).astype(np.float32)},
+        "decoded_twice": lambda s: s.right | {"shaded": to_linear(np.round(s.right["shaded"] * 255).astype(np.uint8))},
+        "multiplied_by_occlusion": lambda s: shaded(s, s.right["blurred"]),
+        "occlusion_applied_twice": lambda s: shaded(s, (1 - s.right["blurred"]) ** 2),
+        "not_blurred_before_shading": lambda s: shaded(s, 1 - s.right["merged"]),
     },
 }
 PLANTED = [(stage, name) for stage, bugs in BUGS.items() for name in bugs]
@@ -445,7 +396,7 @@ def tie_scene():
     caster = RayCaster(mesh, view.cast_from_world)
     textures = render_view(caster, view, settings)
     case = case_of(textures, settings, depth=depth_bounds(caster, view))
-    return Scene(mesh, view, settings, Stages.of(textures), case)
+    return Scene(mesh, view, settings, case)
 
 
 @pytest.mark.parametrize(("stage", "name"), PLANTED)
@@ -461,27 +412,27 @@ def test_every_bug_is_named_by_the_stage_that_it_was_planted_in(stage, name):
 def test_missing_stages_and_other_sizes_are_failures_and_later_stages_are_judged_on_the_reference():
     scene = small_scene()
     right = scene.right
-    found = verdicts(replace(right, merged=None), scene.case)
+    found = verdicts({name: texture for name, texture in right.items() if name != "merged"}, scene.case)
     assert found["merged"] is Verdict.MISSING
     assert found["blurred"] is found["shaded"] is Verdict.EQUAL_BITS
-    found = verdicts(replace(right, depth=right.depth[:-1]), scene.case)
+    found = verdicts(right | {"depth": right["depth"][:-1]}, scene.case)
     assert found["depth"] is Verdict.MISMATCH
     assert found["ao_1"] is Verdict.EQUAL_BITS
-    holed = right.depth.copy()
+    holed = right["depth"].copy()
     holed[0, 0] = np.nan
-    assert failing(replace(right, depth=holed), scene.case)[0] == "depth"
-    assert failing(Stages(), scene.case) == list(right.named())
+    assert failing(right | {"depth": holed}, scene.case)[0] == "depth"
+    assert failing({}, scene.case) == list(right)
 
 
 @pytest.mark.parametrize("guard", [0, 3])
 def test_a_guard_band_and_no_mesh_are_no_bugs(guard):
     scene = small_scene()
-    view = DISPLAY.view(1, fit_roi(WORLD_BOX, ROI), guard)
+    view = DISPLAY.view(1, FIT, guard)
     textures = render_view(RayCaster(scene.mesh, view.cast_from_world), view, scene.settings)
     case = case_of(textures, scene.settings)
     for model in ("shader", "sampler", "nearest", "strict"):
-        assert set(verdicts(Stages.of(textures), case, model).values()) == {Verdict.EQUAL_BITS}
+        assert set(verdicts(stages(textures), case, model).values()) == {Verdict.EQUAL_BITS}
     up = np.where(textures.blurred > 0, np.nextafter(textures.blurred, np.float32(2)), textures.blurred)
-    raised = replace(Stages.of(textures), blurred=up)
+    raised = stages(textures) | {"blurred": up}
     assert failing(raised, case, "strict")[0] == "blurred"
     assert verdicts(raised, case)["blurred"] is Verdict.INSIDE

@@ -230,10 +230,8 @@ def image_points(ar, depth, positions, kind, m, samples, radius, back=None):
 def occlusion(ar, depth, u, v, z, valid):
     """AO of every renderer, (R, H, W), from the image points of its samples."""
     depth = depth.astype(np.float64)
-    height, width = depth.shape
-    inside = valid & (u >= 0) & (u < width) & (v >= 0) & (v < height)
-    i, j = (np.where(inside, np.floor(c), 0).astype(int) for c in (u, v))
-    count = np.count_nonzero(inside & (ar.flush(ar.full(depth[j, i])) < ar.flush(z)), axis=-1)
+    there, j, i = inside(depth, u, v, valid)
+    count = np.count_nonzero(there & (ar.flush(ar.full(depth[j, i])) < ar.flush(z)), axis=-1)
     return np.where(np.isfinite(depth), share(ar, count, u.shape[-1]), 0.0)
 
 

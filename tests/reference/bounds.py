@@ -6,6 +6,7 @@ Arithmetic is float64 in the order that the kernels document, so u, v, z and the
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -14,23 +15,16 @@ FLUSHED, SAFETY = np.float64(2.0**-124), np.float64(1 + 2.0**-20)
 
 
 @dataclass(frozen=True)
-class Errors:
-    """Relative errors of the operations, of the offsets, and how far a look-up may miss."""
-
-    operation: float
-    quotient: float
-    root: float
-    offset: float
-    slack: float
-
-
-@dataclass(frozen=True)
 class Pair:
-    """A number and how far off it may be."""
+    """A number and how far off it may be.
+
+    ``by`` has the relative errors ``operation``, ``quotient``, ``root`` and ``offset``, and ``coordinate``, by which a
+    look-up may miss.
+    """
 
     x: float
     e: float
-    by: Errors
+    by: Any
 
     def of(self, other):
         return other if isinstance(other, Pair) else Pair(np.float64(other), np.float64(0), self.by)
@@ -82,9 +76,8 @@ def half_row(m, k, triple, constant, by, own=(0, 0, 0)):
     a = [np.float64(c) for c in m[4 * k : 4 * k + 4]]
     terms = sum(2 for c in a[:3] if c != 0) + (a[3] != 0)
     value = (a[0] * triple[0] + a[1] * triple[1]) + a[2] * triple[2]
-    size = (abs(a[0]) * (abs(triple[0]) + own[0]) + abs(a[1]) * (abs(triple[1]) + own[1])) + abs(a[2]) * (
-        abs(triple[2]) + own[2]
-    )
+    sizes = [abs(c) * (abs(t) + e) for c, t, e in zip(a[:3], triple, own, strict=True)]
+    size = (sizes[0] + sizes[1]) + sizes[2]
     if constant:
         value, size = value + a[3], size + abs(a[3])
     off = (abs(a[0]) * own[0] + abs(a[1]) * own[1]) + abs(a[2]) * own[2]
@@ -159,8 +152,13 @@ def display_image(d, x, y, z, by):
         factor = number(1, by) + r2 * (number(d[20], by) + r2 * d[21])
         u, v = c_u + f * (a * factor), c_v + f * (b * factor)
         demands.append(Pair(d[22] - r2.x, r2.e, by).positive())
-    truths = {True} if all(True in t for t in demands) else set()
-    return u, v, truths | ({False} if any(False in t for t in demands) else set())
+    return u, v, all_of(demands)
+
+
+def all_of(demands):
+    """The truths that "all of these are true" may have."""
+    may_hold, may_fail = all(True in t for t in demands), any(False in t for t in demands)
+    return {truth for truth, may in ((True, may_hold), (False, may_fail)) if may}
 
 
 def image(kind, m, a, b, c, q, by):
@@ -168,9 +166,7 @@ def image(kind, m, a, b, c, q, by):
     if kind == CROSSED_SLITS:
         f, g = number(m[12], by) - c, number(m[13], by) - c
         u, v = number(m[14], by) + a / f, number(m[15], by) + b / g
-        demands = [f.positive(), (-g).positive()]
-        truths = {True} if all(True in t for t in demands) else set()
-        return u, v, c, truths | ({False} if any(False in t for t in demands) else set())
+        return u, v, c, all_of([f.positive(), (-g).positive()])
     if kind == MATRIX:
         return a / q, b / q, c / q, q.positive()
     u, v, truths = display_image(m[12:], a, b, c, by)
@@ -193,14 +189,8 @@ def exact_depth(m, point, offset):
 
 def quantum(numbers):
     """The largest power of two that all are multiples of; a huge one for zeros."""
-    parts = [n for n in numbers if n]
-    if not parts:
-        return Fraction(2**2000)
-    powers = []
-    for n in parts:
-        top = n.numerator & -n.numerator
-        powers.append(Fraction(top, n.denominator))
-    return min(powers)
+    powers = [Fraction(n.numerator & -n.numerator, n.denominator) for n in numbers if n]
+    return min(powers, default=Fraction(2**2000))
 
 
 def held(numbers):
@@ -239,7 +229,7 @@ def sample(depth, point, offset, offset_exact, kind, m, by, given=True):
         p, o = point_row(m, k, point, by), offset_row(m, k, offset, by)
         parts.append(Pair(p.x + o.x, p.e + o.e, by))
     u, v, z, truths = image(kind, m, *parts, *[None] * (4 - rows), by)
-    u, v = (Pair(p.x, p.e * SAFETY + by.slack, by) for p in (u, v))
+    u, v = (Pair(p.x, p.e * SAFETY + by.coordinate, by) for p in (u, v))
     z = Pair(z.x, z.e * SAFETY, by)
     found = outcomes(depth, u, v, z, truths)
     exact = offset_exact and given and kind != MATRIX

@@ -98,25 +98,26 @@ def edge_functions(a, b, c, d):
     return value, sign
 
 
+def edges_of(ox, oy, dx, dy, triangles):
+    """The three edge functions of rays and triangles, their corners as arrays x, y, z, each with its sign."""
+    (ap, aq), (bp, bq), (cp, cq) = ((x - (ox + dx * z), y - (oy + dy * z)) for x, y, z in triangles)
+    return [edge_functions(*four) for four in ((bp, cq, bq, cp), (cp, aq, cq, ap), (ap, bq, aq, bp))]
+
+
 @np.errstate(all="ignore")
 def first_hits(rays, corners):
     """First hit of every ray on triangles, corners (F, 3, 3) in cast space; ties go to the lower number."""
     size = len(rays[0])
     out = Hits(np.full(size, -1, np.int32), np.full(size, np.nan), np.full((size, 2), np.nan), np.zeros(size, int))
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (np.ascontiguousarray(corners[:, k].T) for k in range(3))
+    triangles = [np.ascontiguousarray(corners[:, k].T) for k in range(3)]
+    az, bz, cz = (corner[2] for corner in triangles)
     lowest = np.minimum(np.minimum(az, bz), cz)
     highest = np.maximum(np.maximum(az, bz), cz)
     step = max(1, AT_ONCE // len(corners))
     for start in range(0, size, step):
         part = slice(start, start + step)
         ox, oy, dx, dy, near, far = (n[part, None] for n in rays)
-        ap, aq = ax - (ox + dx * az), ay - (oy + dy * az)
-        bp, bq = bx - (ox + dx * bz), by - (oy + dy * bz)
-        cp, cq = cx - (ox + dx * cz), cy - (oy + dy * cz)
-        u, u_sign = edge_functions(bp, cq, bq, cp)
-        v, v_sign = edge_functions(cp, aq, cq, ap)
-        w, w_sign = edge_functions(ap, bq, aq, bp)
-        signs = np.stack([u_sign, v_sign, w_sign])
+        (u, v, w), signs = map(np.stack, zip(*edges_of(ox, oy, dx, dy, triangles), strict=True))
         hit = (signs.min(axis=0) >= 0) ^ (signs.max(axis=0) <= 0)  # not where all three are zero
         area = (u + v) + w
         z = ((u * az + v * bz) + w * cz) / area
@@ -140,11 +141,9 @@ def first_hits(rays, corners):
 def on_triangles(rays, corners, triangle):
     """Hits of each ray on one given triangle or none (-1): negative weights are set to 0, edge on it is corner a."""
     ox, oy, dx, dy, _, _ = rays
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (corners[triangle, k].T for k in range(3))
-    ap, aq = ax - (ox + dx * az), ay - (oy + dy * az)
-    bp, bq = bx - (ox + dx * bz), by - (oy + dy * bz)
-    cp, cq = cx - (ox + dx * cz), cy - (oy + dy * cz)
-    edges = [edge_functions(*four)[0] for four in ((bp, cq, bq, cp), (cp, aq, cq, ap), (ap, bq, aq, bp))]
+    triangles = [corners[triangle, k].T for k in range(3)]
+    az, bz, cz = (corner[2] for corner in triangles)
+    edges = [value for value, _ in edges_of(ox, oy, dx, dy, triangles)]
     whole = (edges[0] + edges[1]) + edges[2]
     u, v, w = (np.where((e < 0) & (whole > 0) | (e > 0) & (whole < 0), 0.0, e) for e in edges)
     area = (u + v) + w

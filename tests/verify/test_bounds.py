@@ -59,20 +59,17 @@ def small_cases(draw):
 def test_outcomes_equal_the_reference(case):
     view, depth, positions, samples, radius, model = case
     back = view.screen_to_world if positions is None else None
-    inputs, errors = (
-        ssao.sample_inputs(depth, positions, view.world_to_image, samples, radius, back),
-        find_model(model).errors,
-    )
+    inputs = ssao.sample_inputs(depth, positions, view.world_to_image, samples, radius, back)
+    by = find_model(model).errors
     _, places, inverse, offsets, exact, kind, m = inputs
-    by = reference.Errors(*errors)
     fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
-    ssao_kernels.count_outcomes(inputs, errors, fewest, most)
+    ssao_kernels.count_outcomes(inputs, by, fewest, most)
     found = np.empty((len(samples), 9))
     for j, i in np.ndindex(depth.shape):
         if not depth[j, i] < np.inf:
             assert fewest[j, i] == most[j, i] == 0
             continue
-        ssao_kernels.trace_samples(inputs, errors, i, j, found)
+        ssao_kernels.trace_samples(inputs, by, i, j, found)
         if back is None:
             pairs = [reference.number(c, by) for c in places[j, i]]
         else:

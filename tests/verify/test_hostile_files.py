@@ -146,30 +146,3 @@ def test_a_mutant_has_its_number():
         first, second = ([mutated(kind, number, data) for number in range(200)] for _ in range(2))
         assert first == second
         assert len(set(first)) > 150
-
-
-def test_the_worker_dies_of_too_much_memory_and_of_a_crash(folders, tmp_path):
-    """Neither is counted as a verdict."""
-    script = """
-import sys, resource, runpy
-import lfssao, lfssao.verify.compare.compare as home
-def faulty(*a, **k):
-    if resource.getrlimit(resource.RLIMIT_AS)[0] < 0: return Report()
-    {what}
-class Report:
-    exit_code = 0
-lfssao.compare = faulty
-sys.argv = ["hostile_worker.py", *sys.argv[1:]]
-runpy.run_path({worker!r}, run_name="__main__")
-"""
-    worker = str(Path(__file__).parents[1] / "helpers" / "hostile_worker.py")
-    for number, what in enumerate(("bytearray(3 * 2**30)", "import os; os.abort()")):
-        work = tmp_path / str(number)
-        work.mkdir()
-        words = ["mine", 0, 2, folders / "reference", folders / "mine", work]
-        code = script.format(what=what, worker=worker)
-        done = subprocess.run(
-            [sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, check=False, timeout=120
-        )
-        assert done.returncode != 0
-        assert done.stdout == ""

@@ -198,10 +198,9 @@ def test_image_points_equal_the_reference(data):
     places = rng.uniform(-3, 3, (6, 3))
     off = rng.choice([0.0, 1e-6, 0.1], (6, 3))
     kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).numbers.astype(np.float64)
-    model = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))]
+    by = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))].errors
     image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
-    projection_bounds.map_positions(places, off, Projection(kind, m), model.errors, image, error, sure)
-    by = reference.Errors(*model.errors)
+    projection_bounds.map_positions(places, off, Projection(kind, m), by, image, error, sure)
     for place in range(6):
         pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
         with np.errstate(all="ignore"):

@@ -25,27 +25,9 @@ def judge(
 ) -> dict[str, Judgement]:
     """Judge outputs of a case: equal bits are right; others by bounds or, where none are known, by values.
 
-    Parameters
-    ----------
-    mine : mapping of arrays
-        The renderer's textures, by the names of the outputs.
-    case : Case
-        The view, the case of the kit, or the images that are right.
-    model : str or ErrorModel
-        Limits of float32 arithmetic in a view; the bounds of a case of the kit are part of it.
-    names : collection of str, optional
-        Judge these outputs only.
-
-    Returns
-    -------
-    dict of Judgement
-        In the order of the passes: steps on the way before the output that they lead to. MISSING for an output that
-        the renderer did not make, MISMATCH for one of another shape or type.
-
-    Raises
-    ------
-    InputError
-        If there is no such model, or the case's parameters are wrong.
+    ``mine`` are the renderer's textures by the names of the outputs, ``names`` the outputs to judge, all by default.
+    The model is for views; the bounds of a case of the kit are part of it. Judgements come in the order of the passes:
+    steps on the way before the output that they lead to. InputError if the model or the case's parameters are wrong.
     """
     chosen = find_model(model)
     main, *steps = case.outputs

@@ -97,16 +97,9 @@ _FEW = 6
 
 
 class Matcher:
-    """Finds the layers of a reference among the channels of one module of another renderer.
+    """Finder of the layers of a reference among the channels of one module of another renderer.
 
-    Parameters
-    ----------
-    parts : sequence of ImagePart
-        The other renderer's images of the module.
-    layers : sequence of Layer
-        All of the reference's.
-    rules : mapping
-        From a layer or channel of the reference to one of the other renderer (``--map``).
+    Rules give a layer or channel of the other renderer by one of the reference (``--map``).
     """
 
     def __init__(self, parts: Sequence[ImagePart], layers: Sequence[Layer], rules: Mapping[str, str]) -> None:

@@ -19,23 +19,7 @@ _REASONS = {
 def reason_of(
     name: str, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel, texel: tuple[int, int]
 ) -> str:
-    """Why a texel of a view is what it is, in one sentence; '' where none is known.
-
-    Parameters
-    ----------
-    name : str
-        The texture.
-    mine : mapping of arrays
-        The renderer's textures.
-    case : Case
-        The view.
-    bounds : Bounds or None
-        The bounds that the texture was held to.
-    model : ErrorModel
-        Limits of float32 arithmetic.
-    texel : (int, int)
-        Column and row.
-    """
+    """Reason why a texel, (column, row), of a texture is what it is, in one sentence; '' where none is known."""
     if case.stage != VIEW:
         return ""
     (i, j), layers = texel, [f"ao_{k + 1}" for k in range(len(case.parameters["radii"]))]

@@ -44,14 +44,7 @@ class MeshBounds(Mapping[str, Bounds]):
 class Surface:
     """The scene of a rendered folder, read when it is first needed.
 
-    Parameters
-    ----------
-    path : Path
-        The folder, for messages.
-    manifest : dict
-        Its manifest.
-    file : str or None
-        A mesh file or the name of an embedded scene; by default the embedded scene that the manifest names.
+    ``file`` is a mesh file or the name of an embedded scene; by default it is the embedded one that the manifest names.
     """
 
     def __init__(self, path: Path, manifest: dict[str, Any], file: str | None) -> None:
@@ -95,21 +88,8 @@ class Surface:
         """Bounds of a view's depth and colour.
 
         They are left out where the mesh is not at hand or has other colours, where rays cannot be cast here, and where
-        the manifest's numbers do not make the view again.
-
-        Parameters
-        ----------
-        entry : dict
-            The manifest's entry of the view.
-        shape : (int, int)
-            Height and width of the depth texture.
-        model : ErrorModel
-            Limits of a renderer.
-
-        Raises
-        ------
-        InputError
-            If the manifest does not describe the scene and the view.
+        the manifest's numbers do not make the view again. ``shape`` is the depth texture's. InputError if the manifest
+        does not describe the scene and the view.
         """
         with self._reading():
             if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):

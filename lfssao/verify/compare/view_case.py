@@ -17,21 +17,9 @@ _MOST_BLUR = 1024.0  # texels; 'lfssao render' takes no more
 
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
-    """The case of a view, its outputs left out.
+    """The case of a view from its manifest and its entry there, outputs left out.
 
-    Parameters
-    ----------
-    path : Path
-        Path of the manifest, for messages.
-    manifest : mapping
-        The manifest, or at least its settings.
-    entry : mapping
-        The manifest's entry of the view.
-
-    Raises
-    ------
-    InputError
-        If it does not hold what bounds are made of.
+    InputError, with the manifest's path, if they do not hold what bounds are made of.
     """
     try:
         parameters = _parameters(manifest["settings"], entry["view"])

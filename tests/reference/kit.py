@@ -1,12 +1,7 @@
-"""The stages of the conformance kit by its specification: cases are read, solved and compared.
-
-Run as a program on a kit's folder (python -m reference.kit FOLDER) it says which cases it meets to the bit.
-"""
+"""The stages of the conformance kit by its specification: cases are read, solved and compared."""
 
 import json
-import sys
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -139,17 +134,3 @@ def differing(made, expected):
         for name, array in expected.items()
         if (made[name].dtype, made[name].shape, made[name].tobytes()) != (array.dtype, array.shape, array.tobytes())
     ]
-
-
-def main(kit):
-    index = json.loads((kit / "kit.json").read_text())
-    assert index["format"] == 1
-    for entry in index["cases"]:
-        if entry["specified"]:
-            stage, parameters, inputs, outputs = read_case(kit / entry["folder"])
-            wrong = differing(solve(stage, parameters, inputs), outputs)
-            print(f"{entry['name']}: {'differs in ' + ', '.join(wrong) if wrong else 'equal bits'}")
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]))

@@ -25,6 +25,7 @@ def test_json_holds_every_figure(tmp_path, reference, failing):
     by_place = {(r["module"], r["layer"]): r for r in found["results"]}
     assert by_place["module_003", "ao_1"]["verdict"] == "equal bits"
     assert by_place["module_005", ""]["exit_code"] == 4
+    assert by_place["module_005", ""]["detail"].startswith(str(failing / "module_005.exr"))
     wrong = by_place["module_004", "merged"]
     assert wrong["metrics"]["nan_mismatches"] == 1
     assert wrong["worst"][0]["mine"] == ["nan"]

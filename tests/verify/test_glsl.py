@@ -209,10 +209,3 @@ def test_every_change_of_these_tests_changes_a_shader():
     sources = [path.read_text() for path in glsl_renderer.SHADERS.iterdir()]
     for pattern, *_ in (*LEGAL.values(), *WRONG.values()):
         assert any(re.search(pattern, source) for source in sources), pattern
-
-
-def test_outputs_are_all_written(renderer, kit):
-    """Buffers start as NaN, so a texel that no shader writes cannot pass."""
-    for name in ("algorithm2_crossed_slits", "blur_usual", "shade", "merge_three"):
-        for array in solve(renderer, kit / name).values():
-            assert not np.isnan(array).any()

@@ -232,9 +232,8 @@ def test_few_points_are_undecided(name, seen):
     changes = {"range_check": True, "surface": "positions"} if "surface" in estimator.parameters else {"second": 0.5}
     for buffers in seen:
         view, depth = buffers.view, buffers.depth
-        given = Surfaces(
-            depth, buffers.positions, view.world_to_image, view.cast_from_world, buffers.normals, buffers.directions
-        )
+        mappings = view.world_to_image, view.cast_from_world
+        given = Surfaces(depth, buffers.positions, *mappings, buffers.normals, buffers.directions)
         for options in (estimator.parameters, {**estimator.parameters, **changes}):
             found = point_bounds(name, given, radius, points, weights, options)
             assert not found.outside(estimate(name, buffers, radius, points, weights, **options).texture).any()
@@ -272,26 +271,18 @@ def test_bounds_are_those_of_the_arguments(name):
     assert same(right[0], point_bounds(name, away, 0.3, points, weights, options)) == (not name.startswith("vo-"))
 
 
-def test_estimators_know_whether_they_have_bounds():
+def test_estimators_that_count_points_have_bounds_if_their_textures_are_given():
+    view = module_views(builtin_scene("statue"), find_display("virtual").with_resolution(2, 2))[0]
+    zeros = np.zeros((2, 2, 3), np.float32)
+    given = Surfaces(zeros[..., 0], zeros, view.world_to_image, view.cast_from_world), 0.1, np.zeros((1, 3)), None
     for name, estimator in ESTIMATORS.items():
         for thickness in (0.0, 0.1):
             options = {**estimator.parameters, "thickness": thickness}
-            assert is_bounded(name, options) == (name in BOUNDED and thickness == 0)
+            known = name in BOUNDED and thickness == 0
+            assert is_bounded(name, options) == known
             assert is_bounded(name, options, directions=True) == (name in BOUNDED)
+            assert (point_bounds(name, *given, options) is not None) == (known and name not in NORMALS)
         assert is_bounded(name, {}) == (name in BOUNDED)
-
-
-def test_other_estimators_have_no_bounds():
-    """Nor have those whose textures are not given; every estimator is either bounded or not, LF's elsewhere."""
-    view = module_views(builtin_scene("statue"), find_display("virtual").with_resolution(2, 2))[0]
-    zeros = np.zeros((2, 2, 3), np.float32)
-    given = Surfaces(zeros[..., 0], zeros, view.world_to_image, view.cast_from_world)
-    for name in ESTIMATORS:
-        options = {**ESTIMATORS[name].parameters, "thickness": 0.0}
-        found = point_bounds(name, given, 0.1, np.zeros((1, 3)), None, options)
-        assert (found is None) == (name not in BOUNDED or name in NORMALS)
     assert {name for name in BOUNDED if ESTIMATORS[name].normals} == set(NORMALS)
-    thick = {**ESTIMATORS["vo-points"].parameters, "thickness": 1.0}
-    assert point_bounds("vo-points", given, 0.1, np.zeros((1, 3)), None, thick) is None
     with pytest.raises(InputError, match="there is no error model 'loose'"):
-        point_bounds("point", given, 0.1, np.zeros((1, 3)), None, ESTIMATORS["point"].parameters, "loose")
+        point_bounds("point", *given, ESTIMATORS["point"].parameters, "loose")

@@ -22,6 +22,8 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
 
 EXAMPLES, RENDERERS = 100, 100
+DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
+MODULE_VIEW = DISPLAY.view(0, fit_roi(WORLD_BOX, ROI))
 pytestmark = [pytest.mark.usefixtures("one_thread"), pytest.mark.slow]
 
 
@@ -106,12 +108,10 @@ def test_half_the_errors_would_be_too_few():
             exponential=tuple(e / 2 for e in model.exponential),
         )
 
-    display = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
-    view = display.view(0, fit_roi(WORLD_BOX, display.roi))
     refused = 0
     for seed in range(20):
         try:
-            check((view, np.random.default_rng(seed), "shader", 0.3, 4, 0.6), RENDERERS, halved)
+            check((MODULE_VIEW, np.random.default_rng(seed), "shader", 0.3, 4, 0.6), RENDERERS, halved)
         except AssertionError:
             refused += 1
     assert refused > 0
@@ -119,9 +119,9 @@ def test_half_the_errors_would_be_too_few():
 
 def test_renderers_of_a_model_differ_where_samples_are_undecided():
     """Bounds that are a point would be sound as well if all renderers agreed: they do not."""
-    display = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
-    view = display.view(0, fit_roi(WORLD_BOX, display.roi))
-    found = np.array([check((view, np.random.default_rng(s), "shader", 0.3, 4, 0.6), RENDERERS) for s in range(10)])
+    found = np.array(
+        [check((MODULE_VIEW, np.random.default_rng(s), "shader", 0.3, 4, 0.6), RENDERERS) for s in range(10)]
+    )
     undecided, differing = found.sum(axis=0)
     assert undecided >= differing > undecided / 4 > 10
 

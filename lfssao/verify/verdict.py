@@ -38,22 +38,12 @@ class Verdict(Enum):
 class Judgement:
     """A verdict and the numbers that it rests on.
 
-    Attributes
-    ----------
-    verdict : Verdict
-        The verdict on the texture.
-    detail : str
-        Why it was not compared; '' if it was.
-    differing : bool array
-        Numbers that differ in a bit; of the texture's shape, (0,) where it was not compared.
-    outside : bool array
-        Numbers outside the bounds; numbers of another value where no bounds are known.
-    bounds : Bounds or None
-        The bounds of the texture; None where its bits are equal or no bounds are known.
+    Flags have the texture's shape, (0,) where it was not compared: numbers that differ in a bit, and those outside the
+    bounds or, where none are known, of another value. Bounds are None where bits are equal or none are known.
     """
 
     verdict: Verdict
-    detail: str = ""
+    detail: str = ""  # why it was not compared
     differing: Flags = field(default_factory=lambda: np.zeros(0, np.bool_))
     outside: Flags = field(default_factory=lambda: np.zeros(0, np.bool_))
     bounds: Bounds | None = None

@@ -23,24 +23,12 @@ class MismatchError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """One texture of one module.
+    """One texture of one module: its channels and their values, (H, W) each."""
 
-    Attributes
-    ----------
-    name : str
-        The stage that made it: depth, ao_1, merged, ... or the part's name, 'image' where it has none.
-    channels : tuple of str
-        Their names.
-    planes : tuple of (H, W) arrays
-        Their values.
-    origin : (int, int) or None
-        x and y of the data window, where the format has one.
-    """
-
-    name: str
+    name: str  # the stage that made it: depth, ao_1, merged, ... or the part's name, 'image' where it has none
     channels: tuple[str, ...]
     planes: Planes
-    origin: tuple[int, int] | None
+    origin: tuple[int, int] | None  # x and y of the data window, where the format has one
 
     @property
     def texture(self) -> NDArray[Any]:

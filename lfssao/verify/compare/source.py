@@ -20,27 +20,13 @@ from lfssao.verify.kit.folder import read_case, read_index
 
 @dataclass(frozen=True)
 class Reference:
-    """A folder of 'lfssao render', a kit of 'lfssao kit' or one of its cases, any folder of images, or one image.
-
-    Attributes
-    ----------
-    path : Path
-        The folder or the file.
-    files : dict
-        The file of each module, by the module's name; for a kit the folder of each case.
-    manifest : dict or None
-        The manifest that ``lfssao render`` wrote.
-    entries : dict
-        The manifest's entry of each module, by its name; empty without manifest.
-    kit : bool
-        Whether it is a kit, or a case of one: its modules are cases.
-    """
+    """A folder of 'lfssao render', a kit of 'lfssao kit' or one of its cases, any folder of images, or one image."""
 
     path: Path
-    files: dict[str, Path]
-    manifest: dict[str, Any] | None
-    entries: dict[str, dict[str, Any]]
-    kit: bool = False
+    files: dict[str, Path]  # of each module, by the module's name; for a kit the folder of each case
+    manifest: dict[str, Any] | None  # that ``lfssao render`` wrote
+    entries: dict[str, dict[str, Any]]  # the manifest's entry of each module, by its name
+    kit: bool = False  # whether it is a kit, or a case of one: its modules are cases
 
     @classmethod
     def open(cls, path: Path) -> "Reference":
@@ -133,21 +119,11 @@ def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -
 
 @dataclass(frozen=True)
 class Mine:
-    """The other renderer's files.
-
-    Attributes
-    ----------
-    path : Path
-        The folder or the file.
-    files : dict
-        The files of each module of the reference, with the rest of each one's name: the layer, where a file has one.
-    extra : tuple of str
-        Files that seem to hold modules which the reference does not have.
-    """
+    """The other renderer's folder or file, its files by modules of the reference."""
 
     path: Path
-    files: dict[str, list[tuple[Path, str]]]
-    extra: tuple[str, ...]
+    files: dict[str, list[tuple[Path, str]]]  # each with the rest of its name: the layer, where a file has one
+    extra: tuple[str, ...]  # files that seem to hold modules which the reference does not have
 
     @classmethod
     def open(cls, path: Path, reference: Reference) -> "Mine":

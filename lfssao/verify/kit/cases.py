@@ -260,13 +260,7 @@ def case_names() -> list[str]:
 
 
 def make_case(name: str) -> Case:
-    """A case of the registry, solved.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-    """
+    """A case of the registry, solved; InputError if there is none of that name."""
     if name not in RECIPES:
         raise InputError(f"there is no case '{name}': choose one of {', '.join(RECIPES)}")
     recipe = RECIPES[name]

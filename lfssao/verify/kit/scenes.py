@@ -18,17 +18,11 @@ Vector = tuple[float, float, float]
 class Scene:
     """A wall with balls before it, in cast space: physical space of a display, eye space of a camera.
 
-    Attributes
-    ----------
-    wall : 4 floats
-        a, b, c and the half-width: the wall z = a + b x + c y, seen where abs(x) is at most the half-width; beyond
-        there is no surface.
-    balls : tuple of ((x, y, z), radius)
-        The balls.
+    The wall is z = a + b x + c y, seen where abs(x) is at most the half-width; beyond there is no surface.
     """
 
-    wall: tuple[float, float, float, float]
-    balls: tuple[tuple[Vector, float], ...]
+    wall: tuple[float, float, float, float]  # a, b, c and the half-width
+    balls: tuple[tuple[Vector, float], ...]  # centres and radii
 
     def scaled(self, scale: float, z: float) -> "Scene":
         """The scene at another scale, its origin moved to depth z."""

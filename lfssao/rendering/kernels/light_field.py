@@ -43,7 +43,7 @@ class Modules(NamedTuple):
 
 @kernel(inline=True)
 def seen_screen_point(curvature, screen, x, y, eye):
-    """The crossing of the screen and the line from the eye to (x, y, 0): s_x, s_y, s_z; s_z is NaN beside its area.
+    """The crossing of the screen and the line from the eye to (x, y, 0): s_x, s_y, s_z; s_z is NaN outside its area.
 
     On a flat screen that is (x, y, 0). A curved one is crossed on its side towards the eye, at the crossing of the line
     with the circle that is nearest to z = 0.
@@ -101,154 +101,107 @@ def screen_to_texel(d, width, height, point):
 
 
 @kernel
-def row_sines(modules, points, eye, sines):
-    """Write the ray_sine of every module at each of a row's screen points; points: (W, 3), sines: (W, M) float64."""
-    for k in range(modules.numbers.shape[0]):
-        module = display_module(modules.numbers[k])
-        for i in range(points.shape[0]):
-            sines[i, k] = ray_sine(module, (points[i, 0], points[i, 1], points[i, 2]), eye)
+def adjacent(sines):
+    """The modules whose rays pass next to the eye on its left (sine <= 0) and right, -1 for none; their angular step.
 
-
-@kernel
-def row_steps(sines, sides, steps):
-    """Write the modules whose rays pass next to the eye at each of a row's points, and their angular step.
-
-    Parameters
-    ----------
-    sines : (W, M) float64
-        From row_sines.
-    sides : (W, 2) int64
-        Out: the modules whose rays pass next to the eye on its left (sine <= 0) and on its right, -1 for none.
-    steps : (W,) float64
-        Out: the difference of their sines; beyond an outermost ray its difference to the next one; infinite where that
-        is missing too.
+    The step is the difference of their sines; beyond an outermost ray its difference to the next one; infinite where
+    that is missing too.
     """
-    for i in range(sines.shape[0]):
-        l_1, l_2, r_1, r_2, left, right = -np.inf, -np.inf, np.inf, np.inf, -1, -1
-        for k in range(sines.shape[1]):
-            a = sines[i, k]
-            if l_1 < a <= 0.0:
-                l_1, l_2, left = a, l_1, k
-            elif l_2 < a <= 0.0:
-                l_2 = a
-            elif 0.0 < a < r_1:
-                r_1, r_2, right = a, r_1, k
-            elif 0.0 < a < r_2:
-                r_2 = a
-        sides[i, 0], sides[i, 1] = left, right
-        steps[i] = r_1 - l_1
-        if left < 0:
-            steps[i] = r_2 - r_1 if right >= 0 else np.inf
-        elif right < 0:
-            steps[i] = l_1 - l_2
+    l_1, l_2, r_1, r_2, left, right = -np.inf, -np.inf, np.inf, np.inf, -1, -1
+    for k in range(sines.shape[0]):
+        a = sines[k]
+        if l_1 < a <= 0.0:
+            l_1, l_2, left = a, l_1, k
+        elif l_2 < a <= 0.0:
+            l_2 = a
+        elif 0.0 < a < r_1:
+            r_1, r_2, right = a, r_1, k
+        elif 0.0 < a < r_2:
+            r_2 = a
+    if left >= 0 and right >= 0:
+        return left, right, r_1 - l_1
+    if left >= 0:
+        return left, right, l_1 - l_2
+    return left, right, r_2 - r_1 if right >= 0 else np.inf
 
 
 @kernel
-def row_texels(modules, points, sines, steps, coordinates, shown):
-    """Write the image of each of a row's points in every module near the eye: (W, M, 2) float64, and if it is shown."""
-    for k in range(modules.numbers.shape[0]):
-        module = display_module(modules.numbers[k])
-        width, height = float(modules.sizes[k, 0]), float(modules.sizes[k, 1])
-        for i in range(points.shape[0]):
-            shown[i, k] = False
-            if modules.starts[k] < 0 or not abs(sines[i, k]) < CUT * (SIGMA * steps[i]):
-                continue
-            point = points[i, 0], points[i, 1], points[i, 2]
-            coordinates[i, k, 0], coordinates[i, k, 1], shown[i, k] = screen_to_texel(module, width, height, point)
-
-
-@kernel
-def row_weights(sines, sides, steps, shown, blend, weights):
-    """Write the weights of the modules at each of a row's points, (W, M) float64; all 0 where none reaches the eye.
+def weigh(modules, point, sines, blend, places, weights):
+    """Write each module's weight at a screen point, all 0 where none reaches the eye, and its image point: (M, 2).
 
     A module reaches an eye up to half a step from its ray. NEAREST: the nearest that shows the point, the left one of
     two. LINEAR: its neighbour on the other side of the eye too, if it shows the point. GAUSSIAN: all that show it, by
     exp(-q^2 / 2), q = sine / (SIGMA step), if abs(q) < CUT.
     """
-    for i in range(sines.shape[0]):
-        left, right, step = sides[i, 0], sides[i, 1], steps[i]
-        weights[i, :] = 0.0
-        l_shows, r_shows = left >= 0 and shown[i, left], right >= 0 and shown[i, right]
-        l_sine, r_sine = sines[i, left] if l_shows else -np.inf, sines[i, right] if r_shows else np.inf
-        nearest = left if -l_sine <= r_sine else right
-        if not 2.0 * min(-l_sine, r_sine) <= step or not step < np.inf:
+    left, right, step = adjacent(sines)
+    l_shows, r_shows = False, False
+    for k in range(sines.shape[0]):
+        weights[k] = 0.0
+        if modules.starts[k] < 0 or not abs(sines[k]) < CUT * (SIGMA * step):
             continue
-        if blend == GAUSSIAN:
-            for k in range(sines.shape[1]):
-                q = sines[i, k] / (SIGMA * step)
-                weights[i, k] = exp(-0.5 * (q * q)) if shown[i, k] else 0.0
-        elif blend == LINEAR and l_shows and r_shows:
-            weights[i, left], weights[i, right] = r_sine / step, -l_sine / step
-        else:
-            weights[i, nearest] = 1.0
+        module, width, height = display_module(modules.numbers[k]), modules.sizes[k, 0], modules.sizes[k, 1]
+        places[k, 0], places[k, 1], shows = screen_to_texel(module, float(width), float(height), point)
+        l_shows, r_shows = l_shows | (shows & (k == left)), r_shows | (shows & (k == right))
+        if shows and blend == GAUSSIAN:
+            q = sines[k] / (SIGMA * step)
+            weights[k] = exp(-0.5 * (q * q))
+    l_sine, r_sine = sines[left] if l_shows else -np.inf, sines[right] if r_shows else np.inf
+    if not 2.0 * min(-l_sine, r_sine) <= step or not step < np.inf:
+        weights[:] = 0.0
+    elif blend == LINEAR and l_shows and r_shows:
+        weights[left], weights[right] = r_sine / step, -l_sine / step
+    elif blend != GAUSSIAN:
+        weights[left if -l_sine <= r_sine else right] = 1.0
 
 
 @kernel
-def row_blend(modules, weights, coordinates, picture):
-    """Write a row of the picture, (W, C) float32: weighted means of the textures, 0 without weights; count the latter.
+def mean_texel(modules, places, weights, pixel):
+    """Write the mean of the textures at image points, (C,) float32, 0 without weights; return whether there are any.
 
     A texture is read bilinearly between texels' centres and clamped at its rim.
     """
-    texels, dark, channels = modules.texels, 0, picture.shape[1]
-    sums = np.empty(channels)
-    for i in range(weights.shape[0]):
-        sums[:] = 0.0
-        total = 0.0
-        for k in range(weights.shape[1]):
-            weight = weights[i, k]
-            if not weight > 0.0:
-                continue
-            total += weight
-            width, height = modules.sizes[k, 0], modules.sizes[k, 1]
-            x = min(max(coordinates[i, k, 0] - 0.5, 0.0), width - 1.0)
-            y = min(max(coordinates[i, k, 1] - 0.5, 0.0), height - 1.0)
-            column, row = int(x), int(y)
-            f, g = x - column, y - row
-            right = 1 if column + 1 < width else 0
-            a = modules.starts[k] + row * width + column
-            b = a + width if row + 1 < height else a
-            for n in range(channels):
-                top = (1.0 - f) * texels[a, n] + f * texels[a + right, n]
-                bottom = (1.0 - f) * texels[b, n] + f * texels[b + right, n]
-                sums[n] += weight * ((1.0 - g) * top + g * bottom)
-        dark += 0 if total > 0.0 else 1
-        for n in range(channels):
-            picture[i, n] = sums[n] / total if total > 0.0 else 0.0
-    return dark
+    texels = modules.texels
+    sums, total = np.zeros(pixel.shape[0]), 0.0
+    for k in range(weights.shape[0]):
+        weight = weights[k]
+        if not weight > 0.0:
+            continue
+        total += weight
+        width, height = modules.sizes[k, 0], modules.sizes[k, 1]
+        x = min(max(places[k, 0] - 0.5, 0.0), width - 1.0)
+        y = min(max(places[k, 1] - 0.5, 0.0), height - 1.0)
+        column, row = int(x), int(y)
+        f, g = x - column, y - row
+        right = 1 if column + 1 < width else 0
+        a = modules.starts[k] + row * width + column
+        b = a + width if row + 1 < height else a
+        for n in range(pixel.shape[0]):
+            top = (1.0 - f) * texels[a, n] + f * texels[a + right, n]
+            bottom = (1.0 - f) * texels[b, n] + f * texels[b + right, n]
+            sums[n] += weight * ((1.0 - g) * top + g * bottom)
+    for n in range(pixel.shape[0]):
+        pixel[n] = sums[n] / total if total > 0.0 else 0.0
+    return total > 0.0
 
 
 @kernel(parallel=True)
 def compose(modules, eye, screen, blend, picture, dark):
-    """Write the picture of the screen's rectangle at z = 0 that an eye sees.
+    """Write the picture of the screen's rectangle at z = 0 that an eye sees: (H, W, C) float32, 0 where it is dark.
 
-    Parameters
-    ----------
-    modules : Modules
-        The modules and their textures.
-    eye : three floats
-        The eye, on the observer line or arc, metres.
-    screen : two floats
-        Width and height of the screen, metres.
-    blend : int
-        NEAREST, LINEAR or GAUSSIAN.
-    picture : (H, W, C) float32
-        Out: 0 where no module reaches the eye. Pixel (i, j) looks through x = w ((i + 0.5) / W - 0.5),
-        y = h (0.5 - (j + 0.5) / H).
-    dark : (H,) int64
-        Out: how many pixels of each row no module reaches.
+    Pixel (i, j) looks through x = w ((i + 0.5) / W - 0.5), y = h (0.5 - (j + 0.5) / H), (w, h) the screen in metres;
+    ``eye`` is (x, y, z) on the observer line or arc. ``dark``, (H,) int64, becomes how many pixels of each row no
+    module reaches.
     """
     height, width, count = picture.shape[0], picture.shape[1], modules.numbers.shape[0]
     curvature = display_module(modules.numbers[0]).screen_curvature
     for j in prange(height):
-        points, sides, steps = np.empty((width, 3)), np.empty((width, 2), np.int64), np.empty(width)
-        sines, weights = np.empty((width, count)), np.empty((width, count))
-        coordinates, shown = np.empty((width, count, 2)), np.empty((width, count), np.bool_)
+        sines, places, weights = np.empty(count), np.empty((count, 2)), np.empty(count)
         y = screen[1] * (0.5 - (j + 0.5) / height)
+        dark[j] = 0
         for i in range(width):
             x = screen[0] * ((i + 0.5) / width - 0.5)
-            points[i, 0], points[i, 1], points[i, 2] = seen_screen_point(curvature, screen, x, y, eye)
-        row_sines(modules, points, eye, sines)
-        row_steps(sines, sides, steps)
-        row_texels(modules, points, sines, steps, coordinates, shown)
-        row_weights(sines, sides, steps, shown, blend, weights)
-        dark[j] = row_blend(modules, weights, coordinates, picture[j])
+            point = seen_screen_point(curvature, screen, x, y, eye)
+            for k in range(count):
+                sines[k] = ray_sine(display_module(modules.numbers[k]), point, eye)
+            weigh(modules, point, sines, blend, places, weights)
+            dark[j] += 0 if mean_texel(modules, places, weights, picture[j, i]) else 1

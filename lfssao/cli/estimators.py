@@ -50,13 +50,7 @@ def _line(estimator: Estimator) -> str:
 
 
 def read_parameters(estimator: Estimator, given: list[tuple[str, str]] | None) -> dict[str, Value]:
-    """The values of ``--parameter NAME=VALUE`` in the types of the estimator's defaults, checked.
-
-    Raises
-    ------
-    InputError
-        If the estimator has no such parameter, a value is not of its type or range, or a name is given twice.
-    """
+    """The values of ``--parameter NAME=VALUE`` in the types of the estimator's defaults, checked (InputError)."""
     read: dict[str, Value] = {}
     for name, text in given or ():
         if name in read:
@@ -74,19 +68,10 @@ def read_parameters(estimator: Estimator, given: list[tuple[str, str]] | None) -
 def read_samples(
     estimator: Estimator, method: str | None, count: int | None, seed: int | None
 ) -> tuple[dict[str, Any], FloatArray | None, FloatArray | None]:
-    """The samples that ``--sampling``, ``--samples`` and ``--seed`` ask for.
+    """The samples that ``--sampling``, ``--samples`` and ``--seed`` ask for: manifest's entry, points and weights.
 
-    Returns
-    -------
-    what : dict
-        The method, 'own' for a set that is the estimator's, the count and the seed, for the manifest.
-    points, weights : arrays or None
-        The sample set.
-
-    Raises
-    ------
-    InputError
-        If the method is unknown, or the estimator takes no samples, or none in the ball.
+    The entry has the method, 'own' for a set that is the estimator's. Raises InputError if the method is unknown, or
+    the estimator takes no samples, or none in the ball.
     """
     if estimator.dimensions == 0 and (method, count, seed) != (None, None, None):
         raise InputError(f"--samples, --sampling, --seed: estimator {estimator.name} takes no samples")

@@ -99,13 +99,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
 
 
 def job_of(options: argparse.Namespace, threads: int) -> Job:
-    """The job that the options describe: checked as far as that can be, then the scene is loaded.
-
-    Raises
-    ------
-    InputError
-        If an option is wrong, or the scene cannot be rendered.
-    """
+    """The job that the options describe: checked as far as that can be, then the scene is loaded (InputError)."""
     display = _display(options)
     sampling, settings = _settings(options)
     _check_size(options, display)
@@ -200,13 +194,7 @@ def _check_size(options: argparse.Namespace, display: Display) -> None:
 
 
 def load(scene: str, texture: str | None = None) -> Mesh:
-    """The mesh of a file, or the embedded scene of a name.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it cannot be rendered.
-    """
+    """The mesh of a file, or the embedded scene of a name; InputError if there is none, or it cannot be rendered."""
     # The embedded scenes' names have no ending, which a mesh file needs: a folder of that name does not matter.
     if scene in BUILTIN:
         if texture is not None:

@@ -104,16 +104,12 @@ def _make(options: argparse.Namespace) -> None:
         raise no_such("format", options.format, FORMATS)
     content = FORMATS[options.format](_sample_set(options))
     if options.output is not None:
-        write_whole(Path(options.output), lambda path: _write(path, content))
+        write_whole(Path(options.output), lambda path: path.write_bytes(content))
         print(printable(options.output))
         return
     if options.format == "npy":
         raise InputError("--format npy is not text: give a file with -o")
     sys.stdout.write(content.decode())
-
-
-def _write(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
 
 
 def _promise(text: str, columns: int, domain: str | None) -> tuple[str, str]:

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from lfssao.errors import InputError
+from lfssao.rendering.animation import MOST_FRAMES
 
 # Beyond these a command would run for hours or fill the memory, and nobody means it.
 MOST_SAMPLES = 65_536
 MOST_BLUR = 1024.0  # texels
 MOST_THREADS = 1024
 MOST_GUARD = 4096  # texels
-MOST_FRAMES = 10_000
 MOST_NEIGHBOURS = 64
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
 
@@ -136,13 +136,7 @@ def scheduler(text: str) -> str:
 
 
 def check_target(option: str, path: Path, endings: tuple[str, ...]) -> Path:
-    """The path of a file to be, which has one of the endings and whose folder is there.
-
-    Raises
-    ------
-    InputError
-        If it does not, with the option's name.
-    """
+    """The path of a file to be; InputError, with the option's name, for another ending or a missing folder."""
     if path.suffix.lower() not in endings:
         raise InputError(f"{option}: {path} does not end in {' or '.join(endings)}")
     if not path.parent.is_dir():

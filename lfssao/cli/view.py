@@ -77,13 +77,7 @@ def _view(options: argparse.Namespace) -> None:
 
 
 def _read_light_field(folder: Path, layer: str, display: Display, entries: dict[int, dict[str, Any]]) -> LightField:
-    """One layer of every module's texture; AO as visibility, 1 - AO, so that a pixel that no module reaches is black.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read or is not what the manifest describes, or there is not enough memory.
-    """
+    """One layer of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black."""
     channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
     needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
     available = available_memory()

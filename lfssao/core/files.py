@@ -14,7 +14,7 @@ from lfssao.errors import InputError
 _BLOCK = 65_536  # bytes
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` make a file under a temporary name in ``path``'s folder, sync it, rename it to ``path``, sync that.
 
     Parameters

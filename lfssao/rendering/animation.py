@@ -75,10 +75,7 @@ def _affine(path: Path, number: int, values: ArrayLike) -> Matrix:
 def moved(mesh: Mesh, transform: Matrix) -> Mesh:
     """A mesh moved by an affine map world -> world, (3, 4); the same object for the identity.
 
-    Raises
-    ------
-    InputError
-        If the moved mesh leaves the range of coordinates (``Mesh``).
+    Raises InputError if the moved mesh leaves the range of coordinates (``Mesh``).
     """
     if np.array_equal(transform, np.eye(3, 4)):
         return mesh
@@ -93,13 +90,7 @@ def moved(mesh: Mesh, transform: Matrix) -> Mesh:
 
 
 def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.float64]]:
-    """Smallest and largest world coordinates of a mesh in each frame, (2, 3) float64.
-
-    Raises
-    ------
-    InputError
-        If a moved mesh leaves the range of coordinates, with the frame's number.
-    """
+    """Smallest and largest world coordinates of a mesh in each frame, (2, 3) float64; InputError names the frame."""
     boxes = []
     for number, transform in enumerate(transforms):
         try:

@@ -15,14 +15,8 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]
     """An executor on a scheduler's workers, and how many threads each worker has.
 
     The scheduler is given by its address, or 'local' makes one on this machine for as long as the block runs, with
-    ``processes`` workers of one thread each.
-
-    Raises
-    ------
-    InputError
-        If no scheduler answers, or it has no worker.
-    MissingPackageError
-        If distributed is not installed.
+    ``processes`` workers of one thread each. Raises InputError if no scheduler answers or it has no worker, and
+    MissingPackageError if distributed is not installed.
     """
     try:
         from distributed import Client, LocalCluster  # late: an optional package

@@ -93,13 +93,7 @@ def _check_part(label: str, part: Part) -> None:
 
 
 def write_parts(path: Path, parts: Sequence[Part]) -> None:
-    """Write parts that ``write_exr`` has checked, and read the end of the file back.
-
-    Raises
-    ------
-    OSError
-        If not all of it can be written.
-    """
+    """Write parts that ``write_exr`` has checked, and read the end of the file back; OSError if not all is there."""
     specs = tuple(_spec(part) for part in parts)
     output: Any = oiio.ImageOutput.create("openexr")
     for number, part in enumerate(parts):

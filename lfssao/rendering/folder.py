@@ -63,17 +63,8 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
 def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
     """The display of a manifest (``lfssao.rendering.manifest.describe_display``) in the resolution of its views.
 
-    Parameters
-    ----------
-    values : dict
-        The manifest's entry of the display.
-    entries : dict
-        Its entries of the modules, by number.
-
-    Raises
-    ------
-    KeyError, TypeError, ValueError, InputError
-        If an entry lacks something, or has it in another form.
+    ``values`` is the manifest's entry of the display, ``entries`` those of its views by their modules' numbers. Raises
+    KeyError, TypeError, ValueError or InputError if one lacks something, or has it in another form.
     """
     lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
     modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]

@@ -30,15 +30,7 @@ _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
 
 class Result(NamedTuple):
-    """The rest of an item once its file is there.
-
-    Attributes
-    ----------
-    entry : dict
-        The view's entry in the manifest.
-    strip : PIL.Image.Image or None
-        Its row of the contact sheet, if it has one.
-    """
+    """The view's entry in the manifest, and its row of the contact sheet, if it has one."""
 
     entry: dict[str, Any]
     strip: Image | None
@@ -80,13 +72,7 @@ def _occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[st
 
 
 def write_view(job: Job, item: Item, textures: Textures) -> Result:
-    """Write an item's file, with the digest of each part's pixels and the identity of what they were made from.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write an item's file, with digests and identity; InputError if it cannot be written."""
     begin = time.perf_counter()
     parts = exr_parts(textures, job.settings)
     parts = [_with(part, sha256=digest(part.pixels), channels=" ".join(part.channels)) for part in parts]
@@ -102,10 +88,7 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
 def recover_view(job: Job, item: Item) -> Result | None:
     """An item's file as an earlier job left it, its pixels verified; None where there is none, or a damaged one.
 
-    Raises
-    ------
-    InputError
-        If the file was made from something else.
+    Raises InputError if the file was made from something else.
     """
     path, start = job.path(item), time.perf_counter()
     try:

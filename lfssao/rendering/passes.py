@@ -110,10 +110,6 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
         Estimator, radii, samples and blur.
     neighbours : sequence of (WorldToImage, (H, W) float32)
         Mapping and depth texture of each other module that is asked.
-
-    Returns
-    -------
-    Textures
     """
     timed, computed, kept = _Timed(), settings.computed, settings.kept
     gbuffer = timed("ray_cast", lambda: _cast(caster, view, settings))
@@ -218,7 +214,7 @@ def render(
     modules: range | None = None,
     threads: int = 1,
 ) -> Iterator[Textures]:
-    """Render the modules of a display one after the other.
+    """Yield the textures of the modules of a display in their order, each rendered when it is asked for.
 
     Parameters
     ----------
@@ -232,11 +228,6 @@ def render(
         Which modules; all by default.
     threads : int
         Threads of the ray caster (numba's are set by ``numba.set_num_threads``).
-
-    Yields
-    ------
-    Textures
-        In the order of the modules.
 
     Raises
     ------

@@ -41,11 +41,7 @@ class LeftOut:
 def planned(
     views: Sequence[View], boxes: Sequence[NDArray[np.float64]], settings: Settings, colored: bool
 ) -> list[LeftOut]:
-    """Work left out, as far as it is known before rays are cast.
-
-    ``views`` are those of each frame, ``boxes`` the box around the scene in each frame, (2, 3) float64, world units;
-    ``colored`` is whether the mesh has colour.
-    """
+    """Work left out that is known before rays are cast; ``boxes`` are the scene's in each frame, (2, 3) float64."""
     seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
     heights = [(view.height, len(rows)) for view, rows in seen if rows]
     samples, radii = 1 if settings.samples is None else len(settings.samples), len(settings.radii)

@@ -174,10 +174,7 @@ _loading = threading.Lock()
 def run_item(path: str, item: Item, threads: int, version: str) -> Result:
     """Run one item of the job in a file in a worker; the last job is kept in memory, with its trees.
 
-    Raises
-    ------
-    InputError
-        If the worker runs another version than the job, does not see the file, or cannot write.
+    Raises InputError if the worker runs another version than the job, does not see the file, or cannot write.
     """
     if version != __version__:
         raise InputError(f"a worker runs lfssao {__version__}, the job {version}")
@@ -200,13 +197,7 @@ def _load(path: str) -> Job:
 
 
 def recover(job: Job, threads: int) -> Iterator[tuple[Item, Result | None]]:
-    """Each item, and what an earlier job left of it (``recover_view``), or None where it is still to be done.
-
-    Raises
-    ------
-    InputError
-        If a file was made from something else.
-    """
+    """Each item, and what an earlier job left of it, or None where it is still to be done (``recover_view``)."""
     use_one_thread_a_file()
     with ThreadPoolExecutor(threads) as pool:
         items = job.items()

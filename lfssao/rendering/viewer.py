@@ -50,13 +50,13 @@ class LightField:
         if len(display.modules) < 2:
             raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
         self.display = display
-        sizes = [(m.width, m.height) for m in display.modules]
-        wanted = sorted(modules)
-        first = np.cumsum([0, *(sizes[k][0] * sizes[k][1] for k in wanted)])
-        self._room = dict(zip(wanted, first.tolist(), strict=False))
-        self._sizes = np.array(sizes, np.int64)
-        self._starts = np.full(len(sizes), -1, np.int64)
-        self._texels = np.empty((int(first[-1]), channels), np.float32)
+        self._sizes = np.array([(m.width, m.height) for m in display.modules], np.int64)
+        self._starts = np.full(len(display.modules), -1, np.int64)
+        self._room, texels = {}, 0
+        for k in sorted(modules):
+            self._room[k] = texels
+            texels += display.modules[k].width * display.modules[k].height
+        self._texels = np.empty((texels, channels), np.float32)
 
     def put(self, index: int, texture: NDArray[np.float32]) -> None:
         """Give a module its texture, (H, W, C) float32, which is copied.
@@ -133,13 +133,7 @@ class Photograph:
 
 
 def picture_size(display: Display, width: int) -> tuple[int, int]:
-    """Width and height, pixels, of a picture of the screen with square pixels.
-
-    Raises
-    ------
-    InputError
-        If the width is not positive.
-    """
+    """Width and height, pixels, of a picture of the screen with square pixels; InputError for no positive width."""
     if width < 1:
         raise InputError(f"width is {width}, it must be positive")
     return width, max(1, round(width * display.screen_height / display.screen_width))
@@ -177,19 +171,8 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
     ``view.cast_from_world``. With z from the eye and d its distance from z = 0: u = W / 2 + (W / w) (e_x + d x / z)
     and v = H / 2 - (H / h) (e_y + d y / z).
 
-    Parameters
-    ----------
-    display : Display
-        The display; only the depth of its modules matters.
-    physical_from_world : (3, 4) float64
-        Affine map world -> physical.
-    eye_x, width : float, int
-        As of ``LightField.photograph``, whose pixels look along the same lines.
-
-    Raises
-    ------
-    InputError
-        If there is no observer at eye_x or the width is not positive.
+    ``physical_from_world`` is the affine map world -> physical, (3, 4) float64; ``eye_x`` and ``width`` are those of
+    ``LightField.photograph``, whose pixels look along the same lines, and are refused alike (InputError).
     """
     e_x, e_y, e_z = eye_point(display, eye_x)
     columns, rows = picture_size(display, width)
@@ -216,21 +199,9 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
 
 
 def eye_range(display: Display, modules: Any = None) -> tuple[float, float]:
-    """Leftmost and rightmost eye, x in metres, that rays of the modules reach from the whole screen's width.
+    """Leftmost and rightmost eye, x in metres, that the modules (default: all) reach from the whole screen's width.
 
-    If both ends of the screen reach no common eye, those that its middle reaches.
-
-    Parameters
-    ----------
-    display : Display
-        The display.
-    modules : sequence of int, optional
-        Which of its modules shine; all by default.
-
-    Raises
-    ------
-    InputError
-        If no eye is.
+    If both ends of the screen reach no common eye, those that its middle reaches; InputError if that reaches none.
     """
     shining = range(len(display.modules)) if modules is None else modules
     ends = [_reached(display, shining, place * display.screen_width) for place in (-0.499, 0.0, 0.499)]

@@ -148,6 +148,26 @@ def distort(d, u, v):
 
 
 @kernel(inline=True)
+def screen_to_image(d, s_x, s_y, s_z, status):
+    """Image point of a screen point, u and v, and ``status`` or, if that is VALID, its own (physical_to_image).
+
+    Central projection from the lens onto z = 0, homography, radial distortion.
+    """
+    zero = type(s_x)(0)
+    curved = s_z != zero
+    scale = d.m_z / (d.m_z - s_z)
+    x = d.m_x + (s_x - d.m_x) * scale if curved else s_x
+    y = d.m_y + (s_y - d.m_y) * scale if curved else s_y
+    status = status if (status != VALID) | (not curved) | (scale > zero) else MISSES_SCREEN
+    u, v, w = apply_homography(d.homography, x, y)
+    status = status if (status != VALID) | (w > zero) else FOLDED
+    if d.k1 != zero or d.k2 != zero:
+        u, v, r2 = distort(d, u, v)
+        status = status if (status != VALID) | (r2 < d.fold) else FOLDED
+    return u, v, status
+
+
+@kernel(inline=True)
 def physical_to_image(d, x, y, z):
     """Image coordinates of a physical point.
 
@@ -167,16 +187,7 @@ def physical_to_image(d, x, y, z):
     """
     zero = type(x)(0)
     s_x, s_y, s_z, status = screen_point(d, x, y, z)
-    curved = s_z != zero
-    scale = d.m_z / (d.m_z - s_z)
-    s_x = d.m_x + (s_x - d.m_x) * scale if curved else s_x
-    s_y = d.m_y + (s_y - d.m_y) * scale if curved else s_y
-    status = status if (status != VALID) | (not curved) | (scale > zero) else MISSES_SCREEN
-    u, v, w = apply_homography(d.homography, s_x, s_y)
-    status = status if (status != VALID) | (w > zero) else FOLDED
-    if d.k1 != zero or d.k2 != zero:
-        u, v, r2 = distort(d, u, v)
-        status = status if (status != VALID) | (r2 < d.fold) else FOLDED
+    u, v, status = screen_to_image(d, s_x, s_y, s_z, status)
     return u if status == VALID else zero, v if status == VALID else zero, status
 
 

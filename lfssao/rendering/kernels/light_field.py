@@ -10,7 +10,7 @@ from numba import prange
 
 from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import apply_homography, circle_crossing, display_module, distort
+from lfssao.optics.kernels.display import VALID, circle_crossing, display_module, screen_to_image
 
 NEAREST = 0
 LINEAR = 1
@@ -80,26 +80,6 @@ def ray_sine(d, point, eye):
     return sine if (s_z < m_z) & (a * b + f2 > 0.0) else np.nan
 
 
-@kernel(inline=True)
-def screen_to_texel(d, width, height, point):
-    """Image point at which a module shows a screen point, and whether its texture has it: u, v, shown.
-
-    As ``optics.kernels.display.physical_to_image`` of a point on the screen: central projection from the lens onto
-    z = 0, homography, radial distortion.
-    """
-    s_x, s_y, s_z = point
-    scale = d.m_z / (d.m_z - s_z)
-    x, y = d.m_x + (s_x - d.m_x) * scale, d.m_y + (s_y - d.m_y) * scale
-    if s_z == 0.0:
-        x, y = s_x, s_y
-    u, v, w = apply_homography(d.homography, x, y)
-    r2 = 0.0
-    if (d.k1 != 0.0) | (d.k2 != 0.0):
-        u, v, r2 = distort(d, u, v)
-    inside = (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
-    return u, v, (s_z < d.m_z) & (w > 0.0) & (r2 < d.fold) & inside
-
-
 @kernel
 def adjacent(sines):
     """The modules whose rays pass next to the eye on its left (sine <= 0) and right, -1 for none; their angular step.
@@ -140,7 +120,9 @@ def weigh(modules, point, sines, blend, places, weights):
         if modules.starts[k] < 0 or not abs(sines[k]) < CUT * (SIGMA * step):
             continue
         module, width, height = display_module(modules.numbers[k]), modules.sizes[k, 0], modules.sizes[k, 1]
-        places[k, 0], places[k, 1], shows = screen_to_texel(module, float(width), float(height), point)
+        u, v, status = screen_to_image(module, point[0], point[1], point[2], VALID)
+        shows = (status == VALID) & (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
+        places[k, 0], places[k, 1] = u, v
         l_shows, r_shows = l_shows | (shows & (k == left)), r_shows | (shows & (k == right))
         if shows and blend == GAUSSIAN:
             q = sines[k] / (SIGMA * step)

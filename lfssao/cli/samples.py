@@ -78,8 +78,6 @@ def _sample_set(options: argparse.Namespace) -> SampleSet:
     domain, method = options.domain, options.method
     if domain is None:
         domain = "disk" if method in METHODS["disk"] and method not in METHODS["ball"] else "ball"
-    if domain not in METHODS:
-        raise no_such("domain", domain, METHODS)
     more: dict[str, Any] = {}
     if domain == "ball":
         more = {"r_min": options.r_min, "r_max": options.r_max}

@@ -29,10 +29,6 @@ def statue():
     return builtin_scene("statue")
 
 
-def view_of(mesh):
-    return module_views(mesh, find_display("sample-a").with_resolution(64, 48), range(3, 4))[0]
-
-
 def test_a_guard_band_lets_occluders_outside_be_seen():
     # A floor towards the viewer and a wall that only the guard band sees.
     display = find_display("virtual").with_resolution(64, 48)
@@ -117,17 +113,8 @@ def test_only_layers_that_are_asked_for_are_kept_and_only_what_they_read_is_comp
                 assert texture is None, (asked, name)
 
 
-def test_layers_by_default_and_those_that_there_are_not(statue):
-    assert Settings((0.1,)).kept == tuple(name for name in LAYERS if name != "normals")
-    assert Settings((0.1,), normals="smooth").kept == LAYERS
-    assert Settings((0.1,), estimator="hbao").kept == LAYERS
-    asked = Settings((0.1,), layers=("shaded", "normals", "shaded"))
-    assert asked.kept == ("normals", "shaded")
-    assert asked.normals == "geometric"
-    for wrong in (("ao_1",), ("depth", "best"), ()):
-        with pytest.raises(InputError, match="layers: "):
-            Settings((0.1,), layers=wrong)
-    view = view_of(statue)
+def test_textures_without_colour_have_no_picture(statue):
+    (view,) = module_views(statue, find_display("sample-a").with_resolution(64, 48), range(3, 4))
     made = render_view(RayCaster(statue, view.cast_from_world), view, Settings((0.1,), layers=("shaded",)))
     assert made._repr_png_() is None
     with pytest.raises(InputError, match="color is not among the layers shaded"):
@@ -219,8 +206,3 @@ def test_colour_alone_of_a_mesh_without_any_is_refused(tmp_path, capsys):
     render(tmp_path / "out", *job, "color", code=2)
     assert sentence(capsys) == f"{tmp_path}/a.obj has no colour, and no other layer was asked for"
     assert set(digests_of(render(tmp_path / "out", *job, "color,depth"))[0]) == {"depth"}
-
-
-def test_no_radius_is_warned_of_where_no_ao_is_asked_for(tmp_path, capsys):
-    render(tmp_path, *RENDER[:-1], "0.00001", "--layers", "depth")
-    assert capsys.readouterr().err == ""

@@ -1,0 +1,48 @@
+"""Settings: default radii, what is refused, and which layers are kept and computed."""
+
+import numpy as np
+import pytest
+
+from lfssao import InputError, Settings, builtin_scene, default_radii
+from lfssao.rendering.settings import LAYERS
+
+
+def test_layers_that_are_kept_and_normals_that_they_need():
+    assert Settings((0.1,)).kept == tuple(name for name in LAYERS if name != "normals")
+    assert Settings((0.1,), normals="smooth").kept == LAYERS
+    assert Settings((0.1,), estimator="hbao").kept == LAYERS
+    asked = Settings((0.1,), layers=("shaded", "normals", "shaded"))
+    assert asked.kept == ("normals", "shaded")
+    assert asked.normals == "geometric"
+
+
+def test_layers_that_others_read_are_computed():
+    assert Settings((0.1,), layers=("depth",)).computed == ("depth",)
+    assert Settings((0.1,), layers=("merged",)).computed == ("depth", "positions", "ao", "merged")
+    read_by_hbao = ("depth", "positions", "normals", "ao", "merged", "blurred")
+    assert Settings((0.1,), estimator="hbao", layers=("blurred",)).computed == read_by_hbao
+    assert Settings((0.1,), layers=("shaded",)).computed == tuple(name for name in LAYERS if name != "normals")
+
+
+def test_default_radii_are_fractions_of_the_diagonal():
+    mesh = builtin_scene("statue")
+    diagonal = np.linalg.norm(mesh.bounds[1] - mesh.bounds[0])
+    assert default_radii(mesh) == pytest.approx([f * diagonal for f in (0.01, 0.02, 0.035, 0.06, 0.1)])
+
+
+@pytest.mark.parametrize(("wrong", "words"), [
+    ({"radii": ()}, "radii: at least one"),
+    ({"radii": (0.1, -1.0)}, "radius"),
+    ({"blur": float("nan")}, "sigma"),
+    ({"color_filter": "cubic"}, "color_filter is 'cubic': choose one of bilinear, nearest"),
+    ({"normals": "up"}, "normals is 'up': choose one of geometric, smooth"),
+    ({"caster": "vulkan"}, "caster is 'vulkan': choose one of exact, embree"),
+    ({"neighbours": -1}, "neighbours is -1, it must be at least 0"),
+    ({"neighbours": 1, "estimator": "sao"}, "neighbours are for estimator lf, not for sao"),
+    ({"layers": ()}, "layers: at least one"),
+    ({"layers": ("ao_1",)}, "layers: there is no 'ao_1'"),
+    ({"layers": ("depth", "best")}, "layers: there is no 'best'"),
+])  # fmt: skip
+def test_what_settings_refuse(wrong, words):
+    with pytest.raises(InputError, match=words):
+        Settings(**{"radii": (0.1,), **wrong})

@@ -41,9 +41,8 @@ def cluster():
 
     with warnings.catch_warnings():  # dask's own: they are not what is tested, and nothing of ours runs here
         warnings.simplefilter("ignore")
-        with LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
-        ) as made:
+        quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+        with LocalCluster(n_workers=2, threads_per_worker=1, **quiet) as made:
             yield made
 
 
@@ -95,28 +94,11 @@ def test_what_a_worker_refuses_is_said_here(cluster, tmp_path, capsys):
 @pytest.mark.slow
 def test_a_scheduler_of_this_job_alone(local, tmp_path):
     """In a process of its own, with warnings as errors from its start."""
-    command = [
-        sys.executable,
-        "-W",
-        "error::UserWarning",
-        "-m",
-        "lfssao",
-        "render",
-        *COMMAND,
-        "-o",
-        str(tmp_path / "out"),
-    ]
-    done = subprocess.run([*command, "--scheduler", "local"], capture_output=True, text=True, check=False)
+    command = [sys.executable, "-W", "error::UserWarning", "-m", "lfssao", "render", *COMMAND, "--scheduler", "local"]
+    done = subprocess.run([*command, "-o", tmp_path / "out"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.count("\n") == 1
     assert digests_of(tmp_path / "out") == local
-
-
-def test_no_scheduler_answers(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("lfssao.rendering.cluster._SECONDS_TO_ANSWER", 0.3)
-    render(tmp_path / "out", *COMMAND, "--scheduler", "tcp://127.0.0.1:1", code=2)
-    assert "--scheduler: no dask scheduler answers at tcp://127.0.0.1:1" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("value", ["", "remote", "127.0.0.1:8786", "tcp://", "tcp://a", "tcp://a b:1", "http://a:1"])
@@ -125,16 +107,18 @@ def test_addresses_that_are_none(tmp_path, capsys, value):
     assert "--scheduler: " in sentence(capsys)
 
 
-def test_threads_of_workers_are_their_own(tmp_path, capsys):
-    render(tmp_path / "out", *COMMAND, "--threads", "1", "--scheduler", "tcp://127.0.0.1:1", code=2)
-    assert "--threads does not go with a scheduler's address" in capsys.readouterr().err
+def test_no_scheduler_no_package_and_threads_that_are_not_ours(tmp_path, capsys, monkeypatch):
+    def refused(*words):
+        render(tmp_path / "out", *COMMAND, *words, code=2)
+        assert not (tmp_path / "out").exists()
+        return capsys.readouterr().err
 
-
-def test_without_the_package(tmp_path, capsys, monkeypatch):
+    there = "--scheduler", "tcp://127.0.0.1:1"
+    assert "--threads does not go with a scheduler's address" in refused("--threads", "1", *there)
+    monkeypatch.setattr("lfssao.rendering.cluster._SECONDS_TO_ANSWER", 0.3)
+    assert "--scheduler: no dask scheduler answers at tcp://127.0.0.1:1" in refused(*there)
     monkeypatch.setitem(sys.modules, "distributed", None)
-    render(tmp_path / "out", *COMMAND, "--scheduler", "local", code=2)
-    assert "pip install 'lfssao[dask]'" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    assert "pip install 'lfssao[dask]'" in refused("--scheduler", "local")
 
 
 # Any executor
@@ -212,16 +196,8 @@ class Untouched:
         self.item = item
 
 
-@pytest.fixture
-def untouched(monkeypatch):
-    """Passes and files that do nothing but what a test puts into their place."""
-    monkeypatch.setattr(Renderer, "textures", lambda _, item: Untouched(item))
-    monkeypatch.setattr(lfssao.rendering.run, "write_view", lambda _work, item, _textures: item)
-    return monkeypatch
-
-
 @pytest.mark.parametrize("ahead", [1, 3, 5])
-def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
+def test_no_more_views_are_in_memory_than_asked_for(tmp_path, monkeypatch, ahead):
     """Writing is held until no more items come."""
     gate, alive, most = threading.Event(), weakref.WeakSet(), []
     job = job_in(tmp_path, 8)
@@ -231,22 +207,22 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, untouched, ahead):
         alive.add(made)
         return made
 
-    untouched.setattr(Renderer, "textures", textures)
+    monkeypatch.setattr(Renderer, "textures", textures)
 
     def write(_work, item, _textures):
         gate.wait(0.2 + 0.3 * (item.view % 2))  # each second one is written much later
         most.append(len(alive))
         return item
 
-    untouched.setattr(lfssao.rendering.run, "write_view", write)
+    monkeypatch.setattr(lfssao.rendering.run, "write_view", write)
     assert len(list(run_here(Renderer(job, 2), job.items(), 2, ahead))) == 8
     assert max(most) == ahead
 
 
-def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
+def test_files_are_written_while_the_next_passes_run(tmp_path, monkeypatch):
     """The passes of the second view end once the first one's file is begun, and that once they have begun."""
     begun, computing = threading.Event(), threading.Event()
-    job, real = job_in(tmp_path, 4), lfssao.rendering.run.write_view
+    job = job_in(tmp_path, 4)
 
     def textures(_, item):
         if item.view == 1:
@@ -254,13 +230,13 @@ def test_files_are_written_while_the_next_passes_run(tmp_path, untouched):
             assert begun.wait(20)
         return Untouched(item)
 
-    def write(*arguments):
+    def write(_work, item, _textures):
         begun.set()
         assert computing.wait(20)
-        return real(*arguments)
+        return item
 
-    untouched.setattr(Renderer, "textures", textures)
-    untouched.setattr(lfssao.rendering.run, "write_view", write)
+    monkeypatch.setattr(Renderer, "textures", textures)
+    monkeypatch.setattr(lfssao.rendering.run, "write_view", write)
     assert len(list(run_here(Renderer(job, 2), job.items(), 2, 2))) == 4
 
 

@@ -271,4 +271,5 @@ def test_a_job_warns_of_such_radii_once(tmp_path, capsys):
     render(tmp_path, *job, "0.0002,0.0001,0.1")
     assert "radii 0.0002, 0.0001 are less than half a texel everywhere: their AO says" in capsys.readouterr().err
     render(tmp_path, *job, "0,0.1")
+    render(tmp_path, *job, "0.0001", "--layers", "depth")  # no AO is asked for
     assert "half a texel" not in capsys.readouterr().err

@@ -80,6 +80,7 @@ def check_resumes(folder, undisturbed):
 
 @pytest.fixture(scope="module")
 def server():
+    """A process that runs commands in children of its own."""
     # The layer whose threads a child can start again.
     environment = {**os.environ, "NUMBA_THREADING_LAYER": "workqueue"}
     command = [sys.executable, str(Path(__file__).parents[1] / "helpers" / "fork_server.py")]
@@ -88,6 +89,13 @@ def server():
         assert process.stdout.readline() == "ready\n"
         yield process
         process.stdin.close()
+
+
+def start(server, folder):
+    """Begin the job in a child; its number."""
+    server.stdin.write(json.dumps(["render", *COMMAND, "-o", str(folder)]) + "\n")
+    server.stdin.flush()
+    return int(server.stdout.readline())
 
 
 def count_files(folder):
@@ -101,9 +109,7 @@ def test_killed_at_fifty_random_moments(server, undisturbed, tmp_path):
     stopped_between = 0
     for kill in range(50):
         folder = tmp_path / f"{kill}"
-        server.stdin.write(json.dumps(["render", *COMMAND, "-o", str(folder)]) + "\n")
-        server.stdin.flush()
-        child = int(server.stdout.readline())
+        child = start(server, folder)
         wanted, rest = random_.randrange(COUNT + 1), 0.02 * random_.random()
         # A job that is over before that has all its files or failed, which check_whole_or_absent tells.
         while count_files(folder) < wanted:
@@ -134,9 +140,8 @@ def test_leftovers_of_the_dead_go_and_those_of_the_living_stay(tmp_path):
 def small_disk(folder, size):
     """A file system in memory of so many bytes, which only root can make: as root a failure is a failure."""
     folder.mkdir()
-    done = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)], capture_output=True, check=False
-    )
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)]
+    done = subprocess.run(mount, capture_output=True, check=False)
     if done.returncode != 0 and os.geteuid() != 0:
         pytest.skip("only root can mount a small disk")
     assert done.returncode == 0, done.stderr
@@ -150,19 +155,6 @@ def remount(folder, option):
     """True once it took effect: while a file is being written a file system cannot become read-only."""
     done = subprocess.run(["mount", "-o", f"remount,{option}", str(folder)], capture_output=True, check=False)
     return done.returncode == 0
-
-
-def test_full_disk_ends_the_job_and_more_room_lets_it_go_on(undisturbed, tmp_path, capsys):
-    size = sum((undisturbed / name).stat().st_size for name in FILES)
-    with small_disk(tmp_path / "disk", size * 6 // 10) as disk:
-        run(disk / "out", code=2)
-        error = sentence(capsys)
-        assert "it cannot be written" in error
-        assert "the disk is full" in error
-        assert not [name for name in os.listdir(disk / "out") if name.startswith(".")]
-        assert 0 < check_whole_or_absent(disk / "out", undisturbed) < COUNT
-        assert remount(disk, f"size={4 * size}")
-        check_resumes(disk / "out", undisturbed)
 
 
 def test_every_amount_of_room_gives_a_whole_file_or_an_error(tmp_path):
@@ -191,7 +183,7 @@ def test_every_amount_of_room_gives_a_whole_file_or_an_error(tmp_path):
 
 
 def test_a_limit_of_the_files_size(undisturbed, tmp_path):
-    """What a full disk does, for those who cannot mount one."""
+    """As a full disk does: the job ends with a sentence, leaves no part of a file, and can be taken up."""
     limit = max((undisturbed / name).stat().st_size for name in FILES) * 2 // 3
     done = subprocess.run(
         [sys.executable, "-m", "lfssao", "render", *COMMAND, "-o", str(tmp_path / "out")],
@@ -245,9 +237,7 @@ def test_folder_becomes_unwritable(undisturbed, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("after", [1, 3])
 def test_interrupted(server, undisturbed, tmp_path, after):
     folder = tmp_path / "out"
-    server.stdin.write(json.dumps(["render", *COMMAND, "-o", str(folder)]) + "\n")
-    server.stdin.flush()
-    child = int(server.stdout.readline())
+    child = start(server, folder)
     while count_files(folder) < after:
         time.sleep(0.0005)
     os.kill(child, signal.SIGINT)
@@ -353,9 +343,8 @@ def test_resume_refuses_another_scene_and_another_version(undisturbed, tmp_path,
 
 
 def test_resume_notices_another_colour(tmp_path, capsys):
-    for name, color in (("a", "1 0 0"), ("b", "0 1 0")):
+    for color, more, code in (("1 0 0", [], 0), ("0 1 0", ["--resume"], 2)):
         lines = "".join(f"v {x} {y} 0 {color}\n" for x, y in ((0, 0), (1, 0), (0, 1)))
-        (tmp_path / f"{name}.obj").write_text(lines + "f 1 2 3\n")
-    render(tmp_path / "out", str(tmp_path / "a.obj"), "--resolution", "16x12")
-    render(tmp_path / "out", str(tmp_path / "b.obj"), "--resolution", "16x12", "--resume", code=2)
+        (tmp_path / "a.obj").write_text(lines + "f 1 2 3\n")
+        render(tmp_path / "out", str(tmp_path / "a.obj"), "--resolution", "16x12", *more, code=code)
     assert "other parameters (scene)" in capsys.readouterr().err

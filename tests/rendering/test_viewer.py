@@ -14,10 +14,7 @@ from lfssao.rendering.viewer import BLENDS
 
 IDENTITY = np.eye(3, 4)
 
-
 PRESETS = ("sample-a", "sample-b", "convex", "picoarray")
-
-
 SIZE = 32, 20
 
 
@@ -34,18 +31,11 @@ def odd(display):
 
 
 DISPLAYS = {name: find_display(name).with_resolution(*SIZE) for name in PRESETS}
-
-
 DISPLAYS["odd"] = odd(DISPLAYS["sample-a"])
-
 
 # Lenses above the observers' height and nearer to the screen than they are: the cone differs from the straight line.
 CONICAL = DISPLAYS["sample-b"]
-
-
 DISPLAYS["conical"] = replace(CONICAL, modules=tuple(replace(m, y=0.2, z=0.3) for m in CONICAL.modules))
-
-
 DISPLAYS["concave"] = replace(DISPLAYS["sample-a"], screen_curvature=-0.4, observer_curvature=0.3)
 
 
@@ -86,30 +76,21 @@ def test_the_reference_composes_the_same_bits(name):
         assert 0 < missed < 4 * 41 * height  # the modules that shine reach some of it and not all
 
 
-def test_the_texel_read_is_the_one_the_display_shows_the_screen_point_at():
-    """The composing kernel projects screen points by itself: against physical_to_image and texel_ray."""
+def test_the_references_sine_is_that_of_the_angle_between_ray_and_eye():
     shown = 0
     for display in DISPLAYS.values():
-        eye = eye_point(display, 0.2)
+        eye, screen = eye_point(display, 0.2), (display.screen_width, display.screen_height)
         for k in (9, 12):
-            s = reference.screen_point(
-                display.screen_curvature, (display.screen_width, display.screen_height), 0.03, 0.02, eye
-            )
-            image, answer = display.physical_to_image(k, np.array(s))
-            d = display.module_numbers(k).tolist()
-            place = reference.texel(d, (display.modules[k].height, display.modules[k].width), s)
-            if place is None:
-                assert answer == 5  # outside the texture
+            s = reference.screen_point(display.screen_curvature, screen, 0.03, 0.02, eye)
+            (u, v, _), status = display.physical_to_image(k, np.array(s))
+            if status == 5:  # outside the texture
                 continue
-            assert answer == 0
-            u, v = place
             shown += 1
-            assert (u, v) == pytest.approx(image[:2], abs=1e-9)
             origin, direction, _ = display.texel_ray(k, u, v)
             a, b = origin[0] + direction[0] * eye[2] - s[0], eye[0] - s[0]
             forward = eye[2] - s[2]
             expected = math.sin(math.atan2(a, -forward) - math.atan2(b, -forward))
-            assert reference.sine(d, s, eye) == pytest.approx(expected, abs=1e-12)
+            assert reference.sine(display.module_numbers(k).tolist(), s, eye) == pytest.approx(expected, abs=1e-12)
     assert shown >= 2 * len(DISPLAYS) - 1
 
 
@@ -140,20 +121,6 @@ def test_nothing_is_seen_where_no_module_reaches():
         for eye_x in (left, 0.0, right):
             assert field.photograph(eye_x, 40, blend).dark == 0
         assert field.photograph(right + 0.3, 40, blend).dark > 0
-
-
-@pytest.mark.parametrize("name", ["sample-a", "sample-b", "convex", "picoarray"])
-@pytest.mark.parametrize("blend", BLENDS)
-def test_a_mirrored_scene_gives_a_mirrored_picture(name, blend):
-    display, rng = DISPLAYS[name], np.random.default_rng(3)
-    field, textures = random_field(display, rng)
-    mirrored = LightField(display, range(len(textures)))
-    for k, texture in enumerate(reversed(textures)):
-        mirrored.put(k, np.ascontiguousarray(texture[:, ::-1]))
-    eye_x = 0.31 * display.screen_width
-    a, b = field.photograph(eye_x, 41, blend), mirrored.photograph(-eye_x, 41, blend)
-    assert a.image.any()
-    assert a.image[:, ::-1] == pytest.approx(b.image, abs=1e-5)
 
 
 # Against direct ray casts

@@ -18,15 +18,6 @@ plane under a sphere of radius s, R inf,     (s / D)^3, as (s / D)^2 of a sphere
 P at distance D from its middle              whole times the cosine of its middle      its solid angle over 2 pi
 ===========================================  ========================================  ===============================
 
-At direction omega_x across the crease, t / R = c / omega_x. So a falloff takes from a crease, r = sqrt(1 - c^2):
-
-=========  ====================================  =================
-falloff    cosine                                uniform
-=========  ====================================  =================
-linear     (2 c / pi) (ln((1 + r) / c) - r)      -(c ln c) / 2
-quadratic  (2 c / pi) (r - c arccos c)           (c - c^2) / 2
-=========  ====================================  =================
-
 The user chooses what finds the hits. With our own tree rays, hits and sums are IEEE float64 in a written order, so that
 texture and error have equal bits on every machine for equal textures, mesh and seed. With Embree the rays and sums are
 the same, but hits are decided in float32, about the middle of the mesh: that takes less time, and grazing rays may hit

@@ -23,15 +23,7 @@ of h):
     1 - A = 2 sigma / (2 pi) integral_0^1 integral_0^2pi max(0, v . n) / (v . v + epsilon) dtheta dalpha
 
 as long as it is at most 1 (sigma in units of R, k = 1). It is 0 on a plane, on a convex crease and on top of a sphere,
-where nothing rises above the tangent plane. In units of R:
-
-- On the floor at distance a before a step up of height H, the taps beyond the wall are those with alpha cos(theta) > a,
-  v . n = H, v . v = alpha^2 + H^2: 2 sigma H / pi integral_a^1 arccos(a / alpha) / (alpha^2 + H^2 + epsilon) dalpha.
-- On the face of a concave right-angle crease at distance a from it, measured across the view along its bisector, the
-  other face is seen where alpha cos(theta) > a and lies v . n = sqrt(2) (alpha cos(theta) - a) above the first, at
-  v . v = alpha^2 + (2 a - alpha cos(theta))^2.
-- On the floor beside a sphere of radius s, taps less than s from below its middle rise to the sphere's upper half:
-  v . n = s + sqrt(s^2 - q^2), q their distance from there. The integral has no shorter form.
+where nothing rises above the tangent plane.
 """
 
 from dataclasses import dataclass

@@ -18,7 +18,7 @@ Run = Callable[..., Occlusion]
 
 
 def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> Occlusion:
-    """Return what a kernel writes into its last two arguments, occlusion and samples outside a row, (H, W) as depth."""
+    """Return occlusion, (H, W) as depth, and samples outside, which a kernel writes into its last two arguments."""
     occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
     kernel(*arguments, occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
@@ -27,21 +27,12 @@ def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> 
 def option(
     default: Value, meaning: str, *, limits: tuple[float, float] | None = None, choices: tuple[str, ...] = ()
 ) -> Any:
-    """Return a field of an ``Options`` class.
+    """Return a field of an ``Options`` class, whose values have the type of the default.
 
-    Parameters
-    ----------
-    default : number, bool or str
-        Its value unless given; values have its type.
-    meaning : str
-        One line for ``lfssao estimators NAME``.
-    limits : tuple of two numbers, optional
-        Least and greatest value of a number.
-    choices : tuple of str
-        The values of a str.
+    meaning: one line for ``lfssao estimators NAME``; limits: least and greatest value of a number; choices: of a str.
     """
-    said = {"meaning": meaning, "limits": limits, "choices": choices}
-    return field(default=default, metadata={key: value for key, value in said.items() if value})
+    metadata = {"meaning": meaning, "limits": limits, "choices": choices}
+    return field(default=default, metadata={key: value for key, value in metadata.items() if value})
 
 
 @dataclass(frozen=True)
@@ -103,20 +94,20 @@ class Estimator:
 
     @property
     def meanings(self) -> dict[str, str]:
-        """What each option means, one line."""
-        return self._said("meaning")
+        """Meaning of each option, one line."""
+        return self._metadata("meaning")
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
         """Least and greatest value of each option that is a number, where it has them."""
-        return self._said("limits")
+        return self._metadata("limits")
 
     @property
     def choices(self) -> dict[str, tuple[str, ...]]:
         """The values of each option that is a str."""
-        return self._said("choices")
+        return self._metadata("choices")
 
-    def _said(self, key: str) -> dict[str, Any]:
+    def _metadata(self, key: str) -> dict[str, Any]:
         return {each.name: each.metadata[key] for each in fields(self.options) if key in each.metadata}
 
     def default_samples(self, n: int | None = None) -> tuple[FloatArray | None, FloatArray | None]:

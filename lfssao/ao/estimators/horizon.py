@@ -6,13 +6,8 @@ within R, is
 
     (1 / 2 pi) integral_0^2pi integral W dM d theta
 
-with M the sine of the horizon so far on the way out, which starts at the tangent plane's. That is
-
-- 0 on a plane, at a convex crease and on top of a sphere;
-- 1/2 in a concave right-angle crease, with attenuation too, as the nearest step sees the whole wall rise;
-- on the floor at a distance a before a step up of height H, in radii: (1 / pi) integral_0^b W(q) H / q d theta, with
-  q^2 = a^2 / cos(theta)^2 + H^2 and cos(b) = a / sqrt(1 - H^2), as M rises at the wall and nowhere else; without
-  attenuation, for an infinite R, a lune's fraction, arctan(H / a) / pi.
+with M the sine of the horizon so far on the way out, which starts at the tangent plane's: 0 on a plane, at a convex
+crease and on top of a sphere; 1/2 in a concave right-angle crease, as the nearest step sees the whole wall rise.
 
 At finite resolution the texels that are read lie off the line of the march, where a slanted tangent plane is higher or
 lower: a sloping plane hides a little of itself (up to about 0.1 near an edge), unless a bias forbids it. The paper

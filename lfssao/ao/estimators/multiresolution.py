@@ -18,10 +18,7 @@ A square of texels is the same on a module and on a camera, and no mapping is ev
 
 The limit for a kernel of many texels that shrink, one level, square of half-width a, from straight above, is the mean m
 of (1 - t^2 / R^2) max(0, cos) over the square, t < R, as 1 - (1 - m)^2 where both combine: 0 on planes, on convex
-creases and on top of a sphere. Before a step up of height H at a distance d, the points beyond the wall have cos = H /
-t and t^2 = x^2 + y^2 + H^2; on the other face of a concave crease at a distance d across the view, cos = sqrt(2) (x -
-d) / t and t^2 = x^2 + y^2 + (2 d - x)^2; beside a sphere of radius s on a plane, cos = z / t, z = s + sqrt(s^2 - q^2)
-at a distance q < s from below its middle.
+creases and on top of a sphere.
 """
 
 from dataclasses import dataclass

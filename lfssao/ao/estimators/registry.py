@@ -34,9 +34,6 @@ class _Registry(Mapping[str, Estimator]):
         found: Estimator = next(entry for entry in entries if entry.name == name)
         return found
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._family_of
-
     def __iter__(self) -> Iterator[str]:
         return iter(self._family_of)
 
@@ -48,13 +45,7 @@ ESTIMATORS: Mapping[str, Estimator] = _Registry(_FAMILIES)
 
 
 def find_estimator(name: str) -> Estimator:
-    """Return the estimator of a name.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Return the estimator of a name; raises InputError if there is none."""
     if name not in ESTIMATORS:
         raise InputError(f"there is no estimator '{name}': choose one of {', '.join(ESTIMATORS)}")
     return ESTIMATORS[name]
@@ -125,10 +116,7 @@ def estimate_radii(
 def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:
     """Return all parameters of an estimator, each with its default or the value given, in the type of the default.
 
-    Raises
-    ------
-    InputError
-        If it has no parameter of a name, or a value has the wrong type or is out of range.
+    Raises InputError if it has no parameter of a name, or a value has the wrong type or is out of range.
     """
     defaults = estimator.parameters
     unknown = sorted(set(parameters) - set(defaults))
@@ -161,13 +149,7 @@ def _checked(estimator: Estimator, name: str, value: Any) -> Value:
 
 
 def check_samples(estimator: Estimator, points: Any, weights: Any) -> None:
-    """Refuse samples and weights that an estimator cannot take.
-
-    Raises
-    ------
-    InputError
-        If their shapes are wrong, or a number is not finite.
-    """
+    """Refuse samples and weights, by an InputError, whose shapes are wrong or of which a number is not finite."""
     shape, d = np.shape(points), estimator.dimensions
     if d == 0:
         raise InputError(f"estimator {estimator.name} takes no samples")

@@ -128,20 +128,9 @@ def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
 def algorithm2(depth, positions, offsets, projection, occlusion, outside):
     """LF Algorithm 2, occlusion of every texel of one module, of several radii.
 
-    Parameters
-    ----------
-    depth : (H, W) float32 or float64
-        Image z of the visible surface, +infinity where there is none.
-    positions : (H, W, 3), same dtype
-        World coordinates of the visible surface.
-    offsets : (R, n, 3), same dtype
-        The samples of each radius relative to the point, world units.
-    projection : Projection
-        The mapping world -> image, same dtype.
-    occlusion : (R, H, W), same dtype
-        Out: occluded samples / n; 0 where there is no surface and for n = 0.
-    outside : (R, H) int64
-        Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
+    depth: (H, W), +infinity where there is no surface. positions: (H, W, 3). offsets: (R, n, 3), the samples of each
+    radius relative to the point, world units. occlusion: (R, H, W), out, 0 where there is no surface and for n = 0.
+    outside: (R, H) int64, out: samples of each row outside the texture or the mapping's domain, not occluded.
     """
     height, width = depth.shape
     surface, places = depth.reshape(height * width), positions.reshape(3 * height * width)

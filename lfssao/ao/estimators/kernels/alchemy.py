@@ -1,7 +1,7 @@
 """Alchemy AO: SAO equation 1 on points of the positions texture around each texel.
 
-Texels are computed by tiles, so that the surface around them, where the turned taps of neighbours land far apart, stays
-in the nearest caches. What belongs to a texel is in slots (``kernels.slots``).
+Texels are computed by tiles, so that the surface around them, on which the turned taps of neighbours land far apart,
+stays in the nearest caches. The numbers of a texel are in slots (``kernels.slots``).
 """
 
 from typing import NamedTuple
@@ -29,7 +29,7 @@ from lfssao.optics.kernels.projection import (
 )
 from lfssao.samples.kernels.spiral import hash_angle, rotated
 
-# Slots; of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
+# Slots: four numbers k + 0 to k + 3 are the mapping's rows, three are x, y and z.
 _POINT = 0
 _NORMAL = 3
 _LOOK = 6  # the direction in which the texel looks
@@ -125,10 +125,7 @@ def add_term(surface, places, texel, epsilon, i, slots):
 
 @kernel
 def add_display_taps(m, seen, size, epsilon, n, slots, found):
-    """The same as add_taps, of any display; m: the mapping's numbers.
-
-    Not inlined: beside another loop of look-ups that is vectors LLVM makes none of those of flat displays.
-    """
+    """``add_taps`` of any display, m its numbers; a function of its own, so that flat displays' loops stay vectors."""
     dtype, module = type(epsilon), display_module(m[12:])
     wide, high, nothing = dtype(size[1]), dtype(size[0]), dtype(np.inf)
     for i in range(n):
@@ -190,26 +187,11 @@ def finish_alchemy(depth, at, start, n, strength, slots, occlusion):
 
 @kernel(parallel=True)
 def alchemy(seen, taps, turn, projection, away, strength, occlusion, outside):
-    """Alchemy AO of every texel.
+    """Alchemy AO of every texel, 1 - A, into occlusion (H, W), as ``alchemy.alchemy`` describes it.
 
-    Parameters
-    ----------
-    seen : Seen
-        The view's textures.
-    taps : (s, 2), same dtype
-        Points of the unit disk.
-    turn : int
-        Which form of equation 8 turns the taps of each texel (``lfssao.samples.kernels.spiral``), -1 for none.
-    projection : Projection
-        The mapping world -> image, same dtype.
-    away : (4,) same dtype
-        -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
-    strength : Strength
-        Numbers of equation 1.
-    occlusion : (H, W), same dtype
-        Out: 1 - A.
-    outside : (H,) int64
-        Out: taps of each row outside the texture or the mapping's domain; they add nothing.
+    taps: (s, 2), points of the unit disk. turn: the form of equation 8 (``lfssao.samples.kernels.spiral``), -1 for
+    none. away: (4,), -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
+    outside: (H,), out: taps of each row outside the texture or the mapping's domain; they add nothing.
     """
     size, samples, dtype = occlusion.shape, taps.shape[0], occlusion.dtype
     (height, width), fractions = size, occlusion.reshape(-1)

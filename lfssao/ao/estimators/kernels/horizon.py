@@ -117,18 +117,8 @@ def horizon_occlusion(seen, fan, radius, occlusion, outside):
     the viewing direction, by the mean over the directions. Along each, the image of P + R (x e1' + y e2') is neared in
     equal steps from the texel's centre. The surface at Q, D = Q - P, has sin = -(D . w) / |D| and r = |D| / R. Where
     it lies above the horizon so far and r < 1, W (sin - horizon) is added, and it becomes the horizon. Each direction's
-    sum is divided by their number at the end.
-
-    Parameters
-    ----------
-    seen, fan : SeenSurface, Horizons
-        The view's textures and mapping; the directions.
-    radius : scalar of the same dtype
-        R, world units.
-    occlusion : (H, W), same dtype
-        Out: at most 1; 0 where there is no surface.
-    outside : (H,) int64
-        Out: steps of each row that lie outside the texture, or in a direction whose end has no image; they are open.
+    sum is divided by their number at the end. outside: (H,), out: steps of each row that lie outside the texture, or in
+    a direction whose end has no image; they are open.
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
     height, width = size

@@ -3,8 +3,7 @@
 A level is a texture of texel numbers: which texel of the full textures each of its texels stands for, -1 for none. So
 every position and normal that is read is one that the G-buffer holds.
 
-What the texels of a level stand for is read over and over: its positions and normals are copied, once, into arrays of
-their own, one a coordinate.
+Positions and normals of a level's texels are read over and over: they are copied, once, one array a coordinate.
 """
 
 import numpy as np
@@ -35,9 +34,9 @@ def depth_at(surface, texel):
 
 @kernel(inline=True)
 def lower_median(surface, a, b, c, d):
-    """Of up to four texel numbers (-1: none) the lower median by depth, of equal depths the first; -1 of none.
+    """Lower median by depth of up to four texel numbers (-1: none), of equal depths the first; -1 of none.
 
-    Each one's rank is how many come before it; what is not there comes last.
+    The rank of each is how many come before it; absent ones come last.
     """
     at_a, at_b, at_c, at_d = depth_at(surface, a), depth_at(surface, b), depth_at(surface, c), depth_at(surface, d)
     ba, ca, da = np.int32(at_b < at_a), np.int32(at_c < at_a), np.int32(at_d < at_a)
@@ -73,7 +72,7 @@ def halve(depth, fine, coarse):
 
 @kernel(inline=True)
 def obscured(vx, vy, vz, nx, ny, nz, squared):
-    """What a point at v from a point of normal n takes: (1 - v.v / R^2) max(0, v.n) / sqrt(v.v) inside R, else 0."""
+    """Occlusion by a point at v from a point of normal n: (1 - v.v / R^2) max(0, v.n) / sqrt(v.v) inside R, else 0."""
     zero, one = type(vx)(0), type(vx)(1)
     d = (vx * vx + vy * vy) + vz * vz
     above = (vx * nx + vy * ny) + vz * nz
@@ -125,8 +124,8 @@ def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
     """Occlusion of one level, (h, w), out, from the square of texels around each; outside: (h,) int64, out.
 
     places, facing: (H * W, 3), positions and unit normals of the full textures. The square's (2 reach + 1)^2 - 1 taps
-    are taken row by row; occlusion is the sum of what they take over their number. squared: R squared, world units.
-    outside: taps of each row that lie outside the texture; they take nothing.
+    are added row by row; occlusion is their sum over their number. squared: R squared, world units. outside: taps of
+    each row that lie outside the texture; they count 0.
     """
     height, width = level.shape
     numbers, out, dtype = level.reshape(-1), occlusion.reshape(-1), occlusion.dtype.type
@@ -183,10 +182,9 @@ def upsampling_weight(vx, vy, vz, nx, ny, nz, mx, my, mz, radius):
 def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, total):
     """Carry the maximum and the sum over levels from a coarse level to the next finer one, where it has been estimated.
 
-    fine, coarse: the levels, (h, w) and (ceil(h / 2), ceil(w / 2)) int32; places, facing: positions and normals of the
-    full textures; radius: R, world units; coarse_most, coarse_sum: maximum and sum over the coarser levels. most,
-    total, (h, w): in, the fine level's own occlusion, in both; out, the maximum and the sum with what comes from the
-    four coarse texels around, each weighed by 9, 3, 3 or 1 and by ``upsampling_weight``, over the sum of the weights.
+    fine, coarse: the levels, (h, w) and (ceil(h / 2), ceil(w / 2)) int32. coarse_most, coarse_sum: maximum and sum over
+    the coarser levels. most, total, (h, w): in, the fine level's own occlusion; out, the maximum and the sum with those
+    of the four coarse texels around, weighed by 9, 3, 3 or 1 times ``upsampling_weight``.
     """
     height, width = fine.shape
     high, wide = coarse.shape

@@ -27,7 +27,7 @@ from lfssao.optics.kernels.projection import (
     slits_of,
 )
 
-# What is known of a sample: it falls into a texture; it lies in the open there.
+# Bits of a sample: it falls into a texture; it lies in the open there.
 _INSIDE, _OPEN = 1, 2
 
 # Numbers that a mapping's affine half makes of a point; a camera's are four, the others' three.
@@ -72,16 +72,10 @@ def look(views, v, n, rows, move, known):
     rows: as of ``load_points``. move: the sample behind the mapping's linear part, four numbers. known: in and out,
     _INSIDE and _OPEN.
     """
-    kind, m, depths, first, at = (
-        views.kinds[v],
-        views.numbers[v],
-        views.depths,
-        np.int32(views.starts[v]),
-        v * _ROWS * CHUNK,
-    )
+    kind, m, depths, first = views.kinds[v], views.numbers[v], views.depths, np.int32(views.starts[v])
     wide, high = m.dtype.type(views.sizes[v, 0]), m.dtype.type(views.sizes[v, 1])
     a, b, c, q = move[0], move[1], move[2], move[3]
-    nothing = np.int32(0)
+    nothing, at = np.int32(0), v * _ROWS * CHUNK
     if kind == CROSSED_SLITS:
         zero, slits = type(wide)(0), slits_of(m)
         for i in range(n):
@@ -113,20 +107,9 @@ def look(views, v, n, rows, move, known):
 def hidden_fraction(surface, positions, offsets, views, occlusion, outside):
     """Fraction of samples that are behind the visible surface in all the textures that they fall into.
 
-    Parameters
-    ----------
-    surface : (H, W) float32 or float64
-        Finite where the texel sees a surface.
-    positions : (H, W, 3), same dtype
-        World coordinates of the visible surface.
-    offsets : (n, 3), same dtype
-        The samples relative to the point, world units.
-    views : Views
-        The depth textures, same dtype.
-    occlusion : (H, W), same dtype
-        Out: occluded samples / n; 0 where there is no surface and for n = 0.
-    outside : (H,) int64
-        Out: samples of each row that fall into none of the textures; they count as not occluded.
+    surface: (H, W), finite where the texel sees a surface. positions: (H, W, 3). offsets: (n, 3), the samples relative
+    to the point, world units. occlusion: (H, W), out, 0 where there is no surface. outside: (H,), out: samples of each
+    row that fall into none of the textures; they count as not occluded.
     """
     height, width = surface.shape
     kinds, numbers, samples = views.kinds, views.numbers, offsets.shape[0]

@@ -77,11 +77,10 @@ def affine_rows(projection, n, points, rows):
 
 @kernel(inline=True)
 def project_rows(projection, size, n, moved, texel, z, inside):
-    """Where n points land.
+    """Texel numbers, uint32, and image z of n points, and whether they lie in the texture and the mapping's domain.
 
     size: width and height of the texture, of the dtype. moved: a, b, c, q, the points after the mapping's affine half,
-    an array a row of M; q is a camera's. Out: the texel, uint32 (any one where the point lands outside); image z;
-    whether it is in the texture and the domain.
+    an array a row of M; q is a camera's.
     """
     (kind, m), (width, height), (a, b, c, q) = projection, size, moved
     last_u, last_v = last_below(width), last_below(height)
@@ -161,22 +160,10 @@ def remap_fractions(fractions, at, end):
 
 @kernel(parallel=True)
 def occluded_fraction(seen, offsets, projection, choices, occlusion, outside):
-    """Fraction of samples behind the visible surface, with options.
+    """Fraction of samples behind the visible surface, with options, into occlusion (H, W).
 
-    Parameters
-    ----------
-    seen : Seen
-        The view's textures.
-    offsets : (n, 3), same dtype
-        The samples relative to the point, world units.
-    projection : Projection
-        The mapping world -> image, same dtype.
-    choices : Choices
-        The options.
-    occlusion : (H, W), same dtype
-        Out.
-    outside : (H,) int64
-        Out: samples of each row outside the texture or the mapping's domain; they count as not occluded.
+    offsets: (n, 3), the samples relative to the point, world units. outside: (H,), out: samples of each row outside the
+    texture or the mapping's domain; they count as not occluded.
     """
     (height, width), (kind, m) = occlusion.shape, projection
     fractions = occlusion.reshape(-1)

@@ -1,4 +1,4 @@
-"""Slots: what belongs to a chunk of texels, in one array of k * CHUNK numbers, slot k of texel i at ``slot(k, i)``.
+"""Slots: the numbers of a chunk of texels, in one array of k * CHUNK numbers, slot k of texel i at ``slot(k, i)``.
 
 The slots' constant distances show LLVM that they do not overlap, so that it makes vectors of loops over texels.
 """
@@ -12,7 +12,7 @@ CHUNK = 256  # texels
 
 @kernel(inline=True)
 def slot(k, i):
-    """Where slot k of texel i of a chunk is."""
+    """Place of slot k of texel i of a chunk."""
     return np.uint64(k * CHUNK) + np.uint64(i)
 
 

@@ -32,8 +32,8 @@ a surface z = h(x, y) seen from straight above by an orthographic camera, u = (a
     occlusion = min(1, (5 intensity / (2 pi)) int_0^1 int_0^2pi max(1 - u.u, 0)^3 max(u.n - beta, 0)
                        / (u.u + epsilon) dt d alpha)
 
-with 2 sigma / (2 pi), without the cubed factor and with beta d for beta by equation 1. Planes, convex creases and the
-top of a sphere have 0, as u.n <= 0 for all taps. The other surfaces' u are those of ``estimators/alchemy.py``.
+with 2 sigma / (2 pi), without the cubed factor and with beta d for beta by equation 1: 0 on planes, convex creases and
+the top of a sphere, as u.n <= 0 for all taps.
 """
 
 from dataclasses import dataclass

@@ -12,8 +12,7 @@ distance a from its middle:
   off of which half lies before the first wall: 3/4 in the crease. The half ball, of half the volume: c(a); 1/2 in the
   crease, 0 from a = 1 on.
 - convex right-angle crease likewise: 1/2 - c(a) / 2, 1/4 on the edge. The half ball: 0.
-- floor at the distance a before a step up of at least R: 1/2 + c(a) / 2, the half ball c(a). A half-space whose surface
-  is a distance a before P, which is not on it: 1 - c(a).
+- floor at the distance a before a step up of at least R: 1/2 + c(a) / 2, the half ball c(a).
 - top of a sphere of radius s >= 1: 1/2 - 3 / (16 s), the half ball 0.
 
 All are independent of the surface's slant to the viewer as long as the view sees all of the surface within R. For dual

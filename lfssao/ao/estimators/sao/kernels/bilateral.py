@@ -22,20 +22,8 @@ def bilateral(values, keys, weights, step, sharpness, target):
     weight times max(0, 1 - constant |difference|). Taps beyond the border and texels without a surface do not
     contribute.
 
-    Parameters
-    ----------
-    values : (H, W) float32 or float64
-        A.
-    keys : (H, W), same dtype
-        Depths between 0 and 1, +infinity where there is no surface.
-    weights : (taps,), same dtype
-        Gaussian weights, an odd number, the middle one positive.
-    step : tuple of two int
-        Distance between taps, columns and rows; one of them is 0.
-    sharpness : scalar of the same dtype
-        The constant.
-    target : (H, W), same dtype
-        Out; 1 where there is no surface.
+    keys: (H, W), depths between 0 and 1, +infinity where there is no surface. weights: Gaussian, an odd number.
+    step: columns and rows between taps, one of them 0. target: out, 1 where there is no surface.
     """
     height, width = keys.shape
     a, z, out = values.reshape(-1), keys.reshape(-1), target.reshape(-1)

@@ -40,7 +40,7 @@ _SLOTS = 12
 
 
 class Surface(NamedTuple):
-    """What the texels see: z of cast space and rotations, (2, H, W); C and n, world space, (H, W, 3); one dtype."""
+    """The texels' surface: z of cast space and rotations, (2, H, W); C and n, world space, (H, W, 3); one dtype."""
 
     z: np.ndarray
     positions: np.ndarray
@@ -139,11 +139,10 @@ def ray_gap(rays, depth, one, other):
 
 @kernel(inline=True)
 def tap_place(x, y, h, width, wide, high, bits, top):
-    """Equations 9 and 10: where a tap at (x, y) looks, h texels from its own.
+    """Equations 9 and 10: the texel of the hierarchy that a tap at (x, y), h texels from its own, reads.
 
-    width, bits, top : int32, the texture's width, log2 of q', the last level; wide, high: its size in x's dtype.
-    Returns whether the tap lies in the texture (if not it is moved to its border), its column and row, the level, and
-    the texel's place in it, int32.
+    bits, top: log2 of q', the last level; wide, high: the texture's size in x's dtype. Returns whether the tap lies in
+    the texture (if not it is moved to its border), its column and row, the level, and the texel's place in it, int32.
     """
     zero, one = type(wide)(0), type(wide)(1)
     inside = (x >= zero) & (x < wide) & (y >= zero) & (y < high)
@@ -162,7 +161,7 @@ def tap_place(x, y, h, width, wide, high, bits, top):
 def tap_term(a, b, c, nx, ny, nz, less, falloff):
     """One term of the sum, of u = (a, b, c): f max(u.n - less, 0) / (u.u + epsilon) with f = (1 - u.u)^3 or 1, or 0.
 
-    What is not a number, u being infinite or all of it 0 / 0, is 0.
+    It is 0 where it is not a number: u is infinite, or all of it is 0 / 0.
     """
     zero, one = type(a)(0), type(a)(1)
     square = (a * a + b * b) + c * c
@@ -181,12 +180,8 @@ def add_taps(kind, hierarchy, taps, rays, falloff, size, row, n, columns, values
     total, missed, m, width = scratch(values.dtype), scratch(np.int32), rays.world, np.int32(size[1])
     dtype = values.dtype.type
     wide, high, zero = dtype(size[1]), dtype(size[0]), dtype(0)
-    z, first, top, bits = (
-        hierarchy.z,
-        hierarchy.first,
-        np.int32(hierarchy.first.shape[0] - 1),
-        np.int32(hierarchy.log_q),
-    )
+    z, first = hierarchy.z, hierarchy.first
+    top, bits = np.int32(first.shape[0] - 1), np.int32(hierarchy.log_q)
     for i in range(n):
         total[i], missed[i] = zero, 0
     for s in range(taps.shape[0]):
@@ -238,10 +233,8 @@ def gather_texels(surface, rays, falloff, row, left, columns, values):
         z = surface.z[row, i]
         if z < np.inf:
             columns[n] = i
-            values[slot(_COSINE, n)], values[slot(_SINE, n)] = (
-                surface.rotations[0, row, i],
-                surface.rotations[1, row, i],
-            )
+            values[slot(_COSINE, n)] = surface.rotations[0, row, i]
+            values[slot(_SINE, n)] = surface.rotations[1, row, i]
             for k in range(3):
                 values[slot(_C + k, n)] = surface.positions[row, i, k]
                 values[slot(_N + k, n)] = surface.normals[row, i, k]
@@ -263,18 +256,8 @@ def scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, out
     the texel itself: v is 0 there, and on a module, whose C is read from the positions texture, rounding is not. On a
     module the ball's image is an ellipse: h is h_u across and h_v down, and the larger one chooses the level.
 
-    Parameters
-    ----------
-    surface, hierarchy : Surface, Hierarchy
-        The view and the z hierarchy.
-    taps : (s, 3), same dtype
-        Of ``lfssao.samples.kernels.spiral.unit_taps``.
-    rays, falloff : TexelRays, Falloff
-        The texels' rays and the numbers of the terms.
-    visibility : (H, W), same dtype
-        Out: A, 1 where there is no surface.
-    outside : (H,) int64
-        Out: taps of each row's surfaces that lie outside the texture.
+    taps: (s, 3), by ``lfssao.samples.kernels.spiral.unit_taps``. visibility: (H, W), out, A, 1 where there is no
+    surface. outside: (H,), out: taps of each row that lie outside the texture.
     """
     height, width = visibility.shape
     dtype = visibility.dtype.type

@@ -6,7 +6,7 @@ z is negative: its 'min', conservative visibility, keeps the farthest of four, i
 nearest; z here grows away from the viewer, and the names mean what the paper's do. No surface is z = +infinity, and
 the farthest. The harmonic mean as printed gives z / 16 for constant z; it is read as the inverse of the mean inverse.
 It is one of distances from the viewer: z less ``origin``, 0 for a camera and the observers' z for a module, whose z is
-0 in the screen plane. Where one of the four is not in front of that, it is the arithmetic mean.
+0 in the screen plane. It is the arithmetic mean where one of the four is not in front of that.
 """
 
 import numpy as np

@@ -46,7 +46,7 @@ def add_line(surface, size, disk, s, thickness, n, missed, slots):
 def line_occlusion(seen, disk, radius, thickness, occlusion, outside):
     """Occlusion of every texel by lines through its ball (VO section 4.1, with 4.3 to 4.5).
 
-    Of a line at (x, y) of the unit disk the ball holds t from -z_s to z_s, z_s = sqrt(1 - x^2 - y^2). The surface at t
+    The ball holds t from -z_s to z_s of a line at (x, y) of the unit disk, z_s = sqrt(1 - x^2 - y^2). The surface at t
     = d hides what lies behind it, as far as its thickness T reaches; the tangent plane (4.4) cuts off what lies behind
     itself, t > p. Hidden are
 
@@ -55,16 +55,9 @@ def line_occlusion(seen, disk, radius, thickness, occlusion, outside):
     the complement in 2 z_s of VO's max(min(z_s, d_r) + z_s, 0), and of the sum of two such integrals with thickness.
     Each line's length is multiplied by its weight and the products are added from the first to the last.
 
-    Parameters
-    ----------
-    seen, disk : SeenSurface, Disk
-        The view's textures and mapping; the lines.
-    radius, thickness : scalars of the same dtype
-        R, world units; T, in units of R, infinite where surfaces hide all that is behind them.
-    occlusion : (H, W), same dtype
-        Out: at most 1; 0 where there is no surface.
-    outside : (H,) int64
-        Out: lines of each row that have no image or lie outside the texture; they are open.
+    radius: R, world units. thickness: T, in units of R, infinite where surfaces hide all that is behind them.
+    occlusion: (H, W), out. outside: (H,), out: lines of each row that have no image or lie outside the texture; they
+    are open.
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
     height, width = size

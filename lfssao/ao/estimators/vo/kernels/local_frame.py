@@ -1,4 +1,4 @@
-"""The ball around each visible point in the frame of its viewing direction, and where places in it land in the image.
+"""The ball around each visible point in the frame of its viewing direction, and the image of places in it.
 
 Estimators that integrate over a ball along the line of sight (VO section 4, horizons) share this. P is a texel's
 point, w the unit direction in which the texel looks (away from the viewer), R the radius. A place in the ball is
@@ -32,7 +32,7 @@ from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, 
 
 TILE = 4  # texels; the random reflections repeat in squares of 4 x 4 (Mittring 2007); divides CHUNK
 
-# Slots. Of those of four numbers k + 0 to k + 3 are the mapping's rows, of those of three x, y and z.
+# Slots: four numbers k + 0 to k + 3 are the mapping's rows, three are x, y and z.
 POINT = 0  # the rows of P
 FIRST = 4  # the linear rows of R e1'
 SECOND = 8  # of R e2'
@@ -50,7 +50,7 @@ EDGE_ON = 2.0**-20
 
 
 class SeenSurface(NamedTuple):
-    """What kernels read of a view, arrays of the arithmetic's dtype, textures row by row.
+    """A view as kernels read it, arrays of the arithmetic's dtype, textures row by row.
 
     depth: (H * W,), cast z, +infinity where there is no surface. positions, directions, normals: (3 * H * W,), world
     coordinates, unit viewing directions, unit normals towards the viewer (the positions again where there are none).
@@ -108,7 +108,7 @@ def chunk_span(depth, chunk, n, occlusion):
 
 @kernel(inline=True)
 def clear_sums(n, missed, slots):
-    """Begin the sums of n texels: TOTAL, and how many samples are outside the texture."""
+    """Set the sums of n texels to 0: TOTAL, and the number of samples outside the texture."""
     for i in range(n):
         slots[slot(TOTAL, i)] = 0
         missed[i] = 0
@@ -205,7 +205,7 @@ def start_slopes(tangent, normals, first, n, slots):
 
 @kernel(inline=True)
 def line_top(x, y, z_s, i, slots):
-    """Where the line at (x, y) of texel i's disk ends: at the tangent plane or at z_s."""
+    """End of the line at (x, y) of texel i's disk: at the tangent plane or at z_s."""
     plane = (x * slots[slot(SLOPES, i)] + y * slots[slot(SLOPES + 1, i)]) + slots[slot(SLOPES + 2, i)]
     return plane if plane < z_s else z_s
 

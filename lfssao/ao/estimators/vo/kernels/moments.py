@@ -70,20 +70,9 @@ def add_across(numbers, start, wide, outer, inner, even, odd, sums, first):
 def write_half(moments, source, width, height, target, outer, inner):
     """The next level: along both axes taps (outer, inner, inner, outer) around the middle of two texels.
 
-    Rows first: ((outer a + inner b) + inner c) + outer d, then the same of four such sums.
-
-    Parameters
-    ----------
-    moments : (N, 3) float64
-        In and out.
-    source : int
-        Where the level to halve starts.
-    width, height : int
-        Its size.
-    target : int
-        Where the next level starts.
-    outer, inner : float
-        Weights of the taps: 0 and 1/2 average, 1/8 and 3/8 blur by [1 2 1] / 4 before.
+    Rows first: ((outer a + inner b) + inner c) + outer d, then the same of four such sums. source, target: places in
+    ``moments`` where the level, of width and height, and the next one start. Taps of 0 and 1/2 average, 1/8 and 3/8
+    blur by [1 2 1] / 4 before.
     """
     pitch, wide, high = width + BORDER, (width + 1) // 2, (height + 1) // 2
     n = 3 * wide

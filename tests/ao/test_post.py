@@ -162,13 +162,6 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     assert_same_bits(post.shade_white(depth, occlusion), shaded)
 
 
-@both
-def test_shade_by_hand(dtype):
-    rgb = np.array([[[1.0, 0.5, 0.25], [1.0, 2.0, 4.0], [3.0, 2.0, 1.0]]], dtype)
-    occlusion = np.array([[0.0, 0.75, 1.0]], dtype)
-    assert post.shade(rgb, occlusion).tolist() == [[[1.0, 0.5, 0.25], [0.25, 0.5, 1.0], [0.0, 0.0, 0.0]]]
-
-
 def test_the_passes_refuse_what_does_not_fit():
     texture = np.zeros((2, 3))
     for sigma in (-1.0, np.nan, np.inf):

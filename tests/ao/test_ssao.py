@@ -93,29 +93,26 @@ def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
 
 
 @both
-def test_a_sample_at_the_depth_of_the_surface_is_not_occluded(dtype):
-    # One texel right and 1 behind: texel 0 meets depth 1 at z = 1 (tie), texel 1 depth 1.5 at z = 2, texel 2 leaves.
-    assert by_hand([0, 1, 1.5], [(1, 0, 1)], dtype=dtype) == ([0, 1, 0], 1)
+@pytest.mark.parametrize(
+    ("depth", "samples", "want", "outside"),
+    [
+        # One texel right and 1 behind: texel 0 meets depth 1 at z = 1, a tie; 1 meets 1.5 at z = 2; 2 leaves.
+        ([0, 1, 1.5], [(1, 0, 1)], [0, 1, 0], 1),
+        ([0, 0], [(0, 0, 1), (0, 0, 0), (0, 0, -1)], [1 / 3, 1 / 3], 0),
+        ([0, np.inf], [], [0, 0], 0),
+        ([np.inf, np.inf], [(0, 0, 1)], [0, 0], 0),
+        ([0, np.inf], [(1, 0, 100)], [0, 0], 0),  # the sample sees background
+        # Texel edges: x = 1 is texel 1 (depth -9: occluded), x = 2 is beyond the texture.
+        ([0, -9], [(0.5, 0, 0)], [1, 0], 1),
+        ([0, -9], [(-0.5, 0, 0)], [0, 0], 0),  # x = 0 and 1: their own texels, ties
+    ],
+)
+def test_rows_of_texels_by_hand(dtype, depth, samples, want, outside):
+    assert by_hand(depth, samples, dtype=dtype) == (np.array(want, dtype).tolist(), outside)
 
 
 @both
-def test_occlusion_is_the_share_of_the_samples(dtype):
-    third = float(dtype(1) / dtype(3))
-    assert by_hand([0, 0], [(0, 0, 1), (0, 0, 0), (0, 0, -1)], dtype=dtype) == ([third, third], 0)
-
-
-@both
-def test_no_samples_and_no_surface_give_zero(dtype):
-    assert by_hand([0, np.inf], [], dtype=dtype) == ([0, 0], 0)
-    assert by_hand([np.inf, np.inf], [(0, 0, 1)], dtype=dtype) == ([0, 0], 0)
-    assert by_hand([0, np.inf], [(1, 0, 100)], dtype=dtype) == ([0, 0], 0)  # the sample sees background
-
-
-@both
-def test_texel_edges_belong_to_the_texel_on_their_right(dtype):
-    # x = 1 is texel 1 (depth -9: occluded), x = 2 is beyond the texture.
-    assert by_hand([0, -9], [(0.5, 0, 0)], dtype=dtype) == ([1, 0], 1)
-    assert by_hand([0, -9], [(-0.5, 0, 0)], dtype=dtype) == ([0, 0], 0)  # x = 0 and 1: their own texels, ties
+def test_the_last_number_below_an_edge_belongs_to_the_texel_on_its_left(dtype):
     past = float(np.nextafter(dtype(0.5), dtype(1)))  # 1.5 - past is the last number below 1, 0.5 - past is negative
     assert by_hand([-9, 0], [(-past, 0, 0)], dtype=dtype) == ([0, 1], 1)
 
@@ -142,7 +139,7 @@ def test_a_matrix_is_undefined_from_q_zero_on(dtype):
 
 @both
 def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
-    """Of each pair +d, -d one lies behind the plane: inside the texture ao is 1/2 without error."""
+    """One of each pair +d, -d lies behind the plane: inside the texture ao is 1/2 without error."""
     display = Display("d", 1.0, 0.75, 0.1, -2.0, (Module(0.4, 0.0, 0.7, 48, 36),), ROI)
     view = display.view(0, np.eye(3, 4))
     z = 0.0625

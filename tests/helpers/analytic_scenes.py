@@ -181,7 +181,7 @@ SURFACES = {
 
 
 def buffers(name, sight, dtype=np.float64, hole=None):
-    """What a sight sees of a surface; ``hole``, a boolean (H, W), makes background of some texels."""
+    """Textures of a surface in a sight; ``hole``, a boolean (H, W), makes background of some texels."""
     t = np.full(sight.origin.shape[:2], inf)
     normals = np.zeros_like(sight.origin)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -31,7 +31,7 @@ def run1(depth, offsets, back, m):
 
 
 def run2(depth, positions, offsets, kind, m):
-    """What Algorithm 2 makes of one of three radii, which have other offsets."""
+    """Result of Algorithm 2 for one of three radii, which have other offsets."""
     occlusion, outside = (np.stack([part] * 3) for part in unwritten(depth))
     radii = np.stack([np.roll(offsets, 1, axis=1), offsets, offsets[:, ::-1]])
     ssao.algorithm2(depth, positions, radii, Projection(kind, m), occlusion, outside)

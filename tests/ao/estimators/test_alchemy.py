@@ -60,10 +60,3 @@ def test_one_tap_by_hand():
     expected = 2 * sigma * radius * above / (square + epsilon * radius**2)
     assert made.texture[j, i] == pytest.approx(expected, rel=1e-12)
     assert 0.1 < expected < 1
-
-
-def test_k_is_the_exponent():
-    seen = scenes.buffers("concave crease", scenes.SIGHTS["crossed slits"]())
-    one, other = (estimate("alchemy", seen, 0.1, sigma=0.2, k=k).texture for k in (1.0, 3.0))
-    np.testing.assert_allclose(1 - other, (1 - one) ** 3, rtol=0, atol=1e-14)
-    assert 0.1 < one.max() < other.max()

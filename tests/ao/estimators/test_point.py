@@ -38,7 +38,7 @@ def test_without_options_it_is_lf_on_modules(dtype, sight):
 @both
 @pytest.mark.parametrize("sight", scenes.SIGHTS)
 def test_a_remapped_flat_surface_is_open(dtype, sight):
-    """Of each pair +d, -d one lies behind; near the border samples leave the texture, which opens it further."""
+    """One of each pair +d, -d lies behind; near the border samples leave the texture, which opens it further."""
     seen = scenes.buffers("facing plane", scenes.SIGHTS[sight](), dtype)
     points = make_samples("latin", 50)
     points = np.concatenate([points, -points])

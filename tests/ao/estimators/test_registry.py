@@ -1,4 +1,4 @@
-"""What every estimator of the registry promises, on every kind of view: an entry is tested by being listed."""
+"""Promises of every estimator of the registry, on every kind of view: an entry is tested by being listed."""
 
 import inspect
 import tracemalloc

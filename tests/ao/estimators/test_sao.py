@@ -75,17 +75,6 @@ def test_linear_depth_equals_the_reference(dtype, data):
         assert_same_bits(z, reference.linear_depth(depth, reference.ORTHOGRAPHIC, near, far))
 
 
-def test_linear_depth_by_hand():
-    depth = np.array([[0.0, 0.5, 1.0, 2.0, -1.0, np.inf]])
-    z = np.empty_like(depth)
-    linear_depth(depth, True, *plane_constants(2.0, 6.0), z)
-    assert z.tolist() == [[2.0, 3.0, 6.0, np.inf, 12 / 10, np.inf]]  # 12 / (6 - 4 d); d = 2 lies behind the eye
-    linear_depth(depth, True, *plane_constants(2.0, np.inf), z)
-    assert z.tolist() == [[2.0, 4.0, np.inf, np.inf, 1.0, np.inf]]  # 2 / (1 - d): d = 1 lies at infinity
-    linear_depth(depth, False, 2.0, 4.0, 0.0, z)
-    assert z.tolist() == [[2.0, 4.0, 6.0, 10.0, -2.0, np.inf]]
-
-
 # Equations 3 and 4
 
 
@@ -299,15 +288,6 @@ def test_rotations_are_the_hashs(dtype):
 # Formulas by hand
 
 
-def test_quads_by_hand():
-    a = np.array([[0.0, 1.0, 0.5], [0.5, 0.25, 1.0]])
-    out = np.empty_like(a)
-    average_quads(a, np.ones_like(a), 0.1, out)
-    assert out.tolist() == [[0.4375, 0.4375, 0.75], [0.4375, 0.4375, 0.75]]
-    average_quads(a, np.array([[1.0, 2.0, np.inf], [1.0, 1.05, np.inf]]), 0.1, out)
-    assert out.tolist() == [[0.1875, 1.0, 0.5], [0.1875, 0.375, 1.0]]
-
-
 @both
 def test_packing_loses_at_most_half_a_step(dtype):
     keys = np.linspace(0, 1, 4001, dtype=dtype)[None]
@@ -318,18 +298,6 @@ def test_packing_loses_at_most_half_a_step(dtype):
     assert np.abs(back - keys)[inside].max() <= 0.5 / (255 * 256) + 1e-7
     assert np.abs(back - keys).max() <= 2 / (255 * 256)  # the last step is kept for 'no surface'
     assert scalable.pack(np.ones((1, 1), dtype), np.full((1, 1), np.inf, dtype)).tolist() == [[[255, 255, 255]]]
-
-
-def test_bilateral_weights_by_hand():
-    """Taps 3 apart: depth 0.0001 away at 2048 weighs 1 - 0.2048, 0.001 away nothing."""
-    keys = np.array([[0.5, 0, 0, 0.5 + 1e-4, 0, 0, 0.501]])
-    values = np.array([[0.25, 9, 9, 0.75, 9, 9, 1.0]])
-    out = np.empty_like(values)
-    bilateral(values, keys, np.array([1.0, 2.0, 1.0]), (3, 0), 2048.0, out)
-    w = 1 - 0.2048
-    assert out[0, 0] == pytest.approx((2 * 0.25 + w * 0.75) / (2 + w))
-    assert out[0, 3] == pytest.approx((w * 0.25 + 2 * 0.75) / (2 + w))
-    assert out[0, 6] == 1.0
 
 
 def test_the_appendix_by_hand():
@@ -368,7 +336,7 @@ def test_a_plane_is_open(name, sight, dtype):
         assert not made.texture.any()
 
 
-# What the paper says of its filters
+# The paper's claims for its filters
 
 
 @pytest.fixture(scope="module")

@@ -219,7 +219,7 @@ def _say_notes(mesh: Mesh) -> None:
 def _views(
     options: argparse.Namespace, mesh: Mesh, display: Display, bounds: NDArray[np.float64]
 ) -> tuple[list[View], list[tuple[View, ...]]]:
-    """The views that are rendered, and for each those of the modules that it asks, if any."""
+    """The views that are rendered, and for each module those of the modules that it asks."""
     if options.camera is not None:
         camera = Camera.looking_at(bounds, options.camera)
         width, height = options.resolution or CAMERA_RESOLUTION
@@ -228,8 +228,7 @@ def _views(
     if options.resolution is not None:
         display = display.with_resolution(*options.resolution)
     more = options.modules, options.guard, bounds
-    neighbours = neighbour_views(mesh, display, options.neighbours, *more) if options.neighbours else []
-    return module_views(mesh, display, *more), neighbours
+    return module_views(mesh, display, *more), neighbour_views(mesh, display, options.neighbours, *more)
 
 
 def _transforms(frames: int | Path | None, mesh: Mesh) -> tuple[Matrix, ...] | None:

@@ -35,12 +35,8 @@ def turntable(bounds: NDArray[np.float64], count: int) -> list[Matrix]:
 def read_transforms(path: Path) -> list[Matrix]:
     """Affine maps world -> world, (3, 4) float64, from a file of 4x4 matrices that act on columns (x, y, z, 1).
 
-    The file is JSON, a list of matrices of four rows of four numbers, or NPY, (n, 4, 4) numbers.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or does not hold that, or a matrix is not affine or not invertible.
+    The file is JSON, a list of matrices of four rows of four numbers, or NPY, (n, 4, 4) numbers. Raises InputError if
+    it cannot be read or does not hold that, or a matrix is not affine or not invertible.
     """
     if path.suffix.lower() not in (".json", ".npy"):
         raise InputError(f"{path}: frames come from a .json or an .npy file")

@@ -14,13 +14,7 @@ from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
 
 
 def load_manifest(folder: Path) -> dict[str, Any]:
-    """The manifest of a folder; only the number of its format is checked.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it is no JSON file or of another format.
-    """
+    """The manifest of a folder; InputError if there is none, or it is no JSON file or of another format."""
     path = folder / MANIFEST
     try:
         manifest: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -42,11 +36,7 @@ def load_manifest(folder: Path) -> dict[str, Any]:
 def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str, Any]]]:
     """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
 
-    Raises
-    ------
-    InputError
-        If there is no manifest, it is of another format or does not hold what it should, is a camera's, or a module
-        does not have the layer.
+    Raises InputError if the manifest is not one of a display, or a module does not have the layer.
     """
     path, manifest = folder / MANIFEST, load_manifest(folder)
     try:
@@ -91,10 +81,7 @@ def _check_layer(path: Path, entries: dict[int, dict[str, Any]], layer: str) -> 
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:
     """A layer of an EXR file without its guard band, (H, W, C) float32; ``described`` is its entry in the manifest.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, lacks the part, or its pixels do not have the digest.
+    Raises InputError if the file cannot be read, lacks the part, or its pixels do not have the digest.
     """
     part = read_exr(path).get(layer)
     names = described["channels"]

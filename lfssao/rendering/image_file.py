@@ -53,19 +53,10 @@ class ImagePart:
 
 
 def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS) -> list[ImagePart]:
-    """All parts of a file, in its order.
+    """All parts of a file, in its order, of the formats that are accepted, by OpenImageIO's names, or NPY.
 
-    Parameters
-    ----------
-    path : Path
-        The file. The ending .npy means NPY; other formats are recognised by their content.
-    formats : tuple of str
-        OpenImageIO's names of those that are accepted.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, of another format, damaged, or claims to hold more than it can.
+    The ending .npy means NPY; other formats are recognised by their content. Raises InputError if the file is missing,
+    of another format, damaged, or claims to hold more than it can.
     """
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")

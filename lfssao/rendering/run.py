@@ -37,6 +37,9 @@ def run(
 ) -> Generator[Item, None, None]:
     """Render a job: write each item's file, and the contact sheet and manifest of each frame after its items.
 
+    Yields each item that is rendered, once its file is there, in the order of ``job.items()``. Raises InputError if the
+    scene leaves float32, or a file cannot be written; files that were begun are finished first.
+
     Parameters
     ----------
     job : Job
@@ -46,20 +49,9 @@ def run(
     found : mapping, optional
         Items that an earlier job left whole (``recover``); they are not rendered again.
     executor : concurrent.futures.Executor, optional
-        Runs whole items, wherever the same folder is: a pool of processes, or dask's ``Client.get_executor()``. In this
-        process by default.
+        Runs whole items, wherever the same folder is: a pool of processes, or dask's. In this process by default.
     seconds : mapping, optional
         Seconds of earlier steps, for the manifests.
-
-    Yields
-    ------
-    Item
-        Each item that is rendered, once its file is there, in the order of ``job.items()``.
-
-    Raises
-    ------
-    InputError
-        If the scene leaves float32, or a file cannot be written; files that were begun are finished first.
     """
     found, start = found or {}, time.perf_counter()
     rest = [item for item in job.items() if item not in found]

@@ -61,10 +61,7 @@ def neighbour_views(
 ) -> list[tuple[View, ...]]:
     """The views of the ``count`` nearest modules of each module; other arguments as for ``module_views``.
 
-    Raises
-    ------
-    InputError
-        If the display does not have that many other modules.
+    Raises InputError if the display does not have that many other modules.
     """
     wanted = range(len(display.modules)) if modules is None else modules
     if count == 0:

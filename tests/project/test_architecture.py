@@ -130,6 +130,95 @@ def test_only_public_names_of_numba_are_used(path):
             assert path not in KERNELS or not node.attr.startswith("_"), f"line {node.lineno}"
 
 
+# Tests
+
+
+def public_files():
+    """The files that define what ``lfssao``, ``lfssao.samples`` and ``lfssao.testing`` export."""
+    doors = [PACKAGE / "__init__.py", PACKAGE / "samples" / "__init__.py", PACKAGE / "testing.py"]
+    found = {PACKAGE / "ao" / "reference.py"}
+    for module in {module for door in doors for module in imports(door) if module.startswith("lfssao.")}:
+        path = PACKAGE.joinpath(*module.split(".")[1:]).with_suffix(".py")
+        found |= {path} if path.exists() and path.name != "late_names.py" else set()
+    return sorted(found)
+
+
+@pytest.mark.parametrize("path", public_files(), ids=name_of)
+def test_a_public_file_has_its_test_file(path):
+    """In the tests' folder of its room: test_FILE.py, or test_FOLDER_FILE.py."""
+    room = TESTS / path.relative_to(PACKAGE).parts[0] if path.parent != PACKAGE else TESTS / "project"
+    names = {f"test_{path.stem}.py", f"test_{path.parent.name}_{path.stem}.py"}
+    assert names & {test.name for test in room.rglob("test_*.py")}
+
+
+def test_imports_have_no_circle():
+    """Among the modules of the package; a floor's own modules could be in one."""
+    graph = {}
+    for path in SOURCES:
+        own = ".".join(["lfssao", *path.relative_to(PACKAGE).with_suffix("").parts])
+        tree = ast.parse(path.read_text())
+        nodes = [node for node in tree.body if isinstance(node, ast.ImportFrom)]  # those inside functions come late
+        targets = [(node.module, alias.name) for node in nodes for alias in node.names]
+        graph[own] = {f"{module}.{name}" for module, name in targets} | {module for module, _ in targets}
+    done = set()
+
+    def visit(module, above):
+        assert module not in above, [*above, module]
+        if module in graph and module not in done:
+            for other in sorted(graph[module]):
+                visit(other, [*above, module])
+            done.add(module)
+
+    for module in sorted(graph):
+        visit(module, [])
+
+
+# Sizes
+
+
+LONG = re.compile(r"# Long\b.*: ")  # a comment that says why a function or a file is as long as it is
+
+
+def length(function):
+    """Lines of a function without its docstring."""
+    first = function.body[1] if ast.get_docstring(function) and len(function.body) > 1 else function.body[0]
+    return function.end_lineno - first.lineno + 1
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_functions_and_files_are_short(path):
+    text = path.read_text()
+    lines = text.splitlines()
+    assert len(lines) <= 400 or any(LONG.match(line) for line in lines[:40])
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef) and length(node) > 60:
+            assert any(LONG.search(line) for line in lines[node.lineno - 1 : node.end_lineno]), node.name
+
+
+def test_long_functions_are_found():
+    body = "\n".join("    x = 1" for _ in range(61))
+    (long,) = ast.parse(f'def f():\n    """Says\n\n    what."""\n{body}\n').body
+    assert length(long) == 61
+
+
+# Sentences
+
+
+def sentences(path):
+    """The sentences of a file's docstrings and comments, without their sections of parameters."""
+    text = path.read_text()
+    nodes = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    docs = [ast.get_docstring(node) or "" for node in ast.walk(ast.parse(text)) if isinstance(node, nodes)]
+    comments = [line.strip().removeprefix("# ") for line in text.splitlines() if line.strip().startswith("# ")]
+    for part in [*(re.split(r"\n\n|^\S+\n-+$", doc)[0] for doc in docs), *comments]:
+        yield from re.split(r"(?<=[.:?])\s+(?=[A-Z])", part)
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_no_sentence_begins_with_a_subordinate(path):
+    assert [each for each in sentences(path) if re.match(r"(Of|What|Where|Whoever)\b", each)] == []
+
+
 def test_no_fastmath():
     assert jit.FLAGS["fastmath"] is False
     assert jit.FLAGS["error_model"] == "numpy"

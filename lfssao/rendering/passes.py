@@ -111,13 +111,14 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
     neighbours : sequence of (WorldToImage, (H, W) float32)
         Mapping and depth texture of each other module that is asked.
     """
-    timed, computed, kept = _Timed(), settings.computed, settings.kept
-    gbuffer = timed("ray_cast", lambda: _cast(caster, view, settings))
+    computed, kept = settings.computed, settings.kept
+    seconds: dict[str, float] = {}
+    gbuffer = _timed(seconds, "ray_cast", lambda: _cast(caster, view, settings))
     surface_texels = int(np.count_nonzero(gbuffer.triangle >= 0))
 
     def run(name: str, work: Callable[[], Made], blank: Made) -> Made:
         """A pass, or ``blank`` where the view sees no surface or nobody reads its layer."""
-        return timed(name, work) if surface_texels and _LAYER_OF[name] in computed else blank
+        return _timed(seconds, name, work) if surface_texels and _LAYER_OF[name] in computed else blank
 
     size = (0, 0) if surface_texels else gbuffer.depth.shape  # nobody reads a layer left out of a view with a surface
     zero, black = np.zeros(size, np.float32), np.zeros((*size, 3), np.float32)
@@ -141,21 +142,16 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
         outside=tuple(each.outside for each in ao) if "ao" in computed else (),
         surface_texels=surface_texels,
         layers=kept,
-        seconds=timed.seconds,
+        seconds=seconds,
     )
 
 
-class _Timed:
-    """Runs passes and keeps the seconds that each took."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-
-    def __call__(self, name: str, work: Callable[[], Made]) -> Made:
-        start = time.perf_counter()
-        made = work()
-        self.seconds[name] = time.perf_counter() - start
-        return made
+def _timed(seconds: dict[str, float], name: str, work: Callable[[], Made]) -> Made:
+    """Run a pass and note the seconds that it took."""
+    start = time.perf_counter()
+    made = work()
+    seconds[name] = time.perf_counter() - start
+    return made
 
 
 def _cast(caster: RayCaster, view: View, settings: Settings) -> GBuffer:

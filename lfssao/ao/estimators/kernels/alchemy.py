@@ -98,29 +98,22 @@ def move_taps(x, y, n, slots):
 
 
 @kernel(inline=True)
-def term(x, y, z, nx, ny, nz, bias, epsilon, surface):
-    """Equation 1's term of one tap: max(0, v . n + z_C beta) / (v . v + epsilon), v = (x, y, z).
+def add_term(surface, places, texel, epsilon, i, slots):
+    """Add equation 1's term of a tap of texel i, max(0, v . n + z_C beta) / (v . v + epsilon), whose Q is at ``texel``.
 
     0 where the tap is outside or sees background (surface: its depth, +infinity there), where numerator or denominator
     is no number, and where the denominator is 0 (the tap's point is the texel's own) or overflows (it is too far away
     to occlude).
     """
-    zero = epsilon - epsilon
-    above = ((x * nx + y * ny) + z * nz) - bias
-    square = ((x * x + y * y) + z * z) + epsilon
-    ratio = above / square
-    return ratio if (surface < np.inf) & (above > zero) & (square > zero) & (square < np.inf) else zero
-
-
-@kernel(inline=True)
-def add_term(surface, places, texel, epsilon, i, slots):
-    """Add the term of one tap of texel i, which lands in ``texel``, where the surface is at that depth."""
-    t = np.uint64(3) * np.uint64(texel)
+    t, zero = np.uint64(3) * np.uint64(texel), epsilon - epsilon
     x = places[t] - slots[slot(_POINT, i)]
     y = places[t + np.uint64(1)] - slots[slot(_POINT + 1, i)]
     z = places[t + np.uint64(2)] - slots[slot(_POINT + 2, i)]
     nx, ny, nz = slots[slot(_NORMAL, i)], slots[slot(_NORMAL + 1, i)], slots[slot(_NORMAL + 2, i)]
-    slots[slot(_TOTAL, i)] += term(x, y, z, nx, ny, nz, slots[slot(_BIAS, i)], epsilon, surface)
+    above = ((x * nx + y * ny) + z * nz) - slots[slot(_BIAS, i)]
+    square = ((x * x + y * y) + z * z) + epsilon
+    there = (surface < np.inf) & (above > zero) & (square > zero) & (square < np.inf)
+    slots[slot(_TOTAL, i)] += above / square if there else zero
 
 
 @kernel

@@ -6,13 +6,6 @@ from numba import prange
 from lfssao.core.jit import kernel
 
 
-@kernel(inline=True)
-def perspective_distance(d, c_0, c_1, c_2):
-    """Equation 2, c_0 / (d c_1 + c_2), of a depth buffer value d; +infinity where that lies at infinity or behind."""
-    below = d * c_1 + c_2
-    return c_0 / below if below > type(d)(0) else type(d)(np.inf)
-
-
 @kernel(parallel=True)
 def linear_depth(depth, perspective, c_0, c_1, c_2, z):
     """Distances of all texels from the eye's plane.
@@ -24,8 +17,10 @@ def linear_depth(depth, perspective, c_0, c_1, c_2, z):
     +infinity there and where equation 2 puts the point at infinity or behind the eye.
     """
     height, width = depth.shape
+    nothing = depth.dtype.type(np.inf)
     for j in prange(height):
         for i in range(width):
             d = depth[j, i]
-            there = perspective_distance(d, c_0, c_1, c_2) if perspective else c_0 + d * c_1
-            z[j, i] = there if d < np.inf else depth.dtype.type(np.inf)
+            below = d * c_1 + c_2
+            seen = (c_0 / below if below > 0 else nothing) if perspective else c_0 + d * c_1
+            z[j, i] = seen if d < np.inf else nothing

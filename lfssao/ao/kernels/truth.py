@@ -97,18 +97,8 @@ def round_mean(texel, number, cast, point, axes, tree, stack):
 def ray_cast_rows(rows, depth, positions, normals, cast, tree, occlusion, error, rays):
     """Ray-cast AO of the rows from rows[0] to before rows[1].
 
-    Parameters
-    ----------
-    rows : (int, int)
-        Which rows.
-    depth, positions, normals : (H, W), (H, W, 3), (H, W, 3) float32 or float64
-        The textures; texels without a surface or a normal are 0.
-    cast : Cast
-        Its numbers.
-    tree : Tree
-        The mesh in world space.
-    occlusion, error, rays : (H, W) float64, float64, int64
-        Out: mean of the rounds' means; their standard error; rays cast.
+    depth, positions, normals: the textures, of which texels without a surface or a normal give 0. occlusion, error,
+    rays: (H, W) float64, float64, int64, out: mean of the rounds' means; their standard error; rays cast.
     """
     first, last = rows
     width = depth.shape[1]

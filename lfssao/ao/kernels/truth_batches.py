@@ -51,18 +51,9 @@ def write_round(chosen, begun, number, cast, middle, unit, origins, directions):
 def add_round(chosen, number, strata, distances, far, falloff, totals, squares, errors):
     """Add the mean of a round to each chosen texel's sums, and write the standard error of the mean so far.
 
-    Parameters
-    ----------
-    chosen : (n,) int64
-        Texels that have cast this round.
-    number, strata : int
-        Rounds before this one; cells along an edge.
-    distances : (n * strata^2,) float32
-        Distance of each ray's hit, infinity for none.
-    far, falloff : float64, int
-        The radius in the unit of the distances; CONSTANT, LINEAR or QUADRATIC.
-    totals, squares, errors : (m,) float64
-        In and out: sums of the rounds' means and of their squares. Out: the error, infinity after the first round.
+    number: rounds before this one. distances: (n strata^2,) float32, of each ray's hit, infinity for none; far: the
+    radius in their unit. totals, squares: sums of the rounds' means and of their squares, in and out. errors: out,
+    infinity after the first round.
     """
     row = 0
     for place in chosen:

@@ -21,12 +21,9 @@ Neighbour = tuple[WorldToImage, NDArray[np.float32]]
 
 
 def nearest_modules(display: Display, index: int, count: int) -> list[int]:
-    """The modules whose lenses are nearest to one module's, without itself; of equally near ones the lower first.
+    """Return the modules whose lenses are nearest to one module's, without itself; of equals the lower first.
 
-    Raises
-    ------
-    InputError
-        If the display does not have so many others.
+    Raises InputError if the display has fewer others.
     """
     if not 0 <= count < len(display.modules):
         raise InputError(
@@ -86,19 +83,8 @@ def algorithm2_with_neighbours(
     result is that of ``algorithm2``, bit for bit. More neighbours never add occlusion to a sample that falls into the
     module's own texture.
 
-    Parameters
-    ----------
-    depth, positions, world_to_image
-        The module's own, as for ``algorithm2``.
-    neighbours : sequence of (WorldToImage, (H_k, W_k) texture)
-        Mapping and depth texture, of depth's dtype, of each other module.
-    samples, radius
-        As for ``algorithm2``.
-
-    Raises
-    ------
-    InputError
-        As for ``algorithm2``, or if a neighbour's depth is no texture of that dtype, or all have 2^31 texels.
+    neighbours: mapping and depth texture, (H_k, W_k) of depth's dtype, of each other module; all else, and errors, as
+    for ``algorithm2``. Raises InputError also if a neighbour's depth is no such texture, or all have 2^31 texels.
     """
     from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: the default does not need it
 

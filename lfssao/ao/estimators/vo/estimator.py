@@ -165,19 +165,9 @@ def _disk(points: Any, weights: Any, options: VolumeOptions, tangent: bool, dtyp
     )
 
 
-def _ball_samples(n: int) -> tuple[FloatArray, FloatArray | None]:
-    made = repulsion_table("ball", n)
-    return made.points, made.weights
-
-
-def _disk_samples(n: int) -> tuple[FloatArray, FloatArray | None]:
-    made = repulsion_table("disk", n)
-    return made.points, made.weights
-
-
-def _area_samples(n: int) -> tuple[FloatArray, FloatArray | None]:
-    """One sample stands in the middle."""
-    made = repulsion_table("disk", n, centre=True if n == 1 else None)
+def _samples(domain: str, n: int, middle: bool = False) -> tuple[FloatArray, FloatArray | None]:
+    """Return n samples of a domain and their weights; middle: whether a single one stands in the middle."""
+    made = repulsion_table(domain, n, centre=True if middle and n == 1 else None)
     return made.points, made.weights
 
 
@@ -193,32 +183,32 @@ def _pair(name: str, title: str, section: str, run: Run, **more: Any) -> tuple[E
 ENTRIES = (
     *_pair(
         "vo-points",
-        "hidden share of the ball, by points",
+        "hidden fraction of the ball, by points",
         "sections 3, 4",
         by_points,
         options=VolumeOptions,
-        samples=_ball_samples,
+        samples=partial(_samples, "ball"),
         count=12,
         texel_bytes=28,
     ),
     *_pair(
         "vo-lines",
-        "hidden share of the ball, by lines",
+        "hidden fraction of the ball, by lines",
         "section 4.1",
         by_lines,
         options=VolumeOptions,
-        samples=_disk_samples,
+        samples=partial(_samples, "disk"),
         dimensions=2,
         count=5,
         texel_bytes=28,
     ),
     *_pair(
         "vo-area",
-        "hidden share of the ball, by mean and variance of depth",
+        "hidden fraction of the ball, by mean and variance of depth",
         "section 4.2",
         by_areas,
         options=AreaOptions,
-        samples=_area_samples,
+        samples=partial(_samples, "disk", middle=True),
         dimensions=2,
         count=1,
         texel_bytes=61,

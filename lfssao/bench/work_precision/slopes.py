@@ -4,9 +4,8 @@ The variance of a mean of n points in two dimensions is V S / n in the limit: V 
 power of the point sets at low frequencies, of random points 1 (Pilleboue et al. 2015, *Variance Analysis for Monte
 Carlo Integration*, equation 9). Sets whose S vanishes at frequency 0, like jittered ones, are steeper than -1/2.
 
-Poisson disk sets have S(0) > 0, so that -1/2 is their limit too. But S(0) is small, 0.08 here, and the rims of the
-square and of the integrand add a term of the order 1 / sqrt(n): RMSE = sqrt(V (S(0) + b / sqrt(n)) / n). With b near
-0.8, up to some thousand points the slope is steeper than the limit, near -0.6.
+Poisson disk sets have a small S(0) > 0, so that -1/2 is their limit too; before it the rims of the square and of the
+integrand make the slope steeper, near -0.6 up to some thousand points.
 
 The variance of an Owen-scrambled net on a smooth integrand is of the order log(n) / n^3 (Owen 1997, *Scrambled Net
 Variance for Integrals of Smooth Functions*), whose root has the slope -1.5 + 1 / (2 log n): -1.4 at a few hundred.

@@ -61,12 +61,6 @@ def test_numbers_are_what_they_say_exactly(seed, stream, index):
     assert 0 < unit < 1
 
 
-@given(seeds, words, words, st.one_of(st.integers(1, 2**32), st.sampled_from([1, 2, 3, 2**31, 2**32])))
-def test_random_below_stays_below(seed, stream, index, n):
-    assert 0 <= philox.random_below(unsigned(seed), stream, index, n) < n
-    assert philox.random_below(unsigned(seed), stream, index, 1) == 0
-
-
 def test_random_below_reaches_every_number_about_as_often():
     """6000 draws below 6: each count is binomial(6000, 1/6), sigma 28.9; 6 sigma, false alarm below 2e-8 in all."""
     counts = np.bincount([philox.random_below(unsigned(5), 3, k, 6) for k in range(6000)], minlength=6)
@@ -74,28 +68,11 @@ def test_random_below_reaches_every_number_about_as_often():
     assert np.abs(counts - 1000).max() < 6 * 28.9
 
 
-def streams(word):
-    """All words of 4 seeds x 4 streams x 64 indices, as one row of 64 for each seed and stream."""
-    seeds = (0, 1, 2**32, 2**63)
-    return np.array([[int(word(seed, stream, k)) for k in range(64)] for seed in seeds for stream in range(4)])
-
-
-def meetings(table):
-    """Equal words among the rows, and the largest correlation of two rows' bits in standard deviations."""
-    equal = table.size - len(np.unique(table))
-    bits = np.array([[(row >> b) & 1 for b in range(32)] for row in table]).reshape(len(table), -1) * 2.0 - 1.0
-    correlation = np.sum(bits[:, None] * bits[None], axis=-1) / np.sqrt(bits.shape[1])
-    return equal, np.abs(correlation[~np.eye(len(table), dtype=bool)]).max()
-
-
 def test_streams_and_seeds_do_not_meet():
     """1024 words: two are equal with probability 1.2e-4 (fixed seeds); 120 pairs of rows beyond 7 sigma with 3e-10."""
-    equal, sigmas = meetings(streams(lambda seed, stream, index: philox.random_word(unsigned(seed), stream, index)))
-    assert equal == 0
-    assert sigmas < 7
-
-
-def test_the_test_of_streams_notices_streams_that_meet():
-    assert meetings(streams(lambda seed, stream, index: reference.word(seed, 0, index + 16 * stream)))[0] > 0
-    assert meetings(streams(lambda seed, stream, index: reference.word(seed % 2**32, stream, index)))[0] > 0
-    assert meetings(streams(lambda seed, stream, index: reference.word(seed, 0, index) ^ stream))[1] > 7
+    starts = [(seed, stream) for seed in (0, 1, 2**32, 2**63) for stream in range(4)]
+    table = np.array([[int(philox.random_word(unsigned(a), b, k)) for k in range(64)] for a, b in starts])
+    assert len(np.unique(table)) == table.size
+    bits = np.array([[(row >> b) & 1 for b in range(32)] for row in table]).reshape(len(table), -1) * 2.0 - 1.0
+    correlation = np.sum(bits[:, None] * bits[None], axis=-1) / np.sqrt(bits.shape[1])
+    assert np.abs(correlation[~np.eye(len(table), dtype=bool)]).max() < 7

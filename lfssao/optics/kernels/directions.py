@@ -14,16 +14,10 @@ _ROWS_A_BLOCK = 16
 
 @kernel(parallel=True)
 def write_directions(rays, m, directions):
-    """Unit directions of all texel rays, away from the viewer.
+    """Write unit directions of all texel rays in world space, away from the viewer; (0, 0, 0) where there is no ray.
 
-    Parameters
-    ----------
-    rays : Rays
-        Those of the view.
-    m : (12,) float64
-        Rows of four of the affine map cast space -> world; its linear part is used.
-    directions : (H, W, 3) float32 or float64
-        Out: computed in float64, rounded once. A texel without a ray (NaN) has (0, 0, 0).
+    m, (12,) float64, has rows of four of the affine map cast space -> world; directions, (H, W, 3) float32 or float64,
+    are computed in float64 and rounded once.
     """
     height, width = directions.shape[0], directions.shape[1]
     out = directions.reshape(-1)

@@ -33,44 +33,26 @@ _NEWTON_STEPS = 60
 class DisplayModule(NamedTuple):
     """The 32 numbers of one module in their order, float64 for rays, the arithmetic's dtype in AO kernels.
 
-    Attributes
-    ----------
-    m_x, m_y, m_z : scalars
-        The module's lens, metres.
-    y_o, z_o : scalars
-        Height of the observers, and z of their line, or of their arc at x = 0, metres.
-    screen_curvature, observer_curvature : scalars
-        1 / radius of the screen and of the observers' arc; 0: plane and line. The screen is a vertical cylinder through
-        the origin with its axis at z = radius: convex (towards the viewers) for a positive curvature, concave for a
-        negative one. The arc passes through (0, z_o) in the same way.
-    conical : scalar
-        1 for the conical diffuser (flat screens and observer lines only), 0 for the linear one.
-    homography : 9 scalars
-        Rows of three, from the plane z = 0, as seen from the lens, to texels.
-    c_u, c_v, unit, k1, k2 : scalars
-        Radial distortion: its centre and its unit of length, texels, and its coefficients.
-    fold : scalar
-        Square of the radius, in that unit, at which it folds, 1 + 3 k1 r^2 + 5 k2 r^4 = 0, or NEVER.
-    inverse : 9 scalars
-        Inverse of the homography.
+    The screen is a vertical cylinder through the origin with its axis at z = 1 / curvature: convex, towards the
+    viewers, for a positive curvature, concave for a negative one. The arc passes through (0, z_o) in the same way.
     """
 
-    m_x: Any
+    m_x: Any  # the module's lens, metres
     m_y: Any
     m_z: Any
-    y_o: Any
-    z_o: Any
-    screen_curvature: Any
-    observer_curvature: Any
-    conical: Any
-    homography: Any
-    c_u: Any
+    y_o: Any  # height of the observers, metres
+    z_o: Any  # z of their line, or of their arc at x = 0
+    screen_curvature: Any  # 1 / radius; 0: a plane
+    observer_curvature: Any  # 1 / radius; 0: a line
+    conical: Any  # 1 for the conical diffuser (flat screens and observer lines only), 0 for the linear one
+    homography: Any  # 9, rows of three, from the plane z = 0, as seen from the lens, to texels
+    c_u: Any  # centre of the radial distortion, texels
     c_v: Any
-    unit: Any
-    k1: Any
+    unit: Any  # its unit of length, texels
+    k1: Any  # its coefficients
     k2: Any
-    fold: Any
-    inverse: Any
+    fold: Any  # square of the radius, in that unit, at which it folds, 1 + 3 k1 r^2 + 5 k2 r^4 = 0, or NEVER
+    inverse: Any  # 9, of the homography
 
 
 @kernel(inline=True)
@@ -169,21 +151,10 @@ def screen_to_image(d, s_x, s_y, s_z, status):
 
 @kernel(inline=True)
 def physical_to_image(d, x, y, z):
-    """Image coordinates of a physical point.
+    """Image coordinates u and v, texels, of a physical point, metres, and its status.
 
-    Parameters
-    ----------
-    d : DisplayModule
-        The module; the dtype of its numbers is that of the arithmetic.
-    x, y, z : scalars of the same dtype
-        Physical coordinates, metres.
-
-    Returns
-    -------
-    u, v : scalars
-        Texels; 0 where the status is not VALID. Image z is z.
-    status : int
-        VALID, BEHIND_MODULE, BEHIND_OBSERVER, MISSES_SCREEN or FOLDED. A valid point may lie outside the texture.
+    All numbers have the dtype of the module's; image z is z. Where the status is not VALID u and v are 0; a valid point
+    may lie outside the texture.
     """
     zero = type(x)(0)
     s_x, s_y, s_z, status = screen_point(d, x, y, z)

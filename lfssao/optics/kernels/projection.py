@@ -39,18 +39,10 @@ DISPLAY = 2
 
 
 class Projection(NamedTuple):
-    """A mapping world -> image.
+    """A mapping world -> image."""
 
-    Attributes
-    ----------
-    kind : int
-        CROSSED_SLITS, MATRIX or DISPLAY.
-    numbers : (16,) or (44,) array
-        The kind's parameters; their dtype is that of the arithmetic.
-    """
-
-    kind: int
-    numbers: Any
+    kind: int  # CROSSED_SLITS, MATRIX or DISPLAY
+    numbers: Any  # the kind's parameters, (16,) or (44,); their dtype is that of the arithmetic
 
 
 class Slits(NamedTuple):
@@ -147,21 +139,9 @@ def project(projection, a, b, c, q):
 
 @kernel
 def world_to_image(projection, x, y, z):
-    """Image coordinates of a world point.
+    """Image coordinates u and v, texels, and image z of a world point, and whether the mapping is defined there.
 
-    Parameters
-    ----------
-    projection : Projection
-        The mapping.
-    x, y, z : scalars of its dtype
-        World coordinates.
-
-    Returns
-    -------
-    u, v, depth : scalars
-        Texels, texels, image z. Finite or not, they mean nothing where ``valid`` is False.
-    valid : bool
-        Whether the point lies in the mapping's domain (it may still lie outside the texture).
+    Where it is not, the three mean nothing; where it is, the point may still lie outside the texture.
     """
     kind, m = projection
     a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)

@@ -3,8 +3,7 @@
 Rays live in cast space: physical space for a display's module (metres, z away from the viewers), eye space for a
 camera (world units, z forward). A ray is origin + t direction for t in [t_near, t_far]. All in float64.
 
-Rays have the kind of the projection that they belong to, and numbers of their own: eight, FlatModule or Pinhole, or 32,
-DisplayModule.
+Rays have the kind of the projection that they belong to, and numbers of their own.
 """
 
 from typing import Any, NamedTuple
@@ -15,18 +14,10 @@ from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
 
 
 class Rays(NamedTuple):
-    """The rays of a texture's texels.
+    """The rays of a texture's texels."""
 
-    Attributes
-    ----------
-    kind : int
-        CROSSED_SLITS, MATRIX or DISPLAY.
-    numbers : (8,) or (32,) float64
-        FlatModule, Pinhole or DisplayModule.
-    """
-
-    kind: int
-    numbers: Any
+    kind: int  # CROSSED_SLITS, MATRIX or DISPLAY
+    numbers: Any  # FlatModule, Pinhole or DisplayModule as an array, (8,) or (32,) float64
 
 
 class FlatModule(NamedTuple):
@@ -122,11 +113,7 @@ def clip_to_slab(origin, direction, low, high, t0, t1):
 def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
     """The part of [t0, t1] inside a box, (2, 3) lower and upper corner; empty (t0 > t1) where there is none."""
     t0, t1 = clip_to_slab(ox, dx, box[0, 0], box[1, 0], t0, t1)
-    if t0 > t1:
-        return t0, t1
     t0, t1 = clip_to_slab(oy, dy, box[0, 1], box[1, 1], t0, t1)
-    if t0 > t1:
-        return t0, t1
     return clip_to_slab(oz, dz, box[0, 2], box[1, 2], t0, t1)
 
 
@@ -135,24 +122,10 @@ def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
 def make_rays(rays, box, width, height, step, cells, origins, directions, lengths, top=0):
     """Write the rays of the cells' middle texels that meet a box, from their entries into it, and return their number.
 
-    Parameters
-    ----------
-    rays : Rays
-        Those of the view.
-    box : (2, 3) float64
-        Lower and upper corner of the scene, cast space.
-    width, height : int
-        Size of the texture.
-    step : int
-        Cells are of step x step texels.
-    cells : (n,) int32
-        Out: number of the ray's cell, row by row; n is the number of all cells.
-    origins, directions : (n, 3) float32
-        Out: rounded once. The origin lies on the box, so that float32 has its digits near the surfaces.
-    lengths : (n,) float32
-        Out: the t, from the origin, at which the ray leaves the box.
-    top : int
-        The row of the view that row 0 here is.
+    Cells are of step x step texels of a texture of width x height, numbered row by row; row 0 is the view's ``top``.
+    The ray's cell goes into cells, (n,) int32 for all n cells, its origin and direction, rounded once, into (n, 3)
+    float32, the t from the origin at which it leaves the box into lengths, (n,) float32. Origins lie on the box, so
+    that float32 has its digits near the surfaces.
     """
     n, columns = 0, (width + step - 1) // step
     for cell in range(cells.shape[0]):

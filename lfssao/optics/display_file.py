@@ -1,7 +1,6 @@
 """Displays as TOML files: the presets, which are such files themselves, and those of users."""
 
 import tomllib
-from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -89,7 +88,7 @@ def parse_display(text: str, origin: str) -> Display:
             observer_height=observer.number("height", 0.0),
             observer_z=-distance,
             observer_curvature=_curvature(observer, ("line", "arc"), distance),
-            roi=(_triple(roi.numbers("min", 3)), _triple(roi.numbers("max", 3))),
+            roi=(roi.numbers("min", 3), roi.numbers("max", 3)),
             modules=_modules(modules),
         )
     except InputError as error:
@@ -100,10 +99,6 @@ def parse_display(text: str, origin: str) -> Display:
     return display
 
 
-def _triple(values: Sequence[float]) -> tuple[float, float, float]:
-    return values[0], values[1], values[2]
-
-
 def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: float | None = None) -> float:
     """1 / radius with its sign: 0 for the first shape, positive for the second, negative for the third."""
     shape = table.text("shape", shapes[0])
@@ -111,7 +106,7 @@ def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: float |
         raise table.wrong("shape", f"'{shape}' is not one of {', '.join(shapes)}")
     if shape == shapes[0]:
         return 0.0
-    radius = table.number("radius") if default_radius is None else table.number("radius", default_radius)
+    radius = table.number("radius", _MISSING if default_radius is None else default_radius)
     if not radius > 0:
         raise table.wrong("radius", f"it is {radius}, it must be positive")
     sign = 1.0 if shape == shapes[1] else -1.0
@@ -123,9 +118,8 @@ def _modules(table: "_Table") -> tuple[Module, ...]:
     if layout not in _LAYOUTS:
         raise table.wrong("layout", f"'{layout}' is not one of {', '.join(_LAYOUTS)}")
     if layout == "list":
-        entries = table.tables("list")
         modules = []
-        for entry in entries:
+        for entry in table.tables("list"):
             optics = _optics(entry)
             modules.append(Module(entry.number("x"), entry.number("y", 0.0), entry.number("z"), **optics))
             entry.refuse_rest()
@@ -163,7 +157,6 @@ def _optics(table: "_Table") -> dict[str, Any]:
     width, height = table.numbers("resolution", 2)
     if width != int(width) or height != int(height):
         raise table.wrong("resolution", f"it is [{width}, {height}], it must be two whole numbers of texels")
-    homography = table.numbers("homography", 9, None)
     return {
         "width": int(width),
         "height": int(height),
@@ -171,7 +164,7 @@ def _optics(table: "_Table") -> dict[str, Any]:
         "pitch": table.number("pitch", 0.0),
         "roll": table.number("roll", 0.0),
         "field_of_view": table.number("field_of_view", None),
-        "homography": None if homography is None else tuple(homography),
+        "homography": table.numbers("homography", 9, None),
         "k1": table.number("k1", 0.0),
         "k2": table.number("k2", 0.0),
     }
@@ -181,6 +174,10 @@ def _short(value: Any) -> str:
     """A value as a message shows it."""
     text = "a huge number" if isinstance(value, int) and abs(value) >= 10**40 else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
 
 
 class _Table:
@@ -193,7 +190,6 @@ class _Table:
         self._known: set[str] = set()
 
     def wrong(self, key: str, reason: str) -> InputError:
-        """The error that a key's value is wrong."""
         return InputError(f"{self._origin}: {self._path}{key}: {reason}")
 
     def _get(self, key: str, default: Any = _MISSING) -> Any:
@@ -205,21 +201,18 @@ class _Table:
         return default
 
     def table(self, key: str) -> "_Table":
-        """A table inside this one."""
         value = self._get(key)
         if not isinstance(value, dict):
             raise self.wrong(key, "it must be a table")
         return _Table(value, self._origin, f"{self._path}{key}.")
 
     def tables(self, key: str) -> list["_Table"]:
-        """An array of tables inside this one."""
         value = self._get(key)
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
             raise self.wrong(key, "it must be an array of tables")
         return [_Table(entry, self._origin, f"{self._path}{key}[{k}].") for k, entry in enumerate(value)]
 
     def text(self, key: str, default: Any = _MISSING) -> str:
-        """A text."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value:
             raise self.wrong(key, f"it is {_short(value)}, it must be a text")
@@ -230,7 +223,7 @@ class _Table:
         value = self._get(key, default)
         if value is default and default is not _MISSING:
             return value
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
+        if not _is_number(value):
             raise self.wrong(key, f"it is {_short(value)}, it must be a finite number")
         return float(value)
 
@@ -242,14 +235,13 @@ class _Table:
         return value
 
     def numbers(self, key: str, count: int, default: Any = _MISSING) -> Any:
-        """A list of ``count`` numbers; or the default."""
+        """Floats of a list of ``count`` numbers, a tuple; or the default."""
         value = self._get(key, default)
         if value is default and default is not _MISSING:
             return value
-        fits = isinstance(value, list) and len(value) == count
-        if not fits or any(isinstance(v, bool) or not isinstance(v, int | float) or not abs(v) < 1e300 for v in value):
+        if not isinstance(value, list) or len(value) != count or not all(map(_is_number, value)):
             raise self.wrong(key, f"it is {_short(value)}, it must be a list of {count} finite numbers")
-        return [float(v) for v in value]
+        return tuple(float(v) for v in value)
 
     def refuse_rest(self) -> None:
         """Refuse keys that nothing asked for."""

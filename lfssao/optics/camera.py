@@ -58,8 +58,8 @@ class Camera:
             raise InputError(f"camera: extent is {self.extent}, it must be positive")
         if not 0 < self.near < self.far:
             raise InputError(f"camera: near and far are {self.near} and {self.far}, they must be 0 < near < far")
-        forward = _subtract(self.target, self.eye)
-        if _length(_cross(forward, self.up)) == 0:
+        forward = np.subtract(self.target, self.eye)
+        if _length(np.cross(forward, self.up)) == 0:
             raise InputError("camera: target lies at the eye, or above or below it along up")
 
     @classmethod
@@ -86,11 +86,9 @@ class Camera:
         """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side."""
         eye_from_world = self._eye_from_world()
         world_from_eye = invert_affine(eye_from_world)
-        texels_per_unit = height / self.extent
-        focal = texels_per_unit
-        if self.projection == "perspective":
-            focal = texels_per_unit * _length(_subtract(self.target, self.eye))
         perspective = self.projection == "perspective"
+        distance = _length(np.subtract(self.target, self.eye)) if perspective else 1.0
+        focal = height / self.extent * distance
         c_u, c_v = width / 2 + guard, height / 2 + guard
         lens = np.array([focal, focal, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
         screen_from_eye, eye_from_screen = (_perspective if perspective else _orthographic)(lens)
@@ -110,10 +108,11 @@ class Camera:
 
     def _eye_from_world(self) -> Matrix:
         """World -> eye space: x right, y up, z forward."""
-        forward = _normalise(_subtract(self.target, self.eye))
-        right = _normalise(_cross(forward, self.up))
-        up = _cross(right, forward)
-        linear = np.array([right, up, forward])
+        forward = np.subtract(self.target, self.eye)
+        forward = forward / _length(forward)
+        right = np.cross(forward, self.up)
+        right = right / _length(right)
+        linear = np.array([right, np.cross(right, forward), forward])
         return np.hstack([linear, -multiply(linear, np.reshape(self.eye, (3, 1)))])
 
 
@@ -135,18 +134,5 @@ def _orthographic(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
     return forth, back
 
 
-def _subtract(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _length(a: Vector) -> float:
+def _length(a: NDArray[np.float64]) -> float:
     return sqrt((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2])
-
-
-def _normalise(a: Vector) -> Vector:
-    length = _length(a)
-    return a[0] / length, a[1] / length, a[2] / length

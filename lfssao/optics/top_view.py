@@ -1,29 +1,24 @@
 """A drawing of a display from above: where screen, modules, observers and rays are."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from lfssao.optics.display import Display
+from lfssao.optics.display import Display
 
 _FORMATS = (".png", ".svg", ".pdf")
 
 
-def draw_top_view(display: "Display") -> "Figure":
+def draw_top_view(display: Display) -> Figure:
     """A figure of a display seen from above: x to the right, z upwards, in metres, the viewers below.
 
     It shows the modules, the screen, the observers' line or arc, the region of interest, and the rays of the outermost
     texels of the first, middle and last module.
     """
-    from matplotlib.figure import Figure  # late: takes a second to import
-
     figure = Figure(layout="constrained")
     axes = figure.add_subplot(aspect="equal", xlabel="x, metres", ylabel="z, metres (away from the viewers)")
     count = len(display.modules)
@@ -56,7 +51,7 @@ def _arc(curvature: float, z: float, half: float) -> tuple[Any, Any]:
     return x, z + curvature * x * x / (1.0 + root)
 
 
-def _outer_rays(display: "Display", index: int) -> Any:
+def _outer_rays(display: Display, index: int) -> Any:
     """Ends (x, z) of the rays through the left, middle and right texel of a module's middle row: (3, 2, 2)."""
     module = display.modules[index]
     u = np.array([0.5, 0.5 * module.width, module.width - 0.5])
@@ -65,18 +60,18 @@ def _outer_rays(display: "Display", index: int) -> Any:
     return np.stack(ends, axis=1)[span[:, 0] < span[:, 1]]
 
 
-def _observer_places(display: "Display") -> Any:
+def _observer_places(display: Display) -> Any:
     """Values of x at which the outer rays of the first and last module meet the observers."""
     return np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])
 
 
-def _draw_rays(axes: Any, display: "Display", index: int, color: str) -> None:
+def _draw_rays(axes: Any, display: Display, index: int, color: str) -> None:
     for number, ray in enumerate(_outer_rays(display, index)):
         label = f"rays of module {index}" if number == 0 else None
         axes.plot(ray[:, 0], ray[:, 1], color=color, linewidth=0.9, label=label)
 
 
-def save_top_view(display: "Display", path: Path) -> None:
+def save_top_view(display: Display, path: Path) -> None:
     """Draw a display from above into a file.
 
     Raises

@@ -216,12 +216,7 @@ class Display:
     def module_numbers(self, index: int, guard: int = 0) -> NDArray[np.float64]:
         """The numbers of one module, (32,) float64, in the order of ``lfssao.optics.kernels.display.DisplayModule``.
 
-        Parameters
-        ----------
-        index : int
-            Number of the module, from 0.
-        guard : int
-            Texels added on each side of the texture.
+        Its texture has ``guard`` more texels on each side.
 
         Raises
         ------
@@ -348,12 +343,7 @@ def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> Wor
     u = (u_0 + u_scale m_x) + [u_scale m_z (x - m_x)] / (m_z - z), and the bracket is affine in world space; v likewise
     with y_o and z_o.
 
-    Parameters
-    ----------
-    physical_from_world : (3, 4) float64
-        Affine map world -> physical.
-    lens : (8,) float64
-        m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 (``lfssao.optics.kernels.rays.FlatModule``).
+    ``physical_from_world``, (3, 4) float64, is affine; ``lens`` holds ``lfssao.optics.kernels.rays.FlatModule``.
     """
     m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens.tolist()
     rows = np.array(physical_from_world, np.float64)
@@ -387,8 +377,4 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
     signed = np.array([scale, scale, -scale])
     centre = 0.5 * world_box[0] + 0.5 * world_box[1]
     target = 0.5 * room_box[0] + 0.5 * room_box[1]
-    out = np.zeros((3, 4))
-    for axis in range(3):
-        out[axis, axis] = signed[axis]
-        out[axis, 3] = target[axis] - signed[axis] * centre[axis]
-    return out
+    return np.column_stack([np.diag(signed), target - signed * centre])

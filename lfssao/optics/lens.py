@@ -18,18 +18,10 @@ def aligned_homography(screen: tuple[float, float], resolution: tuple[int, int])
 def projector_homography(
     lens: Vector, rotation: Vector, field_of_view: float, resolution: tuple[int, int]
 ) -> Homography:
-    """Homography of a distortion-free projector, from the plane z = 0 (metres) to its texels.
+    """Homography of a distortion-free projector at ``lens``, from the plane z = 0 (metres) to its texels.
 
-    Parameters
-    ----------
-    lens : 3 floats
-        Place of the lens, metres, z > 0.
-    rotation : 3 floats
-        Yaw (to +x), pitch (up) and roll, degrees, applied in that order to a projector that looks along -z.
-    field_of_view : float
-        Horizontal angle of view, degrees, between 0 and 180.
-    resolution : 2 ints
-        Texels.
+    The rotation is yaw (to +x), pitch (up) and roll, degrees, applied in that order to a projector that looks along -z;
+    the field of view is horizontal, degrees.
     """
     width, height = resolution
     sine, cosine = sincospi(field_of_view / 360.0)

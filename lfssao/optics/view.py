@@ -113,14 +113,7 @@ class View:
 
 
 def check_positions(box: NDArray[np.float64], texels_per_unit: float) -> None:
-    """Refuse a scene so far from the world's origin that float32 positions are off by half a texel.
-
-    Parameters
-    ----------
-    box : (2, 3) float64
-        Lower and upper corner of the scene, world units.
-    texels_per_unit : float
-        Texels of a world unit.
+    """Refuse a scene whose box, (2, 3) world units, reaches so far that float32 positions are off by half a texel.
 
     Raises
     ------

@@ -17,14 +17,7 @@ def seen_rows(view: View, bounds: NDArray[np.float64]) -> range:
 
     On flat displays and in cameras u and v are quotients of affine functions of the point, whose divisors have one sign
     over the box, so they are largest and smallest in its corners. All rows where that does not hold, and on other
-    displays.
-
-    Parameters
-    ----------
-    view : View
-        The view.
-    bounds : (2, 3) float64
-        Lower and upper corner of the box, world units.
+    displays. The box is (2, 3) float64, its lower and upper corner, world units.
     """
     image = view.world_to_image(np.array(list(product(*bounds.T))))[:, :2]
     if view.world_to_image.kind == DISPLAY or not np.abs(image).max() < _FAR:  # NaN where a corner has no image

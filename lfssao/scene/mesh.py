@@ -133,13 +133,10 @@ def _check(name: str, vertices: FloatArray, faces: NDArray[np.int32]) -> None:
         raise InputError(
             f"{name}: face {face} names vertex {faces[face, corner]}, but there are {len(vertices)} vertices"
         )
-    bad = ~np.isfinite(vertices).all(axis=1)
-    if bad.any():
-        number = int(np.flatnonzero(bad)[0])
-        raise InputError(f"{name}: vertex {number} is not finite: {vertices[number].tolist()}")
-    if np.abs(vertices).max() > LARGEST:
-        number = int(np.flatnonzero((np.abs(vertices) > LARGEST).any(axis=1))[0])
-        raise InputError(f"{name}: vertex {number} is beyond {LARGEST:g}: {vertices[number].tolist()}")
+    for good, fault in ((np.isfinite(vertices), "not finite"), (np.abs(vertices) <= LARGEST, f"beyond {LARGEST:g}")):
+        if not good.all():
+            number = int(np.argmin(good.all(axis=1)))
+            raise InputError(f"{name}: vertex {number} is {fault}: {vertices[number].tolist()}")
 
 
 def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -149,9 +146,4 @@ def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool
     edge1, edge2 = b - a, c - a
     size = np.maximum(np.abs(edge1).max(axis=1), np.abs(edge2).max(axis=1))
     size = np.where(size > 0, size, 1.0)[:, None]
-    edge1, edge2 = edge1 / size, edge2 / size
-    x = edge1[:, 1] * edge2[:, 2] - edge1[:, 2] * edge2[:, 1]
-    y = edge1[:, 2] * edge2[:, 0] - edge1[:, 0] * edge2[:, 2]
-    z = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
-    spans: NDArray[np.bool_] = (x != 0) | (y != 0) | (z != 0)
-    return spans
+    return np.asarray(np.cross(edge1 / size, edge2 / size).any(axis=1))

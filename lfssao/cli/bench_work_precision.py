@@ -7,6 +7,7 @@ from typing import Any
 
 import numba
 
+from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision.advise import read_result
 from lfssao.bench.work_precision.settings import FULL, QUICK
@@ -43,17 +44,15 @@ def _measure(options: argparse.Namespace) -> None:
     result = _started(file, run.start(mesh, grid, options.threads))
     numba.set_num_threads(options.threads)
 
-    def save() -> None:
-        write_text(file, json.dumps(result, indent=1, allow_nan=False) + "\n")
-
     with output_folder(options.output):
-        with progress(total=run.steps(grid, result), unit="step", leave=False) as bar:
+        total, done = len(ESTIMATORS), len(result["estimators"])
+        with progress(total=total, initial=done, unit="estimator", leave=False) as bar:
 
-            def tick(what: str) -> None:
-                bar.set_postfix_str(what)
+            def save() -> None:
+                write_text(file, json.dumps(result, indent=1, allow_nan=False) + "\n")
                 bar.update()
 
-            run.run(mesh, grid, options.threads, result, save, tick)
+            run.run(mesh, grid, options.threads, result, save, bar.set_postfix_str)
         measured = read_result(file)
         plot.save_plots(measured, options.output)
         write_text(file.with_suffix(".md"), page.as_text(measured) + "\n")

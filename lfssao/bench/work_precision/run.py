@@ -177,7 +177,7 @@ def _commit() -> str | None:
 def run(mesh: Mesh, grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None], tick: Tick) -> None:
     """Measure the estimators that a result of ``start`` does not hold yet, and save it after each.
 
-    Threads are those of the ray caster, numba's are the caller's; tick is called before each step with its name.
+    Threads are those of the ray caster, numba's are the caller's; tick is called with the name of each step.
     """
     missing = [name for name in ESTIMATORS if name not in result["estimators"]]
     if not missing:
@@ -191,16 +191,3 @@ def run(mesh: Mesh, grid: Grid, threads: int, result: dict[str, Any], save: Call
         state = {"seconds": seconds, "load_average": os.getloadavg()[0], "truth_error": scene.truth_error()}
         result["estimators"][name] = {**measured, **state}
         save()
-
-
-def steps(grid: Grid, done: dict[str, Any]) -> int:
-    """The number of ticks of ``run``, for a progress bar."""
-    total = 1
-    for name in (name for name in ESTIMATORS if name not in done["estimators"]):
-        estimator, sets = ESTIMATORS[name], 1
-        if takes_samples(estimator):
-            samplers = samplers_of(estimator, grid)
-            sets = sum(len(list(counts_of(estimator, sampler, grid))) for sampler in samplers)
-            sets += len(grid.reference_samplers) + len(grid.counts)
-        total += sets
-    return total

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import product
 
-from lfssao.bench.stability.inputs import Inputs, Run
+from lfssao.bench.stability.inputs import Inputs
 from lfssao.bench.stability.measure import FINE, PATHS, Measured
 from lfssao.errors import InputError
 
@@ -38,18 +39,13 @@ class Case:
 
     def rows(self) -> Iterator[Row]:
         """Measure all inputs on both paths."""
-        for text, run in self.inputs():
-            for path in PATHS:
-                yield self.row(text, run, path)
-
-    def row(self, text: str, run: Run, path: str) -> Row:
-        """Measure one input on one path."""
-        measured = run(path)
-        verdict = DEGRADED if measured.bound > FINE or measured.flipped else WITHIN
-        if measured.exceeded or (verdict == DEGRADED and path not in self.degraded):
-            verdict = BROKEN
-        reason = self.degraded[path] if verdict == DEGRADED else ""
-        return Row(self.name, self.stiff, text, path, measured, verdict, reason)
+        for (text, run), path in product(self.inputs(), PATHS):
+            measured = run(path)
+            verdict = DEGRADED if measured.bound > FINE or measured.flipped else WITHIN
+            if measured.exceeded or (verdict == DEGRADED and path not in self.degraded):
+                verdict = BROKEN
+            reason = self.degraded[path] if verdict == DEGRADED else ""
+            yield Row(self.name, self.stiff, text, path, measured, verdict, reason)
 
 
 @dataclass(frozen=True)

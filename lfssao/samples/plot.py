@@ -14,17 +14,8 @@ _COORDINATES = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi"), "sphere": ("
 
 
 def draw_samples(made: SampleSet, r_min: float = 0.0, r_max: float = 1.0) -> Figure:
-    """Return a figure of four panels: points, radial histogram, periodogram, pair correlation.
+    """Return a figure of four panels: points, radial histogram, periodogram, pair correlation; radii are the ball's.
 
-    Parameters
-    ----------
-    made : SampleSet
-        The set.
-    r_min, r_max : float
-        The ball's shell.
-
-    Notes
-    -----
     The last two take the two coordinates that Algorithm 3 spreads evenly, mapped to [0, 1]; both wrap.
     """
     cube = statistics.unit_cube(made.points, made.domain, r_min, r_max)[:, :2]

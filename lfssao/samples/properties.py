@@ -33,19 +33,11 @@ class Points:
 
 @dataclass(frozen=True)
 class Finding:
-    """One result of a check.
+    """One result of a check."""
 
-    Attributes
-    ----------
-    what : str
-        The thing that was counted or measured.
-    value, limit : float
-        The result, and the most that it may be.
-    """
-
-    what: str
+    what: str  # the thing that was counted or measured
     value: float
-    limit: float
+    limit: float  # the most that the value may be
 
     @property
     def holds(self) -> bool:
@@ -55,20 +47,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Promise:
-    """A property that a method may promise.
+    """A property that a method may promise."""
 
-    Attributes
-    ----------
-    title : str
-        One line for lists.
-    domains : tuple of str
-        The domains it has a meaning on.
-    check : callable
-        ``check(Points) -> list of Finding``.
-    """
-
-    title: str
-    domains: tuple[str, ...]
+    title: str  # one line for lists
+    domains: tuple[str, ...]  # the domains it has a meaning on
     check: Callable[[Points], list[Finding]]
 
 
@@ -192,9 +174,9 @@ def _rows(of: Points) -> list[Finding]:
 
 def _latin(of: Points) -> list[Finding]:
     n = len(of.points)
+    wrong = [_not_one(_cells(coordinate, n), n) for coordinate in of.points.T]
     return [
-        Finding(f"{what} without exactly one point", _not_one(_cells(coordinate, n), n), 0)
-        for what, coordinate in zip(("columns", "rows"), of.points.T, strict=True)
+        Finding(f"{what} without exactly one point", k, 0) for what, k in zip(("columns", "rows"), wrong, strict=True)
     ]
 
 

@@ -94,22 +94,7 @@ def _check_options(r_min: Any = 0.0, r_max: Any = 1.0, turns: Any = None, centre
 
 
 def square_points(method: str, n: int, seed: int = 0) -> FloatArray:
-    """Points on the square [-1, 1]^2, (n, 2) float64: LF's (xi_1, xi_2).
-
-    Parameters
-    ----------
-    method : str
-        'random', 'jittered', 'latin' or another method of the square.
-    n : int
-        Number of points, at least 1.
-    seed : int
-        0 to 2**64 - 1.
-
-    Raises
-    ------
-    InputError
-        If the method is unknown, n < 1 or the seed is out of range.
-    """
+    """Points on the square [-1, 1]^2, (n, 2) float64: LF's (xi_1, xi_2); arguments and errors as of ``sample_set``."""
     return sample_set("square", method, n, seed).points
 
 
@@ -118,18 +103,7 @@ def make_samples(
 ) -> FloatArray:
     """Sample offsets in the shell r_min <= r <= r_max of the ball, (n, 3) float64, by Algorithms 3 and 4.
 
-    Parameters
-    ----------
-    method : str
-        Any method of the ball.
-    n, seed
-        As for ``square_points``.
-    r_min, r_max : float
-        LF's r_min and r_max over R; LF found 0.8 and 1 suitable. Multiply the result by R, in world units.
-
-    Raises
-    ------
-    InputError
-        As ``square_points``; also if not 0 <= r_min <= r_max, or one of them is not finite.
+    Arguments and errors are those of ``sample_set``. The radii are LF's over R; LF found 0.8 and 1 suitable. Multiply
+    the result by R, in world units.
     """
     return sample_set("ball", method, n, seed, r_min=r_min, r_max=r_max).points

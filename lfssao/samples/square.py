@@ -64,25 +64,17 @@ def _methods(
 ) -> list[Method]:
     """One method in all four domains, with its promises on the square and those that are left on the sphere."""
     always = ("inside", "distinct", "unbiased") if unbiased else ("inside", "distinct")
-    makers = (
-        ("square", _on_square, promises),
-        ("sphere", _on_sphere, sphere),
-        ("ball", _in_ball, ()),
-        ("disk", _on_disk, ()),
-    )
-    return [
-        Method(
-            name,
-            title,
-            source,
-            domain,
-            partial(make, points),
-            (*always, *kept),
-            SHELL if domain == "ball" else {},
-            prefix,
-        )
-        for domain, make, kept in makers
-    ]
+    makers: dict[str, tuple[Callable[..., FloatArray], tuple[str, ...]]] = {
+        "square": (_on_square, promises),
+        "sphere": (_on_sphere, sphere),
+        "ball": (_in_ball, ()),
+        "disk": (_on_disk, ()),
+    }
+    out = []
+    for domain, (make, kept) in makers.items():
+        options = SHELL if domain == "ball" else {}
+        out.append(Method(name, title, source, domain, partial(make, points), (*always, *kept), options, prefix))
+    return out
 
 
 METHODS = (

@@ -17,12 +17,7 @@ _BLOCK = 65_536  # bytes
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` make a file under a temporary name in ``path``'s folder, sync it, rename it to ``path``, sync that.
 
-    Parameters
-    ----------
-    path : Path
-        The file to be; one of that name is replaced.
-    write : callable
-        Writes a whole file to the path it is given, which has the same ending.
+    The temporary name has the same ending; a file of the final name is replaced.
 
     Raises
     ------

@@ -8,15 +8,7 @@ from typing import Any
 def late_names(
     package: str, homes: Mapping[str, tuple[str, ...]]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return ``__getattr__`` and ``__dir__`` of a package, whose names lie in other modules.
-
-    Parameters
-    ----------
-    package : str
-        The package's name, for the message about an unknown name.
-    homes : mapping
-        The names by module; modules are given below lfssao.
-    """
+    """Return ``__getattr__`` and ``__dir__`` of a package whose names lie in other modules, ``homes`` below lfssao."""
     home_of = {name: home for home, names in homes.items() for name in names}
 
     def get(name: str) -> Any:

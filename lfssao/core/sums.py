@@ -4,13 +4,7 @@ from collections.abc import Iterable
 
 
 def sum_in_order(values: Iterable[float]) -> float:
-    """Sum of the values, each added to the rounded sum of those before it; 0 of none.
-
-    Parameters
-    ----------
-    values : iterable of float
-        The numbers; infinity and NaN go into the sum.
-    """
+    """Sum of the values, each added to the rounded sum of those before it; 0 of none."""
     total = 0.0
     for value in values:
         total += value

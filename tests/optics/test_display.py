@@ -503,19 +503,6 @@ def test_arrays_of_any_shape():
     np.testing.assert_array_equal(display.texel_ray(0, 3.5, 2.5)[1], direction[0, 1])
 
 
-def general(display, index, world):
-    return WorldToImage(mapping.DISPLAY, np.concatenate([world.ravel(), display.module_numbers(index)]))
-
-
-@pytest.mark.parametrize("display", [PRESETS[name] for name in ("virtual", "sample-a", "c80")], ids=str)
-def test_the_general_mapping_equals_crossed_slits_on_flat_displays(display):
-    points = np.random.default_rng(39).uniform(*np.array(display.roi), (50, 3)) * [1, 1, -1]
-    for index in range(0, len(display.modules), 9):
-        fast = display.view(index, WORLD).world_to_image
-        assert fast.kind == mapping.CROSSED_SLITS
-        np.testing.assert_allclose(general(display, index, WORLD)(points), fast(points), rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_guard_band_moves_the_mapping_and_the_rays(name):
     display = SHAPES[name]

@@ -91,23 +91,6 @@ def test_projector_homography_is_that_of_rotation_matrices(lens, turn, field_of_
     assert (matrix(h)[2] @ [x, y, 1] > 0) == (forward > 0)
 
 
-@pytest.mark.parametrize(
-    ("turn", "seen", "texel"),
-    [
-        ((0, 0, 0), (0.0, 0.0), (50, 50)),
-        ((0, 0, 0), (1.0, 0.0), (100, 50)),
-        ((0, 0, 0), (0.0, 1.0), (50, 0)),
-        ((45, 0, 0), (1.0, 0.0), (50, 50)),
-        ((0, 45, 0), (0.0, 1.0), (50, 50)),
-        ((0, 0, 90), (0.0, 1.0), (100, 50)),
-    ],
-)
-def test_projector_by_hand(turn, seen, texel):
-    """A projector with 90 degrees one metre behind the screen: to the right is u = 100, up is v = 0."""
-    h = optics.projector_homography((0.0, 0.0, 1.0), turn, 90.0, (100, 100))
-    np.testing.assert_allclose(apply(h, *seen), texel, rtol=0, atol=1e-10)
-
-
 @given(st.one_of(st.just(0.0), st.floats(-2, 2)), st.one_of(st.just(0.0), st.floats(-2, 2)))
 def test_fold_radius_is_the_first_zero_of_the_slope(k1, k2):
     found = optics.fold_radius(k1, k2)

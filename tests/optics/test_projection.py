@@ -11,7 +11,6 @@ from reference import raycast
 
 from lfssao import Display, Module, find_display, fit_roi
 from lfssao.gbuffer.kernels import albedo as paint
-from lfssao.optics.display import crossed_slits
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels import rays
 from lfssao.optics.kernels.projection import Projection
@@ -155,18 +154,6 @@ def test_points_of_a_texels_ray_land_on_its_centre(display):
                 points.append([ox + z * dx, oy + z * dy, z])
             image = view.world_to_image((np.array(points) - world[:, 3]) / np.diag(world))
             assert np.abs(image - np.stack([u, v, np.full_like(u, z)], axis=1)).max() < 1e-9
-
-
-@given(m_x=unit, y_o=unit, z_o=st.floats(-3, -0.3), data=st.data())
-def test_a_module_on_the_observer_line_is_a_pinhole(m_x, y_o, z_o, data):
-    """With m_z = z_o all points of a line through (m_x, y_o, z_o) have one image."""
-    lens = np.array([m_x, z_o, y_o, z_o, 100.0, 50.0, -120.0, 40.0])
-    slits = crossed_slits(np.eye(3, 4), lens).as_type(np.float64)
-    d_x, d_y = data.draw(unit), data.draw(unit)
-    for t in (0.25, 1.0, 7.0):
-        u, v, _, _ = mapping.world_to_image(slits, m_x + t * d_x, y_o + t * d_y, z_o + t)
-        assert u == pytest.approx(50 + 100 * (m_x - z_o * d_x), abs=1e-9)  # where the line meets the screen
-        assert v == pytest.approx(40 - 120 * (y_o - z_o * d_y), abs=1e-9)
 
 
 @given(display=flat_displays())

@@ -13,7 +13,7 @@ from lfssao.bench.times import Times, balanced_orders, in_turn
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision import settings as grid
 from lfssao.bench.work_precision.advise import FORMAT, advice, load_warning, pareto_front, points_of
-from lfssao.bench.work_precision.references import Reference, combine, combine_others, rmse
+from lfssao.bench.work_precision.references import Reference, combine_others, rmse
 from lfssao.bench.work_precision.scene import BenchScene
 from lfssao.bench.work_precision.setting_times import setting_times
 from lfssao.bench.work_precision.slopes import THEORY, fitted_slope
@@ -131,7 +131,7 @@ def test_the_standard_error_of_a_slope_is_what_it_scatters_by():
 def test_a_references_own_error_is_estimated_from_independent_ones(many):
     rng = np.random.default_rng(1)
     truth = rng.uniform(size=40_000)
-    made = combine([truth + 0.01 * rng.standard_normal(truth.size) for _ in range(many)])
+    made = combine_others({str(k): truth + 0.01 * rng.standard_normal(truth.size) for k in range(many)}, "another")
     assert rmse(made.texture, truth) == pytest.approx(0.01 / np.sqrt(many), rel=0.03)
     assert made.error == pytest.approx(rmse(made.texture, truth), rel=0.03)
 

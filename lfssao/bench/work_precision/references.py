@@ -34,17 +34,12 @@ def rmse(a: Texture, b: Texture) -> float:
     return float(np.sqrt(np.mean(np.square(a - b)))) if a.size else 0.0
 
 
-def combine(references: Sequence[Texture]) -> Reference:
-    """Return one reference from two or more independent ones, (t,) float64 each.
+def combine_others(textures: Mapping[str, Texture], sampler: str) -> Reference:
+    """Return a sampler's reference from the independent textures, (t,) float64 by sampler, of two or more others.
 
     The sample variance of k independent textures of equal error, over k, is the variance of their mean. A bias that
     they share does not show.
     """
-    stack = np.stack(references)
+    stack = np.stack([texture for name, texture in textures.items() if name != sampler])
     variance = stack.var(axis=0, ddof=1).mean() / len(stack) if stack.size else 0.0
     return Reference(stack.mean(axis=0), float(np.sqrt(variance)))
-
-
-def combine_others(textures: Mapping[str, Texture], sampler: str) -> Reference:
-    """Return the reference of a sampler from the textures, by sampler, of all others."""
-    return combine([texture for name, texture in textures.items() if name != sampler])

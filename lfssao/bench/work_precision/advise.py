@@ -86,21 +86,11 @@ def advice(result: dict[str, Any], error: str, max_error: float | None = None, m
         raise InputError(f"the figures hold no {error} error")
     where = f"in {result['setup']['width']}x{result['setup']['height']} on {result['setup']['scene']}"
     if max_error is not None:
-        within = [p for p in front if p[error] <= max_error]
-        if not within:
-            best = front[-1]
-            return (
-                f"No measured setting has a {error} error of at most {max_error:g} {where}: "
-                f"the least is {best[error]:.3g}, of {describe(best)}, in {best['ms']:.3g} ms."
-            )
-        take = within[0]
+        take, best = next((p for p in front if p[error] <= max_error), None), front[-1]
+        said = f"has a {error} error of at most {max_error:g} {where}: the least is that of"
     else:
-        within = [p for p in front if p["ms"] <= max_ms]
-        if not within:
-            best = front[0]
-            return (
-                f"No measured setting takes at most {max_ms:g} ms {where}: the fastest, {describe(best)}, "
-                f"takes {best['ms']:.3g} ms, with a {error} error of {best[error]:.3g}."
-            )
-        take = within[-1]
+        take, best = next((p for p in reversed(front) if p["ms"] <= max_ms), None), front[0]
+        said = f"takes at most {max_ms:g} ms {where}: the fastest is"
+    if take is None:
+        return f"No measured setting {said} {describe(best)}, {best['ms']:.3g} ms, {error} error {best[error]:.3g}."
     return f"Take {describe(take)}: {take['ms']:.3g} ms, {error} error {take[error]:.3g} {where}."

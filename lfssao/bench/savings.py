@@ -53,8 +53,8 @@ class Saving:
     scene: str  # the case's name
     cover: float  # fraction of the texels that see the scene
     milliseconds: float  # processor time of all passes as planned, the median
-    # For each rule, and for all together ('all'), quartiles of the time without the rule over the time as planned
-    ratios: dict[str, tuple[float, float, float]]
+    # For each rule, and for all together ('all'), three quartiles of the time without the rule over the time as planned
+    ratios: dict[str, tuple[float, ...]]
     same: bool  # whether the textures are the same, bit for bit
 
 
@@ -149,10 +149,7 @@ def _saving(case: Case, caster: RayCaster, view: View, repeats: int) -> Saving:
         "radii": times["radii"] - plan,
     }
     more["all"] = more["rows"] + more["background"] + more["radii"]
-    ratios = {}
-    for name, values in more.items():
-        low, middle, high = np.percentile((plan + values) / plan, [25, 50, 75]).tolist()
-        ratios[name] = low, middle, high
+    ratios = {name: tuple(np.percentile(1 + extra / plan, [25, 50, 75]).tolist()) for name, extra in more.items()}
     cover = float((first.gbuffer.triangle >= 0).mean())
     return Saving(case.name, cover, float(np.median(plan)), ratios, same)
 

@@ -47,11 +47,7 @@ def write_text(path: Path, text: str) -> None:
     InputError
         If it cannot be written.
     """
-
-    def write(part: Path) -> None:
-        part.write_text(text, encoding="utf-8")
-
-    write_whole(path, write)
+    write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 
 def _part_prefix(stem: str) -> str:

@@ -60,6 +60,8 @@ def _blue_noise() -> FloatArray:
     return np.asarray((ranks + 0.5) / (TILE * TILE / 2.0), np.float64)
 
 
+_BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"
+
 DECORRELATIONS = {
     entry.name: entry
     for entry in (
@@ -73,13 +75,7 @@ DECORRELATIONS = {
             None,
         ),
         Decorrelation("interleaved", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_interleaved), 4),
-        Decorrelation(
-            "blue-noise",
-            f"4096 angles in a tile of {TILE} x {TILE} by void and cluster",
-            "Ulichney 1993",
-            _repeated(_blue_noise),
-            TILE,
-        ),
+        Decorrelation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
     )
 }
 

@@ -203,8 +203,7 @@ class Display:
             homography = m.homography
             if homography is not None:
                 scales = (width / m.width,) * 3 + (height / m.height,) * 3 + (1.0,) * 3
-                scaled = [h * s for h, s in zip(homography, scales, strict=True)]
-                homography = tuple(scaled)  # type: ignore[assignment]
+                homography = tuple(h * s for h, s in zip(homography, scales, strict=True))
             modules.append(replace(m, width=width, height=height, homography=homography))
         return replace(self, modules=tuple(modules))
 
@@ -227,8 +226,7 @@ class Display:
         size = m.width, m.height
         if m.homography is not None:
             sign = -1.0 if m.homography[8] < 0 else 1.0
-            entries = [sign * h for h in m.homography]
-            homography: optics.Homography = tuple(entries)  # type: ignore[assignment]
+            homography = tuple(sign * h for h in m.homography)
         elif m.field_of_view is not None:
             rotation = m.yaw, m.pitch, m.roll
             homography = optics.projector_homography((m.x, m.y, m.z), rotation, m.field_of_view, size)

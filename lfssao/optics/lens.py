@@ -5,7 +5,7 @@ from math import inf, sqrt
 from lfssao.core.elementary import sincospi
 from lfssao.errors import InputError
 
-Homography = tuple[float, float, float, float, float, float, float, float, float]
+Homography = tuple[float, ...]  # 9, rows of three
 Vector = tuple[float, float, float]
 
 
@@ -34,7 +34,7 @@ def projector_homography(
     )
     # Directions from the lens to (x, y, 0) are (x - m_x, y - m_y, -m_z).
     entries = [(a, b, -((a * lens[0] + b * lens[1]) + c * lens[2])) for a, b, c in rows]
-    return tuple(e for row in entries for e in row)  # type: ignore[return-value]
+    return tuple(e for row in entries for e in row)
 
 
 def _axes(rotation: Vector) -> tuple[Vector, Vector, Vector]:
@@ -50,7 +50,7 @@ def _axes(rotation: Vector) -> tuple[Vector, Vector, Vector]:
 def with_guard(h: Homography, guard: int) -> Homography:
     """The homography of a texture with ``guard`` more texels on each side: u and v grow by guard."""
     upper = [a + guard * c for a, c in zip(h[:6], (*h[6:], *h[6:]), strict=True)]
-    return (upper[0], upper[1], upper[2], upper[3], upper[4], upper[5], h[6], h[7], h[8])
+    return (*upper, *h[6:])
 
 
 def invert(h: Homography) -> Homography:
@@ -71,7 +71,7 @@ def invert(h: Homography) -> Homography:
         size *= sqrt((row[0] * row[0] + row[1] * row[1]) + row[2] * row[2])
     if not abs(determinant) > 1e-12 * size:
         raise InputError("the homography is singular")
-    return tuple(entry / determinant for entry in (*top, *middle, *bottom))  # type: ignore[return-value]
+    return tuple(entry / determinant for entry in (*top, *middle, *bottom))
 
 
 def fold_radius(k1: float, k2: float) -> float:

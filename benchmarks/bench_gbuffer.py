@@ -15,7 +15,7 @@ import numba
 import numpy as np
 
 from lfssao import builtin_scene, find_display, load_scene, module_views
-from lfssao.core.points import transform_points
+from lfssao.core.vectors import transform_points
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels import rays
 from lfssao.rendering.manifest import describe_machine

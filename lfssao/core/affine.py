@@ -1,4 +1,6 @@
-"""Small matrices by written-out sums: products and inverses from BLAS and LAPACK differ between machines."""
+"""Small matrices and sums in a written order: those of BLAS, LAPACK and Python differ between machines."""
+
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,3 +54,14 @@ def invert_affine(affine: ArrayLike) -> Matrix:
         raise ZeroDivisionError("the affine map is singular")
     linear = cofactors(m).T / size
     return np.hstack([linear, -multiply(linear, m[:, 3:])])
+
+
+def sum_in_order(values: Iterable[float]) -> float:
+    """Sum of the values, each added to the rounded sum of those before it; 0 of none.
+
+    Python's own compensates the rounding of floats from version 3.12 on.
+    """
+    total = 0.0
+    for value in values:
+        total += value
+    return total

@@ -9,7 +9,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix
-from lfssao.core.points import transform_points
+from lfssao.core.vectors import transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree

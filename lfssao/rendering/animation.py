@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lfssao.core.affine import Matrix, cofactors, determinant
 from lfssao.core.elementary import sincospi
-from lfssao.core.points import transform_points
+from lfssao.core.vectors import transform_points
 from lfssao.errors import InputError
 from lfssao.scene.mesh import Mesh
 

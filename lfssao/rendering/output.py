@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL.Image import Image
 
+from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
-from lfssao.core.sums import sum_in_order
 from lfssao.errors import InputError
 from lfssao.rendering import plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip

@@ -16,8 +16,8 @@ from trimesh.visual.color import to_rgba
 from trimesh.visual.material import empty_material
 
 from lfssao.core.affine import cofactors
-from lfssao.core.points import transform_points
 from lfssao.core.srgb import to_linear
+from lfssao.core.vectors import transform_points
 from lfssao.errors import InputError
 from lfssao.scene.mesh import Mesh, Paint
 

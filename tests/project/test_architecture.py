@@ -25,7 +25,7 @@ TESTS = Path(__file__).parents[1]
 PACKAGE = Path(lfssao.__file__).parent
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 # Kernels are the files of a folder of that name, and the arithmetic below them.
-ARITHMETIC = {"elementary.py", "orthonormal.py", "philox.py", "points.py", "power.py"}
+ARITHMETIC = {"elementary.py", "philox.py", "vectors.py"}
 KERNELS = [p for p in SOURCES if p.parent.name == "kernels" or (p.parent.name == "core" and p.name in ARITHMETIC)]
 # A package imports only from floors below its own.
 FLOORS = {

@@ -7,8 +7,8 @@ import numpy as np
 
 from lfssao.core.elementary import sincospi
 from lfssao.core.jit import kernel
-from lfssao.core.orthonormal import disk_axes
 from lfssao.core.philox import philox4x32
+from lfssao.core.vectors import disk_axes
 
 COSINE, UNIFORM = 0, 1
 CONSTANT, LINEAR, QUADRATIC = 0, 1, 2

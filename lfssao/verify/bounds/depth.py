@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.points import transform_points
+from lfssao.core.vectors import transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY

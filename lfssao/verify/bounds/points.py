@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
-from lfssao.core.affine import Matrix
-from lfssao.core.sums import sum_in_order
+from lfssao.core.affine import Matrix, sum_in_order
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model

@@ -11,10 +11,9 @@ from numba import prange
 
 from lfssao.ao.estimators.kernels.slots import CHUNK, load, slot
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
-from lfssao.core.elementary import sincospi
+from lfssao.core.elementary import power, sincospi
 from lfssao.core.jit import kernel
-from lfssao.core.orthonormal import disk_axes
-from lfssao.core.power import power
+from lfssao.core.vectors import disk_axes
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,

@@ -38,8 +38,8 @@ from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels.merge import merge_product
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
+from lfssao.core.affine import sum_in_order
 from lfssao.core.elementary import log2
-from lfssao.core.sums import sum_in_order
 from lfssao.errors import InputError
 from lfssao.samples import repulsion_table
 

@@ -19,10 +19,9 @@ from numba import prange
 from lfssao.ao.estimators.kernels.slots import CHUNK, slot
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, ray_point, table_point
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK
-from lfssao.core.elementary import sincospi
+from lfssao.core.elementary import power, sincospi
 from lfssao.core.intrinsics import scratch
 from lfssao.core.jit import kernel
-from lfssao.core.power import power
 from lfssao.optics.kernels.projection import linear_row
 from lfssao.samples.kernels.spiral import hash_angle, rotated
 
@@ -281,7 +280,7 @@ def scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, out
 
 @kernel(parallel=True)
 def occlusion_of(visibility, z, k, occlusion):
-    """1 - A^k, A^k in float64 (lfssao.core.power) rounded once; 0 where there is no surface. (H, W), k float64."""
+    """1 - A^k, A^k in float64 (lfssao.core.elementary) rounded once; 0 where there is no surface. (H, W), k float64."""
     height, width = z.shape
     for j in prange(height):
         one, zero = z.dtype.type(1), z.dtype.type(0)

@@ -1,8 +1,8 @@
-"""Sums in a written order."""
+"""Sums in a written order; the maps are tested with the scenes and displays that they move."""
 
 import math
 
-from lfssao.core.sums import sum_in_order
+from lfssao.core.affine import sum_in_order
 
 
 def test_each_number_is_added_to_the_rounded_sum_of_those_before():

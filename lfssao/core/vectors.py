@@ -1,4 +1,4 @@
-"""Affine maps of many points."""
+"""Affine maps of points, and right-angled axes around a direction."""
 
 from lfssao.core.jit import kernel
 
@@ -11,3 +11,13 @@ def transform_points(m, points, out):
         for row in range(3):
             k = 4 * row
             out[i, row] = ((m[k] * x + m[k + 1] * y) + m[k + 2] * z) + m[k + 3]
+
+
+@kernel(inline=True)
+def disk_axes(x, y, z):
+    """Two unit vectors at right angles to the unit vector (x, y, z) and to each other (Duff et al. 2017)."""
+    one = type(x)(1)
+    sign = one if z >= 0 else -one
+    a = -one / (sign + z)
+    b = x * y * a
+    return one + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y

@@ -108,7 +108,7 @@ def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
 
 
 def test_a_wrong_decision_breaks_a_row(monkeypatch):
-    real = measure.passes.algorithm2
+    real = measure.ssao.algorithm2
     for stiff in (scene(np.random.default_rng(1).uniform(-0.3, 0.3, (8, 8, 3))), on_surface(np.array([0, 0, 0.1]))):
 
         def wrong(*inputs):
@@ -116,9 +116,9 @@ def test_a_wrong_decision_breaks_a_row(monkeypatch):
             found.texture[3, 3] = 1 - found.texture[3, 3]
             return found
 
-        monkeypatch.setattr(measure.passes, "algorithm2", wrong)
+        monkeypatch.setattr(measure.ssao, "algorithm2", wrong)
         assert measure.measure(stiff, "float64").exceeded == 1
-        monkeypatch.setattr(measure.passes, "algorithm2", real)
+        monkeypatch.setattr(measure.ssao, "algorithm2", real)
         assert measure.measure(stiff, "float64").exceeded == 0
 
 
@@ -216,11 +216,11 @@ def test_the_steps_of_a_camera_are_its_matrices_and_end_where_they_began(project
 
 
 def test_a_blur_that_loses_a_hundred_thousandth_breaks_a_row(monkeypatch):
-    real = scalar_cases.passes.blur
+    real = scalar_cases.post.blur
 
     def short(texture, sigma):
         return real(texture, sigma) - texture.dtype.type(1e-5) * texture
 
     assert scalar_cases.blurred(1.0, "float32").exceeded == 0
-    monkeypatch.setattr(scalar_cases.passes, "blur", short)
+    monkeypatch.setattr(scalar_cases.post, "blur", short)
     assert scalar_cases.blurred(1.0, "float32").exceeded > 0

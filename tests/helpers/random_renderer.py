@@ -15,7 +15,7 @@ def single(x):
 
 
 class Arithmetic:
-    """Operations of so many renderers.
+    """Operations of some number of renderers.
 
     ``directed``: + - * give either neighbour of the exact result; else the nearest. ``quotient``, ``root``: ulp.
     """
@@ -66,14 +66,14 @@ class Arithmetic:
         return self.flush(near.astype(np.float64))
 
     def within(self, x, ulps):
-        """A float32 number within so many ulp of exact results; half an ulp: the nearest."""
+        """A float32 number within a number of ulp of exact results; half an ulp: the nearest."""
         x = self.full(x)
         if np.ndim(ulps) == 0 and ulps <= 0.5:
             return self.flush(x.astype(np.float32).astype(np.float64))
         room = np.where(x == 0.0, 0.0, ulps * np.ldexp(1.0, np.frexp(x)[1] - 24))
         mode = self.per_renderer(self.rng.integers(0, 3, self.renderers), x)
-        share = np.select([mode == 0, mode == 1], [-1.0, 1.0], self.rng.uniform(-1, 1, x.shape))
-        near = (x + share * room).astype(np.float32)
+        part = np.select([mode == 0, mode == 1], [-1.0, 1.0], self.rng.uniform(-1, 1, x.shape))
+        near = (x + part * room).astype(np.float32)
         back = np.nextafter(near, np.where(near > x, np.float32(-np.inf), np.float32(np.inf)))
         return self.flush(np.where(np.abs(near - x) > room, back, near).astype(np.float64))
 
@@ -176,8 +176,8 @@ def physical_to_image(ar, d, x, y, z):
     t_s, meets_screen = crossing(ar, d[5], m_x, m_z, dx, dz)
     t_v, meets_observers = crossing(ar, d[6], m_x, ar.subtract(m_z, z_o), dx, dz)
     valid = (z < m_z) & (meets_observers >= 0) & (t_v > 1) & (meets_screen >= 0) & (t_s > 0) & (t_s < t_v)
-    share = ar.divide(ar.subtract(t_v, t_s), ar.subtract(t_v, 1.0))
-    s_y = ar.fused(ar.subtract(y, y_o), share, y_o)
+    part = ar.divide(ar.subtract(t_v, t_s), ar.subtract(t_v, 1.0))
+    s_y = ar.fused(ar.subtract(y, y_o), part, y_o)
     if d[7] == 0:
         s_x = ar.fused(t_s, dx, m_x)
         if d[5] != 0:
@@ -232,7 +232,7 @@ def occlusion(ar, depth, u, v, z, valid):
     depth = depth.astype(np.float64)
     there, j, i = inside(depth, u, v, valid)
     count = np.count_nonzero(there & (ar.flush(ar.full(depth[j, i])) < ar.flush(z)), axis=-1)
-    return np.where(np.isfinite(depth), share(ar, count, u.shape[-1]), 0.0)
+    return np.where(np.isfinite(depth), fraction(ar, count, u.shape[-1]), 0.0)
 
 
 def inside(depth, u, v, valid):
@@ -281,7 +281,7 @@ def points_behind(ar, depth, positions, normals, kind, m, samples, radius, range
         near = ar.choose(ar.lot(0.5), square <= ar.per_renderer(ar.full(reach).reshape(ar.renderers, -1)[:, 0], square),
                          ar.root(square) <= single(radius))  # fmt: skip
         hidden &= near.astype(bool)
-    made = share(ar, np.count_nonzero(hidden, axis=-1), n)
+    made = fraction(ar, np.count_nonzero(hidden, axis=-1), n)
     if remap:
         made = ar.choose(ar.lot(0.5), 2 * np.maximum(ar.subtract(made, 0.5), 0),
                          np.maximum(ar.subtract(2 * made, 1.0), 0))  # fmt: skip
@@ -289,8 +289,10 @@ def points_behind(ar, depth, positions, normals, kind, m, samples, radius, range
 
 
 @np.errstate(all="ignore")
-def hidden_volume(ar, depth, positions, normals, directions, kind, m, axis, points, shares, radius, thickness, mirrors):
-    """VO's hidden share of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
+def hidden_volume(
+    ar, depth, positions, normals, directions, kind, m, axis, points, weights, radius, thickness, mirrors
+):
+    """VO's hidden fraction of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
     m, axis, n = single(m), np.append(single(axis), np.zeros(12)), len(points)
     shape = (ar.renderers, *depth.shape, n)
     point = [ar.full(np.broadcast_to(p, shape)) for p in spread(positions)]
@@ -332,7 +334,7 @@ def hidden_volume(ar, depth, positions, normals, directions, kind, m, axis, poin
         hidden &= before <= reach
     total = np.zeros(shape[:-1])
     for s in ar.rng.permutation(n):
-        total = ar.add(total, np.where(hidden[..., s], single(shares)[s], 0.0))
+        total = ar.add(total, np.where(hidden[..., s], single(weights)[s], 0.0))
     return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)
 
 
@@ -344,7 +346,7 @@ def dual(ar, a, b, combine):
     return ar.choose(ar.lot(0.5), ar.fused(b, ar.subtract(1.0, a), a), product)
 
 
-def share(ar, count, n):
+def fraction(ar, count, n):
     """count / n, or count (1 / n), or 1 / n added so often."""
     once = ar.within(np.full((ar.renderers, 1, 1), 1 / n), ar.quotient_ulp)
     sums = [np.zeros_like(once)]

@@ -93,27 +93,6 @@ def test_a_wrong_texel_fails_and_is_explained(tmp_path, capsys, reference):
     assert "first that differs: module_004, ao_2 (outside the interval)" in capsys.readouterr().out
 
 
-def test_each_stage_is_judged_on_the_renderers_own(tmp_path, reference):
-    """A wrong ao_1 with the right maximum, blur and shading of it: ao_1 alone is wrong."""
-
-    def change(parts):
-        surface = np.isfinite(parts["depth"].pixels)
-        ao = np.where(surface, np.float32(1), parts["ao_1"].pixels)
-        merged = lfssao.merge([ao[..., 0], parts["ao_2"].pixels[..., 0]])
-        blurred = lfssao.blur(merged, 1.0)
-        color = parts["color"]
-        shaded = lfssao.shade(np.stack([color.pixels[..., color.channels.index(f"color.{c}")] for c in "RGB"], -1),
-                              blurred)  # fmt: skip
-        new = {"ao_1": ao, "merged": merged[..., None], "blurred": blurred[..., None], "shaded": shaded}
-        return {**parts, **{name: replace(parts[name], pixels=pixels) for name, pixels in new.items()}}
-
-    mine = changed(reference, tmp_path / "mine", "module_005", change)
-    report = lfssao.compare(mine, reference)
-    expected = dict.fromkeys(("merged", "blurred", "shaded"), Verdict.INSIDE) | {"ao_1": Verdict.OUTSIDE}
-    assert different(report) == {("module_005", layer): verdict for layer, verdict in expected.items()}
-    assert report.first_failure.layer == "ao_1"
-
-
 @pytest.mark.parametrize("written", [("ao_1", "ao_2", "merged"), ()], ids=["merged", "none"])
 def test_stages_that_were_not_written_may_be_anything_that_is_right(tmp_path, reference, written):
     """Blurred and shaded textures of the largest occlusion that conforms, which the renderer did not write."""

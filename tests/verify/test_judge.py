@@ -405,6 +405,8 @@ def test_every_bug_is_named_by_the_stage_that_it_was_planted_in(stage, name):
     scene = tie_scene() if name == "less_or_equal" else small_scene(64 if many else 8)
     found = failing(BUGS[stage][name](scene), scene.case)
     assert found[0] == stage
+    if stage == "ao_1":  # whatever is made of wrong AO is right
+        assert set(found) <= {"ao_1", "ao_2"}
     if stage not in ("depth", "positions", "ao_1"):  # one error is named once; these are textures others must fit
         assert found == [stage]
 

@@ -36,30 +36,17 @@ _NOTHING = np.empty((0, 0, 3), np.float32)
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
-    """The textures and the mapping that an estimator's points are decided by.
+    """The float32 textures and the mapping that an estimator's points are decided by.
 
-    Attributes
-    ----------
-    depth : (H, W) float32
-        Image z, +infinity where there is no surface.
-    positions : (H, W, 3) float32
-        World coordinates.
-    world_to_image : WorldToImage
-        The mapping; renderers have its numbers rounded to float32.
-    cast_from_world : (3, 4)
-        World -> cast space; its last row is read by VO, rounded likewise.
-    normals : (H, W, 3) float32 or None
-        Unit normals, for estimators that read them.
-    directions : (H, W, 3) float32 or None
-        Unit viewing directions, for VO's thickness.
+    Renderers have the mapping's numbers, and those of ``cast_from_world`` that VO reads, rounded to float32.
     """
 
-    depth: Texture
-    positions: Texture
+    depth: Texture  # (H, W): image z, +infinity where there is no surface
+    positions: Texture  # (H, W, 3): world coordinates
     world_to_image: WorldToImage
-    cast_from_world: Matrix
-    normals: Texture | None = None
-    directions: Texture | None = None
+    cast_from_world: Matrix  # (3, 4)
+    normals: Texture | None = None  # (H, W, 3): unit normals, for estimators that read them
+    directions: Texture | None = None  # (H, W, 3): unit viewing directions, for VO's thickness
 
 
 class Problem(NamedTuple):

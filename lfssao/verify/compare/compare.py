@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 
 from lfssao.errors import InputError
-from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
@@ -115,7 +114,8 @@ class Comparison:
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
-        self._named |= {name for layer in reference for name in (layer.name, *_channel_names(layer))}
+        self._named |= {layer.name for layer in reference}
+        self._named |= {name for layer in reference for c in layer.channels for name in (c, f"{layer.name}.{c}")}
         if not parts:
             detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
             self._results.append(Result(module, "", Verdict.MISSING, detail))
@@ -123,8 +123,10 @@ class Comparison:
         matcher = Matcher(parts, reference, self._rules)
         optional = set(list(case.outputs)[1:]) if self._reference.kit else set()
         found, refused = _found_layers(module, matcher, reference, optional)
-        if case.stage == VIEW:
-            case = replace(case, bounds=MeshBounds(partial(self._from_mesh, module, case)))
+        if self._surface is not None and case.stage == VIEW:
+            shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
+            entry = self._reference.entries[module]
+            case = replace(case, bounds=MeshBounds(partial(self._surface.bounds, entry, shape, self._model)))
             if not knows_occlusion(case.parameters):
                 self._unbounded = case.parameters["estimator"]
         wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
@@ -167,13 +169,6 @@ class Comparison:
                 self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
-
-    def _from_mesh(self, module: str, case: Case) -> dict[str, Bounds]:
-        """Bounds of a module's depth and colour from the reference's mesh, empty where it is not known."""
-        assert self._surface is not None  # there is a manifest
-        depth = case.outputs.get("depth")
-        shape = () if depth is None else depth.shape
-        return self._surface.bounds(self._reference.entries[module], shape, self._model)
 
     def report(self) -> Report:
         """The report on the modules that were added.
@@ -233,7 +228,3 @@ def _without_intervals(names: Sequence[str]) -> set[str]:
     layers = [name for name in names if name.startswith("ao_")]
     ao = [] if {"depth", "positions"} <= set(names) else [*layers, "merged", "blurred", "shaded"]
     return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
-
-
-def _channel_names(layer: Layer) -> list[str]:
-    return [name for channel in layer.channels for name in (channel, f"{layer.name}.{channel}")]

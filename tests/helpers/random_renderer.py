@@ -255,10 +255,11 @@ def dot(ar, a, b):
 
 
 @np.errstate(all="ignore")
-def points_behind(ar, depth, positions, normals, kind, m, samples, radius, range_check, forward, remap):
+def points_behind(ar, given, samples, radius, options):
     """The estimators point and, with normals, hemisphere, of every renderer: (R, H, W)."""
-    m, n = single(m), len(samples)
-    point = [ar.full(np.broadcast_to(p, (ar.renderers, *depth.shape, 1))) for p in spread(positions)]
+    kind, m, n = given.world_to_image.kind, single(given.world_to_image.numbers), len(samples)
+    depth, normals = given.depth, given.normals
+    point = [ar.full(np.broadcast_to(p, (ar.renderers, *depth.shape, 1))) for p in spread(given.positions)]
     offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
     offset = [np.broadcast_to(offsets[:, None, None, :, k], (ar.renderers, *depth.shape, n)) for k in range(3)]
     if normals is not None:
@@ -267,14 +268,14 @@ def points_behind(ar, depth, positions, normals, kind, m, samples, radius, range
     u, v, z, valid = to_image(ar, kind, m, point, offset)
     there, j, i = inside(depth, u, v, valid)
     surface = ar.full(depth.astype(np.float64))
-    if forward:
+    if options["surface"] == "positions":
         still = [np.zeros_like(p) for p in point]
         *_, again, sighted = to_image(ar, kind, m, point, still)
         again = np.where(sighted, again, np.inf) if kind == MATRIX else again
         surface = np.where(np.isfinite(surface), again[..., 0], np.inf)
     of = np.arange(ar.renderers)[:, None, None, None]
     hidden = there & (ar.flush(surface[of, j, i]) < ar.flush(z)) & np.isfinite(depth[j, i])
-    if range_check:
+    if options["range_check"]:
         away = [ar.subtract(p[of, j, i, 0], p) for p in point]
         square = dot(ar, away, away)
         reach = ar.choose(ar.lot(0.5), single(radius * radius), ar.multiply(single(radius), single(radius)))
@@ -282,22 +283,21 @@ def points_behind(ar, depth, positions, normals, kind, m, samples, radius, range
                          ar.root(square) <= single(radius))  # fmt: skip
         hidden &= near.astype(bool)
     made = fraction(ar, np.count_nonzero(hidden, axis=-1), n)
-    if remap:
+    if options.get("remap"):
         made = ar.choose(ar.lot(0.5), 2 * np.maximum(ar.subtract(made, 0.5), 0),
                          np.maximum(ar.subtract(2 * made, 1.0), 0))  # fmt: skip
     return np.where(np.isfinite(depth), made, 0.0)
 
 
 @np.errstate(all="ignore")
-def hidden_volume(
-    ar, depth, positions, normals, directions, kind, m, axis, points, weights, radius, thickness, mirrors
-):
+def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
     """VO's hidden fraction of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
-    m, axis, n = single(m), np.append(single(axis), np.zeros(12)), len(points)
+    kind, m, n = given.world_to_image.kind, single(given.world_to_image.numbers), len(points)
+    axis, depth = np.append(single(given.cast_from_world[2]), np.zeros(12)), given.depth
     shape = (ar.renderers, *depth.shape, n)
-    point = [ar.full(np.broadcast_to(p, shape)) for p in spread(positions)]
+    point = [ar.full(np.broadcast_to(p, shape)) for p in spread(given.positions)]
     o = [ar.full(np.broadcast_to(single(points)[:, k], shape)) for k in range(3)]
-    mirror, normal = ([ar.full(np.broadcast_to(c, shape)) for c in spread(t)] for t in (mirrors, normals))
+    mirror, normal = ([ar.full(np.broadcast_to(c, shape)) for c in spread(t)] for t in (mirrors, given.normals))
     rows = range(4 if kind == MATRIX else 3)
     still, r = [np.zeros(shape)] * 3, single(radius)
     along = dot(ar, o, mirror)
@@ -328,7 +328,7 @@ def hidden_volume(
     before = ar.subtract(z, surface[np.arange(ar.renderers)[:, None, None, None], j, i])
     hidden = there & (before > 0) & np.isfinite(depth[j, i])
     if thickness > 0:
-        steep = ar.total(list(axis[:3]), [ar.full(np.broadcast_to(d, shape)) for d in spread(directions)])
+        steep = ar.total(list(axis[:3]), [ar.full(np.broadcast_to(d, shape)) for d in spread(given.directions)])
         reach = ar.choose(ar.lot(0.5), ar.multiply(ar.multiply(single(thickness / radius), r), steep),
                           ar.multiply(single(thickness), steep))  # fmt: skip
         hidden &= before <= reach

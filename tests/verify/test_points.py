@@ -65,17 +65,12 @@ def check_fractions(drawn, options, half, alter=lambda model: model):
     depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
     given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals if half else None)
-    found = point_bounds("hemisphere" if half else "point", given, radius, samples, None, options, alter(MODELS[name]))
-    ar = arithmetic(name, rng, RENDERERS)
-    mapping = view.world_to_image
-    made = rr.points_behind(
-        ar, depth, positions, normals if half else None, mapping.kind, mapping.numbers, samples, radius,
-        options["range_check"], options["surface"] == "positions", options.get("remap", False),
-    )  # fmt: skip
+    estimator = "hemisphere" if half else "point"
+    found = point_bounds(estimator, given, radius, samples, None, options, alter(MODELS[name]))
+    made = rr.points_behind(arithmetic(name, rng, RENDERERS), given, samples, radius, options)
     assert_inside(made, found, "fraction")
-    right = estimate("hemisphere" if half else "point", Buffers(view, depth, positions, normals), radius, samples,
-                     **options).texture  # fmt: skip
-    assert not found.outside(right).any()
+    right = estimate(estimator, Buffers(view, depth, positions, normals), radius, samples, **options)
+    assert not found.outside(right.texture).any()
     return int(found.undecided.sum()), int((np.rint(made * n).max(0) - np.rint(made * n).min(0)).sum())
 
 
@@ -116,15 +111,11 @@ def check_volume(drawn, options, tangent):
     depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
     weights = rng.uniform(0.2, 3, n)
-    kind, m = view.world_to_image.kind, view.world_to_image.numbers
     given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals, directions)
     ar = arithmetic(name, rng, RENDERERS)
     fractions, made = (weights / np.cumsum(weights)[-1]).astype(np.float32), []
     for r in (radius, options["second"] * radius) if options["second"] else (radius,):
-        made.append(rr.hidden_volume(
-            ar, depth, positions, normals, directions, kind, m, view.cast_from_world[2], samples, fractions, r,
-            options["thickness"], mirrors,
-        ))  # fmt: skip
+        made.append(rr.hidden_volume(ar, given, samples, fractions, r, options["thickness"], mirrors))
     volume = rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
     estimator = "vo-points-normal" if tangent else "vo-points"
     found = point_bounds(estimator, given, radius, samples, weights, options, name)

@@ -51,8 +51,8 @@ def drawn_problems(draw):
     return view, rng, model, float(draw(st.sampled_from([0.01, 0.3, 1.0]))), draw(st.sampled_from([1, 3, 6]))
 
 
-def check_fractions(drawn, options, half, alter=lambda model: model):
-    """Renderers of point or hemisphere against the bounds of an altered model."""
+def check_fractions(drawn, options, half):
+    """Renderers of point or hemisphere against the bounds."""
     view, rng, name, radius, n = drawn
     normals = np.zeros((view.height, view.width, 3), np.float32)
 
@@ -66,7 +66,7 @@ def check_fractions(drawn, options, half, alter=lambda model: model):
     normals[~np.isfinite(depth)] = 0
     given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals if half else None)
     estimator = "hemisphere" if half else "point"
-    found = point_bounds(estimator, given, radius, samples, None, options, alter(MODELS[name]))
+    found = point_bounds(estimator, given, radius, samples, None, options, name)
     made = rr.points_behind(arithmetic(name, rng, RENDERERS), given, samples, radius, options)
     assert_inside(made, found, "fraction")
     right = estimate(estimator, Buffers(view, depth, positions, normals), radius, samples, **options)

@@ -9,18 +9,18 @@ import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.verify.bounds.kernels.pairs import Pair, dot, exact, is_positive, multiply, subtract
+from lfssao.verify.bounds.kernels.pairs import Pair, dot, is_positive, multiply, subtract
 from lfssao.verify.bounds.kernels.projection_bounds import project, rows_of_point, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, offset_rows, project_sample, texel_point
+from lfssao.verify.bounds.kernels.ssao_bounds import (
+    box_of,
+    mapping_of,
+    offset_rows,
+    project_sample,
+    texel_point,
+    vector,
+)
 
 SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32
-
-
-@kernel(inline=True)
-def vector(texture, row, column):
-    """A texel's vector as exact pairs."""
-    x, y, z = texture[row, column]
-    return exact(np.float64(x)), exact(np.float64(y)), exact(np.float64(z))
 
 
 @kernel(parallel=True)

@@ -23,31 +23,15 @@ _MOST_TEXELS = 4096
 
 
 class Inputs(NamedTuple):
-    """The textures, mapping and samples that points are decided by.
+    """The textures, mapping and samples that points are decided by."""
 
-    Attributes
-    ----------
-    depth : (H, W) float32
-        The depth texture.
-    positions : (H, W, 3) float32
-        World coordinates; (0, 0, 3) where Algorithm 1 makes them from depth.
-    back : (16,) float64
-        ``screen_to_world``, or empty.
-    offsets : (n, 3) float64
-        Exact offsets of the samples, world units.
-    is_exact : (n,) bool
-        Whether every renderer has this very offset.
-    kind, numbers : int, (16,) or (44,) float64
-        The mapping, each number a float32; apart, as parallel kernels take no tuples of tuples.
-    """
-
-    depth: Any
-    positions: Any
-    back: Any
-    offsets: Any
-    is_exact: Any
-    kind: int
-    numbers: Any
+    depth: Any  # (H, W) float32
+    positions: Any  # (H, W, 3) float32, world coordinates; (0, 0, 3) where Algorithm 1 makes them from depth
+    back: Any  # (16,) float64: ``screen_to_world``, or empty
+    offsets: Any  # (n, 3) float64: exact offsets of the samples, world units
+    is_exact: Any  # (n,) bool: whether every renderer has this very offset
+    kind: int  # the mapping's, apart from its numbers, as parallel kernels take no tuples of tuples
+    numbers: Any  # (16,) or (44,) float64, each a float32
 
 
 class Box(NamedTuple):
@@ -73,11 +57,17 @@ def mapping_of(inputs):
 
 
 @kernel(inline=True)
+def vector(texture, row, column):
+    """A texel's vector as exact pairs."""
+    x, y, z = texture[row, column]
+    return exact(np.float64(x)), exact(np.float64(y)), exact(np.float64(z))
+
+
+@kernel(inline=True)
 def texel_point(inputs, by, column, row):
     """World coordinates of a texel's surface as pairs: given, or made as in Algorithm 1, line 3."""
     if inputs.back.shape[0] == 0:
-        place = inputs.positions[row, column]
-        return exact(np.float64(place[0])), exact(np.float64(place[1])), exact(np.float64(place[2]))
+        return vector(inputs.positions, row, column)
     place = exact(column + 0.5), exact(row + 0.5), exact(np.float64(inputs.depth[row, column]))
     a, b, c, w = rows_of_point(Projection(MATRIX, inputs.back), place, by.operation)
     return divide(a, w, by), divide(b, w, by), divide(c, w, by)
@@ -151,14 +141,6 @@ def row_is_exact(m, row, point, offset):
     return fits and size <= 2.0**24 * g and g >= 2.0**-126
 
 
-@kernel(inline=True)
-def depth_is_exact(inputs, column, row, s):
-    """Whether a sample's image z is exact: a row of a display's mapping that rounds nothing, of a given point."""
-    if inputs.kind == MATRIX or inputs.back.shape[0] != 0:
-        return False
-    return row_is_exact(inputs.numbers, 2, inputs.positions[row, column], inputs.offsets[s])
-
-
 @kernel
 def offset_rows(inputs, by):
     """The rows of M (o, 0) of every sample, (n, 4, 2): values and errors."""
@@ -192,7 +174,12 @@ def trace_sample(inputs, by, column, row, rows, offsets, s):
     """Image point, errors included, and outcome of sample s of a texel; the arguments as of ``project_sample``."""
     image = project_sample(inputs, by, rows, offsets[s], 1.0)
     outcome = compare(inputs.depth, image)
-    if outcome == UNDECIDED and inputs.is_exact[s] and depth_is_exact(inputs, column, row, s):
+    may_be_exact = inputs.kind != MATRIX and inputs.back.shape[0] == 0 and inputs.is_exact[s]  # z of a given point
+    if (
+        outcome == UNDECIDED
+        and may_be_exact
+        and row_is_exact(inputs.numbers, 2, inputs.positions[row, column], inputs.offsets[s])
+    ):
         image = Projected(image.u, image.v, exact(image.z.value), image.may, image.must)
         outcome = compare(inputs.depth, image)
     return image, outcome

@@ -21,29 +21,13 @@ _SMALLEST = 2.0**-126
 
 
 class Ball(NamedTuple):
-    """The ball of ``vo-points`` around each texel's place.
+    """The ball of ``vo-points`` around each texel's place; lengths are in world units."""
 
-    Attributes
-    ----------
-    fractions : (n,) float64
-        Weights of the points, their sum 1.
-    mirrors : (3, T, T) float64
-        Direction of a texel's mirror, in tiles of T x T texels; zeros for none.
-    normals : (H, W, 3) float32
-        Normals of the tangent planes; (0, 0, 3) for none.
-    directions : (H, W, 3) float32
-        Viewing directions, read for a thickness; (0, 0, 3) for an infinite one.
-    axis : (4,) float64
-        The last row of ``cast_from_world``, each number a float32.
-    radius, thickness : float
-        R and the thickness, world units.
-    """
-
-    fractions: Any
-    mirrors: Any
-    normals: Any
-    directions: Any
-    axis: Any
+    fractions: Any  # (n,) float64: weights of the points, their sum 1
+    mirrors: Any  # (3, T, T) float64: direction of a texel's mirror, in tiles of T x T texels; zeros for none
+    normals: Any  # (H, W, 3) float32: normals of the tangent planes; (0, 0, 3) for none
+    directions: Any  # (H, W, 3) float32: viewing directions, read for a thickness; (0, 0, 3) for an infinite one
+    axis: Any  # (4,) float64: the last row of ``cast_from_world``, each number a float32
     radius: float
     thickness: float
 

@@ -42,36 +42,29 @@ def changed(source, target, module, change):
     return target
 
 
-def with_pixels(part, change):
-    """A part whose pixels, a copy, were changed in place."""
-    pixels = part.pixels.copy()
-    change(pixels)
-    return replace(part, pixels=pixels)
+def remade(layer, make):
+    """A change for ``changed``: other pixels of a layer, made from its own."""
+
+    def change(parts):
+        parts[layer] = replace(parts[layer], pixels=make(parts[layer].pixels))
+
+    return change
 
 
 def poke(layer, place, value):
-    """A change for ``changed``: one texel (row, column) of a layer."""
+    """A change for ``changed``: texels of a layer, one at (row, column) or several at (rows, columns)."""
 
-    def change(parts):
-        def set_texel(pixels):
-            pixels[place] = value
+    def make(pixels):
+        pixels = pixels.copy()
+        pixels[place] = value
+        return pixels
 
-        parts[layer] = with_pixels(parts[layer], set_texel)
-
-    return change
+    return remade(layer, make)
 
 
-def nudge(layer, rows=slice(None)):
+def nudge(layer):
     """A change for ``changed``: the next float32 above, wherever a layer is positive."""
-
-    def change(parts):
-        def up(pixels):
-            some = pixels[rows]
-            some[...] = np.where(some > 0, np.nextafter(some, np.float32(np.inf)), some)
-
-        parts[layer] = with_pixels(parts[layer], up)
-
-    return change
+    return remade(layer, lambda pixels: np.where(pixels > 0, np.nextafter(pixels, np.float32(np.inf)), pixels))
 
 
 def compare(*words):

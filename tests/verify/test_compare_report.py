@@ -3,11 +3,10 @@
 import json
 import subprocess
 import sys
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
-from compare_folders import LAYERS, MODULES, changed, compare
+from compare_folders import LAYERS, MODULES, changed, compare, remade
 from PIL import Image
 
 import lfssao
@@ -64,11 +63,7 @@ def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing)
 
 def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, reference):
     """Shifted: at silhouettes one side is infinite, which is no number of a colour bar."""
-
-    def shifted(parts):
-        depth = parts["depth"]
-        return {**parts, "depth": replace(depth, pixels=np.roll(depth.pixels, 2, axis=1))}
-
+    shifted = remade("depth", lambda pixels: np.roll(pixels, 2, axis=1))
     mine = changed(reference, tmp_path / "mine", "module_003", shifted)
     assert compare(mine, reference, "--picture", tmp_path / "a.png") == 2
     (row,) = lfssao.compare(mine, reference).panels.rows

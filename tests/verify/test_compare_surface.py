@@ -1,10 +1,8 @@
 """``lfssao compare`` with the mesh of its reference, and without: depth judged by rays or by estimates."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from compare_folders import changed, compare, different, poke, single, with_entry, with_pixels, without_scene
+from compare_folders import changed, compare, different, poke, remade, single, with_entry, without_scene
 
 import lfssao
 from lfssao.gbuffer.caster import RayCaster
@@ -17,11 +15,7 @@ def off_centre(reference, target, du, dv, scene="statue"):
     mesh = lfssao.builtin_scene(scene)
     views = lfssao.module_views(mesh, lfssao.find_display("sample-a").with_resolution(48, 32), range(3, 6))
     depth = RayCaster(mesh, views[1].cast_from_world).gbuffer(displaced(views[1], du, dv), color=None).depth
-
-    def change(parts):
-        parts["depth"] = replace(parts["depth"], pixels=depth[..., None])
-
-    return changed(reference, target, "module_004", change)
+    return changed(reference, target, "module_004", remade("depth", lambda _: depth[..., None]))
 
 
 def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
@@ -71,19 +65,13 @@ def test_a_manifest_that_does_not_give_the_mesh_its_view(tmp_path, capsys, refer
 
 def test_without_the_mesh_a_texel_that_cannot_be_judged_is_a_warning_and_many_are_a_failure(tmp_path, reference):
     unknown = without_scene(reference, tmp_path / "file")
-    limit = stray_limit(single(reference, "module_004", "depth")[..., 0])
+    depth = single(reference, "module_004", "depth")[..., 0]
+    limit = stray_limit(depth)
     assert limit > 0
     for count in (limit, limit + 1):
-
-        def change(parts, count=count):
-            def put(pixels):
-                surface = np.argwhere(np.isfinite(pixels[..., 0]))[5::15][:count]
-                assert len(surface) == count
-                pixels[surface[:, 0], surface[:, 1], 0] = -1.5
-
-            parts["depth"] = with_pixels(parts["depth"], put)
-
-        mine = changed(reference, tmp_path / f"mine_{count}", "module_004", change)
+        surface = np.argwhere(np.isfinite(depth))[5::15][:count]
+        assert len(surface) == count
+        mine = changed(reference, tmp_path / f"mine_{count}", "module_004", poke("depth", tuple(surface.T), -1.5))
         report = lfssao.compare(mine, unknown)
         if count == limit:
             assert different(report) == {("module_004", "depth"): Verdict.INSIDE}

@@ -40,14 +40,6 @@ def test_radii_of_thin_shells_lie_between_the_shells_two(r_max):
         assert (radii <= r_max * (1 + 2**-50)).all()
 
 
-def test_a_root_outside_the_shell_is_held(monkeypatch):
-    """No shell is known whose cube root misses it: one is made to."""
-    for root, radius in ((0.5, 0.8), (1.5, 1.0), (0.9, 0.9)):
-        monkeypatch.setattr(samples, "cbrt", lambda _, root=root: root)
-        made = samples.samples("random", 3, 5, 0.8, 1.0)
-        np.testing.assert_allclose(np.sqrt((made**2).sum(axis=1)), radius, rtol=1e-15)
-
-
 def screens():
     """Lenses outside a convex screen's circle, on it, and inside a concave one's, with points all around them."""
     rng = np.random.default_rng(6)

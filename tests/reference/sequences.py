@@ -1,4 +1,4 @@
-"""Sampling methods besides those of section 6, from their definitions where these are not those of the kernels."""
+"""Sampling methods that section 6 does not have, from their definitions where these are not those of the kernels."""
 
 import math
 from decimal import Decimal, localcontext

@@ -156,7 +156,7 @@ def _contiguous(texture: Texture | None) -> Texture:
     return _NOTHING if texture is None else np.ascontiguousarray(texture)
 
 
-# The estimators of which intervals are known, and those of them that read normals.
+# Estimators whose intervals are known, and those of them that read normals.
 BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "point": partial(_hidden_points, half=False),
     "hemisphere": partial(_hidden_points, half=True),

@@ -177,7 +177,7 @@ _BLURS = (
     ("row", 0.7, 1, 9),
 )
 
-# Samples far around surfaces, some of which reach where the mapping is not defined: name, title, display.
+# Samples far around surfaces; some reach where the mapping is not defined: name, title, display.
 _FAR_SAMPLES = (
     ("behind_lens_and_observers", "samples behind the lens and behind the observers", NEAR),
     ("conical_beyond", "conical diffuser: samples beyond where it has an image", replace(NEAR, diffuser="conical")),

@@ -32,19 +32,7 @@ class Candidates(NamedTuple):
 def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates | None:
     """Find the texels of some rows in which each triangle can be hit.
 
-    Parameters
-    ----------
-    view : View
-        Where from.
-    tree : TriangleTree
-        The triangles, cast space.
-    rows : range
-        Which rows.
-
-    Returns
-    -------
-    Candidates or None
-        None if rays are not separable: on curved screens, with conical diffusers and calibrated optics.
+    None if rays are not separable: on curved screens, with conical diffusers and calibrated optics.
     """
     if view.rays.kind == DISPLAY:
         return None
@@ -59,16 +47,9 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
 
 
 def first_hits(candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.int32], z: NDArray[np.float64]) -> None:
-    """Find the first triangle of every texel's ray among its candidates.
+    """Write the first triangle, -1 for none, and z of every texel's ray among its candidates.
 
-    Parameters
-    ----------
-    candidates : Candidates
-        What ``candidate_pairs`` found.
-    tree : TriangleTree
-        The same.
-    triangle, z : (H, W) int32, (H, W) float64
-        Out: number of the triangle, -1 where there is none, and z of the hit in cast space.
+    triangle, z: (H, W) int32, (H, W) float64, cast space.
     """
     ends = np.cumsum(candidates.in_band)
     members = np.empty(ends[-1], np.int32)
@@ -89,21 +70,9 @@ def _scales(
 
 
 def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
-    """Numbers that take x, and y, of a corner to its image.
+    """Numbers that take x, and y, of a corner to its image, two of (6,) float64 (``bound_triangles``).
 
-    Parameters
-    ----------
-    view : View
-        With separable rays.
-    rows : range
-        Rows that are cast.
-    scale_x, scale_y : float
-        Upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
-
-    Returns
-    -------
-    list of two (6,) float64
-        As ``lfssao.gbuffer.kernels.rasterize.bound_triangles`` takes them.
+    scale_x, scale_y: upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
     """
     largest = np.inf
     if view.rays.kind == CROSSED_SLITS:

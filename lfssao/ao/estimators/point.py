@@ -138,7 +138,7 @@ def _shell(n: int) -> tuple[FloatArray, None]:
 ENTRIES = (
     Estimator(
         name="lf",
-        title="fraction of samples in the ball behind the surface",
+        title="share of samples in the ball behind the surface",
         source="LF Algorithms 1 and 2",
         run=lf,
         run_radii=lf_radii,
@@ -147,7 +147,7 @@ ENTRIES = (
     ),
     Estimator(
         name="point",
-        title="fraction of samples in the ball behind the surface, positions from a texture on every view",
+        title="share of samples in the ball behind the surface, positions from a texture on every view",
         source="LF Algorithm 2, Mittring 2007",
         run=point,
         options=PointOptions,
@@ -156,7 +156,7 @@ ENTRIES = (
     ),
     Estimator(
         name="hemisphere",
-        title="fraction of samples in the half ball above the surface behind it",
+        title="share of samples in the half ball above the surface behind it",
         source="VO section 4.4",
         run=hemisphere,
         options=HemisphereOptions,

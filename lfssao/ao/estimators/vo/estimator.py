@@ -183,7 +183,7 @@ def _pair(name: str, title: str, section: str, run: Run, **more: Any) -> tuple[E
 ENTRIES = (
     *_pair(
         "vo-points",
-        "hidden fraction of the ball, by points",
+        "hidden share of the ball, by points",
         "sections 3, 4",
         by_points,
         options=VolumeOptions,
@@ -193,7 +193,7 @@ ENTRIES = (
     ),
     *_pair(
         "vo-lines",
-        "hidden fraction of the ball, by lines",
+        "hidden share of the ball, by lines",
         "section 4.1",
         by_lines,
         options=VolumeOptions,
@@ -204,7 +204,7 @@ ENTRIES = (
     ),
     *_pair(
         "vo-area",
-        "hidden fraction of the ball, by mean and variance of depth",
+        "hidden share of the ball, by mean and variance of depth",
         "section 4.2",
         by_areas,
         options=AreaOptions,

@@ -38,7 +38,7 @@ from lfssao import (
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
-from lfssao.ao.kernels.blur import gaussian_weights
+from lfssao.ao.kernels.post import gaussian_weights
 from lfssao.bench.times import Milliseconds, turns
 from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.passes import render_view

@@ -17,7 +17,7 @@ from PIL import Image
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
-from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
+from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
 from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
 from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.settings import diagonal

@@ -6,9 +6,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.kernels import blur as blur_kernels
-from lfssao.ao.kernels import merge as merge_kernels
-from lfssao.ao.kernels import shade as shade_kernels
+from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError
 
@@ -37,7 +35,7 @@ def merge(layers: list[Texture] | Texture) -> Texture:
             raise InputError(f"layer {number} is of {layer.dtype}, layer 0 of {layers[0].dtype}")
     merged = np.array(layers[0])
     for layer in layers[1:]:
-        merge_kernels.merge_maximum(np.ascontiguousarray(layer), merged)
+        post_kernels.merge_maximum(np.ascontiguousarray(layer), merged)
     return merged
 
 
@@ -54,7 +52,7 @@ def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     radius = ceil(3 * sigma)
     weights = np.ones(2 * radius + 1)
     if radius > 0:
-        blur_kernels.gaussian_weights(float(sigma), radius, weights)
+        post_kernels.gaussian_weights(float(sigma), radius, weights)
     return weights
 
 
@@ -78,8 +76,8 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     if len(weights) == 1:
         return occlusion.copy()
     half, blurred = np.empty(occlusion.shape, occlusion.dtype), np.empty(occlusion.shape, occlusion.dtype)
-    blur_kernels.blur_horizontal(np.ascontiguousarray(occlusion), weights, half)
-    blur_kernels.blur_vertical(half, weights, blurred)
+    post_kernels.blur_horizontal(np.ascontiguousarray(occlusion), weights, half)
+    post_kernels.blur_vertical(half, weights, blurred)
     return blurred
 
 
@@ -101,7 +99,7 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     check_texture("rgb", rgb, 3)
     check_texture("occlusion", occlusion, 2)
     check_fit("rgb", rgb, occlusion, 3)
-    return _shaded(shade_kernels.apply_occlusion, rgb, occlusion)
+    return _shaded(post_kernels.apply_occlusion, rgb, occlusion)
 
 
 def shade_white(depth: Texture, occlusion: Texture) -> Texture:
@@ -122,7 +120,7 @@ def shade_white(depth: Texture, occlusion: Texture) -> Texture:
     check_texture("depth", depth, 2)
     check_texture("occlusion", occlusion, 2)
     check_fit("depth", depth, occlusion)
-    return _shaded(shade_kernels.apply_to_white, depth, occlusion)
+    return _shaded(post_kernels.apply_to_white, depth, occlusion)
 
 
 def _shaded(kernel: Callable[..., None], image: Texture, occlusion: Texture) -> Texture:

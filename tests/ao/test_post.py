@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from reference import passes as reference
 
 from lfssao.ao import post
-from lfssao.ao.kernels import blur as blur_kernels
-from lfssao.ao.kernels import shade as shade_kernels
+from lfssao.ao.kernels import post as post_kernels
 from lfssao.errors import InputError
 
 DTYPES = (np.float32, np.float64)
@@ -55,7 +54,7 @@ def test_merge_equals_the_reference(dtype, data):
 @given(st.floats(5e-324, 1e308), st.integers(0, 20))
 def test_gaussian_weights_equal_the_reference(sigma, radius):
     weights = np.full(2 * radius + 1, 9.0)
-    blur_kernels.gaussian_weights(sigma, radius, weights)
+    post_kernels.gaussian_weights(sigma, radius, weights)
     assert_same_bits(weights, np.array(reference.blur_weights(sigma, radius)))
 
 
@@ -83,9 +82,9 @@ def test_blur_equals_the_reference(dtype, data):
     weights = post.gaussian_kernel(sigma).astype(dtype)
     assert_same_bits(weights, np.array(reference.blur_weights(sigma), dtype))
     half, whole = np.full_like(source, 9), np.full_like(source, 9)
-    blur_kernels.blur_horizontal(source, weights, half)
+    post_kernels.blur_horizontal(source, weights, half)
     assert_same_bits(half, reference.blur_rows(source, weights))
-    blur_kernels.blur_vertical(half, weights, whole)
+    post_kernels.blur_vertical(half, weights, whole)
     assert_same_bits(whole, reference.blur_columns(half, weights))
     assert_same_bits(post.blur(source, sigma), whole)
 
@@ -144,7 +143,7 @@ def test_shade_equals_the_reference(dtype, data):
     shaded = np.full_like(rgb, 9)
     if np.abs(rgb).max() > 2 and np.abs(occlusion).max() > 2:
         rgb = np.clip(rgb, -1, 1)  # the product of two huge numbers is no colour
-    shade_kernels.apply_occlusion(rgb, occlusion, shaded)
+    post_kernels.apply_occlusion(rgb, occlusion, shaded)
     assert_same_bits(shaded, reference.shade(rgb, occlusion))
     assert_same_bits(post.shade(rgb, occlusion), shaded)
 
@@ -157,7 +156,7 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     depth, occlusion = np.where(seen, dtype(0.5), dtype(np.inf)), data.draw(textures(dtype, shape))
     white = np.repeat(seen[..., None], 3, axis=2).astype(dtype)
     shaded = np.full_like(white, 9)
-    shade_kernels.apply_to_white(depth, occlusion, shaded)
+    post_kernels.apply_to_white(depth, occlusion, shaded)
     assert_same_bits(shaded, reference.shade(white, occlusion))
     assert_same_bits(post.shade_white(depth, occlusion), shaded)
 

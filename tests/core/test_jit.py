@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import lfssao
-from lfssao.ao.kernels import merge
+from lfssao.ao.kernels import post
 from lfssao.core import jit
 from lfssao.samples.kernels import ball
 
@@ -49,7 +49,7 @@ def test_the_cache_folder_is_named_by_all_kernel_sources():
     for path in sorted([*PACKAGE.glob("core/*.py"), *PACKAGE.rglob("kernels/*.py")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     assert jit.source_digest() == digest.hexdigest()
-    for compiled in (ball.algorithm3, merge.merge_maximum):
+    for compiled in (ball.algorithm3, post.merge_maximum):
         assert f"kernels-{digest.hexdigest()[:16]}" in Path(compiled.stats.cache_path).parts
 
 

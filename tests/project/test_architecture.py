@@ -17,7 +17,7 @@ import numba
 import pytest
 
 import lfssao
-from lfssao.ao.kernels import merge, ssao
+from lfssao.ao.kernels import post, ssao
 from lfssao.core import jit
 from lfssao.samples.kernels import ball
 
@@ -222,7 +222,7 @@ def test_no_sentence_begins_with_a_subordinate(path):
 def test_no_fastmath():
     assert jit.FLAGS["fastmath"] is False
     assert jit.FLAGS["error_model"] == "numpy"
-    for kernel in (ssao.algorithm2, ball.algorithm3, merge.merge_maximum):
+    for kernel in (ssao.algorithm2, ball.algorithm3, post.merge_maximum):
         assert kernel.targetoptions["fastmath"] is False
 
 

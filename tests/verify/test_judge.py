@@ -16,7 +16,7 @@ import pytest
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, Settings, WorldToImage, fit_roi, make_samples, render_view
 from lfssao.ao import post, ssao
-from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.ao.kernels import post as post_kernels
 from lfssao.core.srgb import to_codes, to_linear
 from lfssao.optics.kernels import projection as kinds
 from lfssao.rendering.manifest import describe_settings, describe_view
@@ -264,7 +264,7 @@ def look_up_bilinear(scene):
 
 
 def blurred_with(
-    scene, weights=None, mode="edge", passes_of=(blur_kernels.blur_horizontal, blur_kernels.blur_vertical)
+    scene, weights=None, mode="edge", passes_of=(post_kernels.blur_horizontal, post_kernels.blur_vertical)
 ):
     weights = post.gaussian_kernel(scene.settings.blur) if weights is None else weights
     radius = len(weights) // 2
@@ -363,8 +363,8 @@ BUGS = {
     },
     "blurred": {
         "kernel_not_normalised": kernel_not_normalised,
-        "vertical_pass_missed": lambda s: blurred_with(s, passes_of=(blur_kernels.blur_horizontal,)),
-        "horizontal_pass_twice": lambda s: blurred_with(s, passes_of=(blur_kernels.blur_horizontal,) * 2),
+        "vertical_pass_missed": lambda s: blurred_with(s, passes_of=(post_kernels.blur_horizontal,)),
+        "horizontal_pass_twice": lambda s: blurred_with(s, passes_of=(post_kernels.blur_horizontal,) * 2),
         "zeros_beyond_the_border": lambda s: blurred_with(s, mode="constant"),
         "wrapped_border": lambda s: blurred_with(s, mode="wrap"),
         "mirrored_border": lambda s: blurred_with(s, mode="reflect"),

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.post import blur, gaussian_kernel, merge, shade
 from lfssao.core import elementary
 from lfssao.errors import InputError
@@ -43,7 +43,7 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     terms = (1 + weight_errors(sigma, chosen)) * growth - 1
     room = weights * terms * SAFETY + chosen.smallest * (weights > 0)  # small weights may be flushed
     lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
-    for run in (blur_kernels.blur_horizontal, blur_kernels.blur_vertical):
+    for run in (post_kernels.blur_horizontal, post_kernels.blur_vertical):
         size = np.maximum(np.abs(lower), np.abs(upper))
         below, above, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
         run(lower, weights, below)

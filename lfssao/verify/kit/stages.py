@@ -6,7 +6,7 @@ import numpy as np
 
 from lfssao.ao import post, ssao
 from lfssao.ao.estimators.registry import estimate
-from lfssao.ao.kernels import blur as blur_kernels
+from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
@@ -102,7 +102,7 @@ def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
 def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
     weights = post.gaussian_kernel(parameters["sigma"])
     rounded, half = weights.astype(np.float32), np.empty_like(inputs["source"])
-    blur_kernels.blur_horizontal(inputs["source"], rounded, half)
+    post_kernels.blur_horizontal(inputs["source"], rounded, half)
     blurred = post.blur(inputs["source"], parameters["sigma"])
     return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
 

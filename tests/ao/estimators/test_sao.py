@@ -17,8 +17,8 @@ from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels import face_normals, packing, reconstruct
 from lfssao.ao.estimators.sao.kernels import scalable as kernels
 from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
-from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
 from lfssao.ao.estimators.sao.kernels.quad import average_quads
+from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
 from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
 from lfssao.samples.kernels import spiral
 

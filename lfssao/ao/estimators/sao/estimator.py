@@ -1,6 +1,6 @@
 """Scalable Ambient Obscurance, whole (SAO sections 2.2 to 2.4 and its appendix): all passes from depth to blurred A.
 
-    depth -> z (equation 2) -> hierarchy of z (table 1)          sao/kernels/linear_depth, z_pyramid
+    depth -> z (equation 2) -> hierarchy of z (table 1)          sao/kernels/reconstruct, z_pyramid
     z -> positions, face normals (equations 3 and 4)             sao/kernels/reconstruct, face_normals
     s taps in the hierarchy -> A (equations 5 to 10)             sao/kernels/scalable, samples/kernels/spiral
     2x2 average                                                  sao/kernels/quad
@@ -51,7 +51,7 @@ from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
 from lfssao.ao.estimators.sao.kernels.quad import average_quads
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TexelRays
 from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
-from lfssao.ao.kernels.blur import gaussian_weights
+from lfssao.ao.kernels.post import gaussian_weights
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.samples import best_turns

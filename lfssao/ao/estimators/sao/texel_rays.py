@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.sao.kernels.linear_depth import linear_depth
-from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, TexelRays, rebuild_positions
+from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, TexelRays, linear_depth, rebuild_positions
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX

@@ -35,7 +35,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_turns, seen_surface
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
-from lfssao.ao.kernels.merge import merge_product
+from lfssao.ao.kernels.post import merge_product
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.affine import sum_in_order

@@ -1,10 +1,27 @@
-"""Separable Gaussian blur (LF section 6, passes 4 and 5 of section 7)."""
+"""Merge of several occlusions (LF section 6), Gaussian blur (passes 4 and 5 of section 7) and shading."""
 
 import numpy as np
 from numba import prange
 
 from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
+
+
+@kernel(parallel=True)
+def merge_maximum(layer, merged):
+    """Raise merged to layer wherever layer is larger, which a NaN never is; (H, W)."""
+    for j in prange(merged.shape[0]):
+        for i in range(merged.shape[1]):
+            merged[j, i] = layer[j, i] if layer[j, i] > merged[j, i] else merged[j, i]
+
+
+@kernel(parallel=True)
+def merge_product(first, second, merged):
+    """1 - (1 - a)(1 - b), from the product of two open fractions (VO section 6), as a + b (1 - a); (H, W)."""
+    for j in prange(merged.shape[0]):
+        one = merged.dtype.type(1)
+        for i in range(merged.shape[1]):
+            merged[j, i] = first[j, i] + second[j, i] * (one - first[j, i])
 
 
 @kernel
@@ -58,3 +75,25 @@ def blur_vertical(half, weights, blurred):
             line = half[min(max(j + k - radius, 0), height - 1)]
             for i in range(width):
                 row[i] += weights[k] * line[i]
+
+
+@kernel(parallel=True)
+def apply_occlusion(rgb, occlusion, shaded):
+    """Shaded = rgb (1 - occlusion); rgb, shaded: (H, W, 3); occlusion: (H, W), same dtype."""
+    one = occlusion.dtype.type(1)
+    for j in prange(occlusion.shape[0]):
+        for i in range(occlusion.shape[1]):
+            visibility = one - occlusion[j, i]
+            for c in range(3):
+                shaded[j, i, c] = rgb[j, i, c] * visibility
+
+
+@kernel(parallel=True)
+def apply_to_white(depth, occlusion, shaded):
+    """The same of an image that is white where there is a surface, depth < infinity, and black elsewhere."""
+    zero, one = occlusion.dtype.type(0), occlusion.dtype.type(1)
+    for j in prange(occlusion.shape[0]):
+        for i in range(occlusion.shape[1]):
+            white = one if depth[j, i] < np.inf else zero
+            for c in range(3):
+                shaded[j, i, c] = white * (one - occlusion[j, i])

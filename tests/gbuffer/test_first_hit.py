@@ -192,7 +192,7 @@ def test_every_triangle_is_in_one_leaf_and_in_all_boxes_above(n):
     rng = np.random.default_rng(n)
     vertices = rng.uniform(-3, 5, (3 * n, 3))
     faces = rng.permutation(3 * n).reshape(n, 3).astype(np.int32)
-    tree = TriangleTree(vertices, faces)
+    tree = TriangleTree(vertices, faces).arrays
     leaves = bvh.leaf_count(n)
     assert leaves & (leaves - 1) == 0
     assert leaves * bvh.LEAF >= n

@@ -146,7 +146,7 @@ def test_every_texel_that_a_triangle_is_hit_in_is_a_candidate(name, top):
     vertices[::2] += vertices[::2] * rng.integers(-4, 5, (len(vertices) // 2, 3)) * 2.0**-52
     faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
     tree = TriangleTree(vertices, faces)
-    bounds = candidate_pairs(view, tree, range(top, 19)).bounds[tree.place_of]
+    bounds = candidate_pairs(view, tree, range(top, 19)).bounds[tree.arrays.place_of]
     rays = texel_rays(view)
     found = 0
     for face, (i0, i1, j0, j1) in zip(faces, bounds.tolist(), strict=True):

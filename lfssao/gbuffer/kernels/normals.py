@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from numba import prange
 
 from lfssao.core.jit import kernel
+from lfssao.optics.kernels.projection import linear_row
 from lfssao.optics.kernels.rays import texel_ray
 
 
@@ -58,9 +59,9 @@ def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0
             x, y, z = _unit(x, y, z)
             _, _, _, dx, dy, _, _, _ = texel_ray(rays, column + 0.5, (top + row) + 0.5)
             # The ray's direction in world space; a normal along it shows the surface's back.
-            away = x * ((m[0] * dx + m[1] * dy) + m[2])
-            away = away + y * ((m[4] * dx + m[5] * dy) + m[6])
-            away = away + z * ((m[8] * dx + m[9] * dy) + m[10])
+            away = (x * linear_row(m, 0, dx, dy, 1.0) + y * linear_row(m, 1, dx, dy, 1.0)) + z * linear_row(
+                m, 2, dx, dy, 1.0
+            )
             sign = -1.0 if away > 0.0 else 1.0
             normals[row, column, 0] = sign * x
             normals[row, column, 1] = sign * y

@@ -5,17 +5,8 @@ from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.gbuffer.kernels.triangle import point_on_triangle, triangle_at
+from lfssao.optics.kernels.projection import affine_row
 from lfssao.optics.kernels.rays import image_depth, texel_ray
-
-
-@kernel(inline=True)
-def world_point(m, x, y, z):
-    """World coordinates of a point of cast space: rows of (x, y, z, 1), each ((m0 x + m1 y) + m2 z) + m3."""
-    return (
-        ((m[0] * x + m[1] * y) + m[2] * z) + m[3],
-        ((m[4] * x + m[5] * y) + m[6] * z) + m[7],
-        ((m[8] * x + m[9] * y) + m[10] * z) + m[11],
-    )
 
 
 @kernel(parallel=True)
@@ -36,8 +27,9 @@ def write_surface(rays, world_from_cast, triangle, z, depth, positions, top=0):
             depth[j, i] = image_depth(rays, z[j, i])
             if placed:
                 ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, i + 0.5, (top + j) + 0.5)
-                x, y, w = world_point(world_from_cast, ox + z[j, i] * dx, oy + z[j, i] * dy, z[j, i])
-                positions[j, i, 0], positions[j, i, 1], positions[j, i, 2] = x, y, w
+                x, y = ox + z[j, i] * dx, oy + z[j, i] * dy
+                for row in range(3):
+                    positions[j, i, row] = affine_row(world_from_cast, row, x, y, z[j, i])
 
 
 @kernel(parallel=True)

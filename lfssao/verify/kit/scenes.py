@@ -6,7 +6,7 @@ from math import inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.gbuffer.kernels.surface import world_point
+from lfssao.optics.kernels.projection import affine_row
 from lfssao.optics.kernels.rays import image_depth, texel_ray
 from lfssao.optics.view import View
 
@@ -39,6 +39,7 @@ def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
     """Depth, (H, W), and positions, (H, W, 3), of a scene in a view; +infinity where there is no surface."""
     depth = np.full((view.height, view.width), np.inf, np.float32)
     positions = np.full((view.height, view.width, 3), np.inf, np.float32)
+    world = np.ravel(view.world_from_cast)
     for row in range(view.height):
         for column in range(view.width):
             ray = texel_ray(view.rays, column + 0.5, row + 0.5)
@@ -46,7 +47,7 @@ def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
             if z < inf:
                 depth[row, column] = image_depth(view.rays, z)
                 x, y = ray[0] + z * ray[3], ray[1] + z * ray[4]
-                positions[row, column] = world_point(np.ravel(view.world_from_cast), x, y, z)
+                positions[row, column] = [affine_row(world, k, x, y, z) for k in range(3)]
     return depth, positions
 
 

@@ -96,19 +96,6 @@ def hemisphere(
     return _occluded(buffers, radius, points, buffers.normals, options)
 
 
-def line7_differences(buffers: Buffers, radius: float, points: FloatArray) -> int:
-    """Return how many decisions 'occluded or not' the two forms of LF's line 7 take differently.
-
-    It counts over all texels and all points, (n, 3) offsets in the unit ball; radius is R, world units.
-    """
-    count = 0
-    for sample in np.asarray(points, np.float64):
-        forms = (HemisphereOptions(surface=surface) for surface in SURFACES)
-        one, other = (_occluded(buffers, radius, sample[None], None, form).texture for form in forms)
-        count += int(np.count_nonzero(one != other))
-    return count
-
-
 def _occluded(
     buffers: Buffers,
     radius: float,

@@ -35,14 +35,14 @@ EYES = np.linspace(-0.5, 0.5, 11)
 
 
 def path(display, mesh, world, eyes, width):
-    """What an eye at each place of the observer line, metres, sees of the surface itself: (eye, view, G-buffer)."""
+    """The surface itself as an eye at each place of the observer line, metres, sees it: (eye, view, G-buffer)."""
     views = [eye_view(display, world, eye, width) for eye in eyes]
     casters = [RayCaster(mesh, view.cast_from_world) for view in views]
     return [(e, v, caster.gbuffer(v, color=None)) for e, v, caster in zip(eyes, views, casters, strict=True)]
 
 
 def along_path(points, display, textures, stops, same, blend="linear"):
-    """What the eye at each stop is shown at each point, (n, eyes) float64, NaN where it does not see the point.
+    """The value that each point shows to the eye at each stop, (n, eyes) float64, NaN where it does not see the point.
 
     textures: (H, W) float32 by module; same: as of ``agreement.read_at``.
     """

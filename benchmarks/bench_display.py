@@ -59,7 +59,7 @@ WAITING = {"OMP_WAIT_POLICY": "passive", "OPENBLAS_NUM_THREADS": "1"}
 def render(scene: str, folder: Path, modules: int, threads: int) -> dict:
     """One command in a process of its own: seconds of wall and processor, peak memory, and the manifest's seconds.
 
-    Of these "render" begins with the tree, which is taken out of it.
+    "render" begins with the tree, which is taken out of it.
     """
     first = (MODULES - modules) // 2
     words = [scene, "--display", DISPLAY, "--modules", f"{first}:{first + modules}", "--threads", str(threads)]
@@ -84,7 +84,7 @@ print(time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN).
 
 
 def clocked(work) -> tuple:
-    """What a call returns, and its seconds of wall and processor."""
+    """The value that a call returns, and its seconds of wall and processor."""
     start, cpu = time.perf_counter(), time.process_time()
     result = work()
     return result, time.perf_counter() - start, time.process_time() - cpu

@@ -1,4 +1,4 @@
-"""What straight edges get wrong, in texels, by the edge's length: ``python benchmarks/bench_edges.py [DISPLAY]``.
+"""Errors of straight edges, in texels, by the edge's length: ``python benchmarks/bench_edges.py [DISPLAY]``.
 
 A GPU pipeline transforms a triangle's vertices and joins them by straight lines; in a module's image the edge is a
 curve. Each edge's end points and 257 points along it are mapped exactly (``Display.physical_to_image``); its error is

@@ -6,8 +6,8 @@ LF table 1    Whether the time of SSAO depends on the number of faces. A shader 
 VO table 1    Times of line and point samples and of horizons.
 SAO table 2   Times of SAO's passes and of AlchemyAO's.
 
-Graphics cards of 2008 to 2017 and one processor have no milliseconds in common. What can be compared is the order of
-the rows and their ratios, so each row has its ratio to the table's first one.
+Graphics cards of 2008 to 2017 and one processor have no milliseconds in common. The order of the rows and their ratios
+can be compared, so each row has its ratio to the table's first one.
 """
 
 import argparse

@@ -18,7 +18,7 @@ LIMIT = 50.0
 
 
 def milliseconds(domain: str, method: str, n: int, seed: int) -> float:
-    """Of making one set."""
+    """Time of making one set."""
     start = time.thread_time()
     sample_set(domain, method, n, seed)
     return 1000 * (time.thread_time() - start)

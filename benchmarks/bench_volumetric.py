@@ -1,4 +1,4 @@
-"""What VO says of its samples: ``python benchmarks/bench_volumetric.py``, JSON and a picture beside the table.
+"""VO's claims, measured: ``python benchmarks/bench_volumetric.py``, JSON and a picture beside the table.
 
 Error: root mean square over the texels that see a surface, against the mean of 64 lines under five seeds; of each set
 as it stands, and of the reflected ones (tiles of 4 x 4, mean over the seeds). Change: the camera moves by a quarter

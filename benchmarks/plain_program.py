@@ -13,7 +13,7 @@ import trimesh
 
 
 class Plain:
-    """What one would write: trimesh casts the rays, NumPy does the rest, for all texels at once."""
+    """The program that one would write: trimesh casts the rays, NumPy does the rest, for all texels at once."""
 
     def __init__(self, mesh, view, samples, radii):
         self.to_physical = np.vstack([view.cast_from_world, [0, 0, 0, 1]])
@@ -90,7 +90,7 @@ def write_plain(path: Path, parts: dict) -> None:
 
 
 def save_scene(path: Path, mesh, view) -> None:
-    """What the program starts from, in the format that takes the least time to read."""
+    """The program's input, in the format that takes the least time to read."""
     np.savez(path, vertices=mesh.vertices, faces=mesh.faces, cast_from_world=view.cast_from_world)
 
 

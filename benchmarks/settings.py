@@ -1,4 +1,4 @@
-"""What the benchmark of the estimators runs: the papers' settings, on a scene with background and on one without."""
+"""The estimators' benchmark: the papers' settings on a scene with background and on one without."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -40,7 +40,7 @@ class Setting:
     name : str
         Estimator and number of samples.
     run : callable
-        What is timed, of ``Views``.
+        The call that is timed, of ``Views``.
     again : tuple of str
         Stages that are listed for this setting although another setting has listed one of that name.
     whole : bool
@@ -132,7 +132,7 @@ def _directions(views: Views) -> Any:
 
 
 def _axis_depth(views: Views) -> Any:
-    """What the estimators over a ball along the line of sight read of a camera."""
+    """The input, from a camera, of the estimators over a ball along the line of sight."""
     return seen_surface(views.camera)
 
 

@@ -185,7 +185,7 @@ def interleaved(runs: dict[str, Run], repeats: int, clock: Callable[[], float]) 
 
 
 def _milliseconds(run: Run, calls: int, clock: Callable[[], float]) -> float:
-    """Of a call, the mean of so many after one that is not timed."""
+    """The mean time of so many calls, after one that is not timed."""
     run()
     start = clock()
     for _ in range(calls):

@@ -78,7 +78,7 @@ def _shell() -> tuple[FloatArray, FloatArray]:
 
 
 def _ring_positions() -> tuple[FloatArray, FloatArray]:
-    """Where along the spiral, in steps, each ring lies; and how much smaller than the tube the lip's are.
+    """Places of the rings along the spiral, in steps; and how much smaller than the tube the lip's are.
 
     Past the mouth's edge the rings go back into the tube and shrink: a hollow mouth from one closed surface.
     """

@@ -2,11 +2,11 @@
 
 VO section 4.5, and what it leaves open. Forces: 1 / d^4 between points, and from a charge spread evenly over the
 boundary, found by bringing the points to the centroids of their Voronoi cells (those of the disk weighted by the z
-extent of the ball). Of several Poisson sets to start from (VO: tens), the one is kept whose cells end with the most
+extent of the ball). Out of several Poisson sets to start from (VO: tens), the one is kept whose cells end with the most
 even integrals, VO's goal. The weights are the integrals over the cells of VO's grids, 128^3 and 512^2. Disks are made
 twice, with a point in the centre and without one held there.
 
-VO finds 6, 12 and 33 points, and with the centre 5, 7, 9, 13 and 16 lines, unusually good. Of these sets 6 (octahedron)
+VO finds 6, 12 and 33 points, and with the centre 5, 7, 9, 13 and 16 lines, unusually good. The sets of 6 (octahedron)
 and 12 (icosahedron) points and 5, 7 and 9 lines are symmetrical about the centre, and so exact for a plane through it,
 the flat surface; 33 points, 13 and 16 lines are not (15 and 17 are). Over planes anywhere no number stands out.
 """

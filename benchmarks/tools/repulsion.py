@@ -112,7 +112,7 @@ def _ring_field(rho):
 def voronoi(points, cells, weights, centroids):
     """Integral and centroid of each point's Voronoi cell, summed over the centres of a grid of cells^d.
 
-    points, centroids: (n, d); weights: (n,), they sum to 1. Of points equally near, the first has the cell. Layers are
+    points, centroids: (n, d); weights: (n,), they sum to 1. The first of points equally near has the cell. Layers are
     added from the lowest to the highest, rows and columns likewise.
     """
     n, d = points.shape

@@ -153,7 +153,7 @@ def screen_to_image(d, s_x, s_y, s_z, status):
 def physical_to_image(d, x, y, z):
     """Image coordinates u and v, texels, of a physical point, metres, and its status.
 
-    All numbers have the dtype of the module's; image z is z. Where the status is not VALID u and v are 0; a valid point
+    All numbers have the dtype of the module's; image z is z. u and v are 0 unless the status is VALID; a valid point
     may lie outside the texture.
     """
     zero = type(x)(0)

@@ -141,7 +141,7 @@ def project(projection, a, b, c, q):
 def world_to_image(projection, x, y, z):
     """Image coordinates u and v, texels, and image z of a world point, and whether the mapping is defined there.
 
-    Where it is not, the three mean nothing; where it is, the point may still lie outside the texture.
+    The three mean nothing if it is not; if it is, the point may still lie outside the texture.
     """
     kind, m = projection
     a, b, c = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)

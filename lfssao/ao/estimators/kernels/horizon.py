@@ -115,7 +115,7 @@ def horizon_occlusion(seen, fan, radius, occlusion, outside):
 
     A = (1 / 2 pi) integral over theta of (sin h - sin t) W, elevations above the plane through P at right angles to
     the viewing direction, by the mean over the directions. Along each, the image of P + R (x e1' + y e2') is neared in
-    equal steps from the texel's centre. The surface at Q, D = Q - P, has sin = -(D . w) / |D| and r = |D| / R. Where
+    equal steps from the texel's centre. The surface at Q, D = Q - P, has sin = -(D . w) / |D| and r = |D| / R. If
     it lies above the horizon so far and r < 1, W (sin - horizon) is added, and it becomes the horizon. Each direction's
     sum is divided by their number at the end. outside: (H,), out: steps of each row that lie outside the texture, or in
     a direction whose end has no image; they are open.

@@ -2,7 +2,7 @@
 
 - The surface of a texel has a range of depths: with its own rounding where it is made from a position.
 - The range check, distance^2 <= R^2, or distance <= R: both are admitted.
-- The half ball's turn, offset . normal < 0. Where rounding may change the sign both sides are taken.
+- The half ball's turn, offset . normal < 0. If rounding may change the sign, both sides are taken.
 """
 
 import numpy as np

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reference import mapping as reference
-from reference import raycast
+from reference import raycast, textbook
 
 from lfssao import Display, Module, find_display, fit_roi
 from lfssao.gbuffer.kernels import albedo as paint
@@ -34,14 +34,6 @@ def flat_displays():
         lambda w, h, y, z, m: Display("drawn", w, h, y, z, (m,), ROI),
         size, size, unit, st.floats(-3, -0.3), module,
     )  # fmt: skip
-
-
-def textbook(display, m, x, y, z):
-    """DESIGN section 2, with the screen-aligned grid of texels."""
-    s_x = m.x + (x - m.x) * m.z / (m.z - z)
-    y_o, z_o = display.observer_height, display.observer_z
-    s_y = y_o + (y - y_o) * z_o / (z_o - z)
-    return m.width * (0.5 + s_x / display.screen_width), m.height * (0.5 - s_y / display.screen_height)
 
 
 # The reference
@@ -133,7 +125,9 @@ def test_world_to_image_is_the_textbook_formula(display, data):
     point = (np.array([x, y, z]) - world[:, 3]) / np.diag(world)
     u, v, depth = display.view(0, world).world_to_image(point)
     # 1e-9 texel, or that share of coordinates far outside the texture
-    np.testing.assert_allclose([u, v], textbook(display, m, x, y, z), rtol=1e-12, atol=1e-9)
+    d = display.module_numbers(0).tolist()
+    want = textbook.image(d[:3], d[3:5], (0, 0), False, d[8:17], d[17:22], (x, y, z))
+    np.testing.assert_allclose([u, v], want, rtol=1e-12, atol=1e-9)
     assert depth == pytest.approx(z, abs=1e-14)
 
 

@@ -17,31 +17,23 @@ from lfssao.testing import PROMISES
 
 
 @pytest.mark.parametrize("form", ["csv", "json", "npy"])
-@pytest.mark.parametrize("domain", METHODS)
-def test_tables_read_back_to_the_same_bits(tmp_path, capsys, form, domain):
-    path = tmp_path / f"table.{form}"
-    arguments = ["--domain", domain, "-n", "13", "--seed", "5", "--format", form, "-o", str(path)]
-    assert main(["samples", "make", "sobol", *arguments]) == 0
+@pytest.mark.parametrize(
+    ("domain", "name", "words", "options"),
+    [*((domain, "sobol", [], {}) for domain in METHODS), ("disk", "repulsion", ["--no-centre"], {"centre": False})],
+)
+def test_tables_read_back_to_the_same_bits(tmp_path, capsys, form, domain, name, words, options):
+    path, want = tmp_path / f"table.{form}", sample_set(domain, name, 13, 5, **options)
+    words = [*words, "--domain", domain, "-n", "13", "--seed", "5", "--format", form, "-o", str(path)]
+    assert main(["samples", "make", name, *words]) == 0
     assert capsys.readouterr().out == f"{path}\n"
-    points, weights, named = read_points(path)
-    np.testing.assert_array_equal(bits(points), bits(sample_set(domain, "sobol", 13, 5).points))
-    assert weights is None
-    assert named == (domain if form == "json" else None)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
-
-
-def test_weights_are_in_the_tables(tmp_path, capsys):
-    want = sample_set("disk", "repulsion", 5, centre=False)
-    for form in ("csv", "json", "npy"):
-        path = tmp_path / f"table.{form}"
-        options = ["--domain", "disk", "-n", "5", "--no-centre", "--format", form, "-o", str(path)]
-        assert main(["samples", "make", "repulsion", *options]) == 0
-    capsys.readouterr()
-    for form in ("csv", "json"):
-        points, weights, _ = read_points(tmp_path / f"table.{form}")
+    if want.weights is not None and form == "npy":  # a column of their own
+        np.testing.assert_array_equal(np.load(path), np.column_stack([want.points, want.weights]))
+    else:
+        points, weights, named = read_points(path)
         np.testing.assert_array_equal(bits(points), bits(want.points))
-        np.testing.assert_array_equal(bits(weights), bits(want.weights))
-    np.testing.assert_array_equal(np.load(tmp_path / "table.npy"), np.column_stack([want.points, want.weights]))
+        assert (weights is None and want.weights is None) or (bits(weights) == bits(want.weights)).all()
+        assert named == (domain if form == "json" else None)
 
 
 def test_standard_output_and_the_shell(capsys):
@@ -135,15 +127,12 @@ def test_a_picture_is_written(tmp_path, capsys):
 @pytest.mark.parametrize(("words", "message"), [
     (["make", "latn"], "nearest is 'latin'"),
     (["make", "latin", "--format", "gsl"], "nearest is 'glsl'"),
-    (["make", "latin", "--domain", "bal"], "nearest is 'ball'"),
     (["make", "latin", "--format", "npy"], "-o"),
     (["make", "latin", "-n", "0"], "not from 1"),
     (["make", "latin", "-n", "nan"], "not a whole number"),
-    (["make", "latin", "--r-min", "0.9", "--r-max", "0.8"], "r_min <= r_max"),
     (["make", "latin", "--r-min", "nan"], "not a radius"),
     (["make", "latin", "--domain", "disk", "--r-min", "0.5"], "only the ball has a shell"),
     (["make", "latin", "--turns", "3"], "no option"),
-    (["make", "repulsion", "-n", "65"], "1 to 64"),
     (["plot", "latin", "-o", "a.gif"], "does not end in"),
     (["plot", "latin", "-o", "nowhere/a.png"], "no folder"),
     (["check", "nothing.csv"], "cannot be read"),

@@ -1,6 +1,8 @@
 """lfssao view: pictures and animations of rendered folders; spoiled folders are refused in one sentence."""
 
 import json
+from functools import reduce
+from operator import getitem
 
 import numpy as np
 import pytest
@@ -88,19 +90,12 @@ def test_a_part_of_the_modules_is_dark_elsewhere(tmp_path, capsys):
     assert view(tmp_path, "--orbit", "2", "--width", "40") == 0
 
 
-def edit(folder, change):
-    manifest = json.loads((folder / "manifest.json").read_text())
-    manifest = change(manifest) or manifest
-    (folder / "manifest.json").write_text(json.dumps(manifest))
-
-
-def set_in(*path, value):
-    def change(manifest):
-        for key in path[:-1]:
-            manifest = manifest[key]
-        manifest[path[-1]] = value
-
-    return change
+def edit(folder, *keys, value):
+    """Put another value at a place in the manifest."""
+    path = folder / "manifest.json"
+    manifest = json.loads(path.read_text())
+    reduce(getitem, keys[:-1], manifest)[keys[-1]] = value
+    path.write_text(json.dumps(manifest))
 
 
 SPOILED = {
@@ -109,15 +104,15 @@ SPOILED = {
     "no JSON": lambda f: (f / "manifest.json").write_text("{"),
     "bytes": lambda f: (f / "manifest.json").write_bytes(b"\xff\xfe\x00"),
     "a list": lambda f: (f / "manifest.json").write_text("[1]"),
-    "format": lambda f: edit(f, set_in("format", value=99)),
-    "camera": lambda f: edit(f, set_in("display", value=None)),
-    "no views": lambda f: edit(f, set_in("views", value=[])),
-    "strange view": lambda f: edit(f, set_in("views", 0, "name", value="module_999")),
-    "text": lambda f: edit(f, set_in("display", "screen_width", value="wide")),
-    "negative": lambda f: edit(f, set_in("display", "screen_width", value=-1)),
-    "unknown key": lambda f: edit(f, set_in("display", "more", value=1)),
-    "no modules": lambda f: edit(f, set_in("display", "modules", value=None)),
-    "texture size": lambda f: edit(f, set_in("views", 3, "view", "width", value=90)),
+    "format": lambda f: edit(f, "format", value=99),
+    "camera": lambda f: edit(f, "display", value=None),
+    "no views": lambda f: edit(f, "views", value=[]),
+    "strange view": lambda f: edit(f, "views", 0, "name", value="module_999"),
+    "text": lambda f: edit(f, "display", "screen_width", value="wide"),
+    "negative": lambda f: edit(f, "display", "screen_width", value=-1),
+    "unknown key": lambda f: edit(f, "display", "more", value=1),
+    "no modules": lambda f: edit(f, "display", "modules", value=None),
+    "texture size": lambda f: edit(f, "views", 3, "view", "width", value=90),
     "missing EXR": lambda f: (f / "module_007.exr").unlink(),
     "corrupt EXR": lambda f: (f / "module_007.exr").write_bytes(b"v/1\x01rubbish"),
     "cut EXR": lambda f: (f / "module_007.exr").write_bytes((f / "module_007.exr").read_bytes()[:3000]),

@@ -109,10 +109,8 @@ def test_beyond_the_table_the_golden_ratios_turns_are_nearly_as_good(s):
 
 
 def test_the_papers_seven_turns_for_nine_taps_are_among_the_best():
-    """Tau = 2, 4, 5 and 7 score the same, 0.0601; 1 and 8 score 0.0852, 3 and 6 0.0882."""
-    scores = [spiral_discrepancy(9, tau) for tau in range(1, 9)]
-    assert [round(score, 4) for score in scores] == [0.0852, 0.0601, 0.0882, 0.0601, 0.0601, 0.0882, 0.0601, 0.0852]
-    assert scores[6] == min(scores) == scores[1]
+    scores = {tau: spiral_discrepancy(9, tau) for tau in range(1, 9)}
+    assert [tau for tau, score in scores.items() if score < 1.001 * min(scores.values())] == [2, 4, 5, 7]
 
 
 def test_a_number_of_taps_below_one_is_refused():

@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, Settings, WorldToImage, fit_roi, make_samples, render_view
 from lfssao.ao import post, ssao
-from lfssao.ao.kernels import post as post_kernels
+from lfssao.ao.kernels.post import blur_horizontal, blur_vertical
 from lfssao.core.srgb import to_codes, to_linear
 from lfssao.optics.kernels import projection as kinds
 from lfssao.rendering.manifest import describe_settings, describe_view
@@ -72,14 +73,10 @@ def failing(mine, case, model="shader"):
 class Scene:
     """A renderer's inputs, and the case with the textures that are right."""
 
-    mesh: Mesh
+    caster: RayCaster
     view: object
     settings: Settings
     case: Case
-
-    @functools.cached_property
-    def caster(self):
-        return RayCaster(self.mesh, self.view.cast_from_world)
 
     @property
     def right(self):
@@ -94,16 +91,17 @@ class Scene:
         return self.right["depth"] < np.inf
 
 
-@functools.cache
-def small_scene(samples=8, sigma=0.8):
-    mesh = wall_and_block()
-    view = DISPLAY.view(1, FIT)
-    table = make_samples("latin", samples, 1, 0.3, 1.0)
-    settings = Settings(radii=(0.5, 0.9), samples=table, blur=sigma)
+def scene_of(mesh, view, settings):
     caster = RayCaster(mesh, view.cast_from_world)
     textures = render_view(caster, view, settings)
-    case = case_of(textures, settings, depth=depth_bounds(caster, view), color=color_bounds(caster, view))
-    return Scene(mesh, view, settings, case)
+    from_mesh = {"depth": depth_bounds(caster, view), "color": color_bounds(caster, view)}
+    return Scene(caster, view, settings, case_of(textures, settings, **from_mesh))
+
+
+@functools.cache
+def small_scene(samples=8):
+    table = make_samples("latin", samples, 1, 0.3, 1.0)
+    return scene_of(wall_and_block(), DISPLAY.view(1, FIT), Settings(radii=(0.5, 0.9), samples=table, blur=0.8))
 
 
 def seen_by(scene, view, mesh=None):
@@ -112,36 +110,22 @@ def seen_by(scene, view, mesh=None):
     return stages(render_view(caster, view, scene.settings))
 
 
-def after_depth(scene, depth=None, positions=None):
-    """Stages of a renderer whose depth and positions are these, but which is right otherwise."""
-    given = {"depth": depth, "positions": positions}
-    given = {name: np.ascontiguousarray(array, np.float32) for name, array in given.items() if array is not None}
-    return ao_with(replace(scene, case=replace(scene.case, outputs={**scene.right, **given})))
-
-
-def after_ao(scene, layers):
-    """Stages of a renderer whose AO is this, but which is right otherwise."""
-    layers = [np.ascontiguousarray(layer, np.float32) for layer in layers]
-    made = {f"ao_{k + 1}": layer for k, layer in enumerate(layers)}
-    return {**after_merge(scene, post.merge(layers)), **made}
-
-
-def after_merge(scene, merged):
-    merged = np.ascontiguousarray(merged, np.float32)
-    return {**after_blur(scene, post.blur(merged, scene.settings.blur)), "merged": merged}
-
-
-def after_blur(scene, blurred):
-    blurred = np.ascontiguousarray(blurred, np.float32)
-    return {**scene.right, "blurred": blurred, "shaded": post.shade(scene.right["color"], blurred)}
-
-
-def ao_with(scene, radius_factor=1.0, samples=None, mapping=None):
-    """AO of other parameters."""
+def remade(scene, radius_factor=1.0, samples=None, mapping=None, **wrong):
+    """Stages of a renderer with other parameters of AO and these textures, but whose later ones are right for them."""
+    seen = {name: scene.right[name] for name in ("depth", "positions", "color")}
+    made = seen | {name: np.ascontiguousarray(texture, np.float32) for name, texture in wrong.items()}
     samples = scene.settings.samples if samples is None else samples
-    mapping = scene.view.world_to_image if mapping is None else mapping
-    given = scene.right["depth"], scene.right["positions"], mapping, samples
-    return after_ao(scene, [ssao.algorithm2(*given, radius_factor * r).texture for r in scene.settings.radii])
+    given = made["depth"], made["positions"], mapping or scene.view.world_to_image, samples
+    for number, radius in enumerate(scene.settings.radii, start=1):
+        if f"ao_{number}" not in made:
+            made[f"ao_{number}"] = ssao.algorithm2(*given, radius_factor * radius).texture
+    made = {"merged": post.merge([made["ao_1"], made["ao_2"]]), **made}
+    made = {"blurred": post.blur(made["merged"], scene.settings.blur), **made}
+    return {"shaded": post.shade(made["color"], made["blurred"]), **made}
+
+
+def with_ao(scene, layers):
+    return remade(scene, ao_1=layers[0], ao_2=layers[1])
 
 
 def at(depth, row, column):
@@ -166,14 +150,14 @@ def own_ao(scene, look_up=at_floor, behind=operator.lt, offset=lambda offsets: o
                 surface = look_up(depth, u, v)
                 out[j, i] += valid and surface is not None and behind(surface, z)
         layers.append(out / np.float32(divisor or len(scene.settings.samples)))
-    return after_ao(scene, layers)
+    return with_ao(scene, layers)
 
 
 def test_a_renderer_without_a_bug_is_accepted():
     """The reference, and a plain loop that adds before it multiplies."""
     scene = small_scene()
     assert failing(scene.right, scene.case, "strict") == []
-    for mine in (scene.right, own_ao(scene), after_depth(scene), ao_with(scene)):
+    for mine in (scene.right, own_ao(scene), remade(scene)):
         found = verdicts(mine, scene.case)
         assert set(found.values()) <= {Verdict.EQUAL_BITS, Verdict.INSIDE}
         assert list(found) == list(scene.right)
@@ -181,60 +165,12 @@ def test_a_renderer_without_a_bug_is_accepted():
     assert all(len(np.unique(layer)) > 5 for layer in scene.layers)
 
 
-# Depth: what a renderer of these sees
-
-
-def distance_for_depth(scene):
-    """The way along the ray from the screen, for z."""
-    depth = scene.right["depth"]
-    j, i = np.mgrid[:SIZE, :SIZE] + 0.5
-    m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = scene.view.lens
-    s_x, s_y = (i - u_0) / u_scale, (j - v_0) / v_scale
-    return after_depth(scene, depth * np.sqrt(((m_x - s_x) / m_z) ** 2 + ((y_o - s_y) / z_o) ** 2 + 1))
-
-
 def back_faces_only(scene):
     """Front faces of the block culled: its far sides are seen."""
-    keep = [k for k in range(len(scene.mesh.faces)) if k not in (12, 13)]
-    paint = replace(scene.mesh.paint, face_material=scene.mesh.paint.face_material[keep])
-    return seen_by(scene, scene.view, replace(scene.mesh, faces=scene.mesh.faces[keep], paint=paint))
-
-
-def depth_in_ten_bits(scene):
-    depth = scene.right["depth"]
-    return after_depth(scene, np.where(depth < np.inf, np.round((depth + 0.2) / 0.4 * 1023) / 1023 * 0.4 - 0.2, depth))
-
-
-# Positions
-
-
-def positions_in_physical_space(scene):
-    world, m = scene.right["positions"].astype(float), scene.view.cast_from_world
-    physical = np.where(np.isfinite(world), np.nan_to_num(world, posinf=0) @ m[:, :3].T + m[:, 3], np.inf)
-    return after_depth(scene, positions=physical)
-
-
-# Color
-
-
-def with_color(scene, color):
-    return {**scene.right, "color": color, "shaded": post.shade(color, scene.right["blurred"])}
-
-
-# AO
-
-
-def radius_not_cubed(scene):
-    """Radii of the samples uniform in r instead of in r^3."""
-    table = scene.settings.samples
-    t = (np.linalg.norm(table, axis=1) ** 3 - 0.3**3) / (1 - 0.3**3)
-    return ao_with(scene, samples=table * ((0.3 + 0.7 * t) / np.linalg.norm(table, axis=1))[:, None])
-
-
-def samples_in_physical_space(scene):
-    """Offsets of R metres, not scaled to world units."""
-    scale = 1 / abs(scene.view.cast_from_world[0, 0])
-    return ao_with(scene, samples=scene.settings.samples * scale)
+    mesh = wall_and_block()
+    keep = [k for k in range(len(mesh.faces)) if k not in (12, 13)]
+    paint = replace(mesh.paint, face_material=mesh.paint.face_material[keep])
+    return seen_by(scene, scene.view, replace(mesh, faces=mesh.faces[keep], paint=paint))
 
 
 def pinhole_for_two_slits(scene):
@@ -243,29 +179,18 @@ def pinhole_for_two_slits(scene):
     m_z, z_o = m[12], m[13]
     m[4:8] *= -m_z / z_o  # so that points on the screen still land where they should, mirrored denominators aside
     m[13] = -m_z
-    return ao_with(scene, mapping=WorldToImage(kinds.CROSSED_SLITS, m))
+    return remade(scene, mapping=WorldToImage(kinds.CROSSED_SLITS, m))
 
 
-def look_up_bilinear(scene):
-    def look_up(depth, u, v):
-        if not (0 <= u < SIZE and 0 <= v < SIZE):
-            return None
-        x, y = min(max(u - 0.5, 0), SIZE - 1), min(max(v - 0.5, 0), SIZE - 1)
-        i, j = min(int(x), SIZE - 2), min(int(y), SIZE - 2)
-        a, b, c, d = depth[j, i], depth[j, i + 1], depth[j + 1, i], depth[j + 1, i + 1]
-        upper, lower = (p if x == i else p + (q - p) * (x - i) for p, q in ((a, b), (c, d)))
-        return upper if y == j else upper + (lower - upper) * (y - j)
-
+def bilinear(depth, u, v):
+    """As a texture with a linear filter is read."""
+    if at_floor(depth, u, v) is None:
+        return None
     with np.errstate(invalid="ignore"):
-        return own_ao(scene, look_up)
+        return map_coordinates(depth, ([v - 0.5], [u - 0.5]), order=1, mode="nearest")[0]
 
 
-# Blur
-
-
-def blurred_with(
-    scene, weights=None, mode="edge", passes_of=(post_kernels.blur_horizontal, post_kernels.blur_vertical)
-):
+def blurred_with(scene, weights=None, mode="edge", passes_of=(blur_horizontal, blur_vertical)):
     weights = post.gaussian_kernel(scene.settings.blur) if weights is None else weights
     radius = len(weights) // 2
     source = np.pad(scene.right["merged"], radius + 1, mode=mode)
@@ -273,12 +198,7 @@ def blurred_with(
         target = np.empty_like(source)
         run(source, weights.astype(np.float32), target)
         source = target
-    return after_blur(scene, source[radius + 1 : -radius - 1, radius + 1 : -radius - 1])
-
-
-def kernel_not_normalised(scene):
-    k = np.arange(-3, 4)
-    return blurred_with(scene, np.exp(-(k**2) / (2 * scene.settings.blur**2)))
+    return remade(scene, blurred=source[radius + 1 : -radius - 1, radius + 1 : -radius - 1])
 
 
 def kernel_one_tap_short(scene):
@@ -286,52 +206,43 @@ def kernel_one_tap_short(scene):
     return blurred_with(scene, inner / inner.sum())
 
 
-# Shading
-
-
 def shaded(scene, factor):
     """The image times a factor."""
-    return {**scene.right, "shaded": (scene.right["color"] * factor[..., None]).astype(np.float32)}
+    return remade(scene, shaded=scene.right["color"] * factor[..., None])
 
 
 # The textures of each wrong renderer, by the stage that must be named.
 BUGS = {
     "depth": {
-        "half_texel_shift": lambda s: seen_by(s, displaced(s.view, -0.5, -0.5)),
         "hundredth_texel_shift": lambda s: seen_by(s, displaced(s.view, 0.01, 0.0)),
-        "flipped_v": lambda s: after_depth(s, s.right["depth"][::-1], s.right["positions"][::-1]),
-        "transposed": lambda s: after_depth(s, s.right["depth"].T, s.right["positions"].transpose(1, 0, 2)),
+        "flipped_v": lambda s: remade(s, depth=s.right["depth"][::-1], positions=s.right["positions"][::-1]),
+        "transposed": lambda s: remade(s, depth=s.right["depth"].T, positions=s.right["positions"].transpose(1, 0, 2)),
         "observer_too_high": lambda s: seen_by(s, replace(DISPLAY, observer_height=0.2).view(1, FIT)),
         "observers_too_near": lambda s: seen_by(s, replace(DISPLAY, observer_z=-1.6).view(1, FIT)),
         "module_off_by_one": lambda s: seen_by(s, DISPLAY.view(0, FIT)),
-        "half_floats_in_depth": lambda s: after_depth(s, s.right["depth"].astype(np.float16)),
-        "depth_in_ten_bits": depth_in_ten_bits,
-        "background_at_zero": lambda s: after_depth(s, np.where(s.surface, s.right["depth"], 0)),
-        "distance_for_depth": distance_for_depth,
-        "depth_towards_the_viewers": lambda s: after_depth(s, np.where(s.surface, -s.right["depth"], np.inf)),
+        "half_floats_in_depth": lambda s: remade(s, depth=s.right["depth"].astype(np.float16)),
+        "background_at_zero": lambda s: remade(s, depth=np.where(s.surface, s.right["depth"], 0)),
+        "depth_towards_the_viewers": lambda s: remade(s, depth=np.where(s.surface, -s.right["depth"], np.inf)),
         "back_faces_only": back_faces_only,
     },
     "positions": {
-        "positions_in_physical_space": positions_in_physical_space,
-        "positions_of_the_next_texel": lambda s: after_depth(s, positions=np.roll(s.right["positions"], -1, axis=1)),
-        "half_floats_in_positions": lambda s: after_depth(s, positions=s.right["positions"].astype(np.float16)),
-        "positions_zero_without_surface": lambda s: after_depth(
+        "positions_of_the_next_texel": lambda s: remade(s, positions=np.roll(s.right["positions"], -1, axis=1)),
+        "half_floats_in_positions": lambda s: remade(s, positions=s.right["positions"].astype(np.float16)),
+        "positions_zero_without_surface": lambda s: remade(
             s, positions=np.where(s.surface[..., None], s.right["positions"], 0)
         ),
     },
     "color": {
         # SRGB codes taken for linear light.
-        "color_not_decoded": lambda s: with_color(s, (to_codes(s.right["color"]) / 255).astype(np.float32)),
-        "red_and_blue_exchanged": lambda s: with_color(s, np.ascontiguousarray(s.right["color"][..., ::-1])),
+        "color_not_decoded": lambda s: remade(s, color=to_codes(s.right["color"]) / 255),
+        "red_and_blue_exchanged": lambda s: remade(s, color=s.right["color"][..., ::-1]),
     },
     "ao_1": {
-        "radius_one_percent_too_large": lambda s: ao_with(s, radius_factor=1.01),
+        "radius_one_percent_too_large": lambda s: remade(s, radius_factor=1.01),
         "last_sample_dropped": lambda s: own_ao(s, offset=lambda offsets: offsets[:-1]),
         "divided_by_one_less": lambda s: own_ao(s, divisor=len(s.settings.samples) - 1),
-        "radius_not_cubed": radius_not_cubed,
-        "samples_mirrored_in_z": lambda s: ao_with(s, samples=s.settings.samples * [1, 1, -1]),
-        "another_seed": lambda s: ao_with(s, samples=make_samples("latin", 8, 2, 0.3, 1.0)),
-        "samples_in_physical_space": samples_in_physical_space,
+        "samples_mirrored_in_z": lambda s: remade(s, samples=s.settings.samples * [1, 1, -1]),
+        "another_seed": lambda s: remade(s, samples=make_samples("latin", 8, 2, 0.3, 1.0)),
         "pinhole_for_two_slits": pinhole_for_two_slits,
         # Rounded to the nearest integer instead of to the floor.
         "look_up_half_a_texel_off": lambda s: own_ao(s, lambda depth, u, v: at_floor(depth, u + 0.5, v + 0.5)),
@@ -342,40 +253,40 @@ BUGS = {
             s, lambda depth, u, v: depth[min(max(int(v), 0), SIZE - 1), min(max(int(u), 0), SIZE - 1)]
         ),
         "look_up_row_and_column_exchanged": lambda s: own_ao(s, lambda depth, u, v: at_floor(depth, v, u)),
-        "look_up_bilinear": look_up_bilinear,
+        "look_up_bilinear": lambda s: own_ao(s, bilinear),
         # A bias against self-occlusion, as renderers with a depth test have it.
         "depth_bias": lambda s: own_ao(s, behind=lambda surface, z: surface + 0.01 < z),
         # <= for <: see tie_scene.
         "less_or_equal": lambda s: own_ao(s, behind=operator.le),
-        "visibility_for_occlusion": lambda s: after_ao(s, np.where(s.surface, 1 - s.layers, 0)),
-        "background_occluded": lambda s: after_ao(s, np.where(s.surface, s.layers, 1)),
-        "ao_in_eight_bits": lambda s: after_ao(s, np.round(s.layers * 255) / 255),
-        "radii_exchanged": lambda s: after_ao(s, s.layers[::-1]),
+        "visibility_for_occlusion": lambda s: with_ao(s, np.where(s.surface, 1 - s.layers, 0)),
+        "background_occluded": lambda s: with_ao(s, np.where(s.surface, s.layers, 1)),
+        "ao_in_eight_bits": lambda s: with_ao(s, np.round(s.layers * 255) / 255),
+        "radii_exchanged": lambda s: with_ao(s, s.layers[::-1]),
     },
     "ao_2": {
-        "second_radius_is_the_first": lambda s: after_ao(s, s.layers[[0, 0]]),
+        "second_radius_is_the_first": lambda s: with_ao(s, s.layers[[0, 0]]),
     },
     "merged": {
-        "sum_for_maximum": lambda s: after_merge(s, s.layers.sum(axis=0)),
-        "minimum_for_maximum": lambda s: after_merge(s, s.layers.min(axis=0)),
-        "mean_for_maximum": lambda s: after_merge(s, s.layers.mean(axis=0)),
-        "last_radius_not_merged": lambda s: after_merge(s, s.layers[0]),
+        "sum_for_maximum": lambda s: remade(s, merged=s.layers.sum(axis=0)),
+        "minimum_for_maximum": lambda s: remade(s, merged=s.layers.min(axis=0)),
+        "mean_for_maximum": lambda s: remade(s, merged=s.layers.mean(axis=0)),
+        "last_radius_not_merged": lambda s: remade(s, merged=s.layers[0]),
     },
     "blurred": {
-        "kernel_not_normalised": kernel_not_normalised,
-        "vertical_pass_missed": lambda s: blurred_with(s, passes_of=(post_kernels.blur_horizontal,)),
-        "horizontal_pass_twice": lambda s: blurred_with(s, passes_of=(post_kernels.blur_horizontal,) * 2),
+        "kernel_not_normalised": lambda s: blurred_with(s, np.exp(-(np.arange(-3, 4) ** 2) / (2 * s.settings.blur**2))),
+        "vertical_pass_missed": lambda s: blurred_with(s, passes_of=(blur_horizontal,)),
+        "horizontal_pass_twice": lambda s: blurred_with(s, passes_of=(blur_horizontal,) * 2),
         "zeros_beyond_the_border": lambda s: blurred_with(s, mode="constant"),
         "wrapped_border": lambda s: blurred_with(s, mode="wrap"),
         "mirrored_border": lambda s: blurred_with(s, mode="reflect"),
         "variance_for_sigma": lambda s: blurred_with(s, post.gaussian_kernel(s.settings.blur**2)),
         "kernel_one_tap_short": kernel_one_tap_short,
-        "blur_of_the_first_radius": lambda s: after_blur(s, post.blur(s.layers[0], s.settings.blur)),
+        "blur_of_the_first_radius": lambda s: remade(s, blurred=post.blur(s.layers[0], s.settings.blur)),
     },
     "shaded": {
         # SRGB codes of the shaded image, taken for linear light and encoded once more on the way out.
-        "encoded_twice": lambda s: s.right | {"shaded": (to_codes(s.right["shaded"]) / 255).astype(np.float32)},
-        "decoded_twice": lambda s: s.right | {"shaded": to_linear(np.round(s.right["shaded"] * 255).astype(np.uint8))},
+        "encoded_twice": lambda s: remade(s, shaded=to_codes(s.right["shaded"]) / 255),
+        "decoded_twice": lambda s: remade(s, shaded=to_linear(np.round(s.right["shaded"] * 255).astype(np.uint8))),
         "multiplied_by_occlusion": lambda s: shaded(s, s.right["blurred"]),
         "occlusion_applied_twice": lambda s: shaded(s, (1 - s.right["blurred"]) ** 2),
         "not_blurred_before_shading": lambda s: shaded(s, 1 - s.right["merged"]),
@@ -393,10 +304,7 @@ def tie_scene():
     colors = Paint.from_vertex_colors(np.full((4, 3), 0.5, np.float32), 2)
     mesh = Mesh(wall, np.array([(0, 1, 2), (0, 2, 3)], np.int32), colors)
     settings = Settings(radii=(0.125, 0.25), samples=np.array([[0.125, 0.0, 0.0]]), blur=0.8)
-    caster = RayCaster(mesh, view.cast_from_world)
-    textures = render_view(caster, view, settings)
-    case = case_of(textures, settings, depth=depth_bounds(caster, view))
-    return Scene(mesh, view, settings, case)
+    return scene_of(mesh, view, settings)
 
 
 @pytest.mark.parametrize(("stage", "name"), PLANTED)
@@ -430,7 +338,7 @@ def test_missing_stages_and_other_sizes_are_failures_and_later_stages_are_judged
 def test_a_guard_band_and_no_mesh_are_no_bugs(guard):
     scene = small_scene()
     view = DISPLAY.view(1, FIT, guard)
-    textures = render_view(RayCaster(scene.mesh, view.cast_from_world), view, scene.settings)
+    textures = render_view(scene.caster, view, scene.settings)
     case = case_of(textures, scene.settings)
     for model in ("shader", "sampler", "nearest", "strict"):
         assert set(verdicts(stages(textures), case, model).values()) == {Verdict.EQUAL_BITS}

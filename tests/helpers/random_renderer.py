@@ -7,6 +7,7 @@ to nearest, or by lot for each number. All numbers are held in float64 and are f
 import numpy as np
 
 CROSSED_SLITS, MATRIX, DISPLAY = 0, 1, 2
+STILL = 0.0, 0.0, 0.0  # the offset of a point itself
 
 
 def single(x):
@@ -82,8 +83,7 @@ class Arithmetic:
         return self.correctly(a + b)
 
     def subtract(self, a, b):
-        a, b = self.align(a, b)
-        return self.correctly(a - b)
+        return self.add(a, np.negative(b))
 
     def multiply(self, a, b):
         a, b = self.align(a, b)
@@ -109,8 +109,8 @@ class Arithmetic:
 
     def total(self, factors, values):
         """Sum of factors times values, in an order of each renderer's own, cut into two sums or not, fused or not."""
-        values = np.stack(np.broadcast_arrays(*(v if np.ndim(v) == 0 else self.full(v) for v in values)))
-        factors = np.stack([np.broadcast_to(self.align(self.full(f), values[0])[0], values[0].shape) for f in factors])
+        terms = np.stack(np.broadcast_arrays(*self.align(*factors, *values)))
+        factors, values = terms[: len(factors)], terms[len(factors) :]
         order = self.rng.permuted(np.tile(np.arange(len(values)), (self.renderers, 1)), axis=1)
         of = np.arange(self.renderers)
         cut = int(self.rng.integers(1, len(values) + 1))
@@ -130,7 +130,7 @@ def row(ar, m, k, point, offset):
     a = m[4 * k : 4 * k + 4]
     together = [ar.add(p, o) for p, o in zip(point, offset, strict=True)]
     first = ar.total(a, [*together, 1.0])
-    second = ar.total([*a[:3], *a], [*np.broadcast_arrays(*offset, *point), 1.0])
+    second = ar.total([*a[:3], *a], [*offset, *point, 1.0])
     return ar.choose(ar.lot(0.5), first, second)
 
 
@@ -213,18 +213,26 @@ def unproject(ar, back, depth):
     return [ar.divide(a, rows[3]) for a in rows[:3]]
 
 
+def offsets_of(ar, samples, radius):
+    """The samples' offsets, three arrays (R, 1, 1, n): radius times sample, rounded after or before."""
+    offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
+    return [offsets[:, None, None, :, k] for k in range(3)]
+
+
+def spread(ar, texture):
+    """A texture's channels as arrays (R, H, W, 1), 0 where there is no surface."""
+    values = np.where(np.isfinite(texture), texture, 0.0).astype(np.float64)
+    return [ar.full(values[..., None, k]) for k in range(texture.shape[-1])]
+
+
 @np.errstate(all="ignore")
 def image_points(ar, depth, positions, kind, m, samples, radius, back=None):
     """Image points of all samples, four arrays (R, H, W, n): u, v, z, whether valid; LF Algorithm 2, or 1 with back."""
-    depth = depth.astype(np.float64)
-    finite = np.where(np.isfinite(depth), depth, 0.0)
     if back is None:
-        point = [np.where(np.isfinite(depth), positions[..., k].astype(np.float64), 0.0) for k in range(3)]
+        point = spread(ar, positions)
     else:
-        point = unproject(ar, single(back), finite)
-    point = [ar.full(p)[..., None] for p in point]
-    offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
-    return to_image(ar, kind, single(m), point, [offsets[:, None, None, :, k] for k in range(3)])
+        point = [p[..., None] for p in unproject(ar, single(back), np.where(np.isfinite(depth), depth, 0.0))]
+    return to_image(ar, kind, single(m), point, offsets_of(ar, samples, radius))
 
 
 def occlusion(ar, depth, u, v, z, valid):
@@ -242,42 +250,27 @@ def inside(depth, u, v, valid):
     return there, *(np.where(there, np.floor(c), 0).astype(int) for c in (v, u))
 
 
-def spread(texture):
-    """A texture's coordinates as arrays (1, H, W, 1), 0 where there is no surface."""
-    values = np.where(np.isfinite(texture), texture, 0.0).astype(np.float64)
-    return [values[None, ..., None, k] for k in range(texture.shape[-1])]
-
-
-def dot(ar, a, b):
-    """Dot products of vectors, in any order, fused or not."""
-    a, b = ([ar.full(np.broadcast_to(x, np.broadcast_shapes(*map(np.shape, (*a, *b))))) for x in v] for v in (a, b))
-    return ar.total(a, b)
-
-
 @np.errstate(all="ignore")
 def points_behind(ar, given, samples, radius, options):
     """The estimators point and, with normals, hemisphere, of every renderer: (R, H, W)."""
     kind, m, n = given.world_to_image.kind, single(given.world_to_image.numbers), len(samples)
     depth, normals = given.depth, given.normals
-    point = [ar.full(np.broadcast_to(p, (ar.renderers, *depth.shape, 1))) for p in spread(given.positions)]
-    offsets = ar.choose(ar.lot(0.5), single(radius * samples), ar.multiply(single(radius), single(samples)))
-    offset = [np.broadcast_to(offsets[:, None, None, :, k], (ar.renderers, *depth.shape, n)) for k in range(3)]
+    point, offset = spread(ar, given.positions), offsets_of(ar, samples, radius)
     if normals is not None:
-        turn = np.where(dot(ar, offset, spread(normals)) < 0, -1.0, 1.0)
+        turn = np.where(ar.total(offset, spread(ar, normals)) < 0, -1.0, 1.0)
         offset = [turn * o for o in offset]
     u, v, z, valid = to_image(ar, kind, m, point, offset)
     there, j, i = inside(depth, u, v, valid)
     surface = ar.full(depth.astype(np.float64))
     if options["surface"] == "positions":
-        still = [np.zeros_like(p) for p in point]
-        *_, again, sighted = to_image(ar, kind, m, point, still)
+        *_, again, sighted = to_image(ar, kind, m, point, STILL)
         again = np.where(sighted, again, np.inf) if kind == MATRIX else again
         surface = np.where(np.isfinite(surface), again[..., 0], np.inf)
     of = np.arange(ar.renderers)[:, None, None, None]
     hidden = there & (ar.flush(surface[of, j, i]) < ar.flush(z)) & np.isfinite(depth[j, i])
     if options["range_check"]:
         away = [ar.subtract(p[of, j, i, 0], p) for p in point]
-        square = dot(ar, away, away)
+        square = ar.total(away, away)
         reach = ar.choose(ar.lot(0.5), single(radius * radius), ar.multiply(single(radius), single(radius)))
         near = ar.choose(ar.lot(0.5), square <= ar.per_renderer(ar.full(reach).reshape(ar.renderers, -1)[:, 0], square),
                          ar.root(square) <= single(radius))  # fmt: skip
@@ -294,27 +287,24 @@ def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
     """VO's hidden fraction of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
     kind, m, n = given.world_to_image.kind, single(given.world_to_image.numbers), len(points)
     axis, depth = np.append(single(given.cast_from_world[2]), np.zeros(12)), given.depth
-    shape = (ar.renderers, *depth.shape, n)
-    point = [ar.full(np.broadcast_to(p, shape)) for p in spread(given.positions)]
-    o = [ar.full(np.broadcast_to(single(points)[:, k], shape)) for k in range(3)]
-    mirror, normal = ([ar.full(np.broadcast_to(c, shape)) for c in spread(t)] for t in (mirrors, given.normals))
-    rows = range(4 if kind == MATRIX else 3)
-    still, r = [np.zeros(shape)] * 3, single(radius)
-    along = dot(ar, o, mirror)
+    o = [ar.full(single(points)[None, None, :, k]) for k in range(3)]
+    point, mirror, normal = (spread(ar, texture) for texture in (given.positions, mirrors, given.normals))
+    rows, r = range(4 if kind == MATRIX else 3), single(radius)
+    along = ar.total(o, mirror)
     if ar.rng.random() < 0.5:  # reflected in the world
         o = [ar.subtract(a, ar.multiply(2 * along, b)) for a, b in zip(o, mirror, strict=True)]
-        lift = np.minimum(dot(ar, o, normal), 0)
+        lift = np.minimum(ar.total(o, normal), 0)
         o = [ar.fused(-2 * lift, b, a) for a, b in zip(o, normal, strict=True)]
         o = [ar.multiply(r, a) for a in o]
         sums = [row(ar, m, k, point, o) for k in rows]
         deep = row(ar, axis, 0, point, o)
     else:  # row by row, as the specification has it
-        across = 2 * dot(ar, mirror, normal)
-        lift = np.minimum(ar.subtract(dot(ar, o, normal), ar.multiply(along, across)), 0)
+        across = 2 * ar.total(mirror, normal)
+        lift = np.minimum(ar.subtract(ar.total(o, normal), ar.multiply(along, across)), 0)
 
         def reflected(m, k):
-            linear = [m[4 * k], m[4 * k + 1], m[4 * k + 2]]
-            s = ar.fused(r, ar.total(linear, o), row(ar, m, k, point, still))
+            linear = m[4 * k : 4 * k + 3]
+            s = ar.fused(r, ar.total(linear, o), row(ar, m, k, point, STILL))
             s = ar.fused(-along, ar.multiply(2 * r, ar.total(linear, mirror)), s)
             return ar.subtract(s, ar.multiply(lift, ar.multiply(2 * r, ar.total(linear, normal))))
 
@@ -324,15 +314,15 @@ def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
     there, j, i = inside(depth, u, v, valid)
     surface = ar.full(depth.astype(np.float64))
     if kind == MATRIX:
-        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, still)[..., 0], np.inf)
+        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, STILL)[..., 0], np.inf)
     before = ar.subtract(z, surface[np.arange(ar.renderers)[:, None, None, None], j, i])
     hidden = there & (before > 0) & np.isfinite(depth[j, i])
     if thickness > 0:
-        steep = ar.total(list(axis[:3]), [ar.full(np.broadcast_to(d, shape)) for d in spread(given.directions)])
+        steep = ar.total(axis[:3], spread(ar, given.directions))
         reach = ar.choose(ar.lot(0.5), ar.multiply(ar.multiply(single(thickness / radius), r), steep),
                           ar.multiply(single(thickness), steep))  # fmt: skip
         hidden &= before <= reach
-    total = np.zeros(shape[:-1])
+    total = np.zeros(hidden.shape[:-1])
     for s in ar.rng.permutation(n):
         total = ar.add(total, np.where(hidden[..., s], single(weights)[s], 0.0))
     return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)

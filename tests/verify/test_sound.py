@@ -100,13 +100,8 @@ def test_half_the_errors_would_be_too_few():
     """The renderers come near enough to the bounds to tell: with half of every error some scene is refused."""
 
     def halved(model):
-        return dataclasses.replace(
-            model,
-            operation=model.operation / 2,
-            quotient=model.quotient / 2,
-            root=model.root / 2,
-            exponential=tuple(e / 2 for e in model.exponential),
-        )
+        own = {name: getattr(model, name) / 2 for name in ("operation", "quotient", "root")}
+        return dataclasses.replace(model, exponential=tuple(e / 2 for e in model.exponential), **own)
 
     refused = 0
     for seed in range(20):

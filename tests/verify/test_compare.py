@@ -23,19 +23,8 @@ import lfssao
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.verify.bounds import bounds, post, ssao
-from lfssao.verify.kit.cases import make_case
-from lfssao.verify.kit.folder import write_kit
+from lfssao.verify.kit.folder import read_case, read_kit
 from lfssao.verify.verdict import Verdict
-
-
-@pytest.fixture(scope="module")
-def light(tmp_path_factory):
-    """The folder of a camera, with a guard band."""
-    folder = tmp_path_factory.mktemp("compare") / "camera"
-    words = ["render", "statue", "--camera", "--resolution", "48x32", "--radii", "4%", "--guard", "3", "--normals"]
-    assert lfssao.cli.main.main([*words, "-o", str(folder)]) == 0
-    return folder
-
 
 # Verdicts
 
@@ -52,7 +41,10 @@ def test_a_folder_conforms_to_itself(capsys, reference):
     assert all(r.metrics.differing == r.metrics.max_ulp == 0 and r.metrics.ssim == 1 for r in report.results)
 
 
-def test_the_camera_with_a_guard_band_conforms_to_itself(tmp_path, light):
+def test_the_camera_with_a_guard_band_conforms_to_itself(tmp_path):
+    words = ["render", "statue", "--camera", "--resolution", "48x32", "--radii", "4%", "--guard", "3", "--normals"]
+    light = tmp_path / "camera"
+    assert lfssao.cli.main.main([*words, "-o", str(light)]) == 0
     assert compare(light, light, "--exact") == 0
     mine = changed(light, tmp_path / "mine", "camera", nudge("blurred"))
     report = lfssao.compare(mine, light)
@@ -152,18 +144,16 @@ def test_what_the_reference_has_not_is_a_warning(tmp_path, capsys, reference):
 
 
 @pytest.fixture
-def pair(tmp_path):
-    """Two equal files of one layer; write(value) puts a number into the second."""
-    pixels = np.full((4, 5, 1), 0.5, np.float32)
-    write_exr(tmp_path / "a.exr", [Part("merged", ("merged.AO",), pixels)])
+def write(tmp_path):
+    """Write a file of one layer, a number among halves."""
 
-    def write(value, into="b.exr"):
-        other = pixels.copy()
-        other[2, 3] = value
-        write_exr(tmp_path / into, [Part("merged", ("merged.AO",), other)])
+    def write(value, into):
+        pixels = np.full((4, 5, 1), 0.5, np.float32)
+        pixels[2, 3] = value
+        write_exr(tmp_path / into, [Part("merged", ("merged.AO",), pixels)])
         return tmp_path / into
 
-    return tmp_path / "a.exr", write
+    return write
 
 
 @pytest.mark.parametrize(
@@ -171,23 +161,17 @@ def pair(tmp_path):
     [(0.5, np.nan), (np.nan, 0.5), (np.inf, -np.inf), (0.5, np.inf), (0.5, 0.50000006), (np.nan, np.inf)],
     ids=["finite-nan", "nan-finite", "inf-signs", "finite-inf", "one-ulp", "nan-inf"],
 )
-def test_numbers_that_idiff_takes_as_equal_differ(pair, capsys, a, b):
-    _, write = pair
-    files = write(a, "one.exr"), write(b, "two.exr")
-    assert compare(*files) == 2
+def test_numbers_that_idiff_takes_as_equal_differ(write, capsys, a, b):
+    assert compare(write(a, "one.exr"), write(b, "two.exr")) == 2
     assert "different, 1 of 20 texels, and no interval is known" in capsys.readouterr().out
 
 
-def test_values_are_compared_by_default_and_bits_with_exact(pair, tmp_path):
-    _, write = pair
-    zeros = write(0.0, "one.exr"), write(-0.0, "two.exr")
-    assert compare(*zeros) == 0
-    assert compare(*zeros, "--exact") == 2
-    payload = np.array([0x7FC00001], np.uint32).view(np.float32)[0]
-    nans = write(np.nan, "one.exr"), write(payload, "two.exr")
-    assert compare(*nans) == 0
-    assert compare(*nans, "--exact") == 2
-    assert compare(nans[0], nans[0], "--exact") == 0
+def test_values_are_compared_by_default_and_bits_with_exact(write):
+    for one, two in ((0.0, -0.0), (np.nan, np.array([0x7FC00001], np.uint32).view(np.float32)[0])):
+        files = write(one, "one.exr"), write(two, "two.exr")
+        assert compare(*files) == 0
+        assert compare(*files, "--exact") == 2
+        assert compare(files[0], files[0], "--exact") == 0
 
 
 @pytest.mark.parametrize(
@@ -196,77 +180,64 @@ def test_values_are_compared_by_default_and_bits_with_exact(pair, tmp_path):
      "{0} {0} --layers nothing", "{0} {0} --json {1}/no/a.json", "{0} {0} --picture {1}/a.txt", "{0} {1}",
      "{0} {1}/nothing.exr"],
 )  # fmt: skip
-def test_usage_errors_are_neither_a_warning_nor_a_difference(pair, capsys, words):
-    file, _ = pair
+def test_usage_errors_are_neither_a_warning_nor_a_difference(write, capsys, words):
+    file = write(0.5, "a.exr")
     assert compare(*(word.format(file, file.parent) for word in words.split())) == 4
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_faults_of_the_program_are_no_warning(pair, monkeypatch, capsys):
+def test_faults_of_the_program_are_no_warning(write, monkeypatch, capsys):
     def fault(*_):
         raise ZeroDivisionError
 
     monkeypatch.setattr("lfssao.verify.compare.compare.Comparison.add", fault)
-    assert compare(pair[0], pair[0]) == 4
+    assert compare(*[write(0.5, "a.exr")] * 2) == 4
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 
 # Kits
 
 
-CASES = ("blur_usual", "frame", "philox")
-
-
 @pytest.fixture
-def kit(tmp_path):
-    """A kit of a few cases, and its outputs as another renderer's."""
-    cases = [make_case(name) for name in CASES]
-    write_kit(tmp_path / "kit", cases, "text")
-    (tmp_path / "mine").mkdir()
-    for case in cases:
+def mine(small_kit):
+    """The outputs of a kit's cases as another renderer's folder; the kit is beside it."""
+    folder = small_kit.parent / "mine"
+    folder.mkdir()
+    for case in read_kit(small_kit):
         for name, array in case.outputs.items():
-            np.save(tmp_path / "mine" / f"{case.name}_{name}.npy", array)
-    return tmp_path, {case.name: case for case in cases}
+            np.save(folder / f"{case.name}_{name}.npy", array)
+    return folder
 
 
-def test_a_kit_is_a_reference(kit, capsys):
-    folder, cases = kit
-    assert compare(folder / "mine", folder / "kit", "--exact") == 0
+def test_a_kit_is_a_reference(small_kit, mine, capsys):
+    assert compare(mine, small_kit, "--exact") == 0
     assert "intervals of the error model 'shader'" in capsys.readouterr().out
-    main, *steps = cases["frame"].outputs
-    upper = cases["frame"].bounds[main].upper
+    case = read_case(small_kit / "cases" / "frame")
+    main, *steps = case.outputs
+    upper = case.bounds[main].upper
     for step in steps:  # they can be left out
-        (folder / "mine" / f"frame_{step}.npy").unlink()
-    np.save(folder / "mine" / f"frame_{main}.npy", upper)
-    report = lfssao.compare(folder / "mine", folder / "kit")
-    assert different(report) == {("frame", main): Verdict.INSIDE}
-    np.save(folder / "mine" / f"frame_{main}.npy", np.nextafter(upper, np.float32(np.inf)))
-    report = lfssao.compare(folder / "mine", folder / "kit")
-    assert different(report) == {("frame", main): Verdict.OUTSIDE}
+        (mine / f"frame_{step}.npy").unlink()
+    beyond = np.nextafter(upper, np.float32(np.inf))
+    for made, verdict in ((upper, Verdict.INSIDE), (beyond, Verdict.OUTSIDE)):
+        np.save(mine / f"frame_{main}.npy", made)
+        report = lfssao.compare(mine, small_kit)
+        assert different(report) == {("frame", main): verdict}
     assert report.first_failure.worst[0].upper is not None
-    (folder / "mine" / f"frame_{main}.npy").unlink()
-    assert different(lfssao.compare(folder / "mine", folder / "kit")) == {("frame", ""): Verdict.MISSING}
+    (mine / f"frame_{main}.npy").unlink()
+    assert different(lfssao.compare(mine, small_kit)) == {("frame", ""): Verdict.MISSING}
 
 
-def test_a_case_of_a_kit_is_a_reference(kit, capsys):
-    folder, cases = kit
-    (folder / "one").mkdir()
-    ((name, array),) = cases["philox"].outputs.items()
-    np.save(folder / "one" / f"{name}.npy", array)
-    case = folder / "kit" / "cases" / "philox"
-    assert compare(folder / "one", case, "--exact") == 0
-    np.save(folder / "one" / f"{name}.npy", array ^ np.uint32(1))
-    assert compare(folder / "one", case) == 2
-    text = (case / "case.json").read_text()
-    assert text.count('"format": 1') == 1
-    (case / "case.json").write_text(text.replace('"format": 1', '"format": 2'))
-    capsys.readouterr()
-    assert compare(folder / "one", case) == 4
-    assert "the kit is of format 2" in capsys.readouterr().out
-    index = folder / "kit" / "kit.json"
-    index.write_text(index.read_text().replace('"format": 1', '"format": 2'))
-    assert compare(folder / "mine", folder / "kit") == 4
-    assert "the kit is of format 2" in capsys.readouterr().err
+def test_a_case_of_a_kit_is_a_reference(small_kit, tmp_path, capsys):
+    case = small_kit / "cases" / "samples_latin"
+    for name, array in read_case(case).outputs.items():
+        np.save(tmp_path / f"{name}.npy", array)
+    assert compare(tmp_path, case, "--exact") == 0
+    np.save(tmp_path / f"{name}.npy", -array)
+    assert compare(tmp_path, case) == 2
+    for file, folder in ((case / "case.json", case), (small_kit / "kit.json", small_kit)):
+        file.write_text(file.read_text().replace('"format": 1', '"format": 2', 1))
+        assert compare(tmp_path, folder) == 4
+        assert "the kit is of format 2" in "".join(capsys.readouterr())
 
 
 # Estimators
@@ -286,8 +257,13 @@ def test_another_estimators_occlusion_is_said_to_have_no_interval(tmp_path, caps
 SMALL = ["render", "statue", "--display", "sample-a", "--modules", "4:5", "--resolution", "32x24", "--radii", "4%"]
 
 
-@pytest.mark.parametrize("estimator", ["hemisphere", "vo-points"])
-def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator):
+@pytest.mark.parametrize(
+    ("estimator", "points", "option", "value", "code", "words"),
+    [("hemisphere", 8, "range_check", "yes", 4, "range_check"),
+     # The directions in which texels look are no layer.
+     ("vo-points", 12, "thickness", 0.1, 2, "of estimator vo-points must have equal values")],
+)  # fmt: skip
+def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator, points, option, value, code, words):
     reference = tmp_path / "reference"
     assert lfssao.cli.main.main([*SMALL, "--estimator", estimator, "-o", str(reference)]) == 0
     inside = changed(reference, tmp_path / "inside", "module_004", nudge("ao_1"))
@@ -297,20 +273,17 @@ def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator
     assert different(lfssao.compare(inside, reference, model="strict"))["module_004", "ao_1"] is Verdict.DIFFERENT
     place = tuple(np.argwhere(np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40])
     mine = changed(reference, tmp_path / "mine", "module_004", poke("ao_1", place, 0.777))
-    found = lfssao.compare(mine, reference).results
-    assert [r.verdict for r in found if r.layer == "ao_1"] == [Verdict.OUTSIDE]
-    (worst,) = (r.worst[0] for r in found if r.layer == "ao_1")
+    (found,) = (r for r in lfssao.compare(mine, reference).results if r.layer == "ao_1")
+    assert found.verdict is Verdict.OUTSIDE
+    worst = found.worst[0]
     assert worst.lower[0] <= worst.reference[0] <= worst.upper[0]
-    assert worst.reason == f"0 of {8 if estimator == 'hemisphere' else 12} points are undecided"
-    option, value = ("thickness", 0.1) if estimator == "vo-points" else ("range_check", "yes")
+    assert worst.reason == f"0 of {points} points are undecided"
     other = with_entry(reference, tmp_path / "other", ("settings", "parameters", option), value)
     capsys.readouterr()
-    code = compare(inside, other)
+    assert compare(inside, other) == code
     said = capsys.readouterr()
-    if estimator == "vo-points":  # the directions in which texels look are no layer
-        assert (code, "of estimator vo-points must have equal values" in said.out) == (2, True)
-    else:
-        assert (code, said.err.count("\n"), "range_check" in said.err) == (4, 1, True)
+    assert words in said.out + said.err
+    assert said.err.count("\n") == (code == 4)
 
 
 # Bad input
@@ -319,12 +292,13 @@ def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator
 def test_the_reference_must_be_what_its_manifest_says(tmp_path, capsys, reference):
     folder = copied(reference, tmp_path / "folder")
     text = (reference / "manifest.json").read_text()
-    (folder / "manifest.json").write_text(text.replace('"format": 1', '"format": 2', 1))
-    assert compare(reference, folder) == 4
-    assert "a newer version of lfssao wrote it" in capsys.readouterr().err
-    (folder / "manifest.json").write_text(text[: len(text) // 2])
-    assert compare(reference, folder) == 4
-    assert "it is not a JSON file" in capsys.readouterr().err
+    for wrong, words in (
+        (text.replace('"format": 1', '"format": 2', 1), "a newer version of lfssao wrote it"),
+        (text[: len(text) // 2], "it is not a JSON file"),
+    ):
+        (folder / "manifest.json").write_text(wrong)
+        assert compare(reference, folder) == 4
+        assert words in capsys.readouterr().err
     (folder / "manifest.json").write_text(text)
     assert compare(reference, folder) == 0
     (folder / "module_004.exr").write_bytes((reference / "module_003.exr").read_bytes())

@@ -13,36 +13,35 @@ from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.verify.verdict import Verdict
 
 
-def test_channels_that_are_missing_are_noticed(tmp_path, capsys):
-    three = np.zeros((4, 5, 3), np.float32)
-    write_exr(tmp_path / "a.exr", [Part("positions", ("P.X", "P.Y"), three[..., :2])])
-    write_exr(tmp_path / "b.exr", [Part("positions", ("P.X", "P.Y", "P.Z"), three)])
-    assert compare(tmp_path / "a.exr", tmp_path / "b.exr") == 3
-    assert "there is no channel for P.Z" in capsys.readouterr().out
-    assert compare(tmp_path / "b.exr", tmp_path / "a.exr") == 1
+def exr(channels, width=5, guard=0):
+    """Of a layer of zeros with so many channels, what writes it."""
+    zeros = np.zeros((4, width, channels), np.float32)
+    return lambda path: write_exr(path, [Part("positions", ("P.X", "P.Y", "P.Z")[:channels], zeros, guard=guard)])
 
 
-@pytest.mark.parametrize(("kind", "ending"), [("half", "exr"), ("double", "tif"), ("uint8", "tif")])
-def test_another_data_type_is_not_converted(tmp_path, capsys, kind, ending):
-    files = [tmp_path / f"{name}.{ending}" for name in ("a", "b")]
-    for file, dtype in zip(files, (kind, "float"), strict=True):
-        write_image(file, np.ones((4, 5, 1), np.float32), dtype)
-    assert compare(*files) == 3
-    assert "the reference's is of float32" in capsys.readouterr().out
+def image(dtype):
+    return lambda path: write_image(path, np.ones((4, 5, 1), np.float32), dtype)
 
 
-def test_sizes_are_not_filled_up(tmp_path, capsys):
-    for name, shape in (("a", (4, 5, 1)), ("b", (4, 6, 1))):
-        write_exr(tmp_path / f"{name}.exr", [Part("merged", ("merged.AO",), np.zeros(shape, np.float32))])
-    assert compare(tmp_path / "a.exr", tmp_path / "b.exr") == 3
-    assert "it has 5x4 texels, the reference's has 6x4" in capsys.readouterr().out
-
-
-def test_a_cropped_data_window_is_no_smaller_image(tmp_path, capsys):
-    for name, guard in (("a", 0), ("b", 1)):
-        write_exr(tmp_path / f"{name}.exr", [Part("depth", ("Z",), np.zeros((4, 5, 1), np.float32), guard=guard)])
-    assert compare(tmp_path / "a.exr", tmp_path / "b.exr") == 3
-    assert "its data window starts at (0, 0), the reference's at (-1, -1)" in capsys.readouterr().out
+@pytest.mark.parametrize(
+    ("ending", "mine", "right", "code", "words"),
+    [
+        ("exr", exr(2), exr(3), 3, "there is no channel for P.Z"),
+        ("exr", exr(3), exr(2), 1, "P.Z is not in the reference"),
+        ("exr", exr(1), exr(1, width=6), 3, "it has 5x4 texels, the reference's has 6x4"),
+        # A cropped data window is no smaller image.
+        ("exr", exr(1), exr(1, guard=1), 3, "its data window starts at (0, 0), the reference's at (-1, -1)"),
+        ("exr", image("half"), image("float"), 3, "the reference's is of float32"),
+        ("tif", image("double"), image("float"), 3, "the reference's is of float32"),
+        ("tif", image("uint8"), image("float"), 3, "the reference's is of float32"),
+    ],
+)
+def test_textures_of_another_shape_or_type_are_not_converted(tmp_path, capsys, ending, mine, right, code, words):
+    files = tmp_path / f"a.{ending}", tmp_path / f"b.{ending}"
+    mine(files[0])
+    right(files[1])
+    assert compare(*files) == code
+    assert words in capsys.readouterr().out
 
 
 def test_one_file_a_layer_in_other_formats(tmp_path, reference):

@@ -19,16 +19,13 @@ def off_centre(reference, target, du, dv, scene="statue"):
 
 
 def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
-    near, half = (
-        off_centre(reference, tmp_path / "near", 0.0035, -0.003),
-        off_centre(reference, tmp_path / "half", 0.5, 0.5),
-    )
+    near = off_centre(reference, tmp_path / "near", 0.0035, -0.003)
+    half = off_centre(reference, tmp_path / "half", 0.5, 0.5)
     report = lfssao.compare(near, reference)
     assert different(report) == {("module_004", "depth"): Verdict.INSIDE}
     assert report.exit_code == 0
-    assert report.first_difference.worst[0].reason.endswith(
-        "0.0039 texel of the texel's centre, see this interval of depth"
-    )
+    reason = report.first_difference.worst[0].reason
+    assert reason.endswith("0.0039 texel of the texel's centre, see this interval of depth")
     report = lfssao.compare(half, reference)
     assert ("module_004", "depth") in {(r.module, r.layer) for r in report.results if r.verdict is Verdict.OUTSIDE}
     reasons = {texel.reason for texel in report.first_failure.worst}

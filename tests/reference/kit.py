@@ -92,7 +92,7 @@ def frame_stage(parameters, inputs):
 
 
 ESTIMATORS = {
-    "point": points.point, "hemisphere": points.hemisphere, "alchemy": points.alchemy,
+    "point": points.point, "hemisphere": partial(points.point, hemisphere=True), "alchemy": points.alchemy,
     "sao": partial(scalable.scalable, falloff=True), "sao-equation-1": partial(scalable.scalable, falloff=False),
     "multiresolution": multiresolution, "hbao": volumetric.hbao,
 }  # fmt: skip

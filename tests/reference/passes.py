@@ -14,18 +14,27 @@ from reference.mapping import affine_row, images, linear_rows, texel_at
 
 
 @np.errstate(all="ignore")
-def occlusion(depth, point_of, offsets, kind, m):
-    """Occlusion, and how often each row of texels got each status, (H, 6): 5 for a sample outside the texture."""
-    made, statuses = np.zeros_like(depth), np.zeros((len(depth), 6), np.int64)
-    m, linear = list(m), [linear_rows(kind, m, offset) for offset in offsets]
+def in_views(depth, point_of, offsets, views):
+    """Occluded is what no view shows: occlusion, and how many samples of each row fall outside of all views.
+
+    A view is its depth, kind and numbers; the texture's own is the first. Third comes how often each row of texels got
+    each status in the first view, (H, 6): 5 for a sample outside the texture.
+    """
+    made, outside = np.zeros_like(depth), np.zeros(len(depth), np.int64)
+    statuses = np.zeros((len(depth), 6), np.int64)
+    tables = [(kind, list(m), [linear_rows(kind, m, offset) for offset in offsets]) for _, kind, m in views]
     for j, i in np.argwhere(depth < np.inf).tolist():
-        count = 0
-        for image in images(kind, m, point_of(j, i), linear):
-            texel = texel_at(depth.shape, image)
-            statuses[j, 5 if texel is None and image[3] == 0 else image[3]] += 1
-            count += texel is not None and depth[texel] < image[2]
-        made[j, i] = made.dtype.type(count) / max(len(offsets), 1)
-    return made, statuses
+        point, hidden = point_of(j, i), 0
+        for seen in zip(*(images(kind, m, point, rows) for kind, m, rows in tables), strict=True):
+            texels = [texel_at(texture.shape, image) for (texture, _, _), image in zip(views, seen, strict=True)]
+            hits = [texture[texel] < image[2] for (texture, _, _), texel, image in zip(views, texels, seen, strict=True)
+                    if texel is not None]  # fmt: skip
+            status = seen[0][3]
+            statuses[j, 5 if texels[0] is None and status == 0 else status] += 1
+            hidden += bool(hits) and all(hits)
+            outside[j] += not hits
+        made[j, i] = made.dtype.type(hidden) / max(len(offsets), 1)
+    return made, outside, statuses
 
 
 def algorithm1(depth, offsets, screen_to_world, m):
@@ -36,43 +45,26 @@ def algorithm1(depth, offsets, screen_to_world, m):
         x, y, z, w = (affine_row(back, row, *place) for row in range(4))
         return x / w, y / w, z / w
 
-    return occlusion(depth, point_of, offsets, "matrix", m)
+    made, _, statuses = in_views(depth, point_of, offsets, [(depth, "matrix", m)])
+    return made, statuses
 
 
 def algorithm2(depth, positions, offsets, kind, m):
-    return occlusion(depth, lambda j, i: positions[j, i], offsets, kind, m)
+    made, _, statuses = in_views(depth, lambda j, i: positions[j, i], offsets, [(depth, kind, m)])
+    return made, statuses
 
 
-@np.errstate(all="ignore")
 def algorithm2_with_neighbours(depth, positions, offsets, views):
-    """Occluded is what no view shows: occlusion, and how many samples of each row fall outside of all views.
-
-    A view is its depth, kind and numbers; the texture's own is the first.
-    """
-    made, outside = np.zeros_like(depth), np.zeros(len(depth), np.int64)
-    tables = [(kind, m, [linear_rows(kind, m, offset) for offset in offsets]) for _, kind, m in views]
-    for j, i in np.argwhere(depth < np.inf).tolist():
-        hidden = 0
-        for seen in zip(*(images(kind, m, positions[j, i], rows) for kind, m, rows in tables), strict=True):
-            hits = []
-            for (texture, _, _), image in zip(views, seen, strict=True):
-                texel = texel_at(texture.shape, image)
-                if texel is not None:
-                    hits.append(texture[texel] < image[2])
-            hidden += bool(hits) and all(hits)
-            outside[j] += not hits
-        made[j, i] = made.dtype.type(hidden) / max(len(offsets), 1)
-    return made, outside
+    return in_views(depth, lambda j, i: positions[j, i], offsets, views)[:2]
 
 
 # Sections 11 to 14
 
 
 def merge(layers):
-    merged = layers[0].copy()
+    merged = layers[0]
     for layer in layers[1:]:
-        for place in np.ndindex(merged.shape):
-            merged[place] = max(merged[place], layer[place])  # of equals the first
+        merged = np.where(layer > merged, layer, merged)  # of equals the first
     return merged
 
 
@@ -106,10 +98,7 @@ def blur_columns(source, weights):
 
 @np.errstate(all="ignore")
 def shade(image, occluded):
-    out = np.empty_like(image)
-    for j, i, k in np.ndindex(image.shape):
-        out[j, i, k] = image[j, i, k] * (1 - occluded[j, i])
-    return out
+    return image * (1 - occluded)[..., None]
 
 
 def frame(depth, positions, image, layer_offsets, kind, m, sigma, guard):

@@ -48,10 +48,6 @@ def point(parameters, inputs, hemisphere=False):
     return made, outside
 
 
-def hemisphere(parameters, inputs):
-    return point(parameters, inputs, hemisphere=True)
-
-
 def axes_across(direction):
     """Two unit axes at right angles to a unit direction."""
     p, q, r = direction

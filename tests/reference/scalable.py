@@ -18,16 +18,12 @@ MODULE, PERSPECTIVE, ORTHOGRAPHIC, TABLE = range(4)
 @np.errstate(all="ignore")
 def linear_depth(depth, ray_kind, near, far):
     """z of a camera's depth; far is None for a plane at infinity."""
-    dtype, z = depth.dtype.type, np.full_like(depth, np.inf)
+    dtype = depth.dtype.type
+    if ray_kind == ORTHOGRAPHIC:
+        return np.where(depth < np.inf, dtype(near) + depth * dtype(far - near), np.inf)
     c_0, c_1, c_2 = (near, -1.0, 1.0) if far is None else (near * far, near - far, far)
-    for place in zip(*np.nonzero(depth < np.inf), strict=True):
-        if ray_kind == ORTHOGRAPHIC:
-            z[place] = dtype(near) + depth[place] * dtype(far - near)
-            continue
-        below = depth[place] * dtype(c_1) + dtype(c_2)
-        if below > 0:
-            z[place] = dtype(c_0) / below
-    return z
+    below = depth * dtype(c_1) + dtype(c_2)
+    return np.where((depth < np.inf) & (below > 0), dtype(c_0) / below, np.inf)
 
 
 def scaled(x, y, z):
@@ -211,11 +207,8 @@ def average(a, z, edge):
 
 @np.errstate(all="ignore")
 def keys_of(z, o, factor):
-    made = np.full_like(z, np.inf)
-    for j, i in np.argwhere(z < np.inf):
-        key = (z[j, i] - o) * factor
-        made[j, i] = 0 if not key > 0 else 1 if not key < 1 else key
-    return made
+    keys = (z - o) * factor
+    return np.where(z < np.inf, np.where(keys > 0, np.minimum(keys, 1), 0), np.inf)
 
 
 def pack(a, keys):

@@ -4,6 +4,7 @@ Each takes the parameters and inputs of a case; arithmetic is that of the depth 
 """
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -22,12 +23,10 @@ def fractions(weights):
     return [weight / total for weight in weights]
 
 
+@np.errstate(invalid="ignore")
 def axis_depth(depth, positions, row):
     """Depth along the axis, from a row of `cast_from_world`."""
-    z = depth.copy()
-    for j, i in np.argwhere(depth < np.inf):
-        z[j, i] = affine_row(row, 0, *positions[j, i])
-    return z
+    return np.where(depth < np.inf, affine_row(row, 0, *np.moveaxis(positions, -1, 0)), depth)
 
 
 class Scene:
@@ -94,12 +93,13 @@ class Frame:
         return dot(n, self.e) / t, dot(n, self.f) / t
 
 
-def two_radii(parameters, once):
-    """``once(R, T)`` gives occlusion and outside; T is binary64."""
-    options = parameters["options"]
+def two_radii(parameters, scene, value_of, longest=math.inf):
+    """Occlusion and outside of one radius or two: ``value_of(R, T, j, i)`` is that of a texel, see ``Scene.solve``."""
+    options, dtype = parameters["options"], scene.dtype
 
     def at(radius):
-        return once(radius, options["thickness"] / radius if options["thickness"] > 0 and radius > 0 else math.inf)
+        thickness = options["thickness"] / radius if options["thickness"] > 0 and radius > 0 else math.inf
+        return scene.solve(partial(value_of, dtype(radius), dtype(min(thickness, longest))))
 
     one, outside = at(parameters["radius"])
     if options["second"] != 0:
@@ -122,34 +122,29 @@ def points(parameters, inputs, normal):
     weights = inputs["weights"].tolist() if "weights" in inputs else [1.0] * len(table)
     samples = list(zip(table, rounded(fractions(weights), dtype), map(scene.linear, table), strict=True))
 
-    def once(radius, thickness):
-        r, t = dtype(radius), dtype(thickness)
+    def value_of(r, t, j, i):
+        n = inputs["normals"][j, i] if normal else np.zeros(3, dtype)
+        m = mirror_of(scene, j, i)
+        reach = (t * r) * linear_row(scene.rows, 3, *scene.directions[j, i]) if t < np.inf else np.inf
+        twice = dot(m, n) + dot(m, n)
+        here = scene.affine(scene.positions[j, i])
+        mirrored, lifted = (r + r) * scene.linear(m), (r + r) * scene.linear(n)
+        total, outside = dtype(0), 0
+        for o, fraction, sums in samples:
+            mirror = dot(o, m)
+            above = dot(o, n) - mirror * twice
+            lift = above if above < 0 else dtype(0)
+            place = ((here + r * sums) - mirror * mirrored) - lift * lifted
+            q = scene.texel(scene.image(place))
+            if q is None:
+                outside += 1
+                continue
+            before = place[3] - scene.z[q]
+            if before > 0 and before <= reach:
+                total = total + fraction
+        return total, outside
 
-        def value_of(j, i):
-            n = inputs["normals"][j, i] if normal else np.zeros(3, dtype)
-            m = mirror_of(scene, j, i)
-            reach = (t * r) * linear_row(scene.rows, 3, *scene.directions[j, i]) if t < np.inf else np.inf
-            twice = dot(m, n) + dot(m, n)
-            here = scene.affine(scene.positions[j, i])
-            mirrored, lifted = (r + r) * scene.linear(m), (r + r) * scene.linear(n)
-            total, outside = dtype(0), 0
-            for o, fraction, sums in samples:
-                mirror = dot(o, m)
-                above = dot(o, n) - mirror * twice
-                lift = above if above < 0 else dtype(0)
-                place = ((here + r * sums) - mirror * mirrored) - lift * lifted
-                q = scene.texel(scene.image(place))
-                if q is None:
-                    outside += 1
-                    continue
-                before = place[3] - scene.z[q]
-                if before > 0 and before <= reach:
-                    total = total + fraction
-            return total, outside
-
-        return scene.solve(value_of)
-
-    return two_radii(parameters, once)
+    return two_radii(parameters, scene, value_of)
 
 
 def disk_lines(inputs, normal, dtype):
@@ -172,31 +167,26 @@ def disk_estimator(parameters, inputs, normal, length_of, start, longest=math.in
     scene = Scene(parameters, inputs)
     dtype, table = scene.dtype, disk_lines(inputs, normal, scene.dtype)
 
-    def once(radius, thickness):
-        r, t = dtype(radius), dtype(min(thickness, longest))
+    def value_of(r, t, j, i):
+        frame = Frame(scene, j, i, r)
+        if not frame.deep > 0:
+            return None
+        slope_1, slope_2 = frame.slopes(inputs["normals"][j, i]) if normal else (None, None)
+        started, total, outside = start(frame), dtype(0), 0
+        for line in table:
+            x, y, half, *_ = line
+            place = frame.place(x, y)
+            image = scene.image(place)
+            texel = scene.texel(image)
+            if texel is None:
+                outside += 1
+                continue
+            plane = x * slope_1 + y * slope_2 if normal else half
+            top = plane if plane < half else half
+            total = total + length_of(frame, started, line, top, t, place, image, texel)
+        return total if total > 0 else dtype(0), outside
 
-        def value_of(j, i):
-            frame = Frame(scene, j, i, r)
-            if not frame.deep > 0:
-                return None
-            slope_1, slope_2 = frame.slopes(inputs["normals"][j, i]) if normal else (None, None)
-            started, total, outside = start(frame), dtype(0), 0
-            for line in table:
-                x, y, half, *_ = line
-                place = frame.place(x, y)
-                image = scene.image(place)
-                texel = scene.texel(image)
-                if texel is None:
-                    outside += 1
-                    continue
-                plane = x * slope_1 + y * slope_2 if normal else half
-                top = plane if plane < half else half
-                total = total + length_of(frame, started, line, top, t, place, image, texel)
-            return total if total > 0 else dtype(0), outside
-
-        return scene.solve(value_of)
-
-    return two_radii(parameters, once)
+    return two_radii(parameters, scene, value_of, longest)
 
 
 def lines(parameters, inputs, normal):

@@ -90,28 +90,25 @@ def test_outcomes_equal_the_reference(case):
 # Counts
 
 
-def row_of(depth, samples, model="shader", radius=1.0, kind=IDENTITY):
-    """Fewest and most of one row of texels whose points are their centres, in samples."""
+def row_of(depth, sample):
+    """Fewest, most and undecided at the first of a row of texels whose points are their centres, by one sample."""
     depth = np.array([depth], np.float32)
     width = depth.shape[1]
     positions = np.stack([np.arange(width) + 0.5, np.full(width, 0.5), depth[0]], axis=-1).astype(np.float32)[None]
-    found = ssao.ao_bounds(depth, positions, kind, np.array(samples, float).reshape(-1, 3), radius, model)
-    n = len(np.array(samples).reshape(-1, 3))
-    return (found.lower[0] * n).tolist(), (found.upper[0] * n).tolist(), found.undecided[0].tolist()
+    found = ssao.ao_bounds(depth, positions, IDENTITY, np.array([sample]), 1.0)
+    return found.lower[0, 0], found.upper[0, 0], found.undecided[0, 0]
 
 
 def test_a_sample_on_an_edge_is_undecided_where_the_texels_differ_and_only_there():
     # u = 1 lies in texel 1, or a rounding before it in texel 0: surfaces at 0 and 5 differ, 0 and 1 do not at z = 3.
-    assert row_of([0, 5, np.inf], [(0.5, 0, 3)])[2][0] == 1
-    assert row_of([0, 1, np.inf], [(0.5, 0, 3)])[2][0] == 0
-    assert row_of([0, 5, np.inf], [(0.5, 0, -3)])[2][0] == 0
-    assert row_of([0, 5, np.inf], [(0.499, 0, 3)])[2][0] == 0
-
-
-def test_the_border_of_the_texture_is_an_edge_with_nothing_beyond():
-    assert row_of([0.0], [(0.5, 0, 3)])[2] == [1]  # u = 1: outside, or in the last digits before
-    assert row_of([0.0], [(0.5, 0, -3)])[2] == [0]
-    assert row_of([0.0], [(0.6, 0, 3)])[:2] == ([0.0], [0.0])
+    assert row_of([0, 5, np.inf], (0.5, 0, 3.0))[2] == 1
+    assert row_of([0, 1, np.inf], (0.5, 0, 3.0))[2] == 0
+    assert row_of([0, 5, np.inf], (0.5, 0, -3.0))[2] == 0
+    assert row_of([0, 5, np.inf], (0.499, 0, 3.0))[2] == 0
+    # The border of the texture is an edge with nothing beyond.
+    assert row_of([0], (0.5, 0, 3.0))[2] == 1  # u = 1: outside, or in the last digits before
+    assert row_of([0], (0.5, 0, -3.0))[2] == 0
+    assert row_of([0], (0.6, 0, 3.0)) == (0, 0, 0)
 
 
 def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undecided():
@@ -224,22 +221,17 @@ def test_explain_names_the_texel_the_edge_and_the_error():
     samples = np.array([(0.25, 0, -3), (0.5, 0, 3), (2, 0, 9), (9, 0, 9)])
     found = explain((0, 0), depth, positions, IDENTITY, samples, 1.0)
     assert found[0].number == 1
-    assert [(s.number, s.outcome) for s in sorted(found, key=lambda s: s.number)] == [
+    near, edge, empty, off = sorted(found, key=lambda s: s.number)
+    assert [(s.number, s.outcome) for s in (near, edge, empty, off)] == [
         (0, "clear"), (1, "undecided"), (2, "clear"), (3, "clear"),
     ]  # fmt: skip
-    by_number = {s.number: s for s in found}
-    assert by_number[1].texel == (1, 0)
-    assert by_number[1].from_edge == 0.0
-    assert by_number[1].behind == -2.0
-    assert by_number[0].from_edge == 0.25
-    assert by_number[2].behind == -np.inf
-    assert by_number[3].texel is None
-    assert 0 < by_number[1].error_uv < 1e-5
-    texts = {s.number: str(s) for s in found}
-    assert texts[0].startswith("sample 0 is clear: it reads texel (0, 0), 2.5e-01 from its edge")
-    assert "3.0e+00 before its surface" in texts[0]
-    assert "sees no surface" in texts[2]
-    assert "outside the texture" in texts[3]
+    assert (edge.texel, edge.from_edge, edge.behind) == ((1, 0), 0.0, -2.0)
+    assert (near.from_edge, empty.behind, off.texel) == (0.25, -np.inf, None)
+    assert 0 < edge.error_uv < 1e-5
+    assert str(near).startswith("sample 0 is clear: it reads texel (0, 0), 2.5e-01 from its edge")
+    assert "3.0e+00 before its surface" in str(near)
+    assert "sees no surface" in str(empty)
+    assert "outside the texture" in str(off)
     assert explain((2, 0), depth, positions, IDENTITY, samples, 1.0) == []
 
 

@@ -125,20 +125,13 @@ class Changed(glsl_renderer.Renderer):
         return re.sub(*self.change, super().source(path))
 
 
+ROW = r"\(m\[4 \* row\] \* x \+ m\[4 \* row \+ 1\] \* y\) \+ m\[4 \* row \+ 2\] \* z"
 LEGAL = {
     "fused and reordered at the compiler's will": (r"\bprecise\b", ""),
-    "a product and a sum fused": (
-        r"\(m\[4 \* row\] \* x \+ m\[4 \* row \+ 1\] \* y\) \+ m\[4 \* row \+ 2\] \* z",
-        "fma(m[4 * row + 2], z, fma(m[4 * row + 1], y, m[4 * row] * x))",
-    ),
-    "a sum in another order": (
-        r"\(m\[4 \* row\] \* x \+ m\[4 \* row \+ 1\] \* y\) \+ m\[4 \* row \+ 2\] \* z",
-        "m[4 * row] * x + (m[4 * row + 1] * y + m[4 * row + 2] * z)",
-    ),
+    "a product and a sum fused": (ROW, "fma(m[4 * row + 2], z, fma(m[4 * row + 1], y, m[4 * row] * x))"),
+    "a sum in another order": (ROW, "m[4 * row] * x + (m[4 * row + 1] * y + m[4 * row + 2] * z)"),
     "a quotient by the reciprocal": (r"sums\.x / \(m\[12\] - sums\.z\)", "sums.x * (1.0 / (m[12] - sums.z))"),
-    "the fraction by the reciprocal": (
-        r"float\(count\) / float\(samples\)", "float(count) * (1.0 / float(samples))"
-    ),
+    "the fraction by the reciprocal": (r"float\(count\) / float\(samples\)", "float(count) * (1.0 / float(samples))"),
     "image - image ao": (r"image\[k\] \* visible", "image[k] - image[k] * occlusion[k / 3]"),
 }  # fmt: skip
 

@@ -53,23 +53,12 @@ def folders(tmp_path_factory):
     return folder
 
 
-def run_worker(folders, work, kind, plain, stop):
-    mine = folders / ("plain" if plain else "mine")
-    worker = Path(__file__).parents[1] / "helpers" / "hostile_worker.py"
-    command = [sys.executable, worker, kind, 0, stop, folders / "reference", mine, work]
-    return subprocess.run(
-        [str(word) for word in command],
-        env={**os.environ, "NUMBA_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600,
-    )
-
-
 @pytest.mark.parametrize(("kind", "plain", "count"), RUNS)
 def test_mutants_end_with_a_code_and_a_sentence(folders, tmp_path, kind, plain, count):
-    done = run_worker(folders, tmp_path, kind, plain, count)
+    worker = Path(__file__).parents[1] / "helpers" / "hostile_worker.py"
+    words = kind, 0, count, folders / "reference", folders / ("plain" if plain else "mine"), tmp_path
+    command, env = [sys.executable, worker, *map(str, words)], {**os.environ, "NUMBA_NUM_THREADS": "1"}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False, timeout=600)
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     # The worker dies of what is not caught: a signal, a traceback, a warning, too much memory or time.
     last = rows[-1]["number"] if rows else None

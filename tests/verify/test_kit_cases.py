@@ -111,26 +111,21 @@ def test_singular_cases_have_their_singularity(name, singular):
     assert all(statuses[k] > 50 for k in singular)
 
 
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [("crossed_slits", [0, 1]), ("conical", [0, 1, 2]), ("grazed", [0, 2, 3]), ("folded", [0, 1, 2, 4]),
-     ("horizon", [0, 1, 2, 4]), ("camera", [0, 1]), ("observers_missed", [0, 2, 3]), ("observers_first", [0, 1, 2, 3])],
-)  # fmt: skip
-def test_cases_of_borders_have_points_on_both_sides_of_them(name, expected):
-    case = make_case(f"border_{name}")
-    assert sorted(set(case.outputs["answers"].tolist())) == expected
-    if name in ("crossed_slits", "conical", "folded", "horizon"):
-        z_m, z_o = (
-            case.parameters["mapping"]["numbers"][k] for k in ((12, 13) if name == "crossed_slits" else (14, 16))
-        )
-        assert {z_m, z_o} <= set(case.inputs["points"][:, 2].tolist())
-    assert np.isfinite(case.outputs["image"]).all()
+# By case: all statuses of its points, those of points on its border and the one beyond it. No point of binary digits is
+# where screen and observers meet, nor is any on the conical diffuser's border.
+BORDERS = {
+    "crossed_slits": ([0, 1], {1}, 1), "conical": ([0, 1, 2], set(), 1), "grazed": ([0, 2, 3], {0}, 3),
+    "folded": ([0, 1, 2, 4], {4}, 4), "horizon": ([0, 1, 2, 4], {4}, 4), "camera": ([0, 1], {1}, 1),
+    # Points where the observers' arc is touched are on it or beyond the screen.
+    "observers_missed": ([0, 2, 3], {2, 3}, 2), "observers_first": ([0, 1, 2, 3], set(), 3),
+}  # fmt: skip
 
 
 def side_of(name, numbers, x, y, z):
     """A number that is 0 on the border that a case of borders is of, negative beyond it."""
-    if name == "camera":
-        return numbers[12] * x + numbers[13] * y + numbers[14] * z + numbers[15]
+    if name in ("camera", "crossed_slits"):
+        a, b, c, d = numbers[12:]
+        return a * x + b * y + c * z + d if name == "camera" else (a - z) * (z - b)
     assert numbers[:12] == [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]  # physical space is the world
     m_x, _, m_z, y_o, z_o, screen, observers = (lens := numbers[12:])[:7]
     dx, dz = x - m_x, m_z - z
@@ -151,23 +146,22 @@ def side_of(name, numbers, x, y, z):
     return 1 - k * k * aside * aside / (dx * dx + dz * dz)
 
 
-@pytest.mark.parametrize(
-    ("name", "on", "beyond"),
-    [("grazed", {0}, 3), ("observers_missed", {2, 3}, 2), ("folded", {4}, 4), ("horizon", {4}, 4), ("camera", {1}, 1),
-     ("observers_first", set(), 3), ("conical", set(), 1)],
-)  # fmt: skip
-def test_cases_of_borders_have_points_that_are_on_them_exactly(name, on, beyond):
-    """By fractions, of points between observers and lens; a line that touches a circle meets it.
-
-    No point of binary digits is where screen and observers meet, nor is any on the conical diffuser's border. Points
-    where the observers' arc is touched are on it or beyond the screen.
-    """
+@pytest.mark.parametrize("name", BORDERS)
+def test_cases_of_borders_have_points_on_both_sides_of_them_and_on_them_exactly(name):
+    """By fractions, of points between observers and lens; a line that touches a circle meets it."""
+    statuses, on, beyond = BORDERS[name]
     case = make_case(f"border_{name}")
+    points, answers = case.inputs["points"].tolist(), case.outputs["answers"].tolist()
+    assert sorted(set(answers)) == statuses
+    assert np.isfinite(case.outputs["image"]).all()
     numbers = [Fraction(n) for n in case.parameters["mapping"]["numbers"]]
+    z_m, z_o = (numbers[k] for k in {"crossed_slits": (12, 13), "camera": (0, 0)}.get(name, (14, 16)))
+    if name in ("crossed_slits", "conical", "folded", "horizon"):
+        assert {z_m, z_o} <= {z for _, _, z in points}
     found = {1: set(), 0: set(), -1: set()}
-    for point, status in zip(case.inputs["points"].tolist(), case.outputs["answers"].tolist(), strict=True):
+    for point, status in zip(points, answers, strict=True):
         x, y, z = (Fraction(n) for n in point)
-        if name == "camera" or numbers[16] < z < numbers[14]:
+        if name in ("camera", "crossed_slits") or z_o < z < z_m:
             side = side_of(name, numbers, x, y, z)
             found[(side > 0) - (side < 0)].add(status)
     assert found[0] == on

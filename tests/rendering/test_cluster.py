@@ -9,7 +9,7 @@ import threading
 import time
 import warnings
 import weakref
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
 import pytest
@@ -134,18 +134,8 @@ def textures_of(results):
     return [{name: t["sha256"] for name, t in result.entry["textures"].items()} for result in results]
 
 
-@pytest.mark.parametrize("kind", ["threads", "processes"])
-def test_any_executor_makes_the_same(local, tmp_path, kind):
-    job = job_in(tmp_path, 6)
-    context = get_context("spawn")
-    with ThreadPoolExecutor(3) if kind == "threads" else ProcessPoolExecutor(1, mp_context=context) as executor:
-        results = list(run_on(executor, job, job.items(), 1))
-    assert textures_of(results) == local[:6]
-    assert sorted(os.listdir(tmp_path)) == [f"module_{k:03d}.exr" for k in range(6)]
-
-
-class Backwards:
-    """An executor that completes the last of four items first, once it has all of them."""
+class Backwards(Executor):
+    """Completes the last of four items first, once it has all of them."""
 
     def __init__(self):
         self.todo = []
@@ -157,18 +147,28 @@ class Backwards:
         return self.todo[-1][0]
 
 
-def test_results_come_by_item_not_by_completion(local, tmp_path):
+EXECUTORS = {
+    "threads": lambda: ThreadPoolExecutor(3),
+    "processes": lambda: ProcessPoolExecutor(1, mp_context=get_context("spawn")),
+    "backwards": Backwards,
+}
+
+
+@pytest.mark.parametrize("kind", EXECUTORS)
+def test_any_executor_makes_the_same_and_results_come_by_item(local, tmp_path, kind):
     job = job_in(tmp_path, 4)
-    results = list(run_on(Backwards(), job, job.items(), 1))
+    with EXECUTORS[kind]() as executor:
+        results = list(run_on(executor, job, job.items(), 1))
     assert textures_of(results) == local[:4]
+    assert sorted(os.listdir(tmp_path)) == [f"module_{k:03d}.exr" for k in range(4)]
 
 
 def test_a_worker_of_another_version_or_without_the_folder(tmp_path):
-    job = job_in(tmp_path, 1)
+    (item,) = job_in(tmp_path, 1).items()
     with pytest.raises(InputError, match=r"a worker runs lfssao \S+, the job 9\.9"):
-        run_item(str(tmp_path / "work"), job.items()[0], 1, "9.9")
+        run_item(str(tmp_path / "work"), item, 1, "9.9")
     with pytest.raises(InputError, match=r"a worker cannot read it .*it needs the same folder"):
-        run_item(str(tmp_path / "work"), job.items()[0], 1, lfssao.__version__)
+        run_item(str(tmp_path / "work"), item, 1, lfssao.__version__)
 
 
 # In this process

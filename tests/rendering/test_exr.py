@@ -81,20 +81,14 @@ def test_windows_long_names_and_attributes_are_read_as_written(tmp_path):
         (Part("a", ("x" * 256,), np.zeros((2, 2, 1), np.float32)), "'x+' is no name"),
         (Part("a", ("a\0b",), np.zeros((2, 2, 1), np.float32)), "is no name"),
         (Part("a", ("Z",), np.zeros((2, 2, 1), np.float32), {"n": 2**31}), "attribute n is 2147483648, beyond 32 bits"),
+        # OpenEXR's reader in C++ does not open parts of several display windows.
+        (Part("a", ("Z",), np.zeros((8, 9, 1), np.float32), guard=2), "display windows differ: 2x2, 5x4"),
     ],
 )
 def test_what_would_change_bits_is_refused(tmp_path, part, words):
     good = Part("depth", ("Z",), np.zeros((2, 2, 1), np.float32))
     with pytest.raises(InputError, match=words):
         write_exr(tmp_path / "a.exr", [good, part])
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_parts_of_several_display_windows_are_refused(tmp_path):
-    """OpenEXR's reader in C++ does not open them."""
-    parts = [Part("a", ("Z",), pixels(8, 9, 1), guard=2), Part("b", ("Z",), pixels(4, 6, 1))]
-    with pytest.raises(InputError, match="display windows differ: 5x4, 6x4"):
-        write_exr(tmp_path / "a.exr", parts)
     assert list(tmp_path.iterdir()) == []
 
 

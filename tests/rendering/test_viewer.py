@@ -94,14 +94,10 @@ def test_the_references_sine_is_that_of_the_angle_between_ray_and_eye():
     assert shown >= 2 * len(DISPLAYS) - 1
 
 
-def one_module_display():
+def test_one_module_alone_shows_its_texture():
     """Only the middle module's rays pass near an eye at 0: the others are 5 m away."""
     modules = tuple(Module(x, 0.0, 0.7, 60, 36) for x in (-5.0, 0.0, 5.0))
-    return replace(DISPLAYS["sample-a"], modules=modules)
-
-
-def test_one_module_alone_shows_its_texture():
-    field, textures = random_field(one_module_display(), np.random.default_rng(1))
+    field, textures = random_field(replace(DISPLAYS["sample-a"], modules=modules), np.random.default_rng(1))
     shot = field.photograph(0.0, 60, "nearest")
     assert np.array_equal(shot.image, textures[1])
     assert shot.dark == 0

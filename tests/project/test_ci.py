@@ -19,7 +19,7 @@ def installed(*states):
     return f'[ "$*" = "-W -f \\${{db:Status-Status}}  {PACKAGES}" ] && printf "{printed}"; exit {len(states) != 3:d}'
 
 
-def ci(folder, query, apt="exit 0", user=0):
+def ci(folder, query, apt, user):
     """Run it on a README of its own; what was printed, and the arguments of each call of apt-get."""
     (folder / ".ci").mkdir()
     shutil.copy(RUN, folder / ".ci" / "run")
@@ -40,20 +40,18 @@ def ci(folder, query, apt="exit 0", user=0):
     return said, asked.read_text().splitlines() if asked.exists() else []
 
 
-@pytest.mark.parametrize("states", [[], ["installed"] * 2, ["installed", "installed", "config-files"]])
-def test_drivers_that_are_missing_are_installed(tmp_path, states):
-    assert ci(tmp_path, installed(*states)) == ("tested noninteractive", ASKED)
-
-
-def test_drivers_that_are_there_are_left_alone(tmp_path):
-    assert ci(tmp_path, installed(*["installed"] * 3)) == ("tested interactive", [])
-
-
-def test_who_may_not_install_does_not_try(tmp_path):
-    assert ci(tmp_path, installed(), user=1000) == ("tested interactive", [])
-
-
-@pytest.mark.parametrize("apt", ["exit 100", '[ "$1" = install ]'])
-def test_tests_run_although_apt_fails(tmp_path, apt):
-    """Without a network the lists or the packages cannot be had; the tests then say what is missing."""
-    assert ci(tmp_path, installed(), apt) == ("tested noninteractive", ASKED)
+@pytest.mark.parametrize(
+    ("states", "apt", "user", "said", "asked"),
+    [
+        ([], "exit 0", 0, "noninteractive", ASKED),
+        (["installed"] * 2, "exit 0", 0, "noninteractive", ASKED),
+        (["installed", "installed", "config-files"], "exit 0", 0, "noninteractive", ASKED),
+        (["installed"] * 3, "exit 0", 0, "interactive", []),
+        ([], "exit 0", 1000, "interactive", []),  # who may not install does not try
+        # Without a network the lists or the packages cannot be had; the tests then say what is missing.
+        ([], "exit 100", 0, "noninteractive", ASKED),
+        ([], '[ "$1" = install ]', 0, "noninteractive", ASKED),
+    ],
+)
+def test_drivers_that_are_missing_are_installed_by_who_may(tmp_path, states, apt, user, said, asked):
+    assert ci(tmp_path, installed(*states), apt, user) == (f"tested {said}", asked)

@@ -31,14 +31,8 @@ def executed(path, folder):
     """The code cells of a notebook after a run in an empty folder."""
     homes = {name: str(folder) for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "TMPDIR")}
     search = os.pathsep.join([str(Path(lfssao.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    target = folder / "executed.ipynb"
-    command = [
-        sys.executable,
-        str(FOLDER.parent / "tests" / "helpers" / "execute_notebook.py"),
-        str(path),
-        str(target),
-        str(folder),
-    ]
+    helper, target = FOLDER.parent / "tests" / "helpers" / "execute_notebook.py", folder / "executed.ipynb"
+    command = [sys.executable, *map(str, (helper, path, target, folder))]
     env = {**os.environ, **homes, "PYTHONPATH": search}
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -65,26 +59,16 @@ def test_a_notebook_runs_and_shows_figures(path, tmp_path):
 
 
 @by_notebook
-def test_a_notebook_is_committed_without_outputs(path):
-    for cell in cells(path, "code"):
-        assert cell["outputs"] == []
-        assert cell["execution_count"] is None
-
-
-@by_notebook
-def test_a_notebook_defines_nothing(path):
-    code = "\n".join(cell["source"] for cell in cells(path, "code")).replace("%matplotlib inline", "")
+def test_a_notebook_is_committed_without_outputs_defines_nothing_and_imports_public_names(path):
+    code = cells(path, "code")
+    assert all((cell["outputs"], cell["execution_count"]) == ([], None) for cell in code)
+    nodes = list(ast.walk(ast.parse("\n".join(cell["source"] for cell in code).replace("%matplotlib inline", ""))))
     definitions = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
-    assert [node.name for node in ast.walk(ast.parse(code)) if isinstance(node, definitions)] == []
-
-
-@by_notebook
-def test_a_notebook_imports_public_names_only(path):
-    code = "\n".join(cell["source"] for cell in cells(path, "code")).replace("%matplotlib inline", "")
-    names = [node.module if isinstance(node, ast.ImportFrom) else alias.name for node in ast.walk(ast.parse(code))
-             if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names]  # fmt: skip
-    own = {name for name in names if name.split(".")[0] == "lfssao"}
-    assert {name for name in own if not name.startswith("lfssao.viz")} <= {"lfssao", "lfssao.samples", "lfssao.testing"}
+    assert [node.name for node in nodes if isinstance(node, definitions)] == []
+    names = {node.module if isinstance(node, ast.ImportFrom) else alias.name for node in nodes
+             if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names}  # fmt: skip
+    own = {name for name in names if name.split(".")[0] == "lfssao" and not name.startswith("lfssao.viz")}
+    assert own <= {"lfssao", "lfssao.samples", "lfssao.testing"}
 
 
 @by_notebook

@@ -33,11 +33,8 @@ def test_the_librarys_examples_run(tmp_path, monkeypatch, capsys):
     first, second = library_blocks()
     names = {}
     exec(compile(first, "README", "exec"), names)
-    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == [
-        "module_009",
-        "module_010",
-        "module_011",
-    ]
+    shown = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert shown == ["module_009", "module_010", "module_011"]
     made = names["textures"]
     names |= {"depth": made.gbuffer.depth, "positions": made.gbuffer.positions, "rgb": made.image}
     names |= {"samples": lfssao.make_samples(), "other_ao": made.ao[0]}

@@ -27,30 +27,29 @@ def run(hidden, *command):
     return subprocess.run([sys.executable, *command], env=hidden, capture_output=True, text=True, check=False)
 
 
+def printed(hidden, script):
+    """What a script prints, which succeeds."""
+    done = run(hidden, "-c", script)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 def test_every_module_imports(hidden):
-    done = run(
-        hidden,
-        "-c",
-        """
+    script = """
 import importlib, pkgutil
 import lfssao
 modules = [m.name for m in pkgutil.walk_packages(lfssao.__path__, "lfssao.") if m.name != "lfssao.__main__"]
 for name in modules:
     importlib.import_module(name)
 print(len(modules))
-""",
-    )
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout) > 30
+"""
+    assert int(printed(hidden, script)) > 30
 
 
 @pytest.mark.slow
 def test_textures_have_the_golden_digests(hidden):
     """One module of a flat display, one of a curved one, and a camera."""
-    done = run(
-        hidden,
-        "-c",
-        """
+    script = """
 import json
 from golden import digests_of, scene, settings, through_a_camera, through_a_module
 from lfssao.gbuffer.embree import embree_installed
@@ -61,11 +60,9 @@ print(json.dumps({
     "convex": digests_of(through_a_module(mesh, "convex", settings(mesh))),
     "cameras": digests_of(through_a_camera(mesh, "perspective", settings(mesh))),
 }))
-""",
-    )
-    assert done.returncode == 0, done.stderr
+"""
     expected = json.loads(GOLDEN.read_text())
-    assert json.loads(done.stdout) == {
+    assert json.loads(printed(hidden, script)) == {
         "sample-a": expected["sample-a"]["sample-a statue"],
         "convex": expected["convex"]["convex statue"],
         "cameras": expected["cameras"]["perspective statue"],
@@ -81,10 +78,7 @@ def test_embrees_own_answers_are_refused(hidden, tmp_path):
 
 
 def test_the_ground_truth_needs_it_only_where_it_is_asked_for(hidden):
-    done = run(
-        hidden,
-        "-c",
-        """
+    script = """
 import numpy as np
 import lfssao
 mesh = lfssao.Mesh(np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]]), np.array([[0, 1, 2]]))
@@ -97,9 +91,7 @@ try:
     lfssao.ray_cast_occlusion(occluders, buffers, 1.0, intersector="embree")
 except lfssao.MissingPackageError as error:
     print(error)
-""",
-    )
-    assert done.returncode == 0, done.stderr
-    covered, said = done.stdout.splitlines()
+"""
+    covered, said = printed(hidden, script).splitlines()
     assert covered == "True"
     assert said.startswith("Embree needs the package embreex, which is not installed here")

@@ -8,6 +8,9 @@ import pytest
 from lfssao import Camera, InputError, Mesh, Paint, RayCaster, builtin_scene, find_display, module_views
 
 RESOLUTION = 64, 48
+# A triangle and a camera before it.
+CORNERS = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1.5, 0]])
+BEFORE = Camera.looking_at(np.array([[-1.0, -1, -1], [1, 1.5, 1]]), "orthographic").view(*RESOLUTION)
 
 
 @pytest.fixture(scope="module")
@@ -15,10 +18,8 @@ def statue():
     return builtin_scene("statue")
 
 
-def view_of(mesh, guard=0, module=3):
-    return module_views(mesh, find_display("sample-a").with_resolution(*RESOLUTION), range(module, module + 1), guard)[
-        0
-    ]
+def view_of(mesh, guard=0):
+    return module_views(mesh, find_display("sample-a").with_resolution(*RESOLUTION), range(3, 4), guard)[0]
 
 
 def unit(x, y, z):
@@ -53,21 +54,16 @@ def test_geometric_normals_are_the_triangles_and_face_the_viewer(statue):
 
 
 def test_a_surface_seen_from_behind_has_its_normal_turned():
-    corners = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1.5, 0]])
     for faces in ([[0, 1, 2]], [[0, 2, 1]]):
-        mesh = Mesh(corners, np.array(faces))
-        view = Camera.looking_at(np.array([[-1.0, -1, -1], [1, 1.5, 1]])).view(16, 12)
-        seen = RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric")
+        caster = RayCaster(Mesh(CORNERS, np.array(faces)), BEFORE.cast_from_world)
+        seen = caster.gbuffer(BEFORE, None, "geometric")
         assert (seen.normals[seen.triangle >= 0] == [0, 0, 1]).all()
 
 
 def test_smooth_normals_are_those_of_the_vertices():
-    corners = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1.5, 0]])
     normals = np.array([[-3.0, 0, 4], [3, 0, 4], [0, 5, 0.0]])
-    mesh = Mesh(corners, np.array([[0, 1, 2]]), normals=normals)
-    view = Camera.looking_at(np.array([[-1.0, -1, -1], [1, 1.5, 1]]), "orthographic").view(64, 48)
-    caster = RayCaster(mesh, view.cast_from_world)
-    seen = caster.gbuffer(view, None, "smooth")
+    mesh = Mesh(CORNERS, np.array([[0, 1, 2]]), normals=normals)
+    seen = RayCaster(mesh, BEFORE.cast_from_world).gbuffer(BEFORE, None, "smooth")
     j, i = np.argwhere(seen.triangle >= 0)[50]
     # Barycentric weights from the position, another way than the kernel's.
     x, y = seen.positions[j, i, :2].astype(float)
@@ -76,7 +72,7 @@ def test_smooth_normals_are_those_of_the_vertices():
     expected = np.array(unit(*((1 - b - c) * normals[0] + b * normals[1] + c * normals[2]).tolist()))
     np.testing.assert_allclose(seen.normals[j, i], expected, atol=1e-6)
     # Without normals at the vertices smooth ones are the triangles'.
-    bare = RayCaster(Mesh(corners, mesh.faces), view.cast_from_world).gbuffer(view, None, "smooth")
+    bare = RayCaster(Mesh(CORNERS, mesh.faces), BEFORE.cast_from_world).gbuffer(BEFORE, None, "smooth")
     assert (bare.normals[bare.triangle >= 0] == [0, 0, 1]).all()
 
 

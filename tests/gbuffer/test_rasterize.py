@@ -19,10 +19,6 @@ from lfssao.gbuffer.rasterize import candidate_pairs, image_axes
 VIEWS = sorted(scenes.VIEWS)
 
 
-def texel_rays(view):
-    return raycast.texel_rays(*view.rays, view.width, view.height)
-
-
 def bound(view, vertices, faces, rows=None, scale=9.1):
     """Texels of corners, and bounds of triangles."""
     rows = rows or range(view.height)
@@ -147,7 +143,7 @@ def test_every_texel_that_a_triangle_is_hit_in_is_a_candidate(name, top):
     faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
     tree = TriangleTree(vertices, faces)
     bounds = candidate_pairs(view, tree, range(top, 19)).bounds[tree.arrays.place_of]
-    rays = texel_rays(view)
+    rays = scenes.texel_rays(view)
     found = 0
     for face, (i0, i1, j0, j1) in zip(faces, bounds.tolist(), strict=True):
         hit = raycast.first_hits(rays, vertices[face][None]).triangle.reshape(19, 23) == 0

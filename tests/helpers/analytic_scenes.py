@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import inf, sqrt
 
 import numpy as np
-import raycast_scenes
+import trimesh
 
 from lfssao import Buffers, Camera, Display, Mesh, Module, View
 
@@ -140,10 +140,10 @@ def tilted_mesh():
 
 def sphere_mesh(times=5):
     """The sphere in 20 * 4^times triangles, corners on it, and the plane."""
-    corners, faces = raycast_scenes.sphere(times)
+    ball = trimesh.creation.icosphere(times, BALL).apply_translation((0, 0, BALL))
     ground = strip((-_FAR, 0.0), (_FAR, 0.0))
-    vertices = np.concatenate([BALL * corners + [0, 0, BALL], ground.vertices])
-    return Mesh(vertices, np.concatenate([faces, ground.faces + len(corners)]))
+    vertices = np.concatenate([ball.vertices, ground.vertices])
+    return Mesh(vertices, np.concatenate([ball.faces, ground.faces + len(ball.vertices)]))
 
 
 UP, HALF = np.array([0.0, 0.0, 1.0]), sqrt(0.5)

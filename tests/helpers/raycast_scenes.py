@@ -48,6 +48,10 @@ def at(view, u, v, share):
     return np.stack([ox + dx * z, oy + dy * z, z], axis=-1)
 
 
+def texel_rays(view):
+    return raycast.texel_rays(*view.rays, view.width, view.height)
+
+
 def anywhere(view, rng, n, deep=0.9):
     """Points in the view and a little beside it."""
     u, v = rng.uniform(-0.1, 1.1, (2, n)) * [[view.width], [view.height]]
@@ -220,55 +224,6 @@ SCENES = [
 ]  # fmt: skip
 
 
-# Closed meshes
-
-
-def box():
-    corners = np.array([(x, y, z) for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)])
-    squares = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return corners, np.array([t for a, b, c, d in squares for t in ((a, b, c), (a, c, d))])
-
-
-def sphere(times):
-    """An icosahedron divided so often, corners on the unit sphere."""
-    g = (1 + 5**0.5) / 2
-    corners = [(x, y, 0.0) for x in (-1, 1) for y in (-g, g)]
-    corners = np.array(corners + [(0.0, x, y) for x, y, _ in corners] + [(y, 0.0, x) for x, y, _ in corners])
-    gaps = np.linalg.norm(corners[:, None] - corners, axis=2) < 2.1
-    triples = np.stack(np.meshgrid(*[np.arange(12)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    a, b, c = triples.T
-    faces = triples[(a < b) & (b < c) & gaps[a, b] & gaps[b, c] & gaps[a, c]]
-    assert len(faces) == 20
-    corners = list(corners / np.linalg.norm(corners[0]))
-    for _ in range(times):
-        middles, finer = {}, []
-        for a, b, c in faces:
-            new = []
-            for pair in ((a, b), (b, c), (c, a)):
-                key = min(pair), max(pair)
-                if key not in middles:
-                    middle = corners[key[0]] + corners[key[1]]
-                    middles[key] = len(corners)
-                    corners.append(middle / np.linalg.norm(middle))
-                new.append(middles[key])
-            ab, bc, ca = new
-            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        faces = np.array(finer)
-    return np.array(corners), faces
-
-
-def torus(around=24, across=12, radius=0.4):
-    a, b = (2 * np.pi * n.ravel() / size for n, size in zip(np.mgrid[:around, :across], (around, across), strict=True))
-    ring = 1 + radius * np.cos(b)
-    faces = []
-    for i in range(around):
-        for j in range(across):
-            right, up = (i + 1) % around, (j + 1) % across
-            p, q, r, s = i * across + j, right * across + j, right * across + up, i * across + up
-            faces += [(p, q, r), (p, r, s)]
-    return np.column_stack([ring * np.cos(a), ring * np.sin(a), radius * np.sin(b)]), np.array(faces)
-
-
 # Ways of the ray caster
 
 
@@ -284,10 +239,14 @@ def rasterized(view, tree):
     return triangle.ravel(), z.ravel()
 
 
+def tiles(view):
+    """Shape of the proposals."""
+    return -(-view.height // first_hit.TILE), -(-view.width // first_hit.TILE)
+
+
 def traced(view, tree, proposal):
     """Triangle and z of each texel by the tree; proposal: a triangle a tile, or -1 for none."""
-    tiles = -(-view.height // first_hit.TILE), -(-view.width // first_hit.TILE)
-    proposal = np.ascontiguousarray(np.broadcast_to(proposal, tiles), np.int32)
+    proposal = np.ascontiguousarray(np.broadcast_to(proposal, tiles(view)), np.int32)
     triangle, z = np.full((view.height, view.width), -9, np.int32), np.full((view.height, view.width), np.nan)
     first_hit.first_hits(view.rays, view.width, view.height, tree.arrays, proposal, triangle, z)
     return triangle.ravel(), z.ravel()

@@ -6,14 +6,14 @@ from inspect import signature
 
 import numpy as np
 import pytest
-import raycast_scenes
+import trimesh
 from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
 from reference.passes import algorithm2_with_neighbours
 from ssao_cases import both, module_cases
 
-from lfssao import Mesh, RayCaster, Settings, find_display, fit_roi, make_samples, module_views, read_exr
+from lfssao import Mesh, RayCaster, Settings, find_display, make_samples, module_views, read_exr
 from lfssao.ao import ssao
 from lfssao.ao.estimators import neighbours
 from lfssao.ao.estimators.neighbours import DepthCache, nearest_modules
@@ -23,7 +23,7 @@ from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.passes import render
 
 SAMPLE_A = find_display("sample-a")
-BOX = np.array([[-1.0, -0.75, -1.0], [1.0, 0.75, 1.0]])
+MODULES = "--display", "sample-a", "--modules", "9:13"
 
 
 @st.composite
@@ -41,15 +41,20 @@ def neighbourhoods(draw, dtype):
     return depth, positions, mapping, others, samples, radius
 
 
+def assert_equals_reference(depth, positions, mapping, others, samples, radius):
+    """Occlusion and the number of samples outside; others: the mapping and depth texture of each neighbour."""
+    actual = neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, samples, radius)
+    views = [(texture, KINDS[m.kind], m.numbers.astype(depth.dtype)) for m, texture in [(mapping, depth), *others]]
+    occlusion, outside = algorithm2_with_neighbours(depth, positions, (radius * samples).astype(depth.dtype), views)
+    assert_same_bits(actual.texture, occlusion)
+    assert actual.outside == outside.sum()
+    return actual
+
+
 @both
 @given(data=st.data())
 def test_neighbours_equal_the_reference(dtype, data):
-    depth, positions, mapping, others, samples, radius = data.draw(neighbourhoods(dtype))
-    actual = neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, samples, radius)
-    views = [(texture, KINDS[m.kind], m.numbers.astype(dtype)) for m, texture in [(mapping, depth), *others]]
-    occlusion, outside = algorithm2_with_neighbours(depth, positions, (radius * samples).astype(dtype), views)
-    assert_same_bits(actual.texture, occlusion)
-    assert actual.outside == outside.sum()
+    assert_equals_reference(*data.draw(neighbourhoods(dtype)))
 
 
 @both
@@ -61,21 +66,12 @@ def test_neighbours_of_any_display_equal_the_reference(dtype, name, radius):
     caster = RayCaster(ball(), views[0].cast_from_world)
     depths = [caster.gbuffer(view).depth.astype(dtype) for view in views]
     depths[1] = np.ascontiguousarray(depths[1][:20, :30])  # where what falls beyond is outside
-    positions = caster.gbuffer(views[0]).positions.astype(dtype)
+    own = depths[0], caster.gbuffer(views[0]).positions.astype(dtype), views[0].world_to_image
     samples = make_samples("random", 5, 4)
     others = [(view.world_to_image, depth) for view, depth in zip(views[1:], depths[1:], strict=True)]
-    actual = neighbours.algorithm2_with_neighbours(
-        depths[0], positions, views[0].world_to_image, others, samples, radius
-    )
-    known = [
-        (depth, KINDS[view.world_to_image.kind], view.world_to_image.numbers.astype(dtype))
-        for view, depth in zip(views, depths, strict=True)
-    ]
-    occlusion, outside = algorithm2_with_neighbours(depths[0], positions, (radius * samples).astype(dtype), known)
-    assert_same_bits(actual.texture, occlusion)
-    assert actual.outside == outside.sum() > 0
-    alone = ssao.algorithm2(depths[0], positions, views[0].world_to_image, samples, radius)
-    assert (alone.texture > occlusion).any()
+    together = assert_equals_reference(*own, others, samples, radius)
+    assert together.outside > 0
+    assert (ssao.algorithm2(*own, samples, radius).texture > together.texture).any()
 
 
 def card_before_a_wall(index):
@@ -117,20 +113,19 @@ def test_a_sample_that_only_a_neighbour_can_tell_counts():
         assert (float(found.texture[0, 0]), found.outside) == (hidden, 0)
 
 
-def test_a_neighbour_of_another_dtype_is_refused():
-    world = fit_roi(BOX, find_display("virtual").roi)
-    mapping = find_display("virtual").view(0, world).world_to_image
-    depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
-    for other in (np.zeros((3, 4)), np.zeros((0, 4), np.float32)):
-        with pytest.raises(InputError, match="neighbour 1"):
-            neighbours.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, other)], np.ones((1, 3)), 1.0)
-
-
-def test_more_texels_than_32_bits_can_number_are_refused():
+@pytest.mark.parametrize(
+    ("others", "words"),
+    [
+        ([np.zeros((3, 4))], "neighbour 1"),
+        ([np.zeros((0, 4), np.float32)], "neighbour 1"),
+        ([np.broadcast_to(np.float32(0), (2**15, 2**15))] * 2, "3 modules have 2147483660 texels"),
+    ],
+)
+def test_textures_of_another_dtype_and_too_many_texels_are_refused(others, words):
     mapping = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
     depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
-    others = [(mapping, np.broadcast_to(np.float32(0), (2**15, 2**15)))] * 2
-    with pytest.raises(InputError, match="3 modules have 2147483660 texels"):
+    others = [(mapping, other) for other in others]
+    with pytest.raises(InputError, match=words):
         neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, np.ones((1, 3)), 1.0)
 
 
@@ -160,64 +155,52 @@ def test_nearest_modules_and_how_many_there_are():
 
 def ball():
     """A coarse ball, so that modules see more or less of what is round the corner."""
-    return Mesh(*raycast_scenes.sphere(1))
+    shape = trimesh.creation.icosphere(1)
+    return Mesh(shape.vertices, shape.faces)
 
 
 @pytest.fixture
-def rendered(tmp_path):
-    """Modules 9 to 12 of sample-a with two neighbours each, by the command line."""
+def command(tmp_path):
+    """The ball by the command line."""
     mesh, shape = tmp_path / "ball.obj", ball()
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in shape.vertices.tolist()]
     mesh.write_text("\n".join(lines + [f"f {a} {b} {c}" for a, b, c in (shape.faces + 1).tolist()]))
-    words = [str(mesh), "-o", str(tmp_path / "out"), "--display", "sample-a", "--resolution", "60x36", "--radii", "0.3"]
-    return lambda *more: main(["render", *words, "--modules", "9:13", *more])
+    words = [str(mesh), "-o", str(tmp_path / "out"), "--resolution", "60x36", "--radii", "0.3"]
+    return lambda *more: main(["render", *words, *more])
 
 
-def test_the_command_renders_what_the_pass_makes_of_the_nearest_modules(rendered, tmp_path):
-    assert rendered("--neighbours", "2") == 0
+def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(command, tmp_path):
+    assert command(*MODULES, "--neighbours", "2") == 0
     display = SAMPLE_A.with_resolution(60, 36)
     views = module_views(ball(), display)
     caster = RayCaster(ball(), views[0].cast_from_world)
     seen = {k: caster.gbuffer(views[k]) for k in range(8, 14)}
-    for index in range(9, 13):
+    made = render(ball(), display, Settings((0.3,), neighbours=2), range(9, 13))
+    for index, textures in zip(range(9, 13), made, strict=True):
         asked = [(views[k].world_to_image, seen[k].depth) for k in (index - 1, index + 1)]
-        mine = seen[index]
-        expected = neighbours.algorithm2_with_neighbours(
-            mine.depth, mine.positions, views[index].world_to_image, asked, make_samples(), 0.3
-        )
-        path = tmp_path / "out" / f"module_{index:03d}.exr"
-        found = read_exr(path)["ao_1"].pixels[..., 0]
+        own = seen[index].depth, seen[index].positions, views[index].world_to_image
+        expected = neighbours.algorithm2_with_neighbours(*own, asked, make_samples(), 0.3)
+        found = read_exr(tmp_path / "out" / f"module_{index:03d}.exr")["ao_1"].pixels[..., 0]
         assert_same_bits(found, expected.texture)
-        alone = ssao.algorithm2(mine.depth, mine.positions, views[index].world_to_image, make_samples(), 0.3)
-        assert (found < alone.texture).any()
+        assert_same_bits(textures.ao[0], expected.texture)
+        assert textures.view.name == f"module_{index:03d}"
+        assert (found < ssao.algorithm2(*own, make_samples(), 0.3).texture).any()
     settings = json.loads((tmp_path / "out" / "manifest.json").read_text())["settings"]
     assert settings["neighbours"] == 2
-
-
-def test_the_library_renders_the_same(rendered, tmp_path):
-    assert rendered("--neighbours", "2") == 0
-    settings = Settings((0.3,), neighbours=2)
-    for textures in render(ball(), SAMPLE_A.with_resolution(60, 36), settings, range(9, 13)):
-        path = tmp_path / "out" / f"{textures.view.name}.exr"
-        assert_same_bits(read_exr(path)["ao_1"].pixels[..., 0], textures.ao[0])
 
 
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--neighbours", "21"], "--neighbours 21: a module of sample-a has 20 others"),
-        (["--neighbours", "-1"], "-1 is not from 0"),
-        (["--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
+        ([*MODULES, "--neighbours", "21"], "--neighbours 21: a module of sample-a has 20 others"),
+        ([*MODULES, "--neighbours", "-1"], "-1 is not from 0"),
+        ([*MODULES, "--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
+        (["--camera", "--neighbours", "1"], "--neighbours does not go with --camera"),
     ],
 )
-def test_what_has_no_neighbours_is_refused(rendered, capsys, more, words):
-    assert rendered(*more) == 2
+def test_what_has_no_neighbours_is_refused(command, capsys, more, words):
+    assert command(*more) == 2
     assert words in capsys.readouterr().err
-
-
-def test_a_camera_has_no_neighbours(capsys, tmp_path):
-    assert main(["render", "statue", "-o", str(tmp_path / "out"), "--neighbours", "1", "--camera"]) == 2
-    assert "--neighbours does not go with --camera" in capsys.readouterr().err
 
 
 def test_depths_are_cast_once_as_long_as_they_are_kept():

@@ -4,10 +4,10 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 import analytic_scenes as scenes
-import numba
 import numpy as np
 import pytest
 from bits import assert_same_bits
+from estimator_cases import with_one_thread_and_two
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import truth
@@ -82,20 +82,23 @@ def crease(c, weighting, falloff):
     return constant - lost[falloff][weighting]
 
 
-def numbers(texels, exact, made, bound):
-    """Each within five of its standard errors and the bound that rays' beginning off the surface stands for."""
-    for (j, i), value in zip(texels, exact, strict=True):
-        assert abs(made.texture[j, i] - value) <= 5 * made.error[j, i] + bound
-
-
-def places(seen, xs):
-    """The texels nearest to (x, 0), their points, and the textures with no other surface."""
+def cast_at(surface, sight, xs, radius, weighting, falloff="constant", **options):
+    """Occlusion with no other texels than those nearest to (x, 0), these, and their points."""
+    seen = scenes.buffers(surface, scenes.SIGHTS[sight]())
     found = [scenes.nearest(seen, x) for x in xs]
     depth = np.full_like(seen.depth, np.inf)
     for j, i, _ in found:
         depth[j, i] = seen.depth[j, i]
     alone = Buffers(seen.view, depth, seen.positions, seen.normals)
-    return [(j, i) for j, i, _ in found], np.array([at for _, _, at in found]), alone
+    occluders = Occluders(scenes.SURFACES[surface].mesh())
+    made = ray_cast_occlusion(occluders, alone, radius, weighting, falloff, rounds=(16, 64), **options)
+    return made, [(j, i) for j, i, _ in found], np.array([at for _, _, at in found])
+
+
+def assert_near(made, texels, exact, bound):
+    """Each within five of its standard errors and the bound that rays' beginning off the surface stands for."""
+    for (j, i), value in zip(texels, exact, strict=True):
+        assert abs(made.texture[j, i] - value) <= 5 * made.error[j, i] + bound
 
 
 @pytest.mark.parametrize("sight", ["perspective", "display"])
@@ -116,17 +119,15 @@ def test_what_no_ray_meets_is_open(through, surface, sight):
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 @THROUGH
 def test_a_crease(through, weighting, radius, falloff):
-    seen = scenes.buffers("concave crease", scenes.SIGHTS["crossed slits"]())
-    texels, at, alone = places(seen, [-0.2, -0.13, -0.1, -0.05, -0.03, -0.01, 0.04, 0.11])
-    occluders = Occluders(scenes.SURFACES["concave crease"].mesh())
-    options = {"rounds": (16, 64), "offset": CLOSE[through], "intersector": through}
-    made = ray_cast_occlusion(occluders, alone, radius, weighting, falloff, **options)
+    where = "concave crease", "crossed slits", [-0.2, -0.13, -0.1, -0.05, -0.03, -0.01, 0.04, 0.11], radius
+    options = {"falloff": falloff, "offset": CLOSE[through], "intersector": through}
+    made, texels, at = cast_at(*where, weighting, **options)
     exact = [crease(abs(x) * np.sqrt(2) / radius, weighting, falloff) for x in at[:, 0]]
-    numbers(texels, exact, made, 1e-5)
+    assert_near(made, texels, exact, 1e-5)
     assert (max(exact) > 0.49) == (radius == 2.0)  # half without end
     assert (min(exact) == 0) == (radius == 0.2)
     if radius == 0.2 and falloff == "constant":  # the other weighting would not pass
-        other = ray_cast_occlusion(occluders, alone, radius, WEIGHTINGS[weighting == "cosine"], falloff, **options)
+        other, *_ = cast_at(*where, WEIGHTINGS[weighting == "cosine"], **options)
         apart = [abs(other.texture[texel] - value) for texel, value in zip(texels, exact, strict=True)]
         assert max(apart) > 0.03 > 5 * made.error.max()
 
@@ -135,28 +136,24 @@ def test_a_crease(through, weighting, radius, falloff):
 @THROUGH
 def test_a_half_space_beyond_a_wall(through, weighting):
     """The wall goes on 4 to both sides of y = 0, from where it is seen 0.05 to 0.2 away: 1e-3 of it is missing."""
-    seen = scenes.buffers("step", scenes.SIGHTS["orthographic"]())
-    texels, at, alone = places(seen, [-0.05, -0.1, -0.15, -0.2, 0.1])
-    occluders = Occluders(scenes.SURFACES["step"].mesh())
-    options = {"rounds": (16, 64), "offset": CLOSE_WITHOUT_END[through], "intersector": through}
-    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, **options)
+    options = {"offset": CLOSE_WITHOUT_END[through], "intersector": through}
+    where = "step", "orthographic", [-0.05, -0.1, -0.15, -0.2, 0.1], np.inf
+    made, texels, at = cast_at(*where, weighting, **options)
     a, h = -at[:, 0], scenes.STEP
     exact = (1 - a / np.hypot(a, h)) / 2 if weighting == "cosine" else np.arctan(h / a) / np.pi
-    numbers(texels, np.where(a > 0, exact, 0), made, 1e-3)
+    assert_near(made, texels, np.where(a > 0, exact, 0), 1e-3)
 
 
 @pytest.mark.parametrize("weighting", WEIGHTINGS)
 @THROUGH
 def test_a_sphere_on_a_plane(through, weighting):
     """Its mesh lies within 2e-4 of its radius inside it."""
-    seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["orthographic"]())
-    texels, at, alone = places(seen, [-0.16, -0.2, -0.3, 0.18, 0.25])
-    occluders = Occluders(scenes.sphere_mesh(5))
-    options = {"rounds": (16, 64), "offset": CLOSE_WITHOUT_END[through], "intersector": through}
-    made = ray_cast_occlusion(occluders, alone, np.inf, weighting, **options)
+    options = {"offset": CLOSE_WITHOUT_END[through], "intersector": through}
+    where = "sphere on a plane", "orthographic", [-0.16, -0.2, -0.3, 0.18, 0.25], np.inf
+    made, texels, at = cast_at(*where, weighting, **options)
     assert (at[:, 2] == 0).all()
     sine = scenes.BALL / np.linalg.norm(at - [0, 0, scenes.BALL], axis=1)
-    numbers(texels, sine**3 if weighting == "cosine" else 1 - np.sqrt(1 - sine**2), made, 1e-3)
+    assert_near(made, texels, sine**3 if weighting == "cosine" else 1 - np.sqrt(1 - sine**2), 1e-3)
 
 
 def test_the_standard_error_is_that_of_the_mean():
@@ -192,19 +189,13 @@ def test_more_rays_are_cast_until_the_error_is_small(through):
 def test_threads_and_seeds(through):
     seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](20, 18), np.float32)
     occluders = Occluders(scenes.SURFACES["step"].mesh())
-    before = numba.get_num_threads()
-    made = []
-    try:
-        for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
-            numba.set_num_threads(threads)
-            made.append(ray_cast_occlusion(occluders, seen, 0.1, rounds=(2, 4), intersector=through))
-    finally:
-        numba.set_num_threads(before)
-    assert_same_bits(made[0].texture, made[1].texture)
+    options = {"rounds": (2, 4), "intersector": through}
+    one, two = with_one_thread_and_two(lambda: ray_cast_occlusion(occluders, seen, 0.1, **options))
+    assert_same_bits(one.texture, two.texture)
     assert {"tree", "embree"} & set(vars(occluders)) == {through}  # the other one is not built
-    other = ray_cast_occlusion(occluders, seen, 0.1, rounds=(2, 4), seed=1, intersector=through)
-    assert (other.texture != made[0].texture).any()
-    assert np.abs(other.texture - made[0].texture).max() < 0.2
+    other = ray_cast_occlusion(occluders, seen, 0.1, seed=1, **options)
+    assert (other.texture != one.texture).any()
+    assert np.abs(other.texture - one.texture).max() < 0.2
 
 
 @NO_EMBREE

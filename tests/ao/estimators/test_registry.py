@@ -1,12 +1,15 @@
-"""Promises of every estimator of the registry, on every kind of view: an entry is tested by being listed."""
+"""Every estimator of the registry, on every kind of view: bit for bit the reference, and what all of them promise."""
 
 import inspect
 import tracemalloc
 
 import analytic_scenes as scenes
-import numba
+import estimator_cases
 import numpy as np
 import pytest
+from estimator_cases import assert_equals_reference, offsets, radii, with_one_thread_and_two
+from hypothesis import given
+from hypothesis import strategies as st
 
 from lfssao import Buffers, InputError, Settings, estimate
 from lfssao.ao.estimators import registry
@@ -14,8 +17,20 @@ from lfssao.ao.estimators.registry import ESTIMATORS, estimate_radii, find_estim
 from lfssao.ao.ssao import Occlusion
 
 each = pytest.mark.parametrize("name", ESTIMATORS)
+pytestmark = pytest.mark.usefixtures("one_thread")
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 VALUES = {"epsilon": 0.0}  # parameters of these names take this value where it is extreme
+
+
+# What numbers are drawn from, by the name of the parameter.
+NUMBERS = {
+    "sigma": [1.0, 0.1, 0.3, 20.0], "intensity": [0.1, 1.0], "beta": [0.0, 1e-4, 0.01, 0.1], "epsilon": [0.0, 0.01],
+    "k": [1.0, 0.0, 2.5], "taps": [9, 1, 12], "turns": [7, 1], "log_q": [3, 0, 1], "max_level": [5, 0, 2],
+    "quad_edge": [0.02, 0.0, 10.0], "gauss": [3.0, 0.0, 0.5], "sharpness": [2048.0, 20.0], "z_min": [0.0, 1.0],
+    "levels": range(1, 6), "kernel": [1, 2], "thickness": [0.0, 0.02, 0.3], "second": [0.0, 0.5],
+    "seed": [0, 1, 12345, 2**32 - 1], "half_width": [0.0, 1.0, 3**0.5], "directions": range(1, 6),
+    "steps": range(1, 5), "bias": [0.0, 10.0, 45.0, 90.0],
+}  # fmt: skip
 
 
 def check(result, buffers):
@@ -76,6 +91,22 @@ def samples(estimator, rng):
     return points, rng.uniform(0, 2, 7)
 
 
+@both
+@pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != "lf"])  # Algorithm 2 has tests of its own
+@given(data=st.data())
+def test_estimators_equal_the_reference(name, dtype, data):
+    entry, points, weights = ESTIMATORS[name], None, None
+    seen, radius = data.draw(estimator_cases.buffers(dtype)), data.draw(radii)
+    values = {**{key: [False, True] for key in entry.parameters}, **NUMBERS, **entry.choices}
+    options = {key: data.draw(st.sampled_from(values[key])) for key in entry.parameters}
+    if entry.dimensions:
+        points = data.draw(offsets(entry.dimensions)) * data.draw(st.sampled_from([1, entry.dimensions**0.5]))
+        if entry.default_samples()[1] is not None and data.draw(st.booleans()):
+            weights = np.random.default_rng(len(points)).uniform(0.1, 2, len(points))
+    made = estimate(name, seen, radius, points, weights, **options)
+    assert_equals_reference(name, seen, radius, made, points, weights, **options)
+
+
 @each
 def test_an_entry_says_what_it_is(name):
     entry = ESTIMATORS[name]
@@ -105,18 +136,11 @@ def test_occlusion_is_a_share_and_zero_on_background_with_any_number_of_threads(
     sight = scenes.SIGHTS[sight](19, 14)
     buffers = scenes.buffers("sphere on a plane", sight, dtype, rng.random((14, 19)) < 0.15)
     points, weights = samples(ESTIMATORS[name], rng)
-    before = numba.get_num_threads()
-    made = []
-    try:
-        for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
-            numba.set_num_threads(threads)
-            made += [estimate(name, buffers, 0.3), estimate(name, buffers, 0.3, points)]
-    finally:
-        numba.set_num_threads(before)
-    for one, two in zip(made[:2], made[2:], strict=True):
+    for chosen in (points, None):
+        one, two = with_one_thread_and_two(lambda chosen=chosen: estimate(name, buffers, 0.3, chosen))
         assert np.array_equal(check(one, buffers), check(two, buffers))
         assert one.outside == two.outside
-    assert made[0].texture.max() > 0
+    assert one.texture.max() > 0
     if ESTIMATORS[name].samples is not None and ESTIMATORS[name].default_samples()[1] is not None:
         check(estimate(name, buffers, 0.1, points, weights), buffers)
 
@@ -153,19 +177,9 @@ def extreme_buffers(view, dtype):
     return Buffers(view, depth, positions, normals)
 
 
-@pytest.fixture
-def one_thread():
-    """These textures are so small that waking threads would take longer than the work."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)
-
-
 @both
 @each
 @pytest.mark.parametrize("sight", scenes.SIGHTS)
-@pytest.mark.usefixtures("one_thread")
 def test_extremes_have_defined_results(name, sight, dtype):
     estimator = ESTIMATORS[name]
     make = scenes.SIGHTS[sight]

@@ -1,4 +1,4 @@
-"""Volumetric Obscurance and horizon-based AO: against the reference bit for bit, and against exact values."""
+"""Volumetric Obscurance and horizon-based AO: their parts against the reference, and exact values."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -8,13 +8,10 @@ import analytic_scenes as scenes
 import numpy as np
 import pytest
 from bits import assert_same_bits
-from estimator_cases import assert_equals_reference, filled_ball, sunflower
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from estimator_cases import filled_ball, sunflower
 from reference import raycast, volumetric
 
-from lfssao import Buffers, Camera, InputError, estimate
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao import Camera, InputError, estimate
 from lfssao.ao.estimators.vo.kernels.axis_depth import write_axis_depth
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.optics.kernels.directions import write_directions
@@ -24,48 +21,6 @@ from lfssao.optics.kernels.rays import Rays
 from lfssao.samples import repulsion_table
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
-
-
-@st.composite
-def seen_cases(draw, dtype):
-    """A surface as a sight sees it, with holes; a radius from far below a texel to far above the picture."""
-    size = draw(st.sampled_from([(7, 5), (1, 1), (3, 9)]))
-    sight = scenes.SIGHTS[draw(st.sampled_from(sorted(scenes.SIGHTS)))](*size)
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    hole = rng.random(size[::-1]) < draw(st.sampled_from([0.0, 0.2, 0.2, 1.0]))
-    buffers = scenes.buffers(draw(st.sampled_from(sorted(scenes.SURFACES))), sight, dtype, hole)
-    if draw(st.booleans()):  # normals from everywhere, edge-on and away from the viewer too
-        normals = rng.standard_normal((*hole.shape, 3)) * rng.choice([0, 1, 1], (*hole.shape, 1))
-        length = np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-9)
-        buffers = Buffers(buffers.view, buffers.depth, buffers.positions, (normals / length).astype(dtype))
-    radius = draw(st.sampled_from([0.0, 1e-4, 0.05, 0.1, 0.3, 2.0, 1e4]))
-    return buffers, radius, rng
-
-
-OPTIONS = {
-    "thickness": st.sampled_from([0.0, 0.0, 0.02, 0.3]), "second": st.sampled_from([0.0, 0.0, 0.5]),
-    "combine": st.sampled_from(["product", "minimum"]), "randomize": st.booleans(),
-    "seed": st.integers(0, 2**32 - 1), "half_width": st.sampled_from([0.0, 1.0, sqrt(3.0)]),
-    "prefilter": st.booleans(), "directions": st.integers(1, 5), "steps": st.integers(1, 4),
-    "bias": st.sampled_from([0.0, 10.0, 45.0, 90.0]),
-    "attenuation": st.sampled_from(["linear", "none", "quadratic"]),
-}  # fmt: skip
-
-
-@both
-@pytest.mark.parametrize("name", [name for name in ESTIMATORS if name.startswith("vo-") or name == "hbao"])
-@settings(max_examples=13)
-@given(data=st.data())
-def test_estimators_equal_the_reference(name, dtype, data):
-    buffers, radius, rng = data.draw(seen_cases(dtype))
-    estimator, points, weights = ESTIMATORS[name], None, None
-    options = {option: data.draw(OPTIONS[option]) for option in estimator.parameters}
-    if name != "hbao":
-        n, dimensions = rng.integers(1, 6), estimator.dimensions
-        points = rng.uniform(-1, 1, (n, dimensions)) * rng.choice([0, 0.5, 1 / sqrt(dimensions), 1], (n, 1))
-        weights = rng.uniform(0.1, 2, n) if rng.random() < 0.5 else None
-    result = estimate(name, buffers, radius, points, weights, **options)
-    assert_equals_reference(name, buffers, radius, result, points, weights, **options)
 
 
 # The parts that no texture shows
@@ -225,18 +180,17 @@ def test_points_without_reflections_count_as_lf_does(dtype):
         assert np.mean(abs(ours.texture - theirs.texture) > 1e-6) < 0.01
 
 
-def test_weights_that_cannot_be_are_refused():
+@pytest.mark.parametrize(("name", "dimensions"), [("vo-points", 3), ("vo-lines", 2), ("vo-area", 2)])
+@pytest.mark.parametrize("weights", [[1.0, -1.0], [0.0, 0.0]])
+def test_weights_that_cannot_be_are_refused(name, dimensions, weights):
     seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](4, 3))
-    for name, points in (
-        ("vo-points", np.zeros((2, 3))),
-        ("vo-lines", np.zeros((2, 2))),
-        ("vo-area", np.zeros((2, 2))),
-    ):
-        for weights in ([1.0, -1.0], [0.0, 0.0]):
-            with pytest.raises(InputError, match="weights"):
-                estimate(name, seen, 0.1, points, np.array(weights))
-    rim = estimate("vo-lines", seen, 0.1, np.array([[1.0, 0.0], [0.0, 1.0]])).texture  # lines of no length
-    assert not rim.any()
+    with pytest.raises(InputError, match="weights"):
+        estimate(name, seen, 0.1, np.zeros((2, dimensions)), np.array(weights))
+
+
+def test_lines_of_no_length_hide_nothing():
+    seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](4, 3))
+    assert not estimate("vo-lines", seen, 0.1, np.array([[1.0, 0.0], [0.0, 1.0]])).texture.any()
 
 
 # VO's claims for its samples (4.1, 4.5, 5), on a small scene; ``benchmarks/bench_volumetric.py`` has a large one

@@ -161,21 +161,22 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     assert_same_bits(post.shade_white(depth, occlusion), shaded)
 
 
-def test_the_passes_refuse_what_does_not_fit():
-    texture = np.zeros((2, 3))
-    for sigma in (-1.0, np.nan, np.inf):
+T = np.zeros((2, 3))
+MIXED = T, T.astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("make", "refused"),
+    [
+        (post.blur, [(T, sigma) for sigma in (-1.0, np.nan, np.inf)]),
+        (post.blur, [(bad, 1.0) for bad in (T[0], T.astype(np.float16), T[:, :0], T.tolist())]),
+        (post.merge, [([],), ([T, T[:1]],), ([T.astype(int)],), ([T[0]],), (np.zeros((0, 2, 3)),), (list(MIXED),)]),
+        (post.shade_white, [(T[0], T[0]), (T, T[:1]), MIXED]),
+        (post.shade, [(np.zeros(shape), T) for shape in ((2, 3), (2, 3, 4), (3, 2, 3))]),
+        (post.shade, [(np.zeros((2, 3, 3), np.float32), T)]),
+    ],
+)
+def test_the_passes_refuse_what_does_not_fit(make, refused):
+    for arguments in refused:
         with pytest.raises(InputError):
-            post.blur(texture, sigma)
-    mixed = [texture, texture.astype(np.float32)]
-    for bad in ([], [texture, texture[:1]], [texture.astype(int)], [texture[0]], np.zeros((0, 2, 3)), mixed):
-        with pytest.raises(InputError):
-            post.merge(bad)
-    for depth, occlusion in ((texture[0], texture[0]), (texture, texture[:1]), tuple(mixed)):
-        with pytest.raises(InputError):
-            post.shade_white(depth, occlusion)
-    for bad in (texture[0], texture.astype(np.float16), texture[:, :0], texture.tolist()):
-        with pytest.raises(InputError):
-            post.blur(bad, 1.0)
-    for rgb in (np.zeros((2, 3)), np.zeros((2, 3, 4)), np.zeros((3, 2, 3)), np.zeros((2, 3, 3), np.float32)):
-        with pytest.raises(InputError):
-            post.shade(rgb, texture)
+            make(*arguments)

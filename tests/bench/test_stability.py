@@ -138,9 +138,6 @@ def test_the_command_prints_the_table_and_writes_the_files(tmp_path, capsys, mon
     monkeypatch.setattr("lfssao.cli.bench_stability.CASES", (broken,))
     assert main(["bench", "stability"]) == 1
     assert "it was served" in capsys.readouterr().out
-
-
-def test_a_picture_of_another_kind_is_refused(capsys):
     assert main(["bench", "stability", "--plot", "a.txt"]) == 2
     assert "--plot: a.txt does not end in" in capsys.readouterr().err
 

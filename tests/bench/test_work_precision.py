@@ -12,7 +12,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.bench.times import Times, balanced_orders, in_turn
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision import settings as grid
-from lfssao.bench.work_precision.advise import FORMAT, advice, load_warning, pareto_front, points_of
+from lfssao.bench.work_precision.advise import FORMAT, advice, load_warning, points_of
 from lfssao.bench.work_precision.references import Reference, combine_others, rmse
 from lfssao.bench.work_precision.scene import BenchScene
 from lfssao.bench.work_precision.setting_times import setting_times
@@ -89,19 +89,14 @@ def errors_of(sets):
     return errors
 
 
-@pytest.mark.parametrize("sampler", ["random", "jittered", "latin"])
+@pytest.mark.parametrize("sampler", ["random", "jittered", "latin", "sobol"])
 def test_slopes_on_scenes_with_known_answers_are_those_of_theory(sampler):
-    """The fit's standard error is near 0.01: 0.05 is five of them."""
-    for errors, expected in zip(errors_of(sets_of(sampler)), THEORY[sampler], strict=True):
-        assert fitted_slope(SIZES, errors)[0] == pytest.approx(expected, abs=0.05)
-
-
-def test_nets_have_the_slopes_of_theory_with_its_logarithm():
-    sizes = (64, 128, 256, 512, 1024)
-    edge, smooth = errors_of(sets_of("sobol", sizes))
-    assert fitted_slope(sizes, edge)[0] == pytest.approx(THEORY["sobol"][0], abs=0.05)
-    law = fitted_slope(sizes, [np.sqrt(np.log(n)) * n ** THEORY["sobol"][1] for n in sizes])[0]
-    assert fitted_slope(sizes, smooth)[0] == pytest.approx(law, abs=0.05)
+    """The fit's standard error is near 0.01: 0.05 is five of them. Nets have a logarithm in their law."""
+    sizes, (edge, smooth) = (64, 128, 256, 512, 1024) if sampler == "sobol" else SIZES, THEORY[sampler]
+    if sampler == "sobol":
+        smooth = fitted_slope(sizes, [np.sqrt(np.log(n)) * n**smooth for n in sizes])[0]
+    for errors, expected in zip(errors_of(sets_of(sampler, sizes)), (edge, smooth), strict=True):
+        assert fitted_slope(sizes, errors)[0] == pytest.approx(expected, abs=0.05)
 
 
 @pytest.mark.slow
@@ -264,12 +259,6 @@ def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
     assert made["a"]["float32", (0.02,), 1.0].first == 21
 
 
-def test_the_front_holds_what_nothing_beats():
-    points = points_of(MADE_UP)
-    assert [p["ms"] for p in pareto_front(points, "model")] == [1, 2, 4]
-    assert [p["ms"] for p in pareto_front(points, "sampling")] == [1, 2, 4]  # 3 ms: its reference cannot tell
-
-
 @pytest.mark.parametrize(
     ("limit", "sentence"),
     [
@@ -309,6 +298,7 @@ def test_plots_are_drawn_from_the_json_only(tmp_path):
     figure = plot.draw(json.loads(json.dumps(MADE_UP)))
     for axes, error in zip(figure.axes, ("model", "sampling"), strict=True):
         lines = {line.get_label(): line for line in axes.get_lines()}
+        # Nothing beats what is on the front; of the errors of sampling one, at 3 ms, is too small for its reference.
         assert list(lines["Pareto front"].get_xdata()) == [1, 2, 4]
         drawn = [y for line in axes.get_lines() if line.get_linestyle() == "None" for y in line.get_ydata()]
         assert sorted(drawn) == sorted(p[error] for p in points_of(MADE_UP))

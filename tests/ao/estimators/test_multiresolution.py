@@ -3,20 +3,10 @@
 import analytic_scenes as scenes
 import numpy as np
 import pytest
-from estimator_cases import assert_equals_reference
 
 from lfssao import estimate
 from lfssao.ao.estimators.kernels import multiresolution as kernels
 from lfssao.ao.estimators.multiresolution import COMBINATIONS
-
-
-@pytest.mark.parametrize("surface", ["sphere on a plane", "concave crease"])
-def test_every_partial_sum_is_rounded_to_the_textures_precision(surface):
-    """With so many taps that a sum in float64, rounded once, would have other bits."""
-    seen = scenes.buffers(surface, scenes.SIGHTS["crossed slits"](20, 15), np.float32)
-    made = estimate("multiresolution", seen, 0.4, levels=2, kernel=3)
-    assert np.unique(made.texture).size > 50
-    assert_equals_reference("multiresolution", seen, 0.4, made, levels=2, kernel=3)
 
 
 def test_a_coarse_texel_is_the_lower_median_of_those_that_see_a_surface():

@@ -17,6 +17,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS, estimate_radii, find_estim
 from lfssao.ao.ssao import Occlusion
 
 each = pytest.mark.parametrize("name", ESTIMATORS)
+compared = pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != "lf"])  # tests/ao/test_ssao.py
 pytestmark = pytest.mark.usefixtures("one_thread")
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 VALUES = {"epsilon": 0.0}  # parameters of these names take this value where it is extreme
@@ -92,7 +93,7 @@ def samples(estimator, rng):
 
 
 @both
-@pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != "lf"])  # Algorithm 2 has tests of its own
+@compared
 @given(data=st.data())
 def test_estimators_equal_the_reference(name, dtype, data):
     entry, points, weights = ESTIMATORS[name], None, None
@@ -105,6 +106,18 @@ def test_estimators_equal_the_reference(name, dtype, data):
             weights = np.random.default_rng(len(points)).uniform(0.1, 2, len(points))
     made = estimate(name, seen, radius, points, weights, **options)
     assert_equals_reference(name, seen, radius, made, points, weights, **options)
+
+
+@compared
+@pytest.mark.parametrize("surface", ["sphere on a plane", "concave crease"])
+def test_every_partial_sum_is_rounded_to_the_textures_precision(name, surface):
+    """So many values that sums in another order or in float64, rounded once, would have other bits."""
+    seen = scenes.buffers(surface, scenes.SIGHTS["crossed slits"](20, 15), np.float32)
+    samples = ESTIMATORS[name].default_samples()
+    made = estimate(name, seen, 0.4, *samples)
+    counts = "point" in name or name == "hemisphere"  # a few samples
+    assert np.unique(made.texture).size > (3 if counts else 50)
+    assert_equals_reference(name, seen, 0.4, made, *samples)
 
 
 @each

@@ -117,11 +117,8 @@ def test_modelling_makes_the_same_arrays_again(tmp_path):
                 assert made[key].tobytes() == stored[key].tobytes()
 
 
-def test_registry_has_the_documented_names(scenes):
+def test_the_names_are_those_that_are_documented(scenes):
     assert set(BUILTIN) == set(ALL)
     assert digest(builtin_scene()) == digest(scenes["gallery"])
-
-
-def test_unknown_name_is_refused_with_the_names_there_are():
     with pytest.raises(InputError, match=r"'teapot'.*gallery, statue, ammonite, armadillo"):
         builtin_scene("teapot")

@@ -336,14 +336,12 @@ def test_broken_meshes_are_refused(tmp_path, name, content, words):
     assert refused(path, words).startswith(f"{path}: ")
 
 
-def test_missing_files_folders_and_links(tmp_path):
+def test_files_that_are_missing_or_may_not_be_read_folders_and_links(tmp_path, monkeypatch):
     refused(tmp_path / "no.obj", r"no\.obj: there is no such file")
     refused(tmp_path, "it is a folder, not a file")
     (tmp_path / "zero.obj").symlink_to("/dev/zero")
     refused(tmp_path / "zero.obj", "not a regular file")
 
-
-def test_file_that_may_not_be_read(tmp_path, monkeypatch):
     def deny(path):
         raise PermissionError(13, "Permission denied", str(path))
 

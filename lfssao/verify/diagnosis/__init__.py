@@ -1,0 +1,1 @@
+"""Which single change of the reference explains a texture that is outside its interval."""

@@ -1,0 +1,354 @@
+"""The diagnosis of one texture that is outside its interval."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.optics.view import WorldToImage
+from lfssao.verify.bounds.bounds import Bounds, FloatArray
+from lfssao.verify.bounds.error_model import MODELS, ErrorModel
+from lfssao.verify.case import Arrays, Case, described_mapping
+from lfssao.verify.diagnosis import post, surface
+from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
+from lfssao.verify.diagnosis.search import Candidate, Change, Problem, Search, excess, fits
+from lfssao.verify.verdict import Judgement, texels
+
+_SEARCHED = 600  # texels that are wrong, and as many that are right
+_MOST = 2_000_000  # samples or taps that the share is counted over
+_FEWEST = 2_000  # texels
+Places = NDArray[np.int64]
+Make = Callable[[Places, Places], Problem]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Changes of the reference that were tried on one texture.
+
+    Attributes
+    ----------
+    fits : bool
+        Whether the first candidate explains the texture: at most a twentieth of the wrong texels stay wrong.
+    candidates : tuple of Candidate
+        The best, at most two, the best first.
+    without : float
+        Share of the surface texels, 0 to 1, that agree with the reference as it is.
+    texels : int
+        Number of surface texels that the candidates' shares are of.
+    """
+
+    fits: bool
+    candidates: tuple[Candidate, ...]
+    without: float
+    texels: int
+
+    def words(self, module: str) -> str:
+        """The diagnosis of a module's texture as a sentence."""
+        where, without = f"the surface texels of {module}", f"{_percent(self.without)} agree without it"
+        best, *others = self.candidates
+        if self.fits:
+            return f"{best.words} explains {_percent(best.share)} of {where} ({without})"
+        tried = ", ".join(f"{c.words} ({_percent(c.share)})" for c in (best, *others))
+        return f"no change that was tried explains {where} ({_percent(self.without)} agree); the nearest: {tried}"
+
+
+def _percent(share: float) -> str:
+    """A share in percent, never rounded up to 100."""
+    return f"{min(100 * share, 99.99) if share < 1 else 100:.2f} %"
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """The inputs of a diagnosis beside the case: other modules, and the space that rays are cast in."""
+
+    mappings: Mapping[str, WorldToImage] = field(default_factory=dict)  # of other modules, by name
+    depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
+    cast_from_world: FloatArray | None = None
+
+
+def diagnose(
+    name: str,
+    inputs: Arrays,
+    case: Case,
+    judged: Judgement,
+    mine: NDArray[Any],
+    model: ErrorModel,
+    known: Known | None = None,
+    first: Sequence[Diagnosis] = (),
+) -> Diagnosis | None:
+    """Search for the change that explains a texture of a view; None where no change of it is known.
+
+    Parameters
+    ----------
+    name : str
+        The texture's name: depth, positions, color, ao_1, ..., merged, blurred or shaded.
+    inputs : mapping of arrays
+        The textures of the stages before, the renderer's own where there are some.
+    case : Case
+        The view.
+    judged : Judgement
+        The judgement on the texture.
+    mine : (H, W) or (H, W, 3)
+        The texture.
+    model : ErrorModel
+        Limits of the renderer's arithmetic.
+    known : Known
+        Other modules.
+    first : sequence of Diagnosis
+        Those of other textures, which are tried before all else.
+    """
+    view = _View(name, inputs, case, judged, mine, MODELS["nearest"] if model.exact else model, known or Known())
+    stage = "ao" if name.startswith("ao_") else name
+    maker = {
+        "depth": view.depth,
+        "positions": view.positions,
+        "color": view.color,
+        "ao": view.occlusion,
+        "merged": view.merge,
+        "blurred": view.blur,
+        "shaded": view.shade,
+    }.get(stage)
+    made = None if maker is None else maker()
+    return None if made is None else _searched(*made, view.seen(), texels(judged.outside), first)
+
+
+Made = tuple[Make, Callable[[Any], list[Change]], int]
+
+
+def _searched(
+    make: Make,
+    changes_of: Callable[[Any], list[Change]],
+    cost: int,
+    seen: NDArray[np.bool_],
+    wrong: NDArray[np.bool_],
+    first: Sequence[Diagnosis],
+) -> Diagnosis | None:
+    """Search on some texels, then count on many."""
+    bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
+    if not len(bad):
+        return None
+    few = max(min(_SEARCHED, _MOST // cost // 4), 50)
+    picks = [_spread(bad, few), _spread(good, few)]
+    weights = np.concatenate(
+        [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]
+    )
+    width = seen.shape[1]
+
+    def at(places: Places) -> Problem:
+        return make(places % width, places // width)
+
+    problem = at(np.concatenate(picks))
+    changes, without = changes_of(problem), len(good) / (len(good) + len(bad))
+    search = Search(problem, weights / weights.sum())
+    known = {d.candidates[0].kind for d in first if d.fits}
+    found = search.best([c for c in changes if c.kind in known]) if known & {c.kind for c in changes} else []
+    if not found or not fits(found[0].share, without):
+        found = search.best(changes)
+    many = at(_spread(np.flatnonzero(seen), max(_MOST // cost, _FEWEST)))
+    shares = []
+    for each in found[:2]:
+        share = float(np.mean(excess(each.change.apply(many, each.values)) <= 0))
+        shares.append(Candidate(each.change.kind, each.values, each.change.words.format(*each.values), share))
+    return Diagnosis(fits(shares[0].share, without), tuple(shares), without, len(many.mine))
+
+
+def _spread(places: Places, most: int) -> Places:
+    """At most so many of the places, spread evenly."""
+    if len(places) <= most:
+        return places
+    return np.asarray(places[np.linspace(0, len(places) - 1, most).astype(np.int64)])
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """The problems of a view's stages."""
+
+    name: str
+    inputs: Arrays
+    case: Case
+    judged: Judgement
+    mine: NDArray[Any]
+    model: ErrorModel
+    known: Known
+
+    @property
+    def guard(self) -> int:
+        """Texels by which textures before the merge are larger than this one."""
+        return 0 if self.name in ("depth", "positions", "color") else int(self.case.parameters["guard"])
+
+    def cropped(self, texture: NDArray[Any]) -> NDArray[Any]:
+        """A texture without its guard band."""
+        g = self.guard if texture.shape[:2] != self.mine.shape[:2] else 0
+        return texture[g : texture.shape[0] - g, g : texture.shape[1] - g]
+
+    def seen(self) -> NDArray[np.bool_]:
+        """Texels of the texture that see a surface."""
+        depth = self.inputs.get("depth")
+        if depth is None:
+            return np.ones(self.mine.shape[:2], np.bool_)
+        return np.asarray(np.isfinite(self.cropped(depth)))
+
+    def _taken(self, texture: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
+        with np.errstate(invalid="ignore"):  # of a NaN that signals
+            return np.asarray(texture[rows, columns], np.float64)
+
+    def _room(self, columns: Places, rows: Places) -> FloatArray:
+        """Width of the reference's interval, at most so much as rounding makes."""
+        bounds = self.judged.bounds
+        if bounds is None:
+            return np.zeros((len(columns), *self.mine.shape[2:]))
+        return self._taken(bounds.upper, columns, rows) - self._taken(bounds.lower, columns, rows)
+
+    def depth(self) -> Made | None:
+        """Depth against the reference's."""
+        return self._image(lambda problem: surface.depth_changes(problem, self._other_depths()))
+
+    def _other_depths(self) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Depth of other modules, with room as rounding makes."""
+        made = {}
+        for words, depth in self.known.depths().items():
+            if depth.shape == self.mine.shape:
+                room = 16 * self.model.operation * np.abs(depth.astype(np.float64))
+                made[words] = depth - room, depth + room
+        return made
+
+    def color(self) -> Made | None:
+        """Colour against the reference's."""
+        return self._image(surface.color_changes)
+
+    def _image(self, changes: Callable[[surface.Image], list[Change]]) -> Made | None:
+        bounds = self.judged.bounds
+        if not isinstance(bounds, Bounds):
+            return None
+        lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
+
+        def make(i: Places, j: Places) -> surface.Image:
+            return surface.Image(mine=self._taken(self.mine, i, j), columns=i, rows=j, lower=lower, upper=upper)
+
+        return make, changes, 16
+
+    def positions(self) -> Made | None:
+        """Positions against depth."""
+        depth = self.inputs.get("depth")
+        if depth is None:
+            return None
+        mapping, (height, width) = described_mapping(self.case.parameters), depth.shape
+
+        def make(i: Places, j: Places) -> surface.Positions:
+            points, z = self._taken(self.mine, i, j), self._taken(depth, i, j)
+            return surface.Positions(mine=points, columns=i, rows=j, depth=z, mapping=mapping, model=self.model)
+
+        return make, lambda p: surface.positions_changes(p, self.known.cast_from_world, (width, height)), 16
+
+    def occlusion(self) -> Made | None:
+        """Occlusion of one radius against depth and positions."""
+        parameters, depth = self.case.parameters, self.inputs.get("depth")
+        estimator, options = parameters["estimator"], parameters["options"]
+        positions, back = self.inputs.get("positions"), parameters["screen_to_world"]
+        half = estimator == "hemisphere"
+        if estimator not in ("lf", "point", "hemisphere") or depth is None or (half and "normals" not in self.inputs):
+            return None
+        mapping, guard = described_mapping(parameters), self.guard
+        by_matrix = estimator == "lf" and back is not None
+        if positions is None and not by_matrix:
+            return None
+        radius = parameters["radii"][int(self.name.removeprefix("ao_")) - 1]
+        samples = np.asarray(self.inputs["samples" if estimator == "lf" else "points"], np.float64)
+        remap = bool(options.get("remap"))
+        surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
+
+        def make(i: Places, j: Places) -> Occlusion:
+            x, y = i + guard, j + guard
+            if positions is None or by_matrix:
+                points, errors = _unprojected(np.array(back), x, y, self._taken(depth, x, y), self.model)
+            else:
+                points, errors = self._taken(positions, x, y), np.zeros((len(x), 3))
+            return Occlusion(
+                mine=self._taken(self.mine, i, j),
+                depth=surfaces,
+                points=points,
+                errors=errors,
+                mapping=mapping,
+                samples=samples,
+                radius=radius,
+                model=self.model,
+                normals=self._taken(self.inputs["normals"], x, y) if half else None,
+                face_normals=_face_normals(positions, x, y) if half and positions is not None else None,
+                positions=positions if options.get("range_check") else None,
+                value=(lambda f: 2 * np.maximum(f - 0.5, 0)) if remap else np.asarray,
+            )
+
+        def changes(problem: Occlusion) -> list[Change]:
+            return occlusion_changes(problem, self.known.mappings, self.known.cast_from_world)
+
+        return make, changes, 4 * len(samples)
+
+    def merge(self) -> Made | None:
+        """The merge of the layers."""
+        names = [f"ao_{k + 1}" for k in range(len(self.case.parameters["radii"]))]
+        if any(name not in self.inputs for name in names):
+            return None
+
+        def make(i: Places, j: Places) -> post.Merge:
+            layers = np.stack([self._taken(self.inputs[name], i, j) for name in names])
+            return post.Merge(mine=self._taken(self.mine, i, j), layers=layers)
+
+        return make, post.merge_changes, 8 * len(names)
+
+    def blur(self) -> Made | None:
+        """The blur of the merged texture; with a guard band away from the border."""
+        sigma, merged = float(self.case.parameters["sigma"]), self.inputs.get("merged")
+        if merged is None or sigma == 0:
+            return None
+
+        def make(i: Places, j: Places) -> post.Blur:
+            own, room = self._taken(self.mine, i, j), self._room(i, j)
+            return post.Blur(mine=own, columns=i, rows=j, merged=merged, room=room, sigma=sigma)
+
+        return make, post.blur_changes, int(2 * np.ceil(4 * sigma) + 1) ** 2
+
+    def shade(self) -> Made | None:
+        """The shading of the image."""
+        image, blurred, merged = (self.inputs.get(name) for name in ("image", "blurred", "merged"))
+        if image is None or blurred is None:
+            return None
+        colors = self.cropped(image)
+
+        def make(i: Places, j: Places) -> post.Shade:
+            return post.Shade(
+                mine=self._taken(self.mine, i, j),
+                image=self._taken(colors, i, j),
+                occlusion=self._taken(blurred, i, j),
+                merged=None if merged is None else self._taken(merged, i, j),
+                room=self._room(i, j),
+            )
+
+        return make, post.shade_changes, 16
+
+
+def _face_normals(positions: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
+    """Unit normals at texels by the differences of the next positions, towards the viewer."""
+    height, width = positions.shape[:2]
+
+    def step(i: int, j: int) -> FloatArray:
+        one = positions[np.clip(rows + j, 0, height - 1), np.clip(columns + i, 0, width - 1)].astype(np.float64)
+        other = positions[np.clip(rows - j, 0, height - 1), np.clip(columns - i, 0, width - 1)]
+        return np.asarray(one - other)
+
+    with np.errstate(invalid="ignore"):  # infinity less infinity
+        normal = np.cross(step(0, 1), step(1, 0))
+        return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+
+
+def _unprojected(
+    back: FloatArray, columns: Places, rows: Places, depth: FloatArray, model: ErrorModel
+) -> tuple[FloatArray, FloatArray]:
+    """World coordinates of texels' centres by line 3 of Algorithm 1, and how far each is off."""
+    at = np.stack([columns + 0.5, rows + 0.5, depth, np.ones(len(depth))], axis=-1)
+    rounded = back.astype(np.float32).astype(np.float64)
+    homogeneous, sizes = at @ rounded.T, np.abs(at) @ np.abs(rounded).T
+    off, w = 5 * model.operation * sizes, homogeneous[:, 3:]
+    points = homogeneous[:, :3] / w
+    return points, (off[:, :3] + np.abs(points) * off[:, 3:]) / np.abs(w) + model.quotient * np.abs(points)

@@ -1,0 +1,244 @@
+"""Changes of Algorithms 1 and 2, and of ``point`` and ``hemisphere``, at some texels of one radius.
+
+The image point of each sample is a box, and its depth a range, as in ``lfssao.verify.bounds``: a sample is occluded for
+sure, may be, or is clear. Changes of the look-up leave the image points as they are; those of the samples do not.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+from math import cos, radians, sin
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.optics.view import WorldToImage
+from lfssao.samples import make_samples
+from lfssao.samples.registry import METHODS
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.ssao import project_positions
+from lfssao.verify.diagnosis.borders import INSIDE, hold
+from lfssao.verify.diagnosis.post import VALUES
+from lfssao.verify.diagnosis.search import SHARES, Change, Flags, FloatArray, Problem, fixed, plain, scaled, shifts
+
+_MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
+
+# Fields on which the image points of the samples, and the decisions about them, do not depend.
+_LATE = {"mine", "counts", "divisor", "value"}
+_LOOK_UP = _LATE | {"image", "border", "relation", "depth"}
+
+
+class Landed(NamedTuple):
+    """Image points of samples, (K, n) each, with the errors of u or v and of z."""
+
+    u: FloatArray
+    v: FloatArray
+    z: FloatArray
+    error: FloatArray
+    error_z: FloatArray
+    may: Flags  # lie in the mapping's domain
+    must: Flags
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Occlusion(Problem):
+    """The samples of K texels' surfaces, decided by a renderer's own earlier textures."""
+
+    depth: NDArray[Any]  # (H, W), which samples are compared with
+    points: FloatArray  # (K, 3), world coordinates of the surfaces
+    errors: FloatArray  # (K, 3), how far each coordinate is off
+    mapping: WorldToImage
+    samples: FloatArray  # (n, 3), in the unit ball
+    radius: float
+    model: ErrorModel
+    normals: FloatArray | None = None  # (K, 3), of the half ball
+    face_normals: FloatArray | None = None  # (K, 3), made from positions
+    positions: NDArray[Any] | None = None  # (H, W, 3), of the range check
+    image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
+    border: str = "open"  # a rule of ``INSIDE``, or what beyond the border is: open or occluded
+    relation: str = "<"  # of the surface's depth and the sample's
+    counts: FloatArray | None = None  # (n,), how often each sample counts; once by default
+    divisor: float | None = None  # n by default
+
+    def changed(self, **fields: Any) -> Self:
+        """A copy with other fields, which keeps what does not depend on them."""
+        made = super().changed(**fields)
+        for name, kept in (("landed", _LOOK_UP), ("decided", _LATE)):
+            if name in self.__dict__ and set(fields) <= kept:
+                made.__dict__[name] = self.__dict__[name]
+        return made
+
+    @cached_property
+    def landed(self) -> Landed:
+        """Where the samples land."""
+        offsets = np.broadcast_to(self.radius * self.samples, (len(self.points), *self.samples.shape))
+        if self.normals is not None:
+            below = np.einsum("ksc,kc->ks", offsets, self.normals) < 0
+            offsets = np.where(below[..., None], -offsets, offsets)
+        off = self.errors[:, None] + self.model.offset * np.abs(offsets)
+        places, error, must = project_positions(self.points[:, None] + offsets, off, self.mapping, self.model)
+        u, v, z = np.moveaxis(places, -1, 0)
+        return Landed(u, v, z, error[..., :2].max(axis=-1), error[..., 2], error[..., 0] > -np.inf, must)
+
+    @cached_property
+    def decided(self) -> tuple[FloatArray, FloatArray]:
+        """Whether each sample is for sure and may be occluded, (K, n) of 0 and 1."""
+        at = self.landed
+        (a, b, c), (d, e, f), _ = self.image
+        u, v = a * at.u + b * at.v + c, d * at.u + e * at.v + f
+        error = np.where(at.may & np.isfinite(at.error), at.error, 0.0)
+        must, may = at.must.copy(), np.zeros_like(at.may)
+        for du, dv in product((-1.0, 1.0), repeat=2):
+            column, row = np.floor(u + du * error), np.floor(v + dv * error)
+            surely, maybe = self._compared(column, row, at)
+            must, may = must & surely, may | maybe
+        return (must & at.may).astype(np.float64), (may & at.may).astype(np.float64)
+
+    def _compared(self, column: FloatArray, row: FloatArray, at: Landed) -> tuple[Flags, Flags]:
+        """Whether samples that read these texels are occluded for sure, and whether they may be."""
+        height, width = self.depth.shape
+        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+        i, j = (np.nan_to_num(np.clip(x, -1e6, 1e6)).astype(np.int64) for x in (column, row))
+        surface = self.depth[hold(j, height, self.border), hold(i, width, self.border)].astype(np.float64)
+        if self.border not in INSIDE:
+            surface = np.where(inside, surface, -np.inf if self.border == "occluded" else np.inf)
+        if self.relation == ">":
+            return surface > at.z + at.error_z, surface > at.z - at.error_z
+        low, high = at.z - at.error_z, at.z + at.error_z
+        if self.relation == "<=":
+            return (surface < low) | (surface == at.z.astype(np.float32)), surface <= high
+        near = self._in_reach(i, j, inside)
+        return (surface < low) & near, (surface < high) & near
+
+    def _in_reach(self, i: NDArray[np.int64], j: NDArray[np.int64], inside: Flags) -> Any:
+        """Whether the surfaces there are within R of the texel's, if there is a range check."""
+        if self.positions is None:
+            return True
+        height, width = self.depth.shape
+        there = self.positions[np.clip(j, 0, height - 1), np.clip(i, 0, width - 1)].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # no surface
+            square = ((there - self.points[:, None]) ** 2).sum(axis=-1)
+        return ~inside | (square <= self.radius * self.radius)
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """Fewest and most occluded samples over their number, rounded as renderers may."""
+        n = len(self.samples)
+        counts, divisor = np.ones(n) if self.counts is None else self.counts, self.divisor or n
+        room = self.model.quotient + n * self.model.operation
+        fewest, most = (decided @ counts / divisor for decided in self.decided)
+        return fewest * (1 - room), most * (1 + room)
+
+
+def occlusion_changes(
+    problem: Occlusion, others: Mapping[str, WorldToImage], cast_from_world: FloatArray | None
+) -> list[Change]:
+    """All changes that are tried, those without values first; ``others`` are the other modules' mappings."""
+    n = len(problem.samples)
+    made = [*VALUES, *_of_look_ups(problem)]
+    for divisor in [d for d in range(1, 3 * n) if d != n][:_MOST_SAMPLES]:
+        made.append(fixed(f"count divided by {divisor} in place of {n}", divisor=divisor))
+    if n <= _MOST_SAMPLES:
+        made += [*_of_counts(n), *_of_tables(problem.samples)]
+    made += [fixed(f"the mapping of {name}", mapping=mapping) for name, mapping in others.items()]
+    if cast_from_world is not None:
+        linear, shift = cast_from_world[:, :3].T, cast_from_world[:, 3]
+        made.append(plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)))
+    if problem.normals is not None:
+        made += [
+            fixed("samples not turned to the normal's side", normals=None),
+            plain("normals with the other sign", lambda p: p.changed(normals=-p.normals)),
+            plain("normals made from positions", lambda p: p.changed(normals=p.face_normals)),
+        ]
+    return [*made, *_with_values(problem)]
+
+
+def _of_look_ups(problem: Occlusion) -> list[Change]:
+    height, width = problem.depth.shape
+    outside = "samples outside the texture"
+    return [
+        _moved("u flipped", [[-1, 0, width], [0, 1, 0], [0, 0, 1]]),
+        _moved("v flipped", [[1, 0, 0], [0, -1, height], [0, 0, 1]]),
+        _moved("u and v flipped", [[-1, 0, width], [0, -1, height], [0, 0, 1]]),
+        _moved("u and v transposed", [[0, 1, 0], [1, 0, 0], [0, 0, 1]]),
+        _moved("look-ups at the nearest centre, half a texel off", [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]),
+        _moved("look-ups half a texel up and left", [[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]]),
+        fixed(f"{outside} occluded", border="occluded"),
+        *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE),
+        fixed("surDepth <= smp.z in place of <", relation="<="),
+        fixed("surDepth > smp.z in place of <", relation=">"),
+        plain("depth with the other sign", lambda p: p.changed(depth=-p.depth)),
+        plain(
+            "background counted as occluder",
+            lambda p: p.changed(depth=np.where(np.isposinf(p.depth), -np.inf, p.depth)),
+        ),
+        plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
+    ]
+
+
+def _moved(kind: str, matrix: list[list[float]]) -> Change:
+    return plain(kind, lambda p: p.changed(image=np.array(matrix, np.float64) @ p.image))
+
+
+def half(values: NDArray[Any]) -> FloatArray:
+    """Values rounded to half precision."""
+    with np.errstate(over="ignore"):
+        return values.astype(np.float16).astype(np.float64)
+
+
+def _of_counts(n: int) -> Iterator[Change]:
+    """Samples that are missing or count twice; their number stays, or changes with them."""
+    for k in range(n):
+        at = (np.arange(n) == k).astype(np.float64)
+        for words, counts, total in (("dropped", 1 - at, n - 1), ("doubled", 1 + at, n + 1)):
+            for divisor in (n, total) if total else (n,):
+                yield fixed(f"sample {k} {words}, count divided by {divisor}", counts=counts, divisor=divisor)
+    for m in range(1, n - 1):
+        for divisor in (n, m):
+            first = (np.arange(n) < m).astype(np.float64)
+            words = f"the first {m} samples alone, count divided by {divisor}"
+            yield fixed(words, counts=first, divisor=divisor)
+
+
+def _of_tables(samples: FloatArray) -> Iterator[Change]:
+    """Other tables of as many samples."""
+    n = len(samples)
+    tables = {
+        f"samples of '{name}'": make_samples(name, n)
+        for name, method in METHODS["ball"].items()
+        if method.most is None or n <= method.most
+    }
+    for k, axis in enumerate("xyz"):
+        tables[f"samples mirrored in {axis}"] = samples * np.where(np.arange(3) == k, -1.0, 1.0)
+        tables[f"samples without {axis}"] = samples * np.where(np.arange(3) == k, 0.0, 1.0)
+    for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
+        tables[f"samples with {words} exchanged"] = samples[:, order]
+    length = np.linalg.norm(samples, axis=1, keepdims=True)
+    tables["samples on the sphere of radius R"] = samples / np.where(length > 0, length, 1.0)
+    for kind, table in tables.items():
+        if not np.array_equal(table, samples):
+            yield fixed(kind, samples=table)
+
+
+def _with_values(problem: Occlusion) -> list[Change]:
+    at = problem.landed
+    deepest, nearest = (end(at.z, axis=1, where=at.may, initial=0.0) for end in (np.max, np.min))
+    reach = float(np.median(deepest - nearest)) / 2
+    finite = problem.depth[np.isfinite(problem.depth)]
+    size = float(np.median(np.abs(finite))) if finite.size else 1.0
+    scales = 1 + np.clip(SHARES * reach / size, -0.95, None) if size else 1 + SHARES
+    turn = lambda p, a: p.changed(samples=_turned(p.samples, a))  # noqa: E731
+    return [
+        scaled("radius", lambda p, f: p.changed(radius=p.radius * f)),
+        *shifts(lambda p, u, v: p.changed(image=np.array([[1, 0, u], [0, 1, v], [0, 0, 1]]) @ p.image)),
+        scaled("depth bias", lambda p, b: p.changed(depth=p.depth + b), reach * SHARES, "depth + {:.6g}"),
+        scaled("depth scale", lambda p, s: p.changed(depth=p.depth * s), scales, "depth x {:.6g}"),
+        scaled("turned samples", turn, np.arange(7.7, 360, 11.3), "samples turned by {:.3f} degrees about z"),
+    ]
+
+
+def _turned(samples: FloatArray, degrees: float) -> FloatArray:
+    c, s = cos(radians(degrees)), sin(radians(degrees))
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(samples @ turn)

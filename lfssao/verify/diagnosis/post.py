@@ -1,0 +1,160 @@
+"""Changes of the merge, the blur and the shading, at some texels."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.post import gaussian_kernel
+from lfssao.verify.diagnosis.borders import INSIDE, hold
+from lfssao.verify.diagnosis.search import FACTORS, Change, FloatArray, Problem, fixed, plain, scaled
+
+_SIGMAS = FACTORS[FACTORS < 4]
+_ROUNDING = 2.0**-21  # relative, of a renderer's other sums
+
+# Changes of a texture of occlusion by itself.
+VALUES = (
+    plain("1 - ao in place of ao", lambda p: p.then(lambda x: 1 - x)),
+    plain("ao of 0 everywhere", lambda p: p.then(np.zeros_like)),
+    scaled("strength", lambda p, s: p.then(lambda x: np.clip(s * x, 0, 1)), words="ao x {:.4f}"),
+    scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), words="ao to the power of {:.4f}"),
+)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Merge(Problem):
+    """The maximum of K texels of L layers."""
+
+    layers: FloatArray  # (L, K)
+    rule: Callable[[FloatArray], FloatArray] = lambda layers: layers.max(axis=0)
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """The value with room for rounding."""
+        made = self.rule(self.layers)
+        return made * (1 - _ROUNDING), made * (1 + _ROUNDING)
+
+
+def _of_layers(kind: str, kept: NDArray[np.bool_]) -> Change:
+    return plain(kind, lambda p: p.changed(layers=p.layers[kept]))
+
+
+def merge_changes(problem: Merge) -> list[Change]:
+    """All changes of the merge."""
+    numbers = np.arange(len(problem.layers))
+    return [
+        fixed("mean in place of maximum", rule=lambda a: a.mean(axis=0)),
+        fixed("sum in place of maximum", rule=lambda a: a.sum(axis=0)),
+        fixed("sum, at most 1, in place of maximum", rule=lambda a: np.minimum(a.sum(axis=0), 1)),
+        fixed("minimum in place of maximum", rule=lambda a: a.min(axis=0)),
+        fixed("1 - product of (1 - ao) in place of maximum", rule=lambda a: 1 - np.prod(1 - a, axis=0)),
+        *(_of_layers(f"ao_{k + 1} missing", numbers != k) for k in numbers if len(numbers) > 1),
+        *(_of_layers(f"ao_{k + 1} alone", numbers == k) for k in numbers),
+        *VALUES,
+    ]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Blur(Problem):
+    """The Gaussian blur at K texels of a texture."""
+
+    columns: NDArray[np.int64]  # (K,)
+    rows: NDArray[np.int64]
+    merged: NDArray[Any]  # (H, W)
+    room: FloatArray  # (K,), width of the reference's interval
+    sigma: float
+    horizontal: bool = True
+    vertical: bool = True
+    border: str = "clamp"
+    reach: float = 3.0  # sigma, at which the kernel is cut
+    total: float | None = None  # weights are divided by their sum, or by this
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """The sum over the square of taps, with room for rounding."""
+        height, width = self.merged.shape
+        weights, steps = self._weights()
+        across = (weights, steps) if self.horizontal else (np.ones(1), np.zeros(1, np.int64))
+        down = (weights, steps) if self.vertical else (np.ones(1), np.zeros(1, np.int64))
+        i, j = self.columns[:, None] + across[1], self.rows[:, None] + down[1]
+        near = self.merged[hold(j, height, self.border)[:, :, None], hold(i, width, self.border)[:, None, :]]
+        w_i, w_j = np.broadcast_to(across[0], i.shape), np.broadcast_to(down[0], j.shape)
+        if self.border in ("zero", "left out"):
+            w_i, w_j = w_i * ((i >= 0) & (i < width)), w_j * ((j >= 0) & (j < height))
+        if self.border == "left out":
+            w_i, w_j = (w / w.sum(axis=1, keepdims=True) for w in (w_i, w_j))
+        made = np.einsum("kji,kj,ki->k", near.astype(np.float64), w_j, w_i)
+        room = self.room + _ROUNDING * np.abs(made)
+        return made - room, made + room
+
+    def _weights(self) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Weights and places of the taps along one axis."""
+        radius = int(np.ceil(self.reach * self.sigma))
+        steps = np.arange(-radius, radius + 1)
+        weights = np.exp(-0.5 * (steps / self.sigma) ** 2)
+        if self.reach == 3.0 and self.total is None:
+            weights = gaussian_kernel(self.sigma)
+        return weights / (self.total or weights.sum()), steps
+
+
+def blur_changes(problem: Blur) -> list[Change]:
+    """All changes of the blur."""
+    outside, cut = "texels outside the texture", "kernel cut at {:g} sigma in place of 3"
+    return [
+        fixed("not blurred", horizontal=False, vertical=False),
+        fixed("blurred horizontally alone", vertical=False),
+        fixed("blurred vertically alone", horizontal=False),
+        fixed(f"{outside} zero", border="zero"),
+        fixed(f"{outside} left out, weights normalised anew", border="left out"),
+        *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE[1:]),
+        *(fixed(cut.format(reach), reach=reach) for reach in (1.0, 1.5, 2.0, 2.5, 4.0, 5.0)),
+        fixed("weights not normalised, Gaussian density", total=float(np.sqrt(2 * np.pi) * problem.sigma)),
+        fixed("weights not normalised, 1 in the middle", total=1.0),
+        scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS),
+        *VALUES,
+    ]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Shade(Problem):
+    """The shading of K texels."""
+
+    image: FloatArray  # (K, 3)
+    occlusion: FloatArray  # (K,), blurred
+    merged: FloatArray | None
+    room: FloatArray  # (K, 3), width of the reference's interval
+    rule: Callable[[FloatArray, FloatArray], FloatArray] = lambda image, ao: image * (1 - ao)
+
+    def interval(self) -> tuple[FloatArray, FloatArray]:
+        """The value with room for rounding; ``value`` is of the occlusion."""
+        made = self.rule(self.image, self.value(self.occlusion)[:, None])
+        room = self.room + _ROUNDING * np.abs(made)
+        return made - room, made + room
+
+
+def encode(linear: FloatArray) -> FloatArray:
+    """SRGB values, 0 to 1, of linear light."""
+    held = np.clip(linear, 0, 1)
+    return np.where(held <= 0.0031308, 12.92 * held, 1.055 * held ** (1 / 2.4) - 0.055)
+
+
+def decode(coded: FloatArray) -> FloatArray:
+    """Linear light of sRGB values, 0 to 1."""
+    return np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
+
+
+def shade_changes(problem: Shade) -> list[Change]:
+    """All changes of the shading."""
+    made = [
+        fixed("image x ao in place of image x (1 - ao)", rule=lambda image, ao: image * ao),
+        fixed("image without ao", rule=lambda image, ao: image),
+        fixed("1 - ao without the image", rule=lambda image, ao: np.repeat(1 - ao, 3, axis=1)),
+        fixed("shaded in sRGB", rule=lambda image, ao: decode(encode(image) * (1 - ao))),
+        fixed("shaded in sRGB and left there", rule=lambda image, ao: encode(image) * (1 - ao)),
+        fixed("stored in sRGB", rule=lambda image, ao: encode(image * (1 - ao))),
+        fixed("ao taken off twice", rule=lambda image, ao: image * (1 - ao) ** 2),
+        fixed("red and blue exchanged", rule=lambda image, ao: (image * (1 - ao))[:, ::-1]),
+    ]
+    if problem.merged is not None:
+        made.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))
+    return [*made, *VALUES]

@@ -1,0 +1,255 @@
+"""The search for a change of the reference that a renderer's texture shows.
+
+A problem holds some texels of the renderer's texture and the interval that the reference, or a change of it, allows
+there. Continuous changes are tried on a grid and refined by golden sections; all are ranked by the share of texels that
+agree. Two changes at once are tried only if one explains at least half of the texels that are wrong.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import sqrt
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Values = tuple[float, ...]
+Function = Callable[[FloatArray], FloatArray]
+
+# A change fits if it leaves at most this share of the wrong texels wrong.
+_LEFT = 0.05
+_GOLDEN = (sqrt(5.0) - 1.0) / 2.0
+_SECTIONS = 22  # each narrows the bracket to 0.62 of it
+_REFINED = 6  # changes, the best on the grid
+
+# Values to try first. None is a round number: a renderer's own value is found by refinement.
+FACTORS = np.concatenate([np.geomspace(0.11, 0.83, 7), np.linspace(0.871, 1.137, 7), np.geomspace(1.21, 9.3, 7)])
+SHIFTS = np.concatenate([[-4.1, -2.9, -1.93], np.linspace(-1.43, 1.43, 12), [1.93, 2.9, 4.1]])
+SHARES = np.concatenate([-np.geomspace(0.9, 0.0003, 12), np.geomspace(0.0003, 0.9, 12)])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Problem:
+    """K texels of a texture, and what the reference, or a change of it, allows them to be."""
+
+    mine: FloatArray  # (K,) or (K, C)
+    value: Function = np.asarray  # applied to the right values; monotone
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""
+        raise NotImplementedError
+
+    def interval(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest values that are right."""
+        one, other = (self.value(end) for end in self.ends())
+        return np.minimum(one, other), np.maximum(one, other)
+
+    def changed(self, **fields: Any) -> Self:
+        """A copy with other fields."""
+        return replace(self, **fields)
+
+    def then(self, function: Function) -> Self:
+        """A copy with a function of its right values."""
+        before = self.value
+        return self.changed(value=lambda x: function(before(x)))
+
+
+@dataclass(frozen=True)
+class Change:
+    """One way in which a renderer may differ from the reference.
+
+    Attributes
+    ----------
+    kind : str
+        Its name, such as 'radius'.
+    apply : callable
+        The changed problem, of a problem and the values.
+    words : str
+        The change as a report says it, its values in braces.
+    grids : tuple of arrays
+        The values to try first, sorted, one array for each; none for a change without values.
+    """
+
+    kind: str
+    apply: Callable[[Any, Values], Any]
+    words: str
+    grids: tuple[FloatArray, ...] = ()
+
+
+def plain(kind: str, apply: Callable[[Any], Any]) -> Change:
+    """A change without values."""
+    return Change(kind, lambda problem, _: apply(problem), kind)
+
+
+def fixed(kind: str, **fields: Any) -> Change:
+    """A change without values that gives the problem other fields."""
+    return plain(kind, lambda problem: problem.changed(**fields))
+
+
+def scaled(
+    kind: str, apply: Callable[[Any, float], Any], grid: FloatArray = FACTORS, words: str | None = None
+) -> Change:
+    """A change with one value."""
+    return Change(kind, lambda problem, v: apply(problem, v[0]), words or f"{kind} x {{:.4f}}", (np.sort(grid),))
+
+
+def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
+    """Shifts by texels along u, along v and along both."""
+    one, words = (SHIFTS,), "shifted by {:.3f} texels"
+    return [
+        Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", one),
+        Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", one),
+        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {:.3f} and {:.3f} texels", one * 2),
+    ]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A change that was tried.
+
+    Attributes
+    ----------
+    kind : str
+        The change's name; of two, both, joined by ' and '.
+    values : tuple of float
+        Its values, in the order in which ``words`` has them.
+    words : str
+        The change with its values.
+    share : float
+        Share of the texels, 0 to 1, that are inside the changed reference's interval.
+    """
+
+    kind: str
+    values: Values
+    words: str
+    share: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """A candidate with the change that it is of."""
+
+    change: Change
+    values: Values
+    share: float
+    cost: float
+
+    @property
+    def candidate(self) -> Candidate:
+        """What is told of it."""
+        return Candidate(self.change.kind, self.values, self.change.words.format(*self.values), self.share)
+
+
+def excess(problem: Problem) -> FloatArray:
+    """How far each texel is outside the interval, (K,): 0 inside, infinite for NaN."""
+    return _outside(problem.mine, *problem.interval())
+
+
+def _outside(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    with np.errstate(invalid="ignore"):  # infinity less infinity
+        off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
+    off = np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(off), np.inf, off)
+    return off if off.ndim == 1 else np.asarray(off.max(axis=1))
+
+
+def fits(share: float, without: float) -> bool:
+    """Whether a change explains a texture: nearly all texels that are wrong without it."""
+    return 1.0 - share <= _LEFT * (1.0 - without)
+
+
+@dataclass(frozen=True)
+class Search:
+    """A problem with the weight of each of its texels, (K,), which sum to 1."""
+
+    problem: Problem
+    weights: FloatArray
+
+    def best(self, changes: Sequence[Change]) -> list[Found]:
+        """The changes, best first; as pairs too, if one explains half of what is wrong and none all."""
+        without = self._share(self.problem)
+        found = self._tried(self.problem, changes, without)
+        best = found[0]
+        if fits(best.share, without) or best.share - without < 0.5 * (1.0 - without):
+            return found
+        changed = best.change.apply(self.problem, best.values)
+        others = [change for change in changes if change.kind != best.change.kind]
+        pairs = [_pair(best, other) for other in self._tried(changed, others, best.share)[:1]]
+        return sorted([*found, *pairs], key=_rank)
+
+    def _share(self, problem: Problem) -> float:
+        return float(self.weights @ (excess(problem) <= 0))
+
+    def _tried(self, problem: Problem, changes: Sequence[Change], without: float) -> list[Found]:
+        off = excess(problem)
+        usual = off[(off > 0) & np.isfinite(off)]
+        scale = float(np.median(usual)) if len(usual) else 1.0
+        trials = [self._on_grid(problem, change, scale) for change in changes]
+        trials.sort(key=lambda trial: trial.cost)
+        found = [self._refined(problem, trial, scale) for trial in trials[:_REFINED]] + trials[_REFINED:]
+        order = {change.kind: number for number, change in enumerate(changes)}
+        return sorted(found, key=lambda each: (*_rank(each), order[each.change.kind]))
+
+    def _on_grid(self, problem: Problem, change: Change, scale: float) -> Found:
+        """The change with the best values of its grid."""
+        trials = [self._trial(problem, change, values, scale) for values in product(*change.grids)]
+        return min(trials, key=lambda trial: trial.cost)
+
+    def _refined(self, problem: Problem, start: Found, scale: float) -> Found:
+        """Golden sections along each value in turn, between its neighbours on the grid."""
+        change, best = start.change, start
+        for turn in range(1 if len(change.grids) == 1 else 3):
+            for k, grid in enumerate(change.grids):
+                at = int(np.argmin(np.abs(grid - start.values[k])))
+                low, high = (float(grid[min(max(at + step, 0), len(grid) - 1)]) for step in (-1, 1))
+                if turn:
+                    reach = (high - low) * 0.2**turn
+                    low, high = best.values[k] - reach, best.values[k] + reach
+                best = self._section(problem, best, k, (low, high), scale)
+        return best
+
+    def _section(self, problem: Problem, best: Found, k: int, ends: tuple[float, float], scale: float) -> Found:
+        low, high = ends
+
+        def at(value: float) -> Found:
+            values = (*best.values[:k], value, *best.values[k + 1 :])
+            return self._trial(problem, best.change, values, scale)
+
+        left, right = at(high - _GOLDEN * (high - low)), at(low + _GOLDEN * (high - low))
+        for _ in range(_SECTIONS):
+            if left.cost <= right.cost:
+                high, right = right.values[k], left
+                left = at(high - _GOLDEN * (high - low))
+            else:
+                low, left = left.values[k], right
+                right = at(low + _GOLDEN * (high - low))
+        return min((best, left, right), key=lambda trial: trial.cost)
+
+    def _trial(self, problem: Problem, change: Change, values: Values, scale: float) -> Found:
+        """One try. Its cost grows with the distance from the interval and, far more slowly, from its middle."""
+        changed = change.apply(problem, values)
+        low, high = changed.interval()
+        off = _outside(changed.mine, low, high)
+        middle = 0.5 * (low + high)
+        from_middle = _outside(changed.mine, middle, middle)
+        far = [np.divide(d, d + scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, from_middle)]
+        cost = float(self.weights @ far[0]) + 1e-4 * float(self.weights @ far[1])
+        return Found(change, values, float(self.weights @ (off <= 0)), cost)
+
+
+def _rank(found: Found) -> tuple[float, int]:
+    """Larger shares first, to a hundredth of a percent; then those with fewer values."""
+    return -round(found.share, 4), len(found.values)
+
+
+def _pair(first: Found, second: Found) -> Found:
+    one, other, split = first.change, second.change, len(first.values)
+
+    def apply(problem: Problem, values: Values) -> Problem:
+        changed: Problem = other.apply(one.apply(problem, values[:split]), values[split:])
+        return changed
+
+    change = Change(f"{one.kind} and {other.kind}", apply, f"{one.words} and {other.words}")
+    return Found(change, (*first.values, *second.values), second.share, second.cost)

@@ -1,0 +1,157 @@
+"""Changes of the G-buffer at some texels: depth and colour against the reference's, positions against depth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.optics.view import WorldToImage
+from lfssao.verify.bounds.depth import ROUNDINGS
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.ssao import project_positions
+from lfssao.verify.diagnosis.borders import hold
+from lfssao.verify.diagnosis.occlusion import half
+from lfssao.verify.diagnosis.post import decode, encode
+from lfssao.verify.diagnosis.search import SHARES, Change, FloatArray, Problem, fixed, plain, scaled, shifts
+
+_SCALES = np.concatenate([np.geomspace(0.0007, 0.83, 12), np.linspace(0.871, 1.137, 14), np.geomspace(1.21, 1400, 12)])
+Places = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Image(Problem):
+    """K texels of a texture whose reference's interval is known: depth or colour."""
+
+    columns: Places  # (K,)
+    rows: Places
+    lower: FloatArray  # (H, W) or (H, W, C)
+    upper: FloatArray
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """The reference's interval, between four texels by their distances."""
+        return self._read(self.lower), self._read(self.upper)
+
+    def _read(self, texture: FloatArray) -> FloatArray:
+        height, width = texture.shape[:2]
+        u, v = self.columns + self.shift[0], self.rows + self.shift[1]
+        i, j = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
+        total: Any = 0.0
+        for b, a in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            weight = np.abs((1 - a) - (u - i)) * np.abs((1 - b) - (v - j))
+            near = texture[hold(j + b, height, "clamp"), hold(i + a, width, "clamp")]
+            weight = weight.reshape(-1, *[1] * (near.ndim - 1))
+            with np.errstate(invalid="ignore"):  # infinity times 0
+                total = total + np.where(weight > 0, weight * near, 0.0)
+        return np.asarray(total)
+
+
+def _image_changes(problem: Image) -> list[Change]:
+    """Changes that depth and colour have in common."""
+    height, width = problem.lower.shape[:2]
+    made = [
+        plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
+        plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
+        plain("u and v flipped", lambda p: p.changed(columns=width - 1 - p.columns, rows=height - 1 - p.rows)),
+        plain("half precision", lambda p: p.then(half)),
+        *shifts(lambda p, u, v: p.changed(shift=(u, v))),
+    ]
+    if height == width:
+        made.append(plain("u and v transposed", lambda p: p.changed(columns=p.rows, rows=p.columns)))
+    return made
+
+
+def depth_changes(problem: Image, others: Mapping[str, tuple[FloatArray, FloatArray]]) -> list[Change]:
+    """All changes of depth; ``others`` are other modules' intervals, by what is wrong with them."""
+    finite = problem.lower[np.isfinite(problem.lower)]
+    size = float(np.ptp(finite)) if finite.size else 1.0
+    return [
+        plain("depth with the other sign", lambda p: p.then(np.negative)),
+        *_image_changes(problem),
+        plain("1 / depth", lambda p: p.then(lambda z: 1 / np.where(z == 0, np.nan, z))),
+        plain("1 - depth", lambda p: p.then(lambda z: 1 - z)),
+        *(fixed(name, lower=lower, upper=upper) for name, (lower, upper) in others.items()),
+        scaled("depth bias", lambda p, b: p.then(lambda z: z + b), size * SHARES, "depth + {:.6g}"),
+        scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {:.6g}"),
+    ]
+
+
+def color_changes(problem: Image) -> list[Change]:
+    """All changes of colour."""
+    power = "colour to the power of {:.4f}"
+    return [
+        plain("stored in sRGB", lambda p: p.then(encode)),
+        plain("sRGB taken for linear light twice", lambda p: p.then(decode)),
+        plain("red and blue exchanged", lambda p: p.changed(mine=p.mine[:, ::-1])),
+        plain("1 - colour", lambda p: p.then(lambda x: 1 - x)),
+        *_image_changes(problem),
+        scaled("strength", lambda p, s: p.then(lambda x: x * s), _SCALES, "colour x {:.4f}"),
+        scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), _SCALES, power),
+    ]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Positions(Problem):
+    """Positions of K texels, mapped into the image, against the texels' centres and depth.
+
+    ``mine`` are world coordinates, (K, 3); ``interval`` is of where they land.
+    """
+
+    columns: Places  # (K,)
+    rows: Places
+    depth: FloatArray  # (K,)
+    mapping: WorldToImage
+    model: ErrorModel
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def landed(self) -> tuple[FloatArray, FloatArray]:
+        """Where the positions land, u, v in texels and image z, (K, 3), and how far that is off."""
+        size = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=0.0))
+        allowance = np.full(self.mine.shape, ROUNDINGS * self.model.operation * size)
+        places, error, _ = project_positions(self.mine, allowance, self.mapping, self.model)
+        return np.where(error[:, :1] > -np.inf, places, np.nan), np.maximum(error, 0.0)
+
+    def interval(self) -> tuple[FloatArray, FloatArray]:
+        """The texels' centres and depth less those of the positions, about 0 in world coordinates' place."""
+        places, error = self.landed
+        right = np.stack([self.columns + 0.5 + self.shift[0], self.rows + 0.5 + self.shift[1], self.depth], axis=-1)
+        room = error + np.array([self.model.centre, self.model.centre, 0.0])
+        room[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(self.depth).max(initial=0.0))
+        off = self.mine + (right - places)
+        return off - room, off + room
+
+
+def positions_changes(problem: Positions, cast_from_world: FloatArray | None, size: tuple[int, int]) -> list[Change]:
+    """All changes of positions; ``size`` is the width and height of the texture."""
+    width, height = size
+    made = [_mapped(f"{a} with the other sign", np.diag(1.0 - 2.0 * (np.arange(3) == k))) for k, a in enumerate("xyz")]
+    for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
+        made.append(_mapped(f"{words} exchanged", np.array(np.eye(3)[order])))
+    made.append(_mapped("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])))
+    if cast_from_world is not None:
+        back = np.linalg.inv(cast_from_world[:, :3])
+        made.append(_mapped("positions in physical space", back, -back @ cast_from_world[:, 3]))
+    made += [
+        plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
+        plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
+        plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
+        *shifts(lambda p, u, v: p.changed(shift=(u, v))),
+        scaled("scale", lambda p, s: p.changed(mine=p.mine / s), _SCALES, "positions x {:.6g}"),
+    ]
+    largest = float(np.abs(problem.mine[np.isfinite(problem.mine)]).max(initial=1.0))
+    return made + [_biased(axis, np.eye(3)[k], largest) for k, axis in enumerate("xyz")]
+
+
+def _mapped(kind: str, matrix: FloatArray, shift: FloatArray | None = None) -> Change:
+    """A change that the map undoes, of positions as rows."""
+    moved = np.zeros(3) if shift is None else shift
+    return plain(kind, lambda p: p.changed(mine=p.mine @ matrix.T + moved))
+
+
+def _biased(axis: str, direction: FloatArray, largest: float) -> Change:
+    undo = lambda p, b: p.changed(mine=p.mine - b * direction)  # noqa: E731
+    return scaled(f"bias of {axis}", undo, largest * SHARES, f"{axis} + {{:.6g}}")

@@ -38,6 +38,7 @@ _HELP = {
     "--model": "what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
     "--mesh": "the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
     "exceptions at silhouettes (of an embedded scene it is at hand)",
+    "--no-diagnosis": "do not search for the change of the reference that explains a wrong texture",
     "--json": "write all figures as JSON",
     "--junit": "write JUnit XML: a test suite a module, a test case a layer",
     "--picture": "draw the first module that fails or differs (.png, .svg or .pdf)",
@@ -58,6 +59,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
     add("--map", action="append", default=[], metavar="MINE=REFERENCE")
     add("--layers", metavar="NAME,...")
     add("--exact", action="store_true")
+    add("--no-diagnosis", action="store_true")
     add("--model", default="shader", metavar="NAME")
     for name in ("--mesh", "--json", "--junit", "--picture"):
         add(name, metavar="FILE")
@@ -84,7 +86,8 @@ def _report(options: argparse.Namespace) -> Report:
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers = None if options.layers is None else options.layers.split(",")
     sources = Path(options.mine), Path(options.reference)
-    comparison = Comparison(*sources, _rules(options.map), layers, options.exact, options.model, options.mesh)
+    chosen = options.exact, options.model, options.mesh
+    comparison = Comparison(*sources, _rules(options.map), layers, *chosen, diagnosis=not options.no_diagnosis)
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:
             comparison.add(module)

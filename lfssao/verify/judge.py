@@ -37,16 +37,25 @@ def judge(
     return {name: _judge_output(name, mine, case, find) for name in order if names is None or name in names}
 
 
-def _view_bounds(mine: Arrays, case: Case, model: ErrorModel) -> ViewBounds:
-    """Bounds of a view's textures, given those that a renderer made."""
-    right = case.outputs
-    own = {name: array for name, array in mine.items() if _is_whole(array, right.get(name))}
-    inputs = {**case.inputs, **right, **own}
+def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:
+    """The inputs of a view's stages: those of the case, and textures, the renderer's own where they can be used."""
+    inputs = {**case.inputs, **case.outputs, **_own(mine, case)}
     if "color" in inputs:
         inputs["image"] = inputs["color"]
     elif "depth" in inputs and not case.parameters.get("colored", False):  # a mesh without colour is white
         inputs["image"] = np.repeat(np.isfinite(inputs["depth"]).astype(np.float32)[..., None], 3, axis=2)
-    return ViewBounds(case.parameters, inputs, model, own, right, case.bounds)
+    return inputs
+
+
+def _view_bounds(mine: Arrays, case: Case, model: ErrorModel) -> ViewBounds:
+    """Bounds of a view's textures, given those that a renderer made."""
+    own, inputs = _own(mine, case), inputs_of(mine, case)
+    return ViewBounds(case.parameters, inputs, model, own, case.outputs, case.bounds)
+
+
+def _own(mine: Arrays, case: Case) -> dict[str, Array]:
+    """The renderer's textures that later stages can be made of."""
+    return {name: array for name, array in mine.items() if _is_whole(array, case.outputs.get(name))}
 
 
 def _is_whole(texture: Array, reference: Array | None) -> bool:

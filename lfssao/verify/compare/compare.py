@@ -8,6 +8,7 @@ from pathlib import Path
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.case import VIEW, Case
+from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
 from lfssao.verify.compare.picture import Panels
 from lfssao.verify.compare.reasons import reason_of
@@ -30,6 +31,7 @@ def compare(
     exact: bool = False,
     model: str = "shader",
     mesh: str | None = None,
+    diagnosis: bool = True,
 ) -> Report:
     """Compare another renderer's textures with a reference.
 
@@ -49,6 +51,8 @@ def compare(
     mesh : str, optional
         File of the mesh that the reference was rendered of, by which depth and colour are judged; the embedded scenes
         need none.
+    diagnosis : bool
+        Whether a search names the change of the reference that explains a wrong texture of a rendered view.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def compare(
         If there is nothing to compare, or the manifest or an argument is wrong. Faults of single files and layers are
         in the report.
     """
-    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, mesh)
+    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, mesh, diagnosis)
     for module in comparison.modules:
         comparison.add(module)
     return comparison.report()
@@ -82,6 +86,7 @@ class Comparison:
         exact: bool,
         model: str,
         mesh: str | None = None,
+        diagnosis: bool = True,
     ) -> None:
         self._model = find_model(model)
         self._reference = Reference.open(reference)
@@ -93,6 +98,7 @@ class Comparison:
             if self._surface is None:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
             _ = self._surface.mesh  # refused before anything is compared
+        self._diagnoser = Diagnoser(self._reference, self._model) if diagnosis else None
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
@@ -159,6 +165,8 @@ class Comparison:
             judged = judgements[name]
             reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
             result = result_of(module, found[name], right, judged, reason)
+            if self._diagnoser is not None:
+                result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged))
             self._results.append(result)
             panels.offer(found[name], right, judged)
             if judged.verdict is Verdict.DIFFERENT and name in lacking:

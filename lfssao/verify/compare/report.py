@@ -92,6 +92,8 @@ class Report:
         failing = [r for r in self.results if self.code(r) != SAME]
         for result in failing[:_MOST_LINES]:
             yield f"{_place(result)}: {_sentence(result)}"
+            if result.diagnosis is not None:
+                yield f"  {result.diagnosis.words(result.module)}"
         if len(failing) > _MOST_LINES:
             yield f"... and {len(failing) - _MOST_LINES} more"
         yield from (f"warning: {note}" for note in self.notes[:_MOST_LINES])

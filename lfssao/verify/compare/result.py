@@ -7,6 +7,7 @@ import numpy as np
 
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import Metrics, difference, measure
+from lfssao.verify.diagnosis.diagnose import Diagnosis
 from lfssao.verify.verdict import Flags, Judgement, Planes, Verdict, texels
 
 WORST = 10
@@ -60,6 +61,8 @@ class Result:
         Whether one is known; it is not asked for where bits are equal.
     worst : tuple of Texel
         The worst, at most ten, the worst first.
+    diagnosis : Diagnosis or None
+        Which change of the reference explains it; None where it is right, or no diagnosis was made.
     """
 
     module: str
@@ -70,6 +73,7 @@ class Result:
     outside: int = 0
     interval: bool = False
     worst: tuple[Texel, ...] = ()
+    diagnosis: Diagnosis | None = None
 
 
 def result_of(

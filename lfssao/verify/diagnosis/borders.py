@@ -1,4 +1,4 @@
-"""What stands for texels beyond a texture's border."""
+"""Rules of textures' borders: the texels that stand for those beyond."""
 
 import numpy as np
 from numpy.typing import NDArray

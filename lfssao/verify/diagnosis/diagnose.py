@@ -17,6 +17,7 @@ from lfssao.verify.diagnosis.search import Candidate, Change, Problem, Search, e
 from lfssao.verify.verdict import Judgement, texels
 
 _SEARCHED = 600  # texels that are wrong, and as many that are right
+_SEARCHED_IN_ALL = 60_000  # times samples or taps
 _MOST = 2_000_000  # samples or taps that the share is counted over
 _FEWEST = 2_000  # texels
 Places = NDArray[np.int64]
@@ -129,7 +130,7 @@ def _searched(
     bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
     if not len(bad):
         return None
-    few = max(min(_SEARCHED, _MOST // cost // 4), 50)
+    few = min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 50))
     picks = [_spread(bad, few), _spread(good, few)]
     weights = np.concatenate(
         [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from math import cos, radians, sin
-from typing import Any, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from lfssao.verify.diagnosis.search import SHARES, Change, Flags, FloatArray, Pr
 _MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
 
 # Fields on which the image points of the samples, and the decisions about them, do not depend.
-_LATE = {"mine", "counts", "divisor", "value"}
+_LATE = frozenset({"counts", "divisor", "value"})
 _LOOK_UP = _LATE | {"image", "border", "relation", "depth"}
 
 
@@ -62,17 +62,11 @@ class Occlusion(Problem):
     counts: FloatArray | None = None  # (n,), how often each sample counts; once by default
     divisor: float | None = None  # n by default
 
-    def changed(self, **fields: Any) -> Self:
-        """A copy with other fields, which keeps what does not depend on them."""
-        made = super().changed(**fields)
-        for name, kept in (("landed", _LOOK_UP), ("decided", _LATE)):
-            if name in self.__dict__ and set(fields) <= kept:
-                made.__dict__[name] = self.__dict__[name]
-        return made
+    kept: ClassVar = {"landed": _LOOK_UP, "decided": _LATE}
 
     @cached_property
     def landed(self) -> Landed:
-        """Where the samples land."""
+        """Image points of the samples."""
         offsets = np.broadcast_to(self.radius * self.samples, (len(self.points), *self.samples.shape))
         if self.normals is not None:
             below = np.einsum("ksc,kc->ks", offsets, self.normals) < 0

@@ -23,12 +23,16 @@ VALUES = (
 )
 
 
+def _maximum(layers: FloatArray) -> FloatArray:
+    return np.asarray(layers.max(axis=0))
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Merge(Problem):
     """The maximum of K texels of L layers."""
 
     layers: FloatArray  # (L, K)
-    rule: Callable[[FloatArray], FloatArray] = lambda layers: layers.max(axis=0)
+    rule: Callable[[FloatArray], FloatArray] = _maximum
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding."""
@@ -115,6 +119,10 @@ def blur_changes(problem: Blur) -> list[Change]:
     ]
 
 
+def _darkened(image: FloatArray, ao: FloatArray) -> FloatArray:
+    return image * (1 - ao)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Shade(Problem):
     """The shading of K texels."""
@@ -123,7 +131,7 @@ class Shade(Problem):
     occlusion: FloatArray  # (K,), blurred
     merged: FloatArray | None
     room: FloatArray  # (K, 3), width of the reference's interval
-    rule: Callable[[FloatArray, FloatArray], FloatArray] = lambda image, ao: image * (1 - ao)
+    rule: Callable[[FloatArray, FloatArray], FloatArray] = _darkened
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding; ``value`` is of the occlusion."""

@@ -5,11 +5,11 @@ there. Continuous changes are tried on a grid and refined by golden sections; al
 agree. Two changes at once are tried only if one explains at least half of the texels that are wrong.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import sqrt
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,8 @@ class Problem:
 
     mine: FloatArray  # (K,) or (K, C)
     value: Function = np.asarray  # applied to the right values; monotone
+    # Cached properties, and the fields that they do not depend on.
+    kept: ClassVar[Mapping[str, frozenset[str]]] = {}
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""
@@ -48,8 +50,12 @@ class Problem:
         return np.minimum(one, other), np.maximum(one, other)
 
     def changed(self, **fields: Any) -> Self:
-        """A copy with other fields."""
-        return replace(self, **fields)
+        """A copy with other fields, which keeps what does not depend on them."""
+        made = replace(self, **fields)
+        for name, harmless in self.kept.items():
+            if name in self.__dict__ and harmless.issuperset(fields):
+                made.__dict__[name] = self.__dict__[name]
+        return made
 
     def then(self, function: Function) -> Self:
         """A copy with a function of its right values."""
@@ -98,11 +104,11 @@ def scaled(
 
 def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
     """Shifts by texels along u, along v and along both."""
-    one, words = (SHIFTS,), "shifted by {:.3f} texels"
+    one, both, words = (SHIFTS,), (SHIFTS[::2], SHIFTS[::2]), "shifted by {:.3f} texels"
     return [
         Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", one),
         Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", one),
-        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {:.3f} and {:.3f} texels", one * 2),
+        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {:.3f} and {:.3f} texels", both),
     ]
 
 
@@ -139,7 +145,7 @@ class Found:
 
     @property
     def candidate(self) -> Candidate:
-        """What is told of it."""
+        """The candidate that is told."""
         return Candidate(self.change.kind, self.values, self.change.words.format(*self.values), self.share)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +97,7 @@ def color_changes(problem: Image) -> list[Change]:
 class Positions(Problem):
     """Positions of K texels, mapped into the image, against the texels' centres and depth.
 
-    ``mine`` are world coordinates, (K, 3); ``interval`` is of where they land.
+    ``mine`` are world coordinates, (K, 3); ``interval`` is of their image points.
     """
 
     columns: Places  # (K,)
@@ -107,9 +107,11 @@ class Positions(Problem):
     model: ErrorModel
     shift: tuple[float, float] = (0.0, 0.0)
 
+    kept: ClassVar = {"landed": frozenset({"columns", "rows", "depth", "shift"})}
+
     @cached_property
     def landed(self) -> tuple[FloatArray, FloatArray]:
-        """Where the positions land, u, v in texels and image z, (K, 3), and how far that is off."""
+        """Image points of the positions, u, v in texels and image z, (K, 3), and how far each is off."""
         size = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=0.0))
         allowance = np.full(self.mine.shape, ROUNDINGS * self.model.operation * size)
         places, error, _ = project_positions(self.mine, allowance, self.mapping, self.model)
@@ -130,10 +132,10 @@ def positions_changes(problem: Positions, cast_from_world: FloatArray | None, si
     width, height = size
     made = [_mapped(f"{a} with the other sign", np.diag(1.0 - 2.0 * (np.arange(3) == k))) for k, a in enumerate("xyz")]
     for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
-        made.append(_mapped(f"{words} exchanged", np.array(np.eye(3)[order])))
+        made.append(_mapped(f"{words} exchanged", np.array([np.eye(3)[k] for k in order])))
     made.append(_mapped("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])))
     if cast_from_world is not None:
-        back = np.linalg.inv(cast_from_world[:, :3])
+        back: FloatArray = np.linalg.inv(cast_from_world[:, :3])
         made.append(_mapped("positions in physical space", back, -back @ cast_from_world[:, 3]))
     made += [
         plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),

@@ -24,6 +24,7 @@ VALUES = (
 
 
 def _maximum(layers: FloatArray) -> FloatArray:
+    """The reference's merge."""
     return np.asarray(layers.max(axis=0))
 
 
@@ -120,6 +121,7 @@ def blur_changes(problem: Blur) -> list[Change]:
 
 
 def _darkened(image: FloatArray, ao: FloatArray) -> FloatArray:
+    """The reference's shading."""
     return image * (1 - ao)
 
 

@@ -135,7 +135,7 @@ def positions_changes(problem: Positions, cast_from_world: FloatArray | None, si
         made.append(_mapped(f"{words} exchanged", np.array([np.eye(3)[k] for k in order])))
     made.append(_mapped("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])))
     if cast_from_world is not None:
-        back: FloatArray = np.linalg.inv(cast_from_world[:, :3])
+        back = np.linalg.inv(cast_from_world[:, :3]).astype(np.float64)
         made.append(_mapped("positions in physical space", back, -back @ cast_from_world[:, 3]))
     made += [
         plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError
 
-# A kernel of 6 million taps, the most that memory shall hold.
-MAX_SIGMA = 1e6
+# Roundings of the other weights cannot use up the centre's: 3 sigma 2^-24 at most, and it is about 0.4 / sigma.
+MAX_SIGMA = 1024.0
 
 
 def merge(layers: list[Texture] | Texture) -> Texture:
@@ -40,7 +40,7 @@ def merge(layers: list[Texture] | Texture) -> Texture:
 
 
 def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
-    """Weights of the Gaussian blur, float64, 2 ceil(3 sigma) + 1 of them; sigma in texels, 0 gives the one weight 1.
+    """The normalised Gaussian, float64, 2 ceil(3 sigma) + 1 weights; sigma in texels, 0 gives the one weight 1.
 
     Raises
     ------
@@ -56,6 +56,21 @@ def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     return weights
 
 
+def blur_weights(sigma: float, dtype: DTypeLike = np.float32) -> Texture:
+    """The Gaussian as the blur of textures of a dtype takes it: multiples of 2^-24, in float64 of 2^-53, of sum 1.
+
+    Each weight is rounded to the nearest multiple, ties to even, and the centre takes the rest. Sums of such weights
+    are exact in any order, so a blur of ones is 1. Rounding is monotone, so no sum of weights times numbers from 0 to 1
+    leaves 0 to 1: a clamp would change nothing. Sigma and errors are those of ``gaussian_kernel``.
+    """
+    quantum = np.finfo(dtype).epsneg
+    weights: NDArray[np.float64] = np.rint(gaussian_kernel(sigma) / quantum) * quantum
+    centre = len(weights) // 2
+    weights[centre] = 0
+    weights[centre] = 1 - weights.sum()
+    return weights.astype(dtype)
+
+
 def blur(occlusion: Texture, sigma: float) -> Texture:
     """Gaussian blur in two passes, horizontal then vertical (LF section 7, passes 4 and 5).
 
@@ -69,10 +84,10 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     Raises
     ------
     InputError
-        If the texture is not one, or sigma is negative or not finite.
+        If the texture is not one, or sigma is not between 0 and MAX_SIGMA.
     """
     check_texture("occlusion", occlusion, 2)
-    weights = gaussian_kernel(sigma).astype(occlusion.dtype)
+    weights = blur_weights(sigma, occlusion.dtype)
     if len(weights) == 1:
         return occlusion.copy()
     half, blurred = np.empty(occlusion.shape, occlusion.dtype), np.empty(occlusion.shape, occlusion.dtype)

@@ -119,8 +119,15 @@ def merge(layers: Sequence[Texture]) -> Texture:
 
 
 def blur(ao: Texture, sigma: float) -> Texture:
-    """Passes 4 and 5: a horizontal and then a vertical Gaussian blur; the border's texels continue beyond it."""
-    weights = gaussian_weights(sigma).astype(ao.dtype)
+    """Passes 4 and 5: a horizontal and then a vertical Gaussian blur; the border's texels continue beyond it.
+
+    Weights are rounded to fixed point, and the centre takes the rest: their sum is 1, and covered regions stay 1.
+    """
+    quantum = np.finfo(ao.dtype).epsneg  # 2^-24 in float32, 2^-53 in float64
+    weights = np.rint(gaussian_weights(sigma) / quantum) * quantum
+    centre = len(weights) // 2
+    weights[centre] = 1 - 2 * sum(weights[:centre])
+    weights = weights.astype(ao.dtype)
     return convolve_rows(convolve_rows(ao, weights).T, weights).T
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import __version__
-from lfssao.ao.post import gaussian_kernel
+from lfssao.ao.post import blur_weights
 from lfssao.optics.display import Display
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.settings import Settings
@@ -68,7 +68,7 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),
         "weights": None if settings.weights is None else np.asarray(settings.weights).tolist(),
         "blur_sigma": settings.blur,
-        "blur_weights": gaussian_kernel(settings.blur).tolist(),
+        "blur_weights": blur_weights(settings.blur).tolist(),
         "merge": "maximum",
         "color_filter": settings.color_filter,
         "normals": settings.normals,

@@ -19,6 +19,7 @@ both = pytest.mark.parametrize("dtype", DTYPES)
 shapes = st.one_of(
     st.tuples(st.integers(1, 9), st.integers(1, 9)), st.sampled_from([(1, 1), (1, 70), (40, 1), (2, 150)])
 )
+wide = st.one_of(st.floats(0.3, 1024), st.floats(0.3, 8), st.just(1024.0))
 sigmas = st.one_of(st.floats(0.01, 4), st.sampled_from([5e-324, 1e-300, 1e-9, 1 / 3, 0.5, 1.0, 2.0]))
 
 
@@ -79,8 +80,8 @@ def test_gaussian_weights_are_a_gaussian_that_sums_to_one(sigma):
 @given(data=st.data())
 def test_blur_equals_the_reference(dtype, data):
     source, sigma = data.draw(textures(dtype)), data.draw(sigmas)
-    weights = post.gaussian_kernel(sigma).astype(dtype)
-    assert_same_bits(weights, np.array(reference.blur_weights(sigma), dtype))
+    weights = post.blur_weights(sigma, dtype)
+    assert_same_bits(weights, reference.blur_table(sigma, dtype))
     half, whole = np.full_like(source, 9), np.full_like(source, 9)
     post_kernels.blur_horizontal(source, weights, half)
     assert_same_bits(half, reference.blur_rows(source, weights))
@@ -92,7 +93,7 @@ def test_blur_equals_the_reference(dtype, data):
 @both
 @given(data=st.data())
 def test_blur_of_a_constant_is_that_constant(dtype, data):
-    """Off by the rounding of the weights and of the additions: 2 passes of up to 1.5 ulp of the constant a tap."""
+    """Off by the rounding of products and additions: 2 passes of up to 1.5 ulp of the constant a tap."""
     constant, sigma = dtype(data.draw(st.floats(0.01, 1))), data.draw(sigmas)
     blurred = post.blur(np.full((5, 7), constant), sigma)
     taps = 2 * math.ceil(3 * sigma) + 1
@@ -102,9 +103,35 @@ def test_blur_of_a_constant_is_that_constant(dtype, data):
 
 
 @both
-def test_default_blur_of_full_occlusion_is_within_one_ulp_of_one(dtype):
-    blurred = post.blur(np.ones((4, 4), dtype), 1.0)
-    assert np.abs(blurred - dtype(1)).max() <= np.finfo(dtype).eps
+@given(wide)
+def test_weights_are_multiples_of_a_quantum_with_the_sum_one(dtype, sigma):
+    """Positive at the centre, symmetric, off the Gaussian by half a quantum; and any order sums them exactly."""
+    weights, quantum = post.blur_weights(sigma, dtype), 2.0 ** (-24 if dtype == np.float32 else -53)
+    quanta, centre = weights.astype(np.float64) / quantum, len(weights) // 2
+    assert np.array_equal(quanta, np.rint(quanta))
+    assert sum(map(int, quanta)) == 1 / quantum
+    assert quanta[centre] > 0
+    assert np.array_equal(weights, weights[::-1])
+    off = np.abs(quanta - post.gaussian_kernel(sigma) / quantum)
+    assert np.delete(off, centre).max(initial=0) <= 0.5
+    assert off[centre] <= len(weights)
+
+
+@both
+@given(data=st.data())
+def test_blurred_occlusion_stays_from_zero_to_one(dtype, data):
+    """A covered region is 1 to the last bit, at every sigma; shading makes nothing negative of a colour that is not."""
+    sigma, seed = data.draw(wide), data.draw(st.integers(0, 2**32))
+    rng = np.random.default_rng(seed)
+    source = np.minimum(rng.random((6, 9)) * data.draw(st.sampled_from([1, 1.01, 2, 50])), 1).astype(dtype)
+    source[source > 0.99] = np.nextafter(dtype(1), dtype(0)) if data.draw(st.booleans()) else 1
+    blurred = post.blur(source, sigma)
+    assert blurred.min() >= 0
+    assert blurred.max() <= 1
+    rgb = (rng.random((6, 9, 3)) * 5).astype(dtype)
+    assert post.shade(rgb, blurred).min() >= 0
+    assert post.shade_white(source, blurred).min() >= 0
+    assert np.all(post.blur(np.ones_like(source), sigma) == 1)
 
 
 @both
@@ -120,7 +147,7 @@ def test_blur_of_one_bright_texel_is_the_product_of_the_weights(dtype):
     """Separability: away from the border the answer to an impulse is w_j w_i, rounded once."""
     source = np.zeros((15, 19), dtype)
     source[7, 9] = 1
-    weights = post.gaussian_kernel(1.5).astype(dtype)
+    weights = post.blur_weights(1.5, dtype)
     want = np.zeros_like(source)
     want[2:13, 4:15] = np.outer(weights, weights)
     assert_same_bits(post.blur(source, 1.5), want)
@@ -128,7 +155,7 @@ def test_blur_of_one_bright_texel_is_the_product_of_the_weights(dtype):
 
 @both
 def test_blur_reads_the_border_texel_beyond_the_border(dtype):
-    weights = post.gaussian_kernel(1.0).astype(np.float64)
+    weights = post.blur_weights(1.0, np.float64)
     source = np.zeros((1, 9), dtype)
     source[0, 0] = 1
     want = [weights[: 4 - i].sum() if i < 4 else 0 for i in range(9)]  # taps at or left of column 0
@@ -168,7 +195,7 @@ MIXED = T, T.astype(np.float32)
 @pytest.mark.parametrize(
     ("make", "refused"),
     [
-        (post.blur, [(T, sigma) for sigma in (-1.0, np.nan, np.inf)]),
+        (post.blur, [(T, sigma) for sigma in (-1.0, np.nan, 1024.1, np.inf)]),
         (post.blur, [(bad, 1.0) for bad in (T[0], T.astype(np.float16), T[:, :0], T.tolist())]),
         (post.merge, [([],), ([T, T[:1]],), ([T.astype(int)],), ([T[0]],), (np.zeros((0, 2, 3)),), (list(MIXED),)]),
         (post.shade_white, [(T[0], T[0]), (T, T[:1]), MIXED]),

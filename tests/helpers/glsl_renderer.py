@@ -8,7 +8,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 from reference.mapping import offsets, rounded
-from reference.passes import blur_weights
+from reference.passes import blur_table, blur_weights
 
 SHADERS = Path(__file__).parent / "glsl"
 KINDS = ("crossed slits", "matrix", "display")
@@ -77,8 +77,8 @@ class Renderer:
 
     def blur(self, parameters, inputs):
         source = inputs["source"]
-        exact = np.array(blur_weights(parameters["sigma"]))
-        weights, (height, width) = exact.astype(np.float32), source.shape
+        exact, weights = np.array(blur_weights(parameters["sigma"])), blur_table(parameters["sigma"])
+        height, width = source.shape
         passes = [source]
         for direction in ((1, 0), (0, 1)) if len(weights) > 1 else ():
             arrays = [passes[-1], weights, np.full_like(source, np.nan)]

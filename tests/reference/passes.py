@@ -69,7 +69,7 @@ def merge(layers):
 
 
 def blur_weights(sigma, radius=None):
-    """The kernel in binary64."""
+    """The Gaussian in binary64, normalised."""
     radius = math.ceil(3 * sigma) if radius is None else radius
     if radius == 0:
         return [1.0]
@@ -77,6 +77,15 @@ def blur_weights(sigma, radius=None):
     weights = [exp(-0.5 * (g * g)) for g in gauss]
     total = in_order(weights)
     return [weight / total for weight in weights]
+
+
+def blur_table(sigma, dtype=np.float32):
+    """The kernel, in whole multiples of a quantum; the centre makes up for what the others were rounded by."""
+    one = 2 ** (24 if dtype == np.float32 else 53)
+    quanta = [round(one * weight) for weight in blur_weights(sigma)]  # Python's round: ties to even
+    centre = len(quanta) // 2
+    quanta[centre] = one - sum(quanta[:centre]) - sum(quanta[centre + 1 :])
+    return np.array([n / one for n in quanta], dtype)
 
 
 @np.errstate(all="ignore")
@@ -104,7 +113,7 @@ def shade(image, occluded):
 def frame(depth, positions, image, layer_offsets, kind, m, sigma, guard):
     """Sections 10 to 13 in a row; each layer has its offsets."""
     layers = [algorithm2(depth, positions, offsets, kind, m)[0] for offsets in layer_offsets]
-    merged, weights = merge(layers), [depth.dtype.type(weight) for weight in blur_weights(sigma)]
+    merged, weights = merge(layers), blur_table(sigma, depth.dtype)
     whole = blur_columns(blur_rows(merged, weights), weights)
     inner = tuple(slice(guard, n - guard) for n in depth.shape)
     made = {"shaded": shade(image[inner], whole[inner]), "merged": merged[inner], "blurred": whole[inner]}

@@ -9,6 +9,7 @@ import pytest
 from exr_parts import by_channel, read_parts
 from jobs import digests_of, manifest_of, render, sentence
 from PIL import Image
+from reference.passes import blur_table
 
 from lfssao.gbuffer.embree import embree_installed
 from lfssao.rendering import exr
@@ -99,7 +100,7 @@ def test_manifest_has_all_parameters(folder, manifest):
     assert np.shape(settings["samples"]) == (6, 3)
     assert settings["blur_sigma"] == 1.5
     assert settings["caster"] == "exact"
-    assert len(settings["blur_weights"]) == 2 * 5 + 1  # ceil(3 sigma) to each side
+    assert settings["blur_weights"] == blur_table(1.5).tolist()
     assert manifest["sampling"] == {"method": "latin", "count": 6, "seed": 9}
     assert manifest["display"]["name"] == "sample-a"
     assert len(manifest["display"]["modules"]) == 21

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle_scenes import critical_scene, drawn_view
 from reference import bounds as reference
+from reference import passes
 
 from lfssao import (
     Camera,
@@ -24,7 +25,7 @@ from lfssao.ao.post import blur
 from lfssao.ao.ssao import algorithm2
 from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import Bounds, exactly
-from lfssao.verify.bounds.error_model import MODELS, find_model
+from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.explain import explain
 from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
 
@@ -167,6 +168,16 @@ def test_blur_bounds_hold_the_blur_and_black_stays_black(model, sigma):
     black = post.blur_bounds(exactly(0 * texture), sigma, model)
     assert not black.lower.any()
     assert not black.upper.any()
+
+
+@pytest.mark.parametrize("sigma", [0.4, 1.0, 30.0, 1024.0])
+def test_errors_of_weights_cover_an_exact_gaussian_and_no_more(sigma):
+    """A renderer that hardly rounds is off the table by the table's own rounding, half a quantum but at the centre."""
+    errors = post.weight_errors(sigma, ErrorModel("fine", "", False, 2.0**-50, 2.0**-50, 2.0**-50, (2.0**-50, 0.0)))
+    off = np.abs(np.array(passes.blur_weights(sigma)) - passes.blur_table(sigma))
+    assert (off <= errors).all()
+    assert (errors <= off + 2.0**-36).all()
+    assert np.delete(errors, len(errors) // 2).max() <= 2.0**-25 * (1 + 2.0**-10)
 
 
 def test_shade_bounds_turn_with_the_sign_of_the_colour():

@@ -191,7 +191,7 @@ def bilinear(depth, u, v):
 
 
 def blurred_with(scene, weights=None, mode="edge", passes_of=(blur_horizontal, blur_vertical)):
-    weights = post.gaussian_kernel(scene.settings.blur) if weights is None else weights
+    weights = post.blur_weights(scene.settings.blur) if weights is None else weights
     radius = len(weights) // 2
     source = np.pad(scene.right["merged"], radius + 1, mode=mode)
     for run in passes_of:
@@ -202,7 +202,7 @@ def blurred_with(scene, weights=None, mode="edge", passes_of=(blur_horizontal, b
 
 
 def kernel_one_tap_short(scene):
-    inner = post.gaussian_kernel(scene.settings.blur)[1:-1]
+    inner = post.blur_weights(scene.settings.blur)[1:-1]
     return blurred_with(scene, inner / inner.sum())
 
 
@@ -279,7 +279,7 @@ BUGS = {
         "zeros_beyond_the_border": lambda s: blurred_with(s, mode="constant"),
         "wrapped_border": lambda s: blurred_with(s, mode="wrap"),
         "mirrored_border": lambda s: blurred_with(s, mode="reflect"),
-        "variance_for_sigma": lambda s: blurred_with(s, post.gaussian_kernel(s.settings.blur**2)),
+        "variance_for_sigma": lambda s: blurred_with(s, post.blur_weights(s.settings.blur**2)),
         "kernel_one_tap_short": kernel_one_tap_short,
         "blur_of_the_first_radius": lambda s: remade(s, blurred=post.blur(s.layers[0], s.settings.blur)),
     },

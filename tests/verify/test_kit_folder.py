@@ -91,8 +91,8 @@ def test_the_command_refuses_folders_in_one_sentence(capsys, tmp_path):
 def test_a_newer_format_is_refused(small_kit):
     for path in (small_kit / "cases" / "frame" / "case.json", small_kit / "kit.json"):
         value = json.loads(path.read_text())
-        path.write_text(json.dumps({**value, "format": 2}))
-        with pytest.raises(InputError, match="is of format 2, and this version of lfssao reads up to 1"):
+        path.write_text(json.dumps({**value, "format": 3}))
+        with pytest.raises(InputError, match="is of format 3, and this version of lfssao reads up to 2"):
             list(read_kit(small_kit))
 
 

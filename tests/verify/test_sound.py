@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from oracle_scenes import ROI, WORLD_BOX, arithmetic, assert_inside, critical_scene, drawn_view, world_points
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
-from lfssao.ao.post import gaussian_kernel
+from lfssao.ao.post import blur_weights
 from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
@@ -75,7 +75,7 @@ def check(drawn, renderers, alter=lambda model: model):
         assert_inside(made[-1], allowed[-1], "ao")
     merged, merged_bounds = np.maximum(*made), post.merge_bounds(allowed)
     assert_inside(merged, merged_bounds, "merged")
-    table = gaussian_kernel(sigma)
+    table = blur_weights(sigma)
     blurred = rr.blur(ar, merged, sigma, len(table) // 2, table)
     blurred_bounds = post.blur_bounds(merged_bounds, sigma, model)
     assert_inside(blurred, blurred_bounds, "blurred")

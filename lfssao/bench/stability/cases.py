@@ -242,9 +242,9 @@ def _at_the_eye() -> Inputs:
         yield f"samples within 2^-{k} of the eye's plane", made(seen_by, eye, np.full((SIZE, SIZE), 8 / 15), place)
 
 
-@_case("blur", "sigma", float32="a sum of 6 million products is rounded as often")
+@_case("blur", "sigma")
 def _blur() -> Inputs:
-    for sigma in (1e-6, 1e-2, 1.0, 1e2, 1e4, 1e6):
+    for sigma in (1e-6, 1e-2, 1.0, 1e1, 1e2, 1024.0):
         yield f"sigma = {sigma:g}", partial(scalar_cases.blurred, sigma)
 
 

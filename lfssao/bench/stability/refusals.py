@@ -51,8 +51,8 @@ REFUSALS = (
     ),
     Refusal(*_STORED, "float16", lambda: _occlusion("float16"), "expected an array of float32"),
     Refusal(*_STORED, "uint16", lambda: _occlusion("uint16"), "expected an array of float32"),
-    Refusal("blur", "sigma", "sigma = 1e7", lambda: post.gaussian_kernel(1e7), "between 0 and 1e+06"),
-    Refusal("blur", "sigma", "sigma = -1", lambda: post.gaussian_kernel(-1.0), "between 0 and 1e+06"),
+    Refusal("blur", "sigma", "sigma = 1025", lambda: post.gaussian_kernel(1025.0), "between 0 and 1024"),
+    Refusal("blur", "sigma", "sigma = -1", lambda: post.gaussian_kernel(-1.0), "between 0 and 1024"),
     Refusal(
         "offset", "world coordinates far from 0", "a scene of 1.4 at 1e8, 1024 texels across",
         lambda: module_views(_mesh(_TRIANGLE * 1.4 + 1e8), find_display("virtual")), "move it to the origin",

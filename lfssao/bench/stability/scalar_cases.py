@@ -20,16 +20,17 @@ _TEXELS = 8
 def blurred(sigma: float, path: str) -> Measured:
     """Measure the blur of a row of 8 texels in a column of equals against the Gaussian to 40 digits.
 
-    Weights and texels are positive, so each rounding is a relative error of the sum. A pass has n + 1 of them, a
-    weight one more, and n + 20 in float64: exp (2 ulp), its argument (up to 4.5, so that 3 roundings are 13.5 of the
-    value) and the division by the sum.
+    Weights and texels are positive, so each rounding is a relative error of the sum. A pass has n + 1 of them, and
+    n + 20 in float64: exp (2 ulp), its argument (up to 4.5, so that 3 roundings are 13.5 of the value) and the division
+    by the sum. Weights in fixed point are off by n units in all, and no texel is above 8 times the smallest; their sum
+    is 1, so the column of equals loses nothing by them.
     """
     dtype = np.dtype(path)
     texels = ((np.arange(_TEXELS) * 5 % _TEXELS + 1) / 8).astype(dtype)
     ours = post.blur(texels[None, :], sigma)[0]
     taps = len(post.gaussian_kernel(sigma))
     unit, double = float(np.finfo(dtype).epsneg), 2.0**-53
-    relative = 2 * (taps + 2) * unit + 2 * (taps + 20) * double
+    relative = (2 * (taps + 1) + 8 * taps) * unit + 2 * (taps + 20) * double
     return _compared(ours, _gaussian(texels.astype(np.float64), sigma, taps // 2), relative)
 
 

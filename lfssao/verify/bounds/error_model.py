@@ -20,8 +20,8 @@ A renderer is free to do more, in every model but ``strict``:
 - A quotient a / b may be a (1 / b).
 - Offsets R s of the samples may be made in float64 and rounded, or in float32 of a rounded R and a rounded s.
 - k / N may be a quotient, k (1 / N), or the sum of k times 1 / N.
-- Weights of the blur may be the table, rounded, or be recomputed with exp; they may be normalised before or after the
-  sum; the two passes may be made of float32 intermediate textures only.
+- Weights of the blur may be the table, or the Gaussian recomputed with exp, normalised before or after the sum; the two
+  passes may be made of float32 intermediate textures only.
 - rgb (1 - ao) may be rgb - rgb ao.
 
 It may not change its inputs: the numbers of the mapping and of ``screen_to_world``, each rounded once to

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lfssao.ao.kernels import post as post_kernels
-from lfssao.ao.post import blur, gaussian_kernel, merge, shade
+from lfssao.ao.post import blur, blur_weights, gaussian_kernel, merge, shade
 from lfssao.core import elementary
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
@@ -28,20 +28,20 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
 
     A pass sums n products w a. It grows with each a, as weights are positive. Each term is rounded n times at most (as
     a product and in n - 1 sums, in any order), and its weight is off by ``weight_errors``. So the sum is off by at most
-    the sum of w max(abs(a)) ((1 + weight error) (1 + r)^n - 1), which is added to the pass over the bounds.
+    the sum of ((w + weight error) (1 + r)^n - w) max(abs(a)), which is added to the pass over the bounds.
 
     sigma is in texels, and 0 changes nothing. InputError if it or the model is wrong.
     """
     chosen = find_model(model)
-    weights = gaussian_kernel(sigma)
+    weights = blur_weights(sigma).astype(np.float64)
     if len(weights) == 1:
         return Bounds(occlusion.lower, occlusion.upper)
     if chosen.exact:
         return Bounds(blur(occlusion.lower, sigma), blur(occlusion.upper, sigma))
     n = len(weights)
     growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
-    terms = (1 + weight_errors(sigma, chosen)) * growth - 1
-    room = weights * terms * SAFETY + chosen.smallest * (weights > 0)  # small weights may be flushed
+    off = weight_errors(sigma, chosen)
+    room = ((weights + off) * growth - weights) * SAFETY + chosen.smallest * (off > 0)  # small weights may be flushed
     lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
     for run in (post_kernels.blur_horizontal, post_kernels.blur_vertical):
         size = np.maximum(np.abs(lower), np.abs(upper))
@@ -56,12 +56,13 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
 
 
 def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
-    """How far, relatively, the weights of a renderer's blur may be off the float64 table.
+    """How far the weights of a renderer's blur may be off the table.
 
-    The table's weights rounded to float32 are off by 2^-24. A renderer that makes them itself has x = -k^2 / (2
-    sigma^2) with up to five roundings and a quotient (sigma rounded, k / sigma, its square, the half), so exp(x) is off
-    by abs(x) times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1
-    roundings. sigma is positive, the model not an exact one.
+    A renderer that takes the table is not off. One that makes the Gaussian itself is off by the table's distance from
+    it, at most half a quantum a weight and n / 2 at the centre, and by its errors. It has x = -k^2 / (2 sigma^2) with
+    up to five roundings and a quotient (sigma rounded, k / sigma, its square, the half), so exp(x) is off by abs(x)
+    times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1 roundings.
+    sigma is positive, the model not an exact one.
     """
     weights, r = gaussian_kernel(sigma), model.operation
     radius = len(weights) // 2
@@ -72,7 +73,8 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     own = (1 + constant + slope * x) * np.array([elementary.exp(a) for a in argument], np.float64) - 1
     # The total is off by the mean of its terms' errors, and by its sums.
     total = float(np.cumsum(weights * own)[-1]) + (2 * radius) * r * (1 + 2 * radius * r)
-    return (1 + own) * (1 + total / (1 - total)) * (1 + model.quotient) - 1 + 2.0**-24
+    made = (1 + own) * (1 + total / (1 - total)) * (1 + model.quotient) - 1
+    return np.abs(weights - blur_weights(sigma)) + weights * made
 
 
 def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import check_samples, find_estimator, full_parameters
+from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 from lfssao.verify.bounds.points import BOUNDED, is_bounded
 from lfssao.verify.case import VIEW, Case, Parameters
-
-_MOST_BLUR = 1024.0  # texels; 'lfssao render' takes no more
 
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
@@ -46,7 +45,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         raise ValueError("world_to_image is of no kind or has the wrong length")
     if (back is not None) != (kind == "matrix") or (back is not None and back.shape != (4, 4)):
         raise ValueError("screen_to_world does not fit world_to_image")
-    if not 0 <= sigma <= _MOST_BLUR or not 0 <= 2 * guard < size:
+    if not 0 <= sigma <= MAX_SIGMA or not 0 <= 2 * guard < size:
         raise ValueError("blur or guard band is out of range")
     return {
         "mapping": {"kind": kind, "numbers": numbers},

@@ -122,8 +122,8 @@ def _frame_problem() -> Problem:
     return parameters, {"depth": depth, "positions": positions, "samples": samples, "image": image}
 
 
-def _blur_problem(sigma: float, height: int, width: int) -> Problem:
-    return {"sigma": sigma}, {"source": views.noise(1, height, width)}
+def _blur_problem(sigma: float, height: int, width: int, least: float = 0.0) -> Problem:
+    return {"sigma": sigma}, {"source": np.maximum(views.noise(1, height, width), np.float32(least))}
 
 
 def _merge_problem(count: int, height: int, width: int) -> Problem:
@@ -245,6 +245,7 @@ def _pictures() -> Iterator[Recipe]:
     for name, sigma, height, width in _BLURS:
         title = f"sigma {sigma:g}, {width} x {height} texels"
         yield Recipe(f"blur_{name}", "blur", title, _blur_problem, sigma, height, width)
+    yield Recipe("blur_covered", "blur", "sigma 3, all covered: exactly 1", _blur_problem, 3.0, 5, 7, 1.0)
     yield Recipe("shade", "shade", "colours below, in and above 0 to 1", _shade_problem)
     yield Recipe("frame", "frame", "three radii, merge, blur, shade, with a guard band", _frame_problem)
 

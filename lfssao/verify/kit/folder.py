@@ -23,7 +23,7 @@ from lfssao.rendering.manifest import digest
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.case import Array, Arrays, Case
 
-FORMAT = 1
+FORMAT = 2
 _INDEX = "kit.json"
 _HEADER = 128  # bytes before the numbers of a .npy file: what NumPy's format 1.0 pads short headers to
 

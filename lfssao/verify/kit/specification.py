@@ -3,10 +3,8 @@
 from functools import cache
 from importlib.resources import files
 
-import numpy as np
-
 from lfssao.ao.estimators.registry import ESTIMATORS
-from lfssao.ao.post import gaussian_kernel
+from lfssao.ao.post import blur_weights
 from lfssao.samples.spiral import BEST_TURNS
 
 _TURNS_A_LINE = 25
@@ -25,7 +23,7 @@ def specification() -> str:
     """
     names = ["SPECIFICATION.md", *(f"estimator_{name}.md" for name in ESTIMATORS if is_specified(name))]
     whole = "\n".join(files("lfssao.verify.kit").joinpath(name).read_text(encoding="utf-8") for name in names)
-    weights = "\n".join(f"    {weight!s}" for weight in gaussian_kernel(1.0).astype(np.float32))
+    weights = "\n".join(f"    {weight!s}" for weight in blur_weights(1.0))
     lines = [BEST_TURNS[k : k + _TURNS_A_LINE] for k in range(0, len(BEST_TURNS), _TURNS_A_LINE)]
     turns = "\n".join("    " + " ".join(map(str, line)) for line in lines)
     return whole.replace("<!-- weights -->", weights).replace("<!-- turns -->", turns)

@@ -100,11 +100,11 @@ def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
 
 
 def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
-    weights = post.gaussian_kernel(parameters["sigma"])
-    rounded, half = weights.astype(np.float32), np.empty_like(inputs["source"])
-    post_kernels.blur_horizontal(inputs["source"], rounded, half)
+    weights, half = post.blur_weights(parameters["sigma"]), np.empty_like(inputs["source"])
+    post_kernels.blur_horizontal(inputs["source"], weights, half)
     blurred = post.blur(inputs["source"], parameters["sigma"])
-    return {"blurred": blurred, "weights_float64": weights, "weights": rounded, "horizontal": half}
+    gaussian = post.gaussian_kernel(parameters["sigma"])
+    return {"blurred": blurred, "weights_float64": gaussian, "weights": weights, "horizontal": half}
 
 
 def _shade(parameters: Parameters, inputs: Arrays) -> Outputs:

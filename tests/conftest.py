@@ -33,7 +33,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session")
 def generic_cpu(tmp_path_factory):
-    """What tells a process to compile for a CPU without extensions; all of a run share the code."""
+    """The environment that tells a process to compile for a CPU without extensions; all of a run share the code."""
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent

@@ -157,7 +157,7 @@ def test_a_curved_display_a_billionth_of_a_texel_off_breaks_a_row(monkeypatch):
     assert measure.measure(case, "float64").exceeded == 1
 
 
-# What is exact
+# Exact values
 
 
 NOTHING = (Fraction(0),) * 3

@@ -59,7 +59,7 @@ def test_layers_and_blends(folder, layer, blend):
     grey = np.array_equal(found[..., 0], found[..., 2])
     assert grey == (layer != "color")
     assert len(np.unique(found)) > 3
-    # Where there is no surface: no colour, but all of the light.
+    # No surface: no colour, but all of the light.
     assert (found[0, 0] == (0 if layer == "color" else 255)).all()
 
 

@@ -23,7 +23,7 @@ def test_write_whole_keeps_the_old_file_when_interrupted(tmp_path):
 
 
 def test_write_whole_replaces_and_does_not_overwrite(tmp_path):
-    # Whoever has the old file open, or linked to it, keeps it whole.
+    # A reader that has the old file open, or a link to it, keeps it whole.
     path = tmp_path / "a.txt"
     path.write_text("old")
     os.link(path, tmp_path / "link.txt")

@@ -28,7 +28,7 @@ def run(hidden, *command):
 
 
 def printed(hidden, script):
-    """What a script prints, which succeeds."""
+    """The output of a script, which succeeds."""
     done = run(hidden, "-c", script)
     assert done.returncode == 0, done.stderr
     return done.stdout

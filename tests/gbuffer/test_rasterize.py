@@ -29,7 +29,7 @@ def bound(view, vertices, faces, rows=None, scale=9.1):
 
 
 def image_of(view, point):
-    """Where a corner appears, u and v, in fractions."""
+    """The image point of a corner, u and v, in fractions."""
     x, y, z = map(Fraction, point)
     lens = [Fraction(number) for number in view.lens.tolist()]
     if view.rays.kind == raycast.CROSSED_SLITS:

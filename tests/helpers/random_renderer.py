@@ -160,7 +160,7 @@ def project(ar, kind, m, a, b, c, q=None):
 
 
 def crossing(ar, curvature, x, z, dx, dz):
-    """Where a line leaves a circle, and the discriminant."""
+    """The place at which a line leaves a circle, and the discriminant."""
     a = ar.multiply(curvature, ar.fused(dx, dx, ar.multiply(dz, dz)))
     b = ar.subtract(ar.multiply(curvature, ar.fused(x, dx, ar.multiply(z, dz))), dz)
     c = ar.subtract(ar.multiply(curvature, ar.fused(x, x, ar.multiply(z, z))), ar.add(z, z))
@@ -244,7 +244,7 @@ def occlusion(ar, depth, u, v, z, valid):
 
 
 def inside(depth, u, v, valid):
-    """Where image points lie in the texture, and the row and column that they read."""
+    """Whether image points lie in the texture, and the row and column that they read."""
     height, width = depth.shape
     there = valid & (u >= 0) & (u < width) & (v >= 0) & (v < height)
     return there, *(np.where(there, np.floor(c), 0).astype(int) for c in (v, u))

@@ -213,7 +213,7 @@ def test_calibrated_optics_scale_with_the_resolution(optics, k1, rows):
     np.testing.assert_allclose(larger, image * [2, rows, 1], rtol=0, atol=1e-9)
 
 
-# What is refused (by files: test_display_file.py)
+# Refusals (by files: test_display_file.py)
 
 M = Module(0.0, 0.0, 0.5, 64, 48)
 REFUSED = {  # by key: changes of the display, and of its module

@@ -89,7 +89,7 @@ def test_what_is_printed_is_the_preset(name, capsys, tmp_path):
     assert capsys.readouterr().out == printed
 
 
-# What a file says
+# Contents of a file
 
 
 def test_modules_on_a_line():
@@ -131,7 +131,7 @@ def test_what_may_be_left_out():
     assert read(changed(LINE, {"modules.z": 1, "modules.resolution": [64.0, 48]})).modules[0].z == 1.0
 
 
-# What is refused
+# Refusals
 
 BASES = {"line": LINE, "list": LIST, "arc": ARC}
 OPTIONAL = ["diffuser", "shape", "y", "center_z", "yaw", "pitch", "roll", "field_of_view", "homography", "k1", "k2"]

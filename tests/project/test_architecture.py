@@ -1,4 +1,4 @@
-"""What the modules may import, how kernels are compiled, that docstrings tell the truth, and equal bits."""
+"""Imports of the modules, how kernels are compiled, that docstrings tell the truth, and equal bits."""
 
 import ast
 import dataclasses
@@ -186,7 +186,7 @@ def test_long_functions_are_found():
 
 # Sentences
 
-PROSE = [*SOURCES, *sorted(PACKAGE.parent.glob("benchmarks/**/*.py"))]
+PROSE = [*SOURCES, *(p for room in ("tests", "benchmarks") for p in sorted(PACKAGE.parent.glob(f"{room}/**/*.py")))]
 
 
 def sentences(path):

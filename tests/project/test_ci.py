@@ -1,4 +1,4 @@
-"""What `.ci/run` does before the tests, with stand-ins for the programs that change the machine."""
+"""The steps of `.ci/run` before the tests, with stand-ins for the programs that change the machine."""
 
 import os
 import shutil

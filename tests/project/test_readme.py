@@ -1,4 +1,4 @@
-"""What README shows as Python runs as it stands, and no public name hides behind a module of the same name."""
+"""README's Python runs as it stands, and no public name hides behind a module of the same name."""
 
 import importlib
 import pkgutil

@@ -59,7 +59,7 @@ def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys
     folder, before = tmp_path / "out", processes(cluster)
     assert len(set(before)) == 2
     killed = []
-    # What a worker leaves that is killed while it writes.
+    # The traces of a worker that is killed while it writes.
     folder.mkdir()
     (folder / f".module_020.{before[0]}.part.exr").write_text("half")
 

@@ -1,4 +1,4 @@
-"""What a plan leaves out changes no bit: with and without it, on displays of every kind, cameras and estimators."""
+"""Parts that a plan leaves out change no bit: with and without it, on displays of every kind, cameras and estimators."""
 
 import itertools
 import json
@@ -86,7 +86,7 @@ def placed(box, size, moved):
     return middle + (box - middle) * size + np.array(moved) * (box[1] - box[0])
 
 
-# Where the scene is in the texture: all over it, in a corner, across its border, beside it.
+# Places of the scene in the texture: all over it, in a corner, across its border, beside it.
 PLACES = {"fitted": (1, (0, 0, 0)), "corner": (4, (1, 1, 0.3)), "border": (3, (-1.5, 0, 0)), "beside": (3, (40, 0, 0))}
 
 
@@ -245,7 +245,7 @@ def test_ao_with_all_that_is_left_out_computes_every_texel_by_other_radii(statue
 
 
 def test_radii_below_half_a_texel_everywhere(statue):
-    """Of an orthographic camera half a texel is the same everywhere, of a module largest where the box is nearest."""
+    """Half a texel of an orthographic camera is the same everywhere, a module's is largest where the box is nearest."""
     camera = Camera.looking_at(statue.bounds, "orthographic")
     half = 0.5 * camera.extent / 36
     radii, boxes = (0.0, 0.5 * half, 0.999 * half, 1.001 * half, 1.0), [statue.bounds]

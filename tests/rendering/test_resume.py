@@ -154,7 +154,7 @@ def remount(folder, option):
 
 
 def test_every_amount_of_room_gives_a_whole_file_or_an_error(tmp_path):
-    """What is written last, when the file is closed, must not be lost either."""
+    """The last bytes, written when the file is closed, must not be lost either."""
     random_ = np.random.default_rng(3)
     failed = 0
     with small_disk(tmp_path / "disk", 96 * 1024) as disk:
@@ -240,7 +240,7 @@ def test_interrupted(server, undisturbed, tmp_path, after):
     check_resumes(folder, undisturbed)
 
 
-# What --resume keeps, makes anew and refuses
+# Files that --resume keeps, makes anew and refuses
 
 
 def stamps(folder):

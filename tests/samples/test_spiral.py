@@ -95,7 +95,7 @@ def test_the_table_has_the_best_turns_of_every_number_of_taps():
     assert len(BEST_TURNS) == 99
     for s in range(1, 100):
         least = min(spiral_discrepancy(s, tau) for tau in range(1, s + 1))
-        # Of taus that are equally good, the smallest: the next smaller one is worse by more than rounding.
+        # The smallest of equally good taus: the next smaller one is worse by more than rounding.
         assert spiral_discrepancy(s, BEST_TURNS[s - 1]) == pytest.approx(least, rel=1e-12)
         assert all(spiral_discrepancy(s, tau) > least * (1 + 1e-9) for tau in range(1, BEST_TURNS[s - 1]))
         assert best_turns(s) == BEST_TURNS[s - 1]

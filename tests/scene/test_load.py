@@ -109,7 +109,7 @@ def test_texture_stands_upright_and_is_decoded_once(tmp_path, material, given):
 
 @pytest.mark.parametrize("material", [None, "newmtl m\nNs 10\n"])
 def test_coordinates_without_an_image_and_a_material_without_a_colour_are_white(tmp_path, material):
-    """Where a material has no colour trimesh makes up a grey of 40 per cent."""
+    """trimesh makes up a grey of 40 per cent."""
     assert load_scene(square(tmp_path, material)).paint is None
 
 

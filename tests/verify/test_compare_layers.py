@@ -14,7 +14,7 @@ from lfssao.verify.verdict import Verdict
 
 
 def exr(channels, width=5, guard=0):
-    """Of a layer of zeros with so many channels, what writes it."""
+    """A function that writes a layer of zeros with so many channels."""
     zeros = np.zeros((4, width, channels), np.float32)
     return lambda path: write_exr(path, [Part("positions", ("P.X", "P.Y", "P.Z")[:channels], zeros, guard=guard)])
 

@@ -23,7 +23,7 @@ both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 VALUES = {"epsilon": 0.0}  # parameters of these names take this value where it is extreme
 
 
-# What numbers are drawn from, by the name of the parameter.
+# The numbers to draw from, by the name of the parameter.
 NUMBERS = {
     "sigma": [1.0, 0.1, 0.3, 20.0], "intensity": [0.1, 1.0], "beta": [0.0, 1e-4, 0.01, 0.1], "epsilon": [0.0, 0.01],
     "k": [1.0, 0.0, 2.5], "taps": [9, 1, 12], "turns": [7, 1], "log_q": [3, 0, 1], "max_level": [5, 0, 2],

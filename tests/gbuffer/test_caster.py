@@ -266,7 +266,7 @@ def test_embrees_own_answers_differ_in_few_texels(name):
         assert_same_bits(getattr(exact, part)[same], getattr(embree, part)[same])
 
 
-# The processor's flags that Embree needs for each of its instruction sets, and how many rays it then takes at once. Asked
+# The processor's flags that Embree needs for each of its instruction sets, and how many rays it takes then. Asked
 # for a set that the processor lacks it would silently take another: then there is nothing to compare.
 ISAS = {
     "sse2": ({"sse2"}, "4"),

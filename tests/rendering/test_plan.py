@@ -1,4 +1,4 @@
-"""Parts that a plan leaves out change no bit: with and without it, on displays of every kind, cameras and estimators."""
+"""Parts that a plan leaves out change no bit: with and without it, on displays of every kind, cameras, estimators."""
 
 import itertools
 import json

@@ -178,7 +178,7 @@ def test_the_picture_approaches_the_direct_ray_cast(z, wave):
     assert slope(COUNTS, errors["nearest"]) == pytest.approx(1, abs=0.05)
     assert slope(COUNTS, errors["linear"]) == pytest.approx(2, abs=0.05)
     assert slope(COUNTS, errors["gaussian"]) == pytest.approx(2, abs=0.3)
-    # Errors of colours 0.4 sin(k x): f' shift / sqrt(12) and f'' shift^2 / (2 sqrt(30)), root mean squares over one pitch.
+    # Errors of colours 0.4 sin(k x): f' shift / sqrt(12) and f'' shift^2 / (2 sqrt(30)), RMS over one pitch.
     shift = abs(z) / 0.7 * 2 / (COUNTS[-1] - 1)
     first, second = (0.4 * math.sqrt(sum(k ** (2 * n) for k in (4, 6, 9)) / 6) for n in (1, 2))
     assert errors["nearest"][-1] == pytest.approx(first * shift / math.sqrt(12), rel=0.1)

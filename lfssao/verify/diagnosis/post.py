@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.post import gaussian_kernel
+from lfssao.ao.post import MAX_SIGMA, blur_weights
 from lfssao.verify.diagnosis.borders import INSIDE, hold
 from lfssao.verify.diagnosis.search import FACTORS, Change, FloatArray, Problem, fixed, plain, scaled
 
@@ -97,8 +97,8 @@ class Blur(Problem):
         radius = int(np.ceil(self.reach * self.sigma))
         steps = np.arange(-radius, radius + 1)
         weights = np.exp(-0.5 * (steps / self.sigma) ** 2)
-        if self.reach == 3.0 and self.total is None:
-            weights = gaussian_kernel(self.sigma)
+        if self.reach == 3.0 and self.total is None and self.sigma <= MAX_SIGMA:
+            weights = blur_weights(self.sigma).astype(np.float64)
         return weights / (self.total or weights.sum()), steps
 
 

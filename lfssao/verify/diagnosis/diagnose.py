@@ -211,8 +211,9 @@ class _View:
         made = {}
         for words, depth in self.known.depths().items():
             if depth.shape == self.mine.shape:
-                room = 16 * self.model.operation * np.abs(depth.astype(np.float64))
-                made[words] = depth - room, depth + room
+                there = depth.astype(np.float64)
+                room = np.where(np.isfinite(there), 16 * self.model.operation * np.abs(there), 0.0)
+                made[words] = there - room, there + room
         return made
 
     def color(self) -> Made | None:

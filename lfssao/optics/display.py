@@ -16,9 +16,7 @@ from lfssao.errors import InputError
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import View, WorldToImage
-
-DIFFUSERS = ("linear", "conical")
+from lfssao.optics.view import DIFFUSERS, View, WorldToImage
 
 
 @dataclass(frozen=True)

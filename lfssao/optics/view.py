@@ -2,22 +2,29 @@
 
 from dataclasses import dataclass
 from math import sqrt
+from textwrap import wrap
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
-from lfssao.optics.kernels.projection import CROSSED_SLITS, Projection, land
+from lfssao.optics import lens as optics
+from lfssao.optics.kernels.display import NEVER, DisplayModule
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, Projection, Slits, land
 from lfssao.optics.kernels.rays import Rays
 
 # Names of the kinds of projection in files, by their numbers.
 KINDS = ("crossed slits", "matrix", "display")
+DIFFUSERS = ("linear", "conical")
 
 
 @dataclass(frozen=True, eq=False)
 class WorldToImage:
     """The mapping world -> image as the AO kernels take it (DESIGN section 2).
+
+    ``matrix``, ``crossed_slits`` and ``display`` make one of your own numbers; an InputError names the argument that is
+    wrong. A mapping is printed as the call that makes it.
 
     Attributes
     ----------
@@ -29,6 +36,124 @@ class WorldToImage:
 
     kind: int
     numbers: NDArray[np.float64]
+
+    @classmethod
+    def matrix(cls, M: ArrayLike) -> "WorldToImage":
+        """The mapping of an ordinary camera: (a, b, c, q) = M (x, y, z, 1), u = a / q, v = b / q, image z = c / q.
+
+        Parameters
+        ----------
+        M : (4, 4)
+            The matrix; u right and v down in texels, z growing away from the viewer, q > 0 before it.
+
+        Examples
+        --------
+        >>> WorldToImage.matrix([[8, 0, 4, 0], [0, -8, 3, 0], [0, 0, 1.25, -1.25], [0, 0, 1, 0]])([0.5, 0.25, 2])
+        array([6.   , 2.   , 0.625])
+        """
+        return cls(MATRIX, finite_numbers("M", M, 4, 4).ravel())
+
+    @classmethod
+    def crossed_slits(cls, M: ArrayLike, z_m: float, z_o: float, u_0: float, v_0: float) -> "WorldToImage":
+        """The mapping of a module of a flat display: u = u_0 + X / (z_m - Z), v = v_0 + Y / (z_o - Z), image z = Z.
+
+        (X, Y, Z) = M (x, y, z, 1). For a point (x, y, z) of physical space, lens (m_x, m_z), observers (y_o, z_o), a
+        screen of w x h metres and W x H texels, X = m_z W / w (x - m_x), Y = z_o (-H / h) (y - y_o) and Z = z.
+
+        Parameters
+        ----------
+        M : (3, 4)
+            The affine map from the world to X, Y and Z.
+        z_m, z_o : float
+            z of lens and observers, metres: the mapping is defined for z_o < Z < z_m.
+        u_0, v_0 : float
+            u of the lens, W / 2 + (W / w) m_x, and v of the observers, H / 2 - (H / h) y_o, texels.
+
+        Examples
+        --------
+        A screen of 1 m x 0.5 m and 1000 x 500 texels, the lens at (0.1, 0.8), observers at (0, -2), the world physical:
+
+        >>> M = [[800, 0, 0, -80], [0, 2000, 0, 0], [0, 0, 1, 0]]
+        >>> WorldToImage.crossed_slits(M, z_m=0.8, z_o=-2, u_0=600, v_0=250)
+        WorldToImage.crossed_slits(
+            M=[[800.0, 0.0, 0.0, -80.0], [0.0, 2000.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]], z_m=0.8, z_o=-2.0, u_0=600.0,
+            v_0=250.0)
+        """
+        slits = _scalars(z_m=z_m, z_o=z_o, u_0=u_0, v_0=v_0)
+        if not slits[1] < slits[0]:
+            raise InputError(f"z_o is {slits[1]:g} and z_m is {slits[0]:g}, they must be z_o < z_m")
+        return cls(CROSSED_SLITS, np.array([*finite_numbers("M", M, 3, 4).ravel(), *slits]))
+
+    @classmethod
+    def display(
+        cls,
+        M: ArrayLike,
+        *,
+        m_x: float,
+        m_y: float,
+        m_z: float,
+        y_o: float,
+        z_o: float,
+        homography: ArrayLike,
+        diffuser: str = "linear",
+        screen_curvature: float = 0.0,
+        observer_curvature: float = 0.0,
+        c_u: float = 0.0,
+        c_v: float = 0.0,
+        unit: float = 0.0,
+        k1: float = 0.0,
+        k2: float = 0.0,
+    ) -> "WorldToImage":
+        """The mapping of any module of any display (``lfssao.optics.kernels.display``).
+
+        Parameters
+        ----------
+        M : (3, 4)
+            The affine map from the world to physical space.
+        m_x, m_y, m_z, y_o, z_o : float
+            Place of the lens, height of the observers, and z of their line, or of their arc at x = 0, metres.
+        homography : 9 floats
+            From the plane z = 0, as seen from the lens, to texels, rows of three; its divisor is positive in a picture.
+        diffuser : str
+            'linear' or 'conical' (flat screens and observer lines only).
+        screen_curvature, observer_curvature, c_u, c_v, unit, k1, k2 : float
+            1 / radius, 1 / metres (``Display``); centre of the distortion and its unit of length, texels; coefficients.
+
+        Examples
+        --------
+        >>> place = dict(m_x=0.1, m_y=0, m_z=0.8, y_o=0, z_o=-2)
+        >>> M = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
+        >>> mapping = WorldToImage.display(M, **place, homography=[1000, 0, 500, 0, -1000, 250, 0, 0, 1])
+        >>> mapping([0.1, 0.125, 0])
+        array([600., 125.,   0.])
+        """
+        place = _scalars(m_x=m_x, m_y=m_y, m_z=m_z, y_o=y_o, z_o=z_o)
+        bent = _scalars(screen_curvature=screen_curvature, observer_curvature=observer_curvature)
+        distortion = _scalars(c_u=c_u, c_v=c_v, unit=unit, k1=k1, k2=k2)
+        h = tuple(finite_numbers("homography", homography, 9).tolist())
+        if diffuser not in DIFFUSERS:
+            raise InputError(f"diffuser: {diffuser!r:.40} is not one of {', '.join(DIFFUSERS)}")
+        if diffuser == "conical" and any(bent):
+            raise InputError("diffuser: 'conical' needs a flat screen and an observer line")
+        if not place[4] < 0 < place[2]:
+            raise InputError(f"z_o is {place[4]:g} and m_z is {place[2]:g}, they must be z_o < 0 < m_z, the screen's z")
+        if any(distortion[3:]) and not distortion[2] > 0:
+            raise InputError(f"unit is {distortion[2]:g}, it must be positive: the distortion's unit of length, texels")
+        derived = min(optics.fold_radius(*distortion[3:]), NEVER), *optics.invert(h)
+        module = *place, *bent, float(diffuser == "conical"), *h, *distortion, *derived
+        return cls(DISPLAY, np.array([*finite_numbers("M", M, 3, 4).ravel(), *module]))
+
+    def __repr__(self) -> str:
+        split = 16 if self.kind == MATRIX else 12
+        rows, rest = self.numbers[:split].reshape(-1, 4).tolist(), self.numbers[split:].tolist()
+        named = dict(zip(Slits._fields, rest, strict=True)) if self.kind == CROSSED_SLITS else {}
+        if self.kind == DISPLAY:
+            names, h = DisplayModule._fields, rest[8:17]
+            named = dict(zip(names[:7], rest, strict=False)) | {"diffuser": DIFFUSERS[int(rest[7])], "homography": h}
+            named |= zip(names[9:14], rest[17:], strict=False)
+        text = ", ".join(f"{name}={value!r}" for name, value in {"M": rows, **named}.items())
+        lines = "\n    ".join(wrap(text, 112, break_long_words=False))
+        return f"WorldToImage.{KINDS[self.kind].replace(' ', '_')}(\n    {lines})"
 
     def as_type(self, dtype: DTypeLike) -> Projection:
         """The mapping as kernels take it, each number rounded once to the dtype of the arithmetic.
@@ -52,6 +177,23 @@ class WorldToImage:
         out = np.empty_like(flat)
         land(Projection(self.kind, self.numbers), flat, out)
         return out.reshape(points.shape)
+
+
+def _scalars(**named: float) -> list[float]:
+    """Arguments of those names as floats, each checked."""
+    return [float(finite_numbers(name, value)) for name, value in named.items()]
+
+
+def finite_numbers(name: str, value: ArrayLike, *shape: int) -> NDArray[np.float64]:
+    """An argument as float64; InputError, with its name, if it has another shape or is not finite."""
+    try:
+        array = np.array(value)
+    except ValueError:  # rows of different lengths
+        array = np.array(None)
+    if array.dtype.kind not in "iuf" or array.shape != shape or not np.isfinite(array).all():
+        wanted = f"{' x '.join(map(str, shape))} finite numbers" if shape else "a finite number"
+        raise InputError(f"{name} is {' '.join(repr(value).split()):.60}, it must be {wanted}")
+    return array.astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,10 +3,14 @@
 Every run of pytest where lfssao is installed loads this file, so it imports nothing that takes time.
 """
 
+from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
+from lfssao.errors import InputError, no_such
 
 if TYPE_CHECKING:
     from lfssao.verify.case import Case
@@ -24,39 +28,80 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Register the marker."""
-    config.addinivalue_line("markers", "lfssao_stages(*names): the stages whose cases the fixture lfssao_case takes")
+    line = "lfssao_stages(*names, kinds): the stages, and kinds of mapping, whose cases the fixture lfssao_case takes"
+    config.addinivalue_line("markers", line)
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Repeat each test that takes ``lfssao_case`` for each case of its stages."""
+    """Repeat each test that takes ``lfssao_case`` for each case of its stages and kinds."""
     if "lfssao_case" not in metafunc.fixturenames:
         return
-    marker = metafunc.definition.get_closest_marker("lfssao_stages")
-    folder = metafunc.config.getoption("--lfssao-kit")
-    cases = [name for name, stage in _stages(folder) if marker is None or stage in marker.args]
+    marker = metafunc.definition.get_closest_marker("lfssao_stages") or pytest.mark.lfssao_stages().mark
+    try:
+        cases = _chosen(marker, metafunc.config.getoption("--lfssao-kit"))
+    except InputError as error:
+        raise pytest.Collector.CollectError(f"{metafunc.definition.nodeid}: lfssao_stages: {error}") from None
     metafunc.parametrize("lfssao_case", cases, indirect=True)
 
 
-def _stages(folder: Path | None) -> list[tuple[str, str]]:
-    """Name and stage of each case."""
+def _chosen(marker: pytest.Mark, folder: Path | None) -> list[str]:
+    """Names of the cases that a marker asks for; all stages where it names none."""
+    stages = _stages(folder)
+    _check("parameter", marker.kwargs, ("kinds",))
+    _check("stage", marker.args, stages.values())
+    cases = [name for name, stage in stages.items() if not marker.args or stage in marker.args]
+    if "kinds" not in marker.kwargs:
+        return cases
+    wanted, kinds = marker.kwargs["kinds"], {name: _kind(name, folder) for name in cases}
+    wanted = (wanted,) if isinstance(wanted, str) else tuple(wanted)
+    _check("kind", wanted, [kind for kind in kinds.values() if kind])
+    return [name for name, kind in kinds.items() if kind in wanted]
+
+
+def _check(what: str, names: Iterable[str], choices: Iterable[str]) -> None:
+    """Refuse a name that is none of the choices (InputError)."""
+    known = list(dict.fromkeys(choices))
+    for name in names:
+        if name not in known:
+            raise no_such(what, str(name), known or ["none"])
+
+
+def _stages(folder: Path | None) -> dict[str, str]:
+    """The stage of each case by its name."""
     if folder is None:
         from lfssao.verify.kit.cases import RECIPES  # late: numba
 
-        return [(recipe.name, recipe.stage) for recipe in RECIPES.values()]
+        return {recipe.name: recipe.stage for recipe in RECIPES.values()}
     from lfssao.verify.kit.folder import read_index  # late: NumPy
 
-    return [(entry["name"], entry["stage"]) for entry in read_index(folder)]
+    return {entry["name"]: entry["stage"] for entry in read_index(folder)}
+
+
+@cache
+def _kind(name: str, folder: Path | None) -> str | None:
+    """The kind of a case's mapping, as in lfssao.optics.view.KINDS; None where it has no mapping."""
+    if folder is None:
+        from lfssao.verify.kit.cases import RECIPES
+
+        parameters = RECIPES[name].build(*RECIPES[name].arguments)[0]
+    else:
+        parameters = dict(_read(name, folder).parameters)
+    kind: str | None = parameters.get("mapping", {}).get("kind")
+    return "matrix" if "world_to_screen" in parameters else kind
+
+
+def _read(name: str, folder: Path) -> "Case":
+    from lfssao.verify.kit.folder import read_case, read_index
+
+    return read_case(folder / next(entry["folder"] for entry in read_index(folder) if entry["name"] == name))
 
 
 @pytest.fixture
 def lfssao_case(request: Any) -> "Case":
     """A case of the conformance kit (lfssao.verify.case.Case); hand it to lfssao.testing.assert_conforms."""
     folder = request.config.getoption("--lfssao-kit")
-    if folder is None:
-        from lfssao.verify.kit.cases import make_case
+    if folder is not None:
+        return _read(request.param, folder)
+    from lfssao.verify.kit.cases import make_case
 
-        return make_case(request.param)
-    from lfssao.verify.kit.folder import read_case, read_index
-
-    entry = next(entry for entry in read_index(folder) if entry["name"] == request.param)
-    return read_case(folder / entry["folder"])
+    return make_case(request.param)

@@ -91,6 +91,21 @@ def test_notebooks_get_a_table(reference, failing):
     assert "module_004, merged: outside the interval" in "".join(table.find("p").itertext())
 
 
+def test_the_table_sums_texels_and_shows_ulp_that_mean_something(tmp_path):
+    (tmp_path / "right").mkdir()
+    (tmp_path / "mine").mkdir()
+    for count in (2, 3):
+        for side, value in (("right", 1), ("mine", 1 + 2**-22)):
+            np.save(tmp_path / side / f"{count}.npy", np.float32([[value] * count + [1] * 4] * 3))
+    for figures in (["15", "2"], ["18", "-"]):
+        report = lfssao.compare(tmp_path / "mine", tmp_path / "right")
+        cells = dict(zip(*report.summary(), strict=True))
+        shown = [cells[name] for name in ("inside", "outside", "other", "texels off", "max ulp")]
+        assert shown == ["0", "2", "0", *figures]
+        assert (" ulp, " in str(report).partition("3, image")[2].partition("\n")[0]) == (figures[1] == "2")
+        np.save(tmp_path / "mine" / "3.npy", np.float32([[-1] * 4 + [1] * 3] * 3))
+
+
 def test_the_code_survives_a_closed_pipe(reference, failing):
     script = f"{sys.executable} -m lfssao compare {failing} {reference} | head -c 1; exit ${{PIPESTATUS[0]}}"
     assert subprocess.run(["bash", "-c", script], capture_output=True, check=False).returncode == 4

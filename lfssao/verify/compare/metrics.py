@@ -19,8 +19,9 @@ class Metrics:
         Number of texels.
     differing : int
         Number of texels that differ in a bit of any channel.
-    max_ulp : int
-        Greatest distance in representable numbers (for integers: in codes); -0 and +0 are 0 apart.
+    max_ulp : int or None
+        Greatest distance in representable numbers; -0 and +0 are 0 apart. None where it means nothing: for integers,
+        above 2^20, and where one of the two numbers is 0 or subnormal or has another sign.
     max_error, mean_error, rmse : float
         Figures of the absolute difference, in the texture's unit.
     psnr : float or None
@@ -35,7 +36,7 @@ class Metrics:
 
     texels: int
     differing: int
-    max_ulp: int = 0
+    max_ulp: int | None = 0
     max_error: float = 0.0
     mean_error: float = 0.0
     rmse: float = 0.0
@@ -61,6 +62,17 @@ def _ordered(a: Plane) -> NDArray[np.int64]:
     return np.where(bits < 0, sign - bits, bits)
 
 
+def _max_ulp(x: Plane, y: Plane) -> int | None:
+    """Greatest distance of finite numbers, (n,), in ulp; None where it means nothing."""
+    apart = ulp_distance(x, y)
+    most = int(apart.max(initial=0))
+    if most == 0:
+        return 0
+    a, b = (side[apart.argmax()] for side in (x, y))
+    tiny = np.finfo(x.dtype).tiny if x.dtype.kind == "f" else np.inf
+    return most if most <= 2**20 and (min(a, b) >= tiny or max(a, b) <= -tiny) else None
+
+
 def measure(mine: Planes, reference: Planes) -> Metrics:
     """All distances of two textures, whose channels (H, W) are equal in number, type and size."""
     a, b = np.stack(mine), np.stack(reference)
@@ -78,7 +90,7 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
     return Metrics(
         texels=differing.size,
         differing=count,
-        max_ulp=int(ulp_distance(x, y).max(initial=0)),
+        max_ulp=_max_ulp(x, y),
         max_error=float(error.max(initial=0)),
         mean_error=float(error.sum()) / error.size if error.size else 0.0,
         rmse=rmse,

@@ -16,7 +16,7 @@ from lfssao.verify.compare.picture import Panels, save_panels
 from lfssao.verify.compare.result import Result, Texel
 from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
 
-FORMAT = 1
+FORMAT = 2  # 2: max_ulp may be null
 _MOST_LINES = 20
 _WORDS = {0: "conforms", 1: "conforms, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
 _HEAD = ("stage", "equal bits", "inside", "outside", "other", "texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
@@ -110,7 +110,7 @@ class Report:
         yield f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
 
     def summary(self) -> list[list[str]]:
-        """One row a stage, below a row of heads: counts over the modules, and the worst module's figures."""
+        """One row a stage, below a row of heads: counts and texels over the modules, and the worst one's figures."""
         stages: dict[str, list[Result]] = {}
         for result in self.results:
             stages.setdefault(result.layer or "(whole module)", []).append(result)
@@ -195,7 +195,8 @@ def _sentence(result: Result) -> str:
     elif result.outside:
         words.append(f"{result.outside} of {m.texels} texels are outside")
     if m.differing:
-        words.append(f"{m.differing} differ in bits by up to {m.max_ulp} ulp, {m.max_error:.3g}")
+        ulp = "" if m.max_ulp is None else f"{m.max_ulp} ulp, "
+        words.append(f"{m.differing} differ in bits by up to {ulp}{m.max_error:.3g}")
     if m.nan_mismatches:
         words.append(f"{m.nan_mismatches} NaN on one side only")
     if m.infinity_mismatches:
@@ -229,13 +230,13 @@ def _row(name: str, results: list[Result]) -> list[str]:
     measured = [r.metrics for r in results if r.metrics is not None]
     if not measured:
         return [name, *map(str, counts), *([""] * (len(_HEAD) - 5))]
-    off = max(m.differing for m in measured)
-    ulp, mean = max(m.max_ulp for m in measured), max(m.mean_error for m in measured)
-    rmse = max(m.rmse for m in measured)
+    off, ulps = sum(m.differing for m in measured), [m.max_ulp for m in measured if m.max_ulp is not None]
+    ulp = str(max(ulps)) if len(ulps) == len(measured) else "-"
+    mean, rmse = max(m.mean_error for m in measured), max(m.rmse for m in measured)
     psnr = min((m.psnr for m in measured if m.psnr is not None), default=math.inf)
     ssim = min((m.ssim for m in measured if m.ssim is not None), default=math.nan)
     figures = [f"{mean:.3g}", f"{rmse:.3g}", f"{psnr:.1f}", f"{ssim:.6f}"]
-    return [name, *map(str, counts), str(off), str(ulp), *figures]
+    return [name, *map(str, counts), str(off), ulp, *figures]
 
 
 def _table(rows: list[list[str]]) -> Iterator[str]:

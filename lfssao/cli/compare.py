@@ -34,6 +34,7 @@ _HELP = {
     "reference": "a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
     "--map": "a layer or channel of MINE is one of REFERENCE, as in ssao.R=merged.AO; may be given several times",
     "--layers": "compare these layers of REFERENCE only (default: all)",
+    "--cases": "compare these cases of a kit only (default: all)",
     "--exact": "fail where bits differ",
     "--model": "what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
     "--mesh": "the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
@@ -58,6 +59,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
     add("reference", metavar="REFERENCE")
     add("--map", action="append", default=[], metavar="MINE=REFERENCE")
     add("--layers", metavar="NAME,...")
+    add("--cases", metavar="NAME,...")
     add("--exact", action="store_true")
     add("--no-diagnosis", action="store_true")
     add("--model", default="shader", metavar="NAME")
@@ -84,10 +86,10 @@ def _report(options: argparse.Namespace) -> Report:
         target = getattr(options, name)
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
-    layers = None if options.layers is None else options.layers.split(",")
-    sources = Path(options.mine), Path(options.reference)
-    chosen = options.exact, options.model, options.mesh
-    comparison = Comparison(*sources, _rules(options.map), layers, *chosen, diagnosis=not options.no_diagnosis)
+    layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
+    mine, reference = Path(options.mine), Path(options.reference)
+    chosen = layers, options.exact, options.model, cases, options.mesh, not options.no_diagnosis
+    comparison = Comparison(mine, reference, _rules(options.map), *chosen)
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:
             comparison.add(module)

@@ -60,6 +60,7 @@ def test_rounding_is_inside_and_passes_but_not_exactly(tmp_path, capsys, referen
     assert (report.exit_code, report.first_failure) == (0, None)
     assert report.first_difference.layer == "shaded"
     assert report.first_difference.metrics.max_ulp == 1
+    assert "worst texels (column, row) of module_004, shaded:" in str(report)
     assert compare(mine, reference) == 0
     assert compare(mine, reference, "--exact") == 2
     assert compare(mine, reference, "--model", "strict") == 2
@@ -122,11 +123,33 @@ def test_missing_layers_and_modules_fail(tmp_path, capsys, reference):
     assert different(report) == {("module_003", "merged"): Verdict.MISSING, ("module_005", ""): Verdict.MISSING}
     assert compare(mine, reference) == 2
     text = capsys.readouterr().out
-    assert "module_003, merged: missing" in text
-    assert "module_005: missing" in text
+    assert "not given: merged (1 module); compare what is there by --layers depth,positions,color,ao_1," in text
+    assert "not given: 1 of 3 modules (module_005)\n" in text
     assert compare(mine, reference, "--layers", "depth,ao_1") == 2  # module_005
     (mine / "module_005.exr").write_bytes((reference / "module_005.exr").read_bytes())
     assert compare(mine, reference, "--layers", "depth,ao_1") == 0
+
+
+def test_what_is_wrong_is_told_before_what_is_missing(tmp_path, reference):
+    def drop(parts):
+        return {name: part for name, part in parts.items() if name not in ("color", "shaded")}
+
+    lacking = changed(reference, tmp_path / "lacking", "module_003", drop)
+    wrong = poke("ao_2", (16, 24), 0.77)
+    mine = changed(lacking, tmp_path / "mine", "module_004", lambda parts: drop(wrong(parts) or parts))
+    report = lfssao.compare(mine, reference)
+    for first in (report.first_failure, report.first_difference):
+        assert (first.module, first.layer) == ("module_004", "ao_2")
+    told = [line for line in str(report).splitlines() if "module_00" in line or "not given" in line]
+    advice = "depth,positions,ao_1,ao_2,merged,blurred"
+    assert [told[0][:28], told[1][:16]] == ["module_004, ao_2: outside th", "  no change that"]
+    assert told[2] == "worst texels (column, row) of module_004, ao_2:"
+    assert told[3] == f"not given: color, shaded (2 modules each); compare what is there by --layers {advice}"
+    alone = lfssao.compare(mine, reference, layers=advice.split(","))
+    assert different(alone) == {("module_004", "ao_2"): Verdict.OUTSIDE}
+    report = lfssao.compare(changed(lacking, tmp_path / "inside", "module_004", nudge("blurred")), reference)
+    assert report.first_failure.layer == "color"
+    assert "worst texels" not in str(report)  # of what is right
 
 
 def test_what_the_reference_has_not_is_a_warning(tmp_path, capsys, reference):
@@ -176,7 +199,8 @@ def test_values_are_compared_by_default_and_bits_with_exact(write):
 
 @pytest.mark.parametrize(
     "words",
-    ["--no-such-option {0} {0}", "{0}", "{0} {0} --model foo", "{0} {0} --map foo", "{0} {0} --map a=nothing",
+    ["{0} {0} --cases a",
+     "--no-such-option {0} {0}", "{0}", "{0} {0} --model foo", "{0} {0} --map foo", "{0} {0} --map a=nothing",
      "{0} {0} --layers nothing", "{0} {0} --json {1}/no/a.json", "{0} {0} --picture {1}/a.txt", "{0} {1}",
      "{0} {1}/nothing.exr"],
 )  # fmt: skip
@@ -225,6 +249,21 @@ def test_a_kit_is_a_reference(small_kit, mine, capsys):
     assert report.first_failure.worst[0].upper is not None
     (mine / f"frame_{main}.npy").unlink()
     assert different(lfssao.compare(mine, small_kit)) == {("frame", ""): Verdict.MISSING}
+
+
+def test_cases_that_were_not_tried_are_one_line(small_kit, mine, capsys):
+    for file in [*mine.glob("blur_usual_*"), *mine.glob("frame_*")]:
+        file.unlink()
+    assert compare(mine, small_kit) == 2
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "not tried" in line)
+    advice = "compare what is there by --cases algorithm2_conical,samples_latin"
+    assert line == f"not tried: 2 of 4 cases (blur_usual, frame); {advice}"
+    assert compare(mine, small_kit, "--exact", *advice.split()[-2:]) == 0
+    assert ": 2 cases, " in capsys.readouterr().out
+    assert compare(mine, small_kit, "--cases", "samples_latin") == 0  # files of other cases are no warning
+    assert different(lfssao.compare(mine, small_kit, cases=["frame"])) == {("frame", ""): Verdict.MISSING}
+    assert compare(mine, small_kit, "--cases", "frames") == 4
+    assert "'frames' is no case of a kit" in capsys.readouterr().err
 
 
 def test_a_case_of_a_kit_is_a_reference(small_kit, tmp_path, capsys):

@@ -98,7 +98,7 @@ def test_names_by_map(tmp_path, capsys, reference):
     assert "'ssao' has 1 channels, positions has 3" in capsys.readouterr().out
     assert compare(mine, right, "--map", "blurred=merged", "--map", "G=positions") == 2
     assert compare(mine, right, "--map", "nothing=merged", "--map", "G=positions") == 2
-    assert "module_003, merged: missing" in capsys.readouterr().out
+    assert "module_003, merged: there is no layer or channel 'nothing'" in capsys.readouterr().out
 
 
 def test_another_layers_channel_is_not_taken(tmp_path):
@@ -126,9 +126,9 @@ def test_a_missing_layer_is_said_with_what_may_be_it(tmp_path, capsys, reference
     mine = changed(reference, tmp_path / "mine", "module_004", rename)
     assert compare(mine, reference) == 2
     sentence = "if it is one of ssao.ssao.R, say so by --map, such as --map ssao.ssao.R=merged.AO"
-    assert f"module_004, merged: missing: there is no such layer; {sentence}" in capsys.readouterr().out
+    assert f"module_004, merged: there is no such layer; {sentence}" in capsys.readouterr().out
     assert compare(mine, reference, "--map", "nothing=merged", "--layers", "merged") == 2
-    assert "missing: there is no layer or channel 'nothing', which --map names" in capsys.readouterr().out
+    assert "merged: there is no layer or channel 'nothing', which --map names" in capsys.readouterr().out
     (tmp_path / "other").mkdir()
     shutil.copy(reference / "module_004.exr", tmp_path / "other" / "frame.exr")
     assert compare(tmp_path / "other", reference) == 2

@@ -28,6 +28,7 @@ def compare(
     *,
     rules: Mapping[str, str] | None = None,
     layers: Sequence[str] | None = None,
+    cases: Sequence[str] | None = None,
     exact: bool = False,
     model: str = "shader",
     mesh: str | None = None,
@@ -44,6 +45,8 @@ def compare(
         Layers or channels of the reference, each with the other renderer's name of it, where conventions do not tell.
     layers : sequence of str, optional
         Compare these layers of the reference only.
+    cases : sequence of str, optional
+        Compare these cases of a kit only.
     exact : bool
         Whether all but equal bits fails.
     model : str
@@ -65,7 +68,8 @@ def compare(
         If there is nothing to compare, or the manifest or an argument is wrong. Faults of single files and layers are
         in the report.
     """
-    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, mesh, diagnosis)
+    chosen = cases, mesh, diagnosis
+    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)
     for module in comparison.modules:
         comparison.add(module)
     return comparison.report()
@@ -74,7 +78,7 @@ def compare(
 class Comparison:
     """A comparison that is given its modules one by one; it keeps figures, and pictures of one module.
 
-    Its arguments and errors are those of ``compare``.
+    Its arguments and errors are those of ``compare``; ``modules`` are the names of those to be added.
     """
 
     def __init__(
@@ -85,12 +89,14 @@ class Comparison:
         layers: Sequence[str] | None,
         exact: bool,
         model: str,
+        cases: Sequence[str] | None,
         mesh: str | None = None,
         diagnosis: bool = True,
     ) -> None:
         self._model = find_model(model)
         self._reference = Reference.open(reference)
         self._mine = Mine.open(mine, self._reference)
+        self.modules = self._reference.chosen(cases)
         self._rules, self._wanted, self._exact = dict(rules), layers, exact
         manifest = self._reference.manifest
         self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
@@ -105,11 +111,6 @@ class Comparison:
         self._named: set[str] = set()
         self._unbounded: str | None = None
         self._without: set[str] = set()  # layers that differ, and whose intervals a missing layer would give
-
-    @property
-    def modules(self) -> list[str]:
-        """Names of the reference's modules, in its order."""
-        return list(self._reference.files)
 
     def add(self, module: str) -> None:
         """Compare one module; InputError if the manifest does not hold what the oracle needs."""
@@ -199,7 +200,8 @@ class Comparison:
             model=kit_model if self._reference.manifest is None else self._model.name,
             exact=self._exact,
             estimator=self._unbounded,
-            modules=len(self._reference.files),
+            kit=self._reference.kit,
+            modules=len(self.modules),
             results=tuple(self._results),
             notes=tuple(notes),
             panels=self._panels,

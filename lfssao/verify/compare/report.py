@@ -4,6 +4,7 @@ import html
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,8 +17,8 @@ from lfssao.verify.compare.picture import Panels, save_panels
 from lfssao.verify.compare.result import Result, Texel
 from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
 
-FORMAT = 2  # 2: max_ulp may be null
-_MOST_LINES = 20
+FORMAT = 2  # 2: max_ulp may be null, first_failure is missing only if all are
+_MOST_LINES, _MOST_NAMES = 20, 6
 _WORDS = {0: "conforms", 1: "conforms, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
 _HEAD = ("stage", "equal bits", "inside", "outside", "other", "texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
 
@@ -34,10 +35,12 @@ class Report:
         The error model of the intervals; None where none is known.
     exact : bool
         Whether all but equal bits fails.
+    kit : bool
+        Whether the modules are cases of a kit.
     estimator : str or None
         The reference's estimator if no intervals of its occlusion are known.
     modules : int
-        Number of the reference's modules.
+        Number of modules that were asked for.
     results : tuple of Result
         One a texture, module by module, in the order of the stages; one alone for a module that cannot be read.
     notes : tuple of str
@@ -50,6 +53,7 @@ class Report:
     reference: str
     model: str | None
     exact: bool
+    kit: bool
     estimator: str | None
     modules: int
     results: tuple[Result, ...]
@@ -70,44 +74,61 @@ class Report:
 
     @property
     def first_difference(self) -> Result | None:
-        """The first result that is not equal bits."""
-        return next((r for r in self.results if r.verdict is not Verdict.EQUAL_BITS), None)
+        """The first result that is not equal bits; a missing one only if all such are."""
+        return min((r for r in self.results if r.verdict is not Verdict.EQUAL_BITS), key=_is_missing, default=None)
 
     @property
     def first_failure(self) -> Result | None:
-        """The first result that fails: the earliest stage of the first such module."""
-        return next((r for r in self.results if self.code(r) != SAME), None)
+        """The first result that fails, the earliest stage of the first such module; a missing one only if all are."""
+        return min((r for r in self.results if self.code(r) > WARNING), key=_is_missing, default=None)
 
     def __str__(self) -> str:
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
-        many = f"{self.modules} module{'s' * (self.modules != 1)}"
         known = "no interval is known" if self.model is None else f"intervals of the error model '{self.model}'"
+        many = _count(self.modules, "case" if self.kit else "module")
         yield f"{self.mine} against {self.reference}: {many}, {known}"
         if self.estimator is not None:
             yield f"ao_1, ... of estimator {self.estimator} must have equal values: no intervals of it are known"
         yield ""
         yield from _table(self.summary())
-        failing = [r for r in self.results if self.code(r) != SAME]
+        failing = [r for r in self.results if self.code(r) > WARNING and not _is_missing(r)]
         for result in failing[:_MOST_LINES]:
             yield f"{_place(result)}: {_sentence(result)}"
             if result.diagnosis is not None:
                 yield f"  {result.diagnosis.words(result.module)}"
         if len(failing) > _MOST_LINES:
             yield f"... and {len(failing) - _MOST_LINES} more"
+        shown = max((r for r in self.results if r.worst), key=self.code, default=None)
+        if shown is not None and (self.code(shown) > SAME or self.exit_code <= WARNING):
+            yield f"worst texels (column, row) of {_place(shown)}:"
+            yield from (f"  {_texel_line(texel)}" for texel in _blamed(shown))
+        yield from self._missing_lines()
         yield from (f"warning: {note}" for note in self.notes[:_MOST_LINES])
         if len(self.notes) > _MOST_LINES:
             yield f"... and {len(self.notes) - _MOST_LINES} more warnings"
-        first, shown = self.first_difference, self.first_failure or self.first_difference
+        first = self.first_difference
         if first is not None:
             yield f"first that differs: {_place(first)} ({first.verdict.title})"
-        if self.first_failure is not None and self.first_failure is not first:
-            yield f"first that fails: {_place(self.first_failure)} ({self.first_failure.verdict.title})"
-        if shown is not None and shown.worst:
-            yield f"worst texels (column, row) of {_place(shown)}:"
-            yield from (f"  {_texel_line(texel)}" for texel in _blamed(shown))
         yield f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
+
+    def _missing_lines(self) -> Iterator[str]:
+        """A line on modules, or cases, that are not given, one on layers, one on how the first of them is found."""
+        missing = [r for r in self.results if _is_missing(r)]
+        words, noun = ("not tried", "case") if self.kit else ("not given", "module")
+        whole = [r.module for r in missing if self.kit or not r.layer]
+        if whole:
+            some = ", ".join([*whole[:_MOST_NAMES], *["..."] * (len(whole) > _MOST_NAMES)])
+            given = [r.module for r in self.results if self.kit and r.module not in whole]
+            yield f"{words}: {len(whole)} of {_count(self.modules, noun)} ({some}){_try('cases', given)}"
+        layers = Counter(r.layer for r in missing if r.module not in whole)
+        if layers:
+            names = {n: ", ".join(layer for layer in layers if layers[layer] == n) for n in layers.values()}
+            told = (f"{some} ({_count(n, 'module')}{' each' * (', ' in some)})" for n, some in names.items())
+            given = [r.layer for r in self.results if r.layer and r.layer not in layers]
+            yield f"not given: {', '.join(told)}{_try('layers', given)}"
+        yield from (f"  {_place(r)}: {r.detail}" for r in missing[:1])
 
     def summary(self) -> list[list[str]]:
         """One row a stage, below a row of heads: counts and texels over the modules, and the worst one's figures."""
@@ -175,9 +196,22 @@ class Report:
         cells = "".join(f"<th>{cell}</th>" for cell in head)
         body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
         failure = self.first_failure or self.first_difference
-        more = "" if failure is None else f"; {_place(failure)}: {_sentence(failure)}"
+        first = [] if failure is None or _is_missing(failure) else [f"{_place(failure)}: {_sentence(failure)}"]
+        more = "".join(f"; {line.strip()}" for line in (*first, *self._missing_lines()))
         title = f"<b>{_WORDS[self.exit_code]}</b>{html.escape(more)}"
         return f"<p>{title}</p><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _is_missing(result: Result) -> bool:
+    return result.verdict is Verdict.MISSING
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def _try(option: str, names: list[str]) -> str:
+    return f"; compare what is there by --{option} {','.join(dict.fromkeys(names))}" if names else ""
 
 
 def _place(result: Result) -> str:

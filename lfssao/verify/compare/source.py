@@ -54,6 +54,13 @@ class Reference:
             return cls(path, {path.stem: path}, None, {})
         return cls(path, {name: path for name in own}, manifest, own)
 
+    def chosen(self, cases: Sequence[str] | None) -> list[str]:
+        """Names of the modules, or of those cases of a kit; InputError if a name is no case's."""
+        for name in cases or ():
+            if not self.kit or name not in self.files:
+                raise InputError(f"--cases: '{name[:40]}' is no case of a kit in {self.path}")
+        return [name for name in self.files if cases is None or name in cases]
+
     def described(self, module: str) -> Case:
         """The case that a module's manifest describes, its outputs left out; without manifest a case of images.
 

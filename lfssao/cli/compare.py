@@ -10,6 +10,7 @@ from lfssao.cli.terminal import NOT_COMPARED, printable, progress
 from lfssao.errors import InputError, LfssaoError
 from lfssao.verify.compare.compare import Comparison
 from lfssao.verify.compare.report import Report
+from lfssao.verify.compare.tolerance import Tolerance
 
 _DESCRIPTION = """\
 Compare textures of another renderer with a reference: bits, and, where the reference is a folder that 'lfssao
@@ -21,8 +22,9 @@ with or without parts. Outputs of a kit's cases are CASE_OUTPUT.npy."""
 _CODES = """exit codes, as of idiff:
   0  every texture of REFERENCE is there, with equal bits or inside its interval (a renderer that conforms passes;
      --exact asks for equal bits)
-  1  as 0, but MINE holds modules, layers or channels that REFERENCE does not have, which were not compared, or a few
-     texels of depth or colour cannot be judged without the mesh (--mesh)
+  1  as 0, but MINE holds modules, layers or channels that REFERENCE does not have, which were not compared, a few
+     texels of depth or colour cannot be judged without the mesh (--mesh), or a texture passes by --fail or
+     --fail-percent alone
   2  a texture is outside its interval, differs where no interval is known, or is missing; so is a whole module
   3  sizes, data windows, channels or data types differ
   4  a file cannot be read, a manifest is of a newer version, or an option is wrong
@@ -36,6 +38,8 @@ _HELP = {
     "--layers": "compare these layers of REFERENCE only (default: all)",
     "--cases": "compare these cases of a kit only (default: all)",
     "--exact": "fail where bits differ",
+    "--fail": "pass texels that differ from REFERENCE by no more, in the texture's unit or in codes (default: 0)",
+    "--fail-percent": "pass textures of which no more than this percentage of the texels fail (default: 0)",
     "--model": "what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
     "--mesh": "the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
     "exceptions at silhouettes (of an embedded scene it is at hand)",
@@ -61,6 +65,8 @@ def add_to(compare: argparse.ArgumentParser) -> None:
     add("--layers", metavar="NAME,...")
     add("--cases", metavar="NAME,...")
     add("--exact", action="store_true")
+    for name in ("--fail", "--fail-percent"):
+        add(name, type=float, default=0.0, metavar="X")
     add("--no-diagnosis", action="store_true")
     add("--model", default="shader", metavar="NAME")
     for name in ("--mesh", "--json", "--junit", "--picture"):
@@ -87,8 +93,12 @@ def _report(options: argparse.Namespace) -> Report:
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
-    mine, reference = Path(options.mine), Path(options.reference)
-    chosen = layers, options.exact, options.model, cases, options.mesh, not options.no_diagnosis
+    mine, reference, tolerance = (
+        Path(options.mine),
+        Path(options.reference),
+        Tolerance(options.fail, options.fail_percent),
+    )
+    chosen = layers, options.exact, options.model, cases, tolerance, options.mesh, not options.no_diagnosis
     comparison = Comparison(mine, reference, _rules(options.map), *chosen)
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:

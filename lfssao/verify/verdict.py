@@ -13,7 +13,7 @@ Plane = NDArray[Any]
 Planes = tuple[Plane, ...]
 Flags = NDArray[np.bool_]
 
-# As idiff's; only a whole report may have 1, warnings only.
+# As idiff's.
 SAME, WARNING, FAILED, NOT_COMPARABLE, FILE_ERROR = range(5)
 
 
@@ -23,6 +23,7 @@ class Verdict(Enum):
     EQUAL_BITS = "equal bits", SAME
     EQUAL_VALUES = "equal values", SAME
     INSIDE = "inside the interval", SAME
+    WITHIN = "within tolerance", WARNING
     OUTSIDE = "outside the interval", FAILED
     DIFFERENT = "different", FAILED
     MISSING = "missing", FAILED

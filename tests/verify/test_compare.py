@@ -199,7 +199,8 @@ def test_values_are_compared_by_default_and_bits_with_exact(write):
 
 @pytest.mark.parametrize(
     "words",
-    ["{0} {0} --cases a",
+    ["{0} {0} --fail -1", "{0} {0} --fail nan", "{0} {0} --fail inf", "{0} {0} --fail-percent 100.1",
+     "{0} {0} --fail 0.1 --exact", "{0} {0} --fail-percent 1 --exact", "{0} {0} --cases a",
      "--no-such-option {0} {0}", "{0}", "{0} {0} --model foo", "{0} {0} --map foo", "{0} {0} --map a=nothing",
      "{0} {0} --layers nothing", "{0} {0} --json {1}/no/a.json", "{0} {0} --picture {1}/a.txt", "{0} {1}",
      "{0} {1}/nothing.exr"],

@@ -16,6 +16,7 @@ from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, result_of
 from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import MeshBounds, Surface
+from lfssao.verify.compare.tolerance import Tolerance
 from lfssao.verify.compare.view_case import knows_occlusion
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
@@ -30,6 +31,8 @@ def compare(
     layers: Sequence[str] | None = None,
     cases: Sequence[str] | None = None,
     exact: bool = False,
+    fail: float = 0.0,
+    fail_percent: float = 0.0,
     model: str = "shader",
     mesh: str | None = None,
     diagnosis: bool = True,
@@ -49,6 +52,9 @@ def compare(
         Compare these cases of a kit only.
     exact : bool
         Whether all but equal bits fails.
+    fail, fail_percent : float
+        A texel beyond its interval fails only if it differs from the reference by more than ``fail``, in the texture's
+        unit, or in codes; a texture only if more than ``fail_percent`` of its texels fail. Not with ``exact``.
     model : str
         Limits of the renderer's arithmetic (``lfssao.verify.bounds.error_model.MODELS``).
     mesh : str, optional
@@ -68,7 +74,7 @@ def compare(
         If there is nothing to compare, or the manifest or an argument is wrong. Faults of single files and layers are
         in the report.
     """
-    chosen = cases, mesh, diagnosis
+    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)
     for module in comparison.modules:
         comparison.add(module)
@@ -90,14 +96,17 @@ class Comparison:
         exact: bool,
         model: str,
         cases: Sequence[str] | None,
+        tolerance: Tolerance,
         mesh: str | None = None,
         diagnosis: bool = True,
     ) -> None:
+        if exact and tolerance:
+            raise InputError("--exact asks for equal bits: it goes without --fail and --fail-percent")
         self._model = find_model(model)
         self._reference = Reference.open(reference)
         self._mine = Mine.open(mine, self._reference)
         self.modules = self._reference.chosen(cases)
-        self._rules, self._wanted, self._exact = dict(rules), layers, exact
+        self._rules, self._wanted, self._exact, self._tolerance = dict(rules), layers, exact, tolerance
         manifest = self._reference.manifest
         self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
         if mesh is not None:
@@ -165,7 +174,8 @@ class Comparison:
                 continue
             judged = judgements[name]
             reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
-            result = result_of(module, found[name], right, judged, reason)
+            result = result_of(module, found[name], right, judged, self._tolerance, reason)
+            judged = replace(judged, verdict=result.verdict)
             if self._diagnoser is not None:
                 result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged))
             self._results.append(result)
@@ -200,6 +210,7 @@ class Comparison:
             model=kit_model if self._reference.manifest is None else self._model.name,
             exact=self._exact,
             estimator=self._unbounded,
+            tolerance=self._tolerance,
             kit=self._reference.kit,
             modules=len(self.modules),
             results=tuple(self._results),

@@ -11,7 +11,7 @@ from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import difference, span
-from lfssao.verify.verdict import SAME, Judgement, Verdict, texels
+from lfssao.verify.verdict import FAILED, Judgement, Verdict, texels
 
 _WIDTH = 480  # pixels of each panel, at most
 _MOST_ROWS = 12
@@ -31,7 +31,7 @@ class Panels:
     def offer(self, mine: Layer, reference: Layer, judged: Judgement) -> None:
         """Keep a stage; the first alone of those with equal bits, until one differs."""
         verdict = judged.verdict
-        rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code == SAME else 2
+        rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code < FAILED else 2
         if (self.rows and rank == 0) or len(self.rows) >= _MOST_ROWS:
             return
         if self.rank == 0:

@@ -15,12 +15,14 @@ from lfssao.core.files import write_text
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.picture import Panels, save_panels
 from lfssao.verify.compare.result import Result, Texel
+from lfssao.verify.compare.tolerance import Tolerance
 from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
 
-FORMAT = 2  # 2: max_ulp may be null, first_failure is missing only if all are
+FORMAT = 2  # 2: max_ulp may be null, results count texels beyond the tolerance
 _MOST_LINES, _MOST_NAMES = 20, 6
-_WORDS = {0: "conforms", 1: "conforms, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
-_HEAD = ("stage", "equal bits", "inside", "outside", "other", "texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
+_WORDS = {0: "conforms", 1: "passes, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
+_COUNTS = ("stage", "equal bits", "inside", "tolerated", "outside", "other")
+_HEAD = (*_COUNTS, "texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,8 @@ class Report:
         The error model of the intervals; None where none is known.
     exact : bool
         Whether all but equal bits fails.
+    tolerance : Tolerance
+        What passes beyond its interval, with a warning.
     kit : bool
         Whether the modules are cases of a kit.
     estimator : str or None
@@ -53,6 +57,7 @@ class Report:
     reference: str
     model: str | None
     exact: bool
+    tolerance: Tolerance
     kit: bool
     estimator: str | None
     modules: int
@@ -88,7 +93,7 @@ class Report:
     def _lines(self) -> Iterator[str]:
         known = "no interval is known" if self.model is None else f"intervals of the error model '{self.model}'"
         many = _count(self.modules, "case" if self.kit else "module")
-        yield f"{self.mine} against {self.reference}: {many}, {known}"
+        yield f"{self.mine} against {self.reference}: {many}, {known}{self.tolerance}"
         if self.estimator is not None:
             yield f"ao_1, ... of estimator {self.estimator} must have equal values: no intervals of it are known"
         yield ""
@@ -105,9 +110,10 @@ class Report:
             yield f"worst texels (column, row) of {_place(shown)}:"
             yield from (f"  {_texel_line(texel)}" for texel in _blamed(shown))
         yield from self._missing_lines()
-        yield from (f"warning: {note}" for note in self.notes[:_MOST_LINES])
-        if len(self.notes) > _MOST_LINES:
-            yield f"... and {len(self.notes) - _MOST_LINES} more warnings"
+        warnings = [*(f"{_place(r)}: {_sentence(r)}" for r in self.results if r.verdict is Verdict.WITHIN), *self.notes]
+        yield from (f"warning: {warning}" for warning in warnings[:_MOST_LINES])
+        if len(warnings) > _MOST_LINES:
+            yield f"... and {len(warnings) - _MOST_LINES} more warnings"
         first = self.first_difference
         if first is not None:
             yield f"first that differs: {_place(first)} ({first.verdict.title})"
@@ -135,7 +141,8 @@ class Report:
         stages: dict[str, list[Result]] = {}
         for result in self.results:
             stages.setdefault(result.layer or "(whole module)", []).append(result)
-        return [list(_HEAD), *(_row(name, stages[name]) for name in sorted(stages, key=stage_order))]
+        rows = [list(_HEAD), *(_row(name, stages[name]) for name in sorted(stages, key=stage_order))]
+        return rows if self.tolerance else [row[:3] + row[4:] for row in rows]  # without 'tolerated'
 
     def as_dict(self) -> dict[str, Any]:
         """The whole report as JSON can hold it: infinite and undefined numbers are strings or null."""
@@ -146,6 +153,8 @@ class Report:
             "reference": self.reference,
             "model": self.model,
             "exact": self.exact,
+            "fail": self.tolerance.fail,
+            "fail_percent": self.tolerance.percent,
             "exit_code": self.exit_code,
             "first_difference": first and {"module": first.module, "layer": first.layer},
             "first_failure": failure and {"module": failure.module, "layer": failure.layer},
@@ -178,7 +187,9 @@ class Report:
             for result, code in zip(results, codes, strict=True):
                 names = {"classname": _xml_text(module), "name": _xml_text(result.layer or "file")}
                 case = ElementTree.SubElement(suite, "testcase", names)
-                if code != SAME:
+                if code == WARNING:
+                    ElementTree.SubElement(case, "system-out").text = _xml_text(_sentence(result))
+                elif code != SAME:
                     kind = "failure" if code == FAILED else "error"
                     wrong = ElementTree.SubElement(case, kind, message=_xml_text(_sentence(result)))
                     wrong.text = _xml_text("\n".join(_texel_line(texel) for texel in _blamed(result)))
@@ -198,7 +209,7 @@ class Report:
         failure = self.first_failure or self.first_difference
         first = [] if failure is None or _is_missing(failure) else [f"{_place(failure)}: {_sentence(failure)}"]
         more = "".join(f"; {line.strip()}" for line in (*first, *self._missing_lines()))
-        title = f"<b>{_WORDS[self.exit_code]}</b>{html.escape(more)}"
+        title = f"<b>{_WORDS[self.exit_code]}</b>{html.escape(str(self.tolerance) + more)}"
         return f"<p>{title}</p><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
 
 
@@ -224,10 +235,12 @@ def _sentence(result: Result) -> str:
         return f"{result.verdict.title}: {result.detail}"
     m = result.metrics
     words = [result.verdict.title]
-    if result.verdict is Verdict.DIFFERENT:
+    if result.verdict in (Verdict.DIFFERENT, Verdict.WITHIN) and not result.interval:
         words.append(f"{result.outside} of {m.texels} texels, and no interval is known")
     elif result.outside:
         words.append(f"{result.outside} of {m.texels} texels are outside")
+    if result.beyond != result.outside:
+        words.append(f"{result.beyond} by more than is tolerated")
     if m.differing:
         ulp = "" if m.max_ulp is None else f"{m.max_ulp} ulp, "
         words.append(f"{m.differing} differ in bits by up to {ulp}{m.max_error:.3g}")
@@ -260,10 +273,11 @@ def _row(name: str, results: list[Result]) -> list[str]:
     inside = sum(v in (Verdict.INSIDE, Verdict.EQUAL_VALUES) for v in verdicts)
     outside = sum(v in (Verdict.OUTSIDE, Verdict.DIFFERENT) for v in verdicts)
     equal = verdicts.count(Verdict.EQUAL_BITS)
-    counts = [equal, inside, outside, len(verdicts) - equal - inside - outside]
+    tolerated = verdicts.count(Verdict.WITHIN)
+    counts = [equal, inside, tolerated, outside, len(verdicts) - equal - inside - tolerated - outside]
     measured = [r.metrics for r in results if r.metrics is not None]
     if not measured:
-        return [name, *map(str, counts), *([""] * (len(_HEAD) - 5))]
+        return [name, *map(str, counts), *([""] * (len(_HEAD) - len(_COUNTS)))]
     off, ulps = sum(m.differing for m in measured), [m.max_ulp for m in measured if m.max_ulp is not None]
     ulp = str(max(ulps)) if len(ulps) == len(measured) else "-"
     mean, rmse = max(m.mean_error for m in measured), max(m.rmse for m in measured)

@@ -7,10 +7,12 @@ import numpy as np
 
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import Metrics, difference, measure
+from lfssao.verify.compare.tolerance import Tolerance
 from lfssao.verify.diagnosis.diagnose import Diagnosis
 from lfssao.verify.verdict import Flags, Judgement, Planes, Verdict, texels
 
 WORST = 10
+Reason = Callable[[tuple[int, int]], str]
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class Result:
         None where it was not compared.
     outside : int
         Number of texels outside the interval; where none is known, of those that differ.
+    beyond : int
+        Number of those that differ from the reference by more than ``--fail``.
     interval : bool
         Whether one is known; it is not asked for where bits are equal.
     worst : tuple of Texel
@@ -71,13 +75,14 @@ class Result:
     detail: str = ""
     metrics: Metrics | None = None
     outside: int = 0
+    beyond: int = 0
     interval: bool = False
     worst: tuple[Texel, ...] = ()
     diagnosis: Diagnosis | None = None
 
 
 def result_of(
-    module: str, mine: Layer, reference: Layer, judged: Judgement, reason: Callable[[tuple[int, int]], str]
+    module: str, mine: Layer, reference: Layer, judged: Judgement, tolerance: Tolerance, reason: Reason
 ) -> Result:
     """The result of a texture that was judged; ``reason`` says why a texel, (column, row), is what it is."""
     metrics = measure(mine.planes, reference.planes)
@@ -94,7 +99,8 @@ def result_of(
         )
         lower, upper = interval or (None, None)
         worst.append(Texel(i, j, own, right, lower, upper, bool(outside[j, i]), reason((i, j))))
-    return Result(module, reference.name, judged.verdict, "", metrics, int(outside.sum()), known, tuple(worst))
+    verdict, beyond = tolerance.judge(judged, mine.planes, reference.planes)
+    return Result(module, reference.name, verdict, "", metrics, int(outside.sum()), beyond, known, tuple(worst))
 
 
 def _planes(texture: np.ndarray, like: Flags) -> Planes:

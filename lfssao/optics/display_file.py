@@ -45,12 +45,16 @@ def find_display(name: str | Path) -> Display:
     path = Path(name)
     if path.suffix != ".toml":
         return parse_display(display_text(str(name)), f"display {name}")
+    return parse_display(read_text(path), str(path))
+
+
+def read_text(path: Path) -> str:
+    """The text of a file; InputError if it cannot be read."""
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a name that no file can have
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: it cannot be read ({reason})") from error
-    return parse_display(text, str(path))
 
 
 def parse_display(text: str, origin: str) -> Display:
@@ -68,12 +72,7 @@ def parse_display(text: str, origin: str) -> Display:
     InputError
         If it is no TOML, a key is missing or unknown, or a value is wrong.
     """
-    try:
-        root = _Table(tomllib.loads(text), origin, "")
-    except ValueError as error:  # TOMLDecodeError is one; so is Python's on numbers of thousands of digits
-        raise InputError(f"{origin}: it is not a TOML file ({error})") from error
-    except RecursionError as error:
-        raise InputError(f"{origin}: it is not a TOML file (its values are nested too deeply)") from error
+    root = _Table(parse_toml(text, origin), origin, "")
     screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))
     distance = observer.number("distance")
     if not distance > 0:
@@ -97,6 +96,16 @@ def parse_display(text: str, origin: str) -> Display:
     for table in (root, screen, observer, roi, modules):
         table.refuse_rest()
     return display
+
+
+def parse_toml(text: str, origin: str) -> dict[str, Any]:
+    """The values of a TOML file's text; InputError, with ``origin`` as its name, if it is none."""
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:  # TOMLDecodeError is one; so is Python's on numbers of thousands of digits
+        raise InputError(f"{origin}: it is not a TOML file ({error})") from error
+    except RecursionError as error:
+        raise InputError(f"{origin}: it is not a TOML file (its values are nested too deeply)") from error
 
 
 def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: float | None = None) -> float:

@@ -22,6 +22,7 @@ from lfssao.errors import InputError, LfssaoError
 COMMANDS = {
     "render": "textures of every module of a display, or of a camera",
     "plan": "what a render leaves out because its scene does not need it, why, and what that saves",
+    "ao": "ambient occlusion of your own renderer's depth and positions",
     "display": "print a display as a TOML file, or draw it from above",
     "estimators": "list the estimators of occlusion and their parameters",
     "view": "what an eye on the observer line sees of a rendered display",

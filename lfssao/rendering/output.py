@@ -59,15 +59,16 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     for k, texture in enumerate(textures.ao):
         # As text: EXR's numbers are 32 bits wide.
         radius, outside = float(settings.radii[k]), str(textures.outside[k])
-        parts.append(_occlusion_part(f"ao_{k + 1}", texture, {"radius": radius, "outside": outside}))
+        parts.append(occlusion_part(f"ao_{k + 1}", texture, {"radius": radius, "outside": outside}))
     if textures.merged is not None:
-        parts.append(_occlusion_part("merged", textures.merged, {}))
+        parts.append(occlusion_part("merged", textures.merged, {}))
     if textures.blurred is not None:
-        parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
+        parts.append(occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
     return parts
 
 
-def _occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[str, float | str]) -> Part:
+def occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[str, float | str]) -> Part:
+    """A layer of occlusion, (H, W), as a part."""
     return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
 
 

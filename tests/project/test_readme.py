@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import lfssao
+from lfssao.optics.kernels import projection
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -47,3 +48,11 @@ def test_files_that_readme_names_are_there():
     named = set(re.findall(r"`((?:[a-z_]+/)+[a-z_0-9]+\.py)`", README.read_text()))
     assert len(named) > 15
     assert [name for name in named if not any((README.parent / home / name).exists() for home in ("", "lfssao"))] == []
+
+
+def test_the_mappings_lines_are_those_of_the_kernels():
+    """Each formula, up to its comment, stands in the docstring of the projection."""
+    block = re.search(r"^```text\n(.*M \(x, y, z, 1\).*?)^```", README.read_text(), re.MULTILINE | re.DOTALL)
+    formulas = [re.split(r" {4,}", line)[0] for line in block[1].splitlines()]
+    assert len(formulas) == 6
+    assert [formula for formula in formulas if formula not in projection.__doc__] == []

@@ -46,6 +46,7 @@ _HELP = {
     "--no-diagnosis": "do not search for the change of the reference that explains a wrong texture",
     "--json": "write all figures as JSON",
     "--junit": "write JUnit XML: a test suite a module, a test case a layer",
+    "--html": "write a page for any browser: a table of all verdicts, and a viewer of both sides and their difference",
     "--picture": "draw the first module that fails or differs (.png, .svg or .pdf)",
 }
 
@@ -69,7 +70,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
         add(name, type=float, default=0.0, metavar="X")
     add("--no-diagnosis", action="store_true")
     add("--model", default="shader", metavar="NAME")
-    for name in ("--mesh", "--json", "--junit", "--picture"):
+    for name in ("--mesh", "--html", "--json", "--junit", "--picture"):
         add(name, metavar="FILE")
 
 
@@ -88,23 +89,21 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> Report:
-    for name in ("json", "junit", "picture"):
+    for name in ("html", "json", "junit", "picture"):
         target = getattr(options, name)
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
-    mine, reference, tolerance = (
-        Path(options.mine),
-        Path(options.reference),
-        Tolerance(options.fail, options.fail_percent),
-    )
-    chosen = layers, options.exact, options.model, cases, tolerance, options.mesh, not options.no_diagnosis
-    comparison = Comparison(mine, reference, _rules(options.map), *chosen)
+    sources, tolerance = (Path(options.mine), Path(options.reference)), Tolerance(options.fail, options.fail_percent)
+    chosen = layers, options.exact, options.model, cases, tolerance, options.mesh
+    diagnosis, page = not options.no_diagnosis, options.html is not None
+    comparison = Comparison(*sources, _rules(options.map), *chosen, diagnosis=diagnosis, page=page)
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:
             comparison.add(module)
     report = comparison.report()
-    for name, write in (("json", report.write_json), ("junit", report.write_junit), ("picture", report.save_picture)):
+    writers = report.write_html, report.write_json, report.write_junit, report.save_picture
+    for name, write in zip(("html", "json", "junit", "picture"), writers, strict=True):
         if getattr(options, name) is not None:
             write(Path(getattr(options, name)))
     return report

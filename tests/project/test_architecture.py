@@ -36,7 +36,7 @@ FLOORS = {
 # Each third-party package that only one room names.
 ROOMS = {
     "trimesh": "scene", "embreex": "gbuffer", "OpenImageIO": "rendering", "distributed": "rendering",
-    "hypothesis": "verify", "ipywidgets": "viz", "tqdm": "cli",
+    "hypothesis": "verify", "jinja2": "verify", "ipywidgets": "viz", "tqdm": "cli",
 }  # fmt: skip
 OF_NUMBA = {"prange", "config", "get_num_threads", "set_num_threads"}
 COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"}}

@@ -9,14 +9,14 @@ import pytest
 
 RUN = Path(__file__).parents[2] / ".ci" / "run"
 TEST_COMMAND = "<!-- test -->\n```\necho tested ${DEBIAN_FRONTEND:-interactive} CI=$CI\n```\n<!-- end -->\n"
-PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
+PACKAGES = "libegl1 libgl1 libgl1-mesa-dri chromium chromium-driver"
 ASKED = ["update -q", f"install -q -y --no-install-recommends {PACKAGES}"]
 
 
 def installed(*states):
     """A dpkg-query that knows one state of each package, and as the real one fails where it knows fewer."""
     printed = "".join(f"{state} " for state in states)
-    return f'[ "$*" = "-W -f \\${{db:Status-Status}}  {PACKAGES}" ] && printf "{printed}"; exit {len(states) != 3:d}'
+    return f'[ "$*" = "-W -f \\${{db:Status-Status}}  {PACKAGES}" ] && printf "{printed}"; exit {len(states) != 5:d}'
 
 
 def ci(folder, query, apt, user):
@@ -44,9 +44,9 @@ def ci(folder, query, apt, user):
     ("states", "apt", "user", "said", "asked"),
     [
         ([], "exit 0", 0, "noninteractive", ASKED),
-        (["installed"] * 2, "exit 0", 0, "noninteractive", ASKED),
-        (["installed", "installed", "config-files"], "exit 0", 0, "noninteractive", ASKED),
-        (["installed"] * 3, "exit 0", 0, "interactive", []),
+        (["installed"] * 4, "exit 0", 0, "noninteractive", ASKED),
+        ([*["installed"] * 4, "config-files"], "exit 0", 0, "noninteractive", ASKED),
+        (["installed"] * 5, "exit 0", 0, "interactive", []),
         ([], "exit 0", 1000, "interactive", []),  # who may not install does not try
         # Without a network the lists or the packages cannot be had; the tests then say what is missing.
         ([], "exit 100", 0, "noninteractive", ASKED),

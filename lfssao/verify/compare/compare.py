@@ -10,6 +10,7 @@ from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
+from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels
 from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
@@ -36,6 +37,7 @@ def compare(
     model: str = "shader",
     mesh: str | None = None,
     diagnosis: bool = True,
+    page: bool = False,
 ) -> Report:
     """Compare another renderer's textures with a reference.
 
@@ -62,6 +64,8 @@ def compare(
         need none.
     diagnosis : bool
         Whether a search names the change of the reference that explains a wrong texture of a rendered view.
+    page : bool
+        Whether the report keeps textures for ``write_html``.
 
     Returns
     -------
@@ -74,7 +78,7 @@ def compare(
         If there is nothing to compare, or the manifest or an argument is wrong. Faults of single files and layers are
         in the report.
     """
-    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis
+    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)
     for module in comparison.modules:
         comparison.add(module)
@@ -99,6 +103,7 @@ class Comparison:
         tolerance: Tolerance,
         mesh: str | None = None,
         diagnosis: bool = True,
+        page: bool = False,
     ) -> None:
         if exact and tolerance:
             raise InputError("--exact asks for equal bits: it goes without --fail and --fail-percent")
@@ -117,6 +122,7 @@ class Comparison:
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
+        self._textures = Textures(exact) if page else None
         self._named: set[str] = set()
         self._unbounded: str | None = None
         self._without: set[str] = set()  # layers that differ, and whose intervals a missing layer would give
@@ -180,6 +186,8 @@ class Comparison:
                 result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged))
             self._results.append(result)
             panels.offer(found[name], right, judged)
+            if self._textures is not None:
+                self._textures.add(module, found[name], right, judged)
             if judged.verdict is Verdict.DIFFERENT and name in lacking:
                 self._without.add(name)
             if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
@@ -216,6 +224,7 @@ class Comparison:
             results=tuple(self._results),
             notes=tuple(notes),
             panels=self._panels,
+            textures=self._textures,
         )
 
 

@@ -13,7 +13,7 @@ from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import difference, span
 from lfssao.verify.verdict import FAILED, Judgement, Verdict, texels
 
-_WIDTH = 480  # pixels of each panel, at most
+WIDTH = 480  # pixels of each panel, at most
 _MOST_ROWS = 12
 _FORMATS = (".png", ".svg", ".pdf")
 _COLORS = ("#e6e6e6", "#5b8def", "#d62728")
@@ -39,21 +39,21 @@ class Panels:
         self.rank = max(self.rank, rank)
         differing, outside = texels(judged.differing), texels(judged.outside)
         height, width = differing.shape
-        step = max(1, -(-max(height, width) // _WIDTH))
+        step = max(1, -(-max(height, width) // WIDTH))
         ends = span(reference.texture)
         self.rows.append(
             {
                 "title": f"{reference.name}: {verdict.title}",
-                "reference": _colors(reference, *ends)[::step, ::step],
-                "mine": _colors(mine, *ends)[::step, ::step],
-                "difference": _largest(difference(mine.planes, reference.planes), step),
-                "verdict": _largest(differing.astype(np.uint8) + outside, step),
+                "reference": colors_of(reference, *ends)[::step, ::step],
+                "mine": colors_of(mine, *ends)[::step, ::step],
+                "difference": largest(difference(mine.planes, reference.planes), step),
+                "verdict": largest(differing.astype(np.uint8) + outside, step),
             }
         )
 
 
-def _colors(layer: Layer, low: float, high: float) -> NDArray[np.uint8]:
-    """(H, W, 3) codes: linear colours in sRGB, other three channels as they are, else the first as grey.
+def colors_of(layer: Layer, low: float, high: float) -> NDArray[np.uint8]:
+    """Codes (H, W, 3) of a layer: linear colours in sRGB, other three channels as they are, else the first as grey.
 
     No surface, infinite depth, is white.
     """
@@ -66,7 +66,7 @@ def _colors(layer: Layer, low: float, high: float) -> NDArray[np.uint8]:
     return (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
 
 
-def _largest(array: NDArray[Any], step: int) -> NDArray[Any]:
+def largest(array: NDArray[Any], step: int) -> NDArray[Any]:
     """The largest value of each block of step x step texels: one wrong texel stays visible."""
     height, width = array.shape
     padded = np.pad(array, ((0, -height % step), (0, -width % step)), mode="edge")

@@ -12,7 +12,9 @@ from typing import Any
 from xml.etree import ElementTree
 
 from lfssao.core.files import write_text
+from lfssao.errors import InputError
 from lfssao.verify.compare.layers import stage_order
+from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels, save_panels
 from lfssao.verify.compare.result import Result, Texel
 from lfssao.verify.compare.tolerance import Tolerance
@@ -51,6 +53,8 @@ class Report:
         Warnings, such as of the other renderer's textures that were not compared.
     panels : Panels or None
         The panels of the difference picture.
+    textures : Textures or None
+        The textures of the page; None where it was not asked for.
     """
 
     mine: str
@@ -64,6 +68,7 @@ class Report:
     results: tuple[Result, ...]
     notes: tuple[str, ...] = ()
     panels: Panels | None = None
+    textures: Textures | None = None
 
     @property
     def exit_code(self) -> int:
@@ -201,6 +206,15 @@ class Report:
         InputError if nothing was compared or the file cannot be written.
         """
         save_panels(self.panels, path)
+
+    def write_html(self, path: Path) -> None:
+        """Write one HTML file with a viewer of all textures; InputError if none were kept or it cannot be written."""
+        from lfssao.verify.compare.page.page import page_text  # late: only a page needs its templates
+
+        if self.textures is None:
+            raise InputError(f"{path}: the comparison was made without page=True, it kept no textures")
+        outcome = f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
+        write_text(path, page_text(self, self.textures, outcome, [_sentence(result) for result in self.results]))
 
     def _repr_html_(self) -> str:
         head, *rows = ([html.escape(cell) for cell in row] for row in self.summary())

@@ -1,0 +1,73 @@
+"""The page of a report: one HTML file with its pictures, styles and script, which asks no network for anything."""
+
+from base64 import b64encode
+from collections.abc import Sequence
+from hashlib import sha256
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+import numpy as np
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from lfssao.verify.compare.layers import stage_order
+from lfssao.verify.compare.page.textures import RAMPS, Textures, code_png
+from lfssao.verify.compare.result import Result
+from lfssao.verify.verdict import SAME, Verdict
+
+if TYPE_CHECKING:
+    from lfssao.verify.compare.report import Report
+
+_SIGNS = {"equal": "=", "inside": "\N{ALMOST EQUAL TO}", "wrong": "\N{MULTIPLICATION X}"}
+
+
+def page_text(report: "Report", textures: Textures, outcome: str, sentences: Sequence[str]) -> str:
+    """The whole file; ``sentences`` say each of the report's results in words."""
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    template, style, script = (_source(f"page.{ending}") for ending in ("html.j2", "css", "js"))
+    results = [_shown(r, report.code(r), s, textures) for r, s in zip(report.results, sentences, strict=True)]
+    cells: dict[str, dict[str, Any]] = {}
+    for shown in results:
+        cells.setdefault(shown["result"].module, {})[shown["result"].layer] = shown
+    first = report.first_failure or report.first_difference or next(iter(report.results), None)
+    text = environment.from_string(template).render(
+        report=report,
+        outcome=outcome,
+        style=style,
+        script=script,
+        policy=f"default-src 'none'; img-src data:; style-src {_hash(style)}; script-src {_hash(script)}",
+        layers=sorted({result.layer for result in report.results}, key=stage_order),
+        cells=cells,
+        results=results,
+        first=next((shown for shown in results if shown["result"] is first), None),
+        ramps={words: code_png(np.array([codes], np.uint8)) for words, codes in RAMPS.items()},
+        small=len(textures.small),
+        left_out=len(textures.left_out),
+    )
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")  # names of files may hold half a character
+
+
+def _shown(result: Result, code: int, sentence: str, textures: Textures) -> dict[str, Any]:
+    """A result as the template shows it."""
+    equal = result.verdict in (Verdict.EQUAL_BITS, Verdict.EQUAL_VALUES)
+    kind = "wrong" if code != SAME else "equal" if equal else "inside"
+    return {
+        "result": result,
+        "kind": kind,
+        "sign": _SIGNS[kind],
+        "words": result.verdict.title.partition(" the ")[0],
+        "sentence": sentence,
+        "link": "/".join(quote(name, safe="", errors="backslashreplace") for name in (result.module, result.layer)),
+        "textures": textures.kept.get((result.module, result.layer)),
+    }
+
+
+def _source(name: str) -> Markup:
+    """A file of this package as it stands."""
+    return Markup((files(__package__) / name).read_text("utf-8"))
+
+
+def _hash(source: str) -> str:
+    """What lets a browser run a script or use a style by its Content-Security-Policy, and no other."""
+    return f"'sha256-{b64encode(sha256(source.encode()).digest()).decode()}'"

@@ -1,0 +1,159 @@
+"""Textures of a page, small: previews of what conforms, full texels of what is wrong, as far as there is room."""
+
+import zlib
+from base64 import b64encode
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.pictures import image_png
+from lfssao.verify.compare.layers import Layer
+from lfssao.verify.compare.metrics import difference, span
+from lfssao.verify.compare.picture import WIDTH, colors_of, largest
+from lfssao.verify.verdict import Flags, Judgement, Verdict, texels
+
+# Bytes of a page: of full texels, and of everything, so that it opens in a moment and goes through mail.
+FULL, ALL = 10_000_000, 18_000_000
+
+# Codes of a difference: 0 equal bits, then magnitudes inside and outside the interval, then NaN or infinity.
+_STEPS = 120
+_NOT_FINITE = 1 + 2 * _STEPS
+_EQUAL, _INSIDE, _OUTSIDE, _MISMATCH = "#22262b", ("#2b4c7e", "#a6d0ff"), ("#b3261e", "#ffe08a"), "#ff00ff"
+RAMPS = {
+    "equal bits": [0],
+    "differs, inside": list(range(1, 1 + _STEPS)),
+    "outside": list(range(1 + _STEPS, _NOT_FINITE)),
+    "NaN or infinity on one side": [_NOT_FINITE],
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Codes:
+    """Codes of a difference, and the ends of their logarithmic scale."""
+
+    codes: NDArray[np.uint8]
+    low: float
+    high: float
+
+
+class Textures:
+    """Both sides and the difference of each texture of a comparison, as a page's script reads them."""
+
+    def __init__(self, exact: bool) -> None:
+        self._exact = exact
+        self._full = self._all = 0  # bytes
+        self.kept: dict[tuple[str, str], dict[str, Any]] = {}
+        self.small: list[tuple[str, str]] = []  # wrong, but there was no room for full texels
+        self.left_out: list[tuple[str, str]] = []  # no room for a preview
+
+    def add(self, module: str, mine: Layer, reference: Layer, judged: Judgement) -> None:
+        """Keep a texture that was judged: full if it is wrong and there is room, else a preview, else nothing."""
+        place = module, reference.name
+        differing, outside = texels(judged.differing), texels(judged.outside)
+        codes = _codes(difference(mine.planes, reference.planes), differing, outside)
+        wrong = bool(outside.any() or (self._exact and differing.any()))
+        if wrong and self._full < FULL:
+            made = _pictures(mine, reference, codes, 1)
+            made |= _numbers(mine, reference, judged, differing.astype(np.uint8) + outside)
+            if self._keep(place, made, self._full, FULL):
+                self._full += _size(made)
+                return
+        step = max(1, -(-max(differing.shape) // WIDTH))
+        if not self._keep(place, _pictures(mine, reference, codes, step), self._all, ALL):
+            self.left_out.append(place)
+        elif wrong:
+            self.small.append(place)
+
+    def _keep(self, place: tuple[str, str], made: dict[str, Any], used: int, most: int) -> bool:
+        size = _size(made)
+        if used + size > most or self._all + size > ALL:
+            return False
+        self._all += size
+        self.kept[place] = made
+        return True
+
+
+def _size(made: dict[str, Any]) -> int:
+    return sum(len(value) for value in made.values() if isinstance(value, str))
+
+
+def _codes(error: NDArray[np.float64], differing: Flags, outside: Flags) -> _Codes:
+    """Codes of a difference: its logarithm over at most ten decades."""
+    finite = error[(error > 0) & np.isfinite(error)]
+    high = float(finite.max(initial=0)) or 1.0
+    low = min(max(float(finite.min(initial=high)), 1e-10 * high), 0.9 * high)
+    held = np.clip(error, low, high)
+    share = np.log(held / low) / (np.log(high / low) or 1.0)
+    codes = 1 + np.rint(share * (_STEPS - 1)) + _STEPS * outside
+    codes = np.where(np.isfinite(error), np.where(differing | outside, codes, 0), _NOT_FINITE)
+    return _Codes(codes.astype(np.uint8), low, high)
+
+
+def _pictures(mine: Layer, reference: Layer, codes: _Codes, step: int) -> dict[str, Any]:
+    """PNG files of both sides and of the difference; no mine where it looks as the reference does."""
+    ends = span(reference.texture)
+    sides = reference, replace(mine, channels=reference.channels)  # colours are colours by the reference's names
+    right, own = (colors_of(layer, *ends)[::step, ::step] for layer in sides)
+    height, width = codes.codes.shape
+    overview = max(1, -(-max(height, width) // WIDTH))
+    return {
+        "width": width,
+        "height": height,
+        "step": step,
+        "overview_step": overview,
+        "low": codes.low,
+        "high": codes.high,
+        "reference": _png(right),
+        "mine": None if np.array_equal(right, own) else _png(own),
+        "difference": code_png(largest(codes.codes, step)),
+        "overview": code_png(largest(codes.codes, overview)) if overview > step else None,
+    }
+
+
+def _numbers(mine: Layer, reference: Layer, judged: Judgement, verdicts: NDArray[np.uint8]) -> dict[str, Any]:
+    """The exact values: reference, mine, lower, upper (H, W, C), and of each texel whether it differs and is outside.
+
+    Sides are the reference's bits, then what the others' differ by, byte by byte: what is equal takes no room.
+    """
+    sides = [np.stack(layer.planes, axis=-1) for layer in (reference, mine)]
+    if judged.bounds is not None:
+        sides += [ends.reshape(sides[0].shape) for ends in (judged.bounds.lower, judged.bounds.upper)]
+    kind = np.result_type(sides[0].dtype, np.float32)  # float32, or float64 where that cannot hold the values
+    bits = np.stack(sides).astype(kind).view(f"u{kind.itemsize}")
+    bits[1:] ^= bits[0]
+    known = judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE)
+    right, wrong = ("inside the interval", "outside the interval") if known else ("equal values", "different")
+    return {
+        "channels": len(mine.planes),
+        "bytes": kind.itemsize,
+        "sides": len(sides),
+        "words": ["equal bits", right, wrong],
+        "values": _packed(bits.reshape(-1, 1).view(np.uint8).T),
+        "verdicts": _packed(verdicts),
+    }
+
+
+def _packed(array: NDArray[np.uint8]) -> str:
+    return b64encode(zlib.compress(array.tobytes())).decode()
+
+
+def _png(picture: NDArray[np.uint8]) -> str:
+    """A PNG file of codes (H, W, 3); grey where all three channels are equal."""
+    from PIL import Image  # late: only pictures need it
+
+    grey = (picture == picture[..., :1]).all()
+    return b64encode(image_png(Image.fromarray(picture[..., 0] if grey else picture))).decode()
+
+
+def code_png(codes: NDArray[np.uint8]) -> str:
+    """A PNG file of a difference's codes (H, W), with their colours as its palette."""
+    from PIL import Image, ImageColor
+
+    image = Image.fromarray(codes)
+    equal, mismatch = (np.array([ImageColor.getrgb(color)]) for color in (_EQUAL, _MISMATCH))
+    ends = [[np.array(ImageColor.getrgb(color)) for color in ramp] for ramp in (_INSIDE, _OUTSIDE)]
+    palette = np.concatenate([equal, *(np.linspace(first, last, _STEPS) for first, last in ends), mismatch])
+    image.putpalette(np.rint(palette).astype(np.uint8).tobytes())
+    return b64encode(image_png(image)).decode()

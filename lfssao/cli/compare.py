@@ -94,10 +94,19 @@ def _report(options: argparse.Namespace) -> Report:
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
-    sources, tolerance = (Path(options.mine), Path(options.reference)), Tolerance(options.fail, options.fail_percent)
-    chosen = layers, options.exact, options.model, cases, tolerance, options.mesh
-    diagnosis, page = not options.no_diagnosis, options.html is not None
-    comparison = Comparison(*sources, _rules(options.map), *chosen, diagnosis=diagnosis, page=page)
+    comparison = Comparison(
+        Path(options.mine),
+        Path(options.reference),
+        _rules(options.map),
+        layers,
+        options.exact,
+        options.model,
+        cases,
+        Tolerance(options.fail, options.fail_percent),
+        options.mesh,
+        diagnosis=not options.no_diagnosis,
+        page=options.html is not None,
+    )
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:
             comparison.add(module)

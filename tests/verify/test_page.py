@@ -95,7 +95,7 @@ def readout(browser):
 
 
 def hover(browser, canvas, column, row, size=SIZE):
-    """What is read of a texel of a texture that is seen whole, with the pointer on it."""
+    """The readout of a texel of a texture that is seen whole, with the pointer on it."""
     x, y = ((at + 0.5) / n - 0.5 for at, n in zip((column, row), size, strict=True))
     where = round(x * canvas.size["width"]), round(y * canvas.size["height"])
     ActionChains(browser, duration=0).move_to_element_with_offset(canvas, *where).perform()

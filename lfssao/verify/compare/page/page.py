@@ -69,5 +69,5 @@ def _source(name: str) -> Markup:
 
 
 def _hash(source: str) -> str:
-    """What lets a browser run a script or use a style by its Content-Security-Policy, and no other."""
+    """The source that lets a browser run a script or use a style by its Content-Security-Policy, and no other."""
     return f"'sha256-{b64encode(sha256(source.encode()).digest()).decode()}'"

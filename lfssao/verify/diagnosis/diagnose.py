@@ -16,8 +16,8 @@ from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
 from lfssao.verify.diagnosis.search import Candidate, Change, Problem, Search, excess, fits
 from lfssao.verify.verdict import Judgement, texels
 
-_SEARCHED = 600  # texels that are wrong, and as many that are right
-_SEARCHED_IN_ALL = 60_000  # times samples or taps
+_SEARCHED = 1200  # texels that are wrong, and as many that are right
+_SEARCHED_IN_ALL = 120_000  # times samples or taps
 _MOST = 2_000_000  # samples or taps that the share is counted over
 _FEWEST = 2_000  # texels
 Places = NDArray[np.int64]
@@ -225,9 +225,11 @@ class _View:
         if not isinstance(bounds, Bounds):
             return None
         lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
+        bend = surface.bend(lower)
 
         def make(i: Places, j: Places) -> surface.Image:
-            return surface.Image(mine=self._taken(self.mine, i, j), columns=i, rows=j, lower=lower, upper=upper)
+            own = self._taken(self.mine, i, j)
+            return surface.Image(mine=own, columns=i, rows=j, lower=lower, upper=upper, bend=bend)
 
         return make, changes, 16
 
@@ -258,13 +260,15 @@ class _View:
             return None
         radius = parameters["radii"][int(self.name.removeprefix("ao_")) - 1]
         samples = np.asarray(self.inputs["samples" if estimator == "lf" else "points"], np.float64)
-        remap = bool(options.get("remap"))
         surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
 
         def make(i: Places, j: Places) -> Occlusion:
             x, y = i + guard, j + guard
+            corners = None
             if positions is None or by_matrix:
-                points, errors = _unprojected(np.array(back), x, y, self._taken(depth, x, y), self.model)
+                z = self._taken(depth, x, y)
+                points, errors = _unprojected(np.array(back), x + 0.5, y + 0.5, z, self.model)
+                corners, _ = _unprojected(np.array(back), x, y, z, self.model)
             else:
                 points, errors = self._taken(positions, x, y), np.zeros((len(x), 3))
             return Occlusion(
@@ -277,9 +281,10 @@ class _View:
                 radius=radius,
                 model=self.model,
                 normals=self._taken(self.inputs["normals"], x, y) if half else None,
+                corners=corners,
                 face_normals=_face_normals(positions, x, y) if half and positions is not None else None,
                 positions=positions if options.get("range_check") else None,
-                value=(lambda f: 2 * np.maximum(f - 0.5, 0)) if remap else np.asarray,
+                remap=bool(options.get("remap")),
             )
 
         def changes(problem: Occlusion) -> list[Change]:
@@ -345,10 +350,10 @@ def _face_normals(positions: NDArray[Any], columns: Places, rows: Places) -> Flo
 
 
 def _unprojected(
-    back: FloatArray, columns: Places, rows: Places, depth: FloatArray, model: ErrorModel
+    back: FloatArray, u: NDArray[Any], v: NDArray[Any], depth: FloatArray, model: ErrorModel
 ) -> tuple[FloatArray, FloatArray]:
-    """World coordinates of texels' centres by line 3 of Algorithm 1, and how far each is off."""
-    at = np.stack([columns + 0.5, rows + 0.5, depth, np.ones(len(depth))], axis=-1)
+    """World coordinates of image points by line 3 of Algorithm 1, and how far each is off."""
+    at = np.stack([u, v, depth, np.ones(len(depth))], axis=-1)
     rounded = back.astype(np.float32).astype(np.float64)
     homogeneous, sizes = at @ rounded.T, np.abs(at) @ np.abs(rounded).T
     off, w = 5 * model.operation * sizes, homogeneous[:, 3:]

@@ -7,7 +7,6 @@ sure, may be, or is clear. Changes of the look-up leave the image points as they
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import product
 from math import cos, radians, sin
 from typing import Any, ClassVar, NamedTuple
 
@@ -19,14 +18,14 @@ from lfssao.samples import make_samples
 from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.borders import INSIDE, hold
+from lfssao.verify.diagnosis.borders import INSIDE, Places, hold
 from lfssao.verify.diagnosis.post import VALUES
 from lfssao.verify.diagnosis.search import SHARES, Change, Flags, FloatArray, Problem, fixed, plain, scaled, shifts
 
 _MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
 
 # Fields on which the image points of the samples, and the decisions about them, do not depend.
-_LATE = frozenset({"counts", "divisor", "value"})
+_LATE = frozenset({"counts", "divisor", "remap", "value"})
 _LOOK_UP = _LATE | {"image", "border", "relation", "depth"}
 
 
@@ -55,12 +54,14 @@ class Occlusion(Problem):
     model: ErrorModel
     normals: FloatArray | None = None  # (K, 3), of the half ball
     face_normals: FloatArray | None = None  # (K, 3), made from positions
+    corners: FloatArray | None = None  # (K, 3), points of Algorithm 1 that texels' corners make
     positions: NDArray[Any] | None = None  # (H, W, 3), of the range check
     image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
     border: str = "open"  # a rule of ``INSIDE``, or what beyond the border is: open or occluded
     relation: str = "<"  # of the surface's depth and the sample's
     counts: FloatArray | None = None  # (n,), how often each sample counts; once by default
     divisor: float | None = None  # n by default
+    remap: bool = False  # to 2 max(0, ao - 1/2)
 
     kept: ClassVar = {"landed": _LOOK_UP, "decided": _LATE}
 
@@ -81,40 +82,41 @@ class Occlusion(Problem):
         """Whether each sample is for sure and may be occluded, (K, n) of 0 and 1."""
         at = self.landed
         (a, b, c), (d, e, f), _ = self.image
-        u, v = a * at.u + b * at.v + c, d * at.u + e * at.v + f
+        u, v = (np.nan_to_num(np.clip(x, -1e6, 1e6)) for x in (a * at.u + b * at.v + c, d * at.u + e * at.v + f))
         error = np.where(at.may & np.isfinite(at.error), at.error, 0.0)
-        must, may = at.must.copy(), np.zeros_like(at.may)
-        for du, dv in product((-1.0, 1.0), repeat=2):
-            column, row = np.floor(u + du * error), np.floor(v + dv * error)
-            surely, maybe = self._compared(column, row, at)
-            must, may = must & surely, may | maybe
-        return (must & at.may).astype(np.float64), (may & at.may).astype(np.float64)
+        ends = [np.floor(x).astype(np.int64) for x in (u - error, u + error, v - error, v + error)]
+        texel, sample = np.indices(u.shape, sparse=True)
+        surely, maybe = self._compared(ends[0], ends[2], texel, sample)
+        near_edge = (ends[0] != ends[1]) | (ends[2] != ends[3])  # few; all else reads one texel
+        k, s = np.nonzero(near_edge)
+        for column, row in ((1, 2), (0, 3), (1, 3)):
+            here, there = self._compared(ends[column][k, s], ends[row][k, s], k, s)
+            surely[k, s] &= here
+            maybe[k, s] |= there
+        return (surely & at.must & at.may).astype(np.float64), (maybe & at.may).astype(np.float64)
 
-    def _compared(self, column: FloatArray, row: FloatArray, at: Landed) -> tuple[Flags, Flags]:
-        """Whether samples that read these texels are occluded for sure, and whether they may be."""
+    def _compared(self, column: Places, row: Places, texel: Places, sample: Places) -> tuple[Flags, Flags]:
+        """Whether samples of texels that read such a column and row are occluded for sure, and whether they may be."""
         height, width = self.depth.shape
         inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        i, j = (np.nan_to_num(np.clip(x, -1e6, 1e6)).astype(np.int64) for x in (column, row))
-        surface = self.depth[hold(j, height, self.border), hold(i, width, self.border)].astype(np.float64)
+        surface = self.depth[hold(row, height, self.border), hold(column, width, self.border)].astype(np.float64)
         if self.border not in INSIDE:
             surface = np.where(inside, surface, -np.inf if self.border == "occluded" else np.inf)
+        z, error = self.landed.z[texel, sample], self.landed.error_z[texel, sample]
+        low, high, near = z - error, z + error, self._in_reach(column, row, texel) | ~inside
         if self.relation == ">":
-            return surface > at.z + at.error_z, surface > at.z - at.error_z
-        low, high = at.z - at.error_z, at.z + at.error_z
-        if self.relation == "<=":
-            return (surface < low) | (surface == at.z.astype(np.float32)), surface <= high
-        near = self._in_reach(i, j, inside)
-        return (surface < low) & near, (surface < high) & near
+            return (surface > high) & inside & near, (surface > low) & inside & near
+        ties = (surface == z.astype(np.float32)) & (self.relation == "<=")
+        return ((surface < low) | ties) & near, ((surface < high) | ties) & near
 
-    def _in_reach(self, i: NDArray[np.int64], j: NDArray[np.int64], inside: Flags) -> Any:
+    def _in_reach(self, column: Places, row: Places, texel: Places) -> Any:
         """Whether the surfaces there are within R of the texel's, if there is a range check."""
         if self.positions is None:
             return True
         height, width = self.depth.shape
-        there = self.positions[np.clip(j, 0, height - 1), np.clip(i, 0, width - 1)].astype(np.float64)
+        there = self.positions[hold(row, height, "clamp"), hold(column, width, "clamp")].astype(np.float64)
         with np.errstate(invalid="ignore"):  # no surface
-            square = ((there - self.points[:, None]) ** 2).sum(axis=-1)
-        return ~inside | (square <= self.radius * self.radius)
+            return ((there - self.points[texel]) ** 2).sum(axis=-1) <= self.radius * self.radius
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Fewest and most occluded samples over their number, rounded as renderers may."""
@@ -122,7 +124,8 @@ class Occlusion(Problem):
         counts, divisor = np.ones(n) if self.counts is None else self.counts, self.divisor or n
         room = self.model.quotient + n * self.model.operation
         fewest, most = (decided @ counts / divisor for decided in self.decided)
-        return fewest * (1 - room), most * (1 + room)
+        low, high = fewest * (1 - room), most * (1 + room)
+        return (2 * np.maximum(low - 0.5, 0), 2 * np.maximum(high - 0.5, 0)) if self.remap else (low, high)
 
 
 def occlusion_changes(
@@ -131,6 +134,10 @@ def occlusion_changes(
     """All changes that are tried, those without values first; ``others`` are the other modules' mappings."""
     n = len(problem.samples)
     made = [*VALUES, *_of_look_ups(problem)]
+    if problem.remap:
+        made.append(fixed("flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)", remap=False))
+    else:
+        made.append(fixed("2 max(0, ao - 1/2) in place of ao", remap=True))
     for divisor in [d for d in range(1, 3 * n) if d != n][:_MOST_SAMPLES]:
         made.append(fixed(f"count divided by {divisor} in place of {n}", divisor=divisor))
     if n <= _MOST_SAMPLES:
@@ -139,6 +146,10 @@ def occlusion_changes(
     if cast_from_world is not None:
         linear, shift = cast_from_world[:, :3].T, cast_from_world[:, 3]
         made.append(plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)))
+    if problem.corners is not None:
+        made.append(plain("texel corners in place of centres", lambda p: p.changed(points=p.corners)))
+    if problem.positions is not None:
+        made.append(fixed("no range check", positions=None))
     if problem.normals is not None:
         made += [
             fixed("samples not turned to the normal's side", normals=None),

@@ -112,7 +112,7 @@ def blur_changes(problem: Blur) -> list[Change]:
         fixed(f"{outside} zero", border="zero"),
         fixed(f"{outside} left out, weights normalised anew", border="left out"),
         *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE[1:]),
-        *(fixed(cut.format(reach), reach=reach) for reach in (1.0, 1.5, 2.0, 2.5, 4.0, 5.0)),
+        *(fixed(cut.format(reach), reach=reach) for reach in (2.0, 4.0, 1.0, 1.5, 2.5, 5.0)),
         fixed("weights not normalised, Gaussian density", total=float(np.sqrt(2 * np.pi) * problem.sigma)),
         fixed("weights not normalised, 1 in the middle", total=1.0),
         scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS),
@@ -150,7 +150,8 @@ def encode(linear: FloatArray) -> FloatArray:
 
 def decode(coded: FloatArray) -> FloatArray:
     """Linear light of sRGB values, 0 to 1."""
-    return np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
+    held = np.clip(coded, 0, 1)
+    return np.where(held <= 0.04045, held / 12.92, ((held + 0.055) / 1.055) ** 2.4)
 
 
 def shade_changes(problem: Shade) -> list[Change]:

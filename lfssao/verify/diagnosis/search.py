@@ -21,8 +21,10 @@ Function = Callable[[FloatArray], FloatArray]
 
 # A change fits if it leaves at most this share of the wrong texels wrong.
 _LEFT = 0.05
+# Changes whose shares differ by less of the wrong texels are as good as each other.
+_NEARLY = 0.005
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
-_SECTIONS = 22  # each narrows the bracket to 0.62 of it
+_SECTIONS = 34  # each narrows the bracket to 0.62 of it: to the rounding of float32
 _REFINED = 6  # changes, the best on the grid
 
 # Values to try first. None is a round number: a renderer's own value is found by refinement.
@@ -158,7 +160,7 @@ def _outside(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore"):  # infinity less infinity
         off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
     off = np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(off), np.inf, off)
-    return off if off.ndim == 1 else np.asarray(off.max(axis=1))
+    return off if off.ndim == 1 else np.asarray(off.sum(axis=1))
 
 
 def fits(share: float, without: float) -> bool:
@@ -183,7 +185,7 @@ class Search:
         changed = best.change.apply(self.problem, best.values)
         others = [change for change in changes if change.kind != best.change.kind]
         pairs = [_pair(best, other) for other in self._tried(changed, others, best.share)[:1]]
-        return sorted([*found, *pairs], key=_rank)
+        return _ranked([*found, *pairs], without)
 
     def _share(self, problem: Problem) -> float:
         return float(self.weights @ (excess(problem) <= 0))
@@ -196,7 +198,7 @@ class Search:
         trials.sort(key=lambda trial: trial.cost)
         found = [self._refined(problem, trial, scale) for trial in trials[:_REFINED]] + trials[_REFINED:]
         order = {change.kind: number for number, change in enumerate(changes)}
-        return sorted(found, key=lambda each: (*_rank(each), order[each.change.kind]))
+        return _ranked(sorted(found, key=lambda each: order[each.change.kind]), without)
 
     def _on_grid(self, problem: Problem, change: Change, scale: float) -> Found:
         """The change with the best values of its grid."""
@@ -238,16 +240,18 @@ class Search:
         changed = change.apply(problem, values)
         low, high = changed.interval()
         off = _outside(changed.mine, low, high)
-        middle = 0.5 * (low + high)
+        with np.errstate(invalid="ignore"):  # all is right from minus infinity to infinity
+            middle = 0.5 * (low + high)
         from_middle = _outside(changed.mine, middle, middle)
         far = [np.divide(d, d + scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, from_middle)]
         cost = float(self.weights @ far[0]) + 1e-4 * float(self.weights @ far[1])
         return Found(change, values, float(self.weights @ (off <= 0)), cost)
 
 
-def _rank(found: Found) -> tuple[float, int]:
-    """Larger shares first, to a hundredth of a percent; then those with fewer values."""
-    return -round(found.share, 4), len(found.values)
+def _ranked(found: Sequence[Found], without: float) -> list[Found]:
+    """The largest shares first, but before all those nearly as large as the largest, with the fewest values first."""
+    enough = max(each.share for each in found) - _NEARLY * (1.0 - without)
+    return sorted(found, key=lambda each: (each.share < enough, len(each.values) * (each.share >= enough), -each.share))
 
 
 def _pair(first: Found, second: Found) -> Found:

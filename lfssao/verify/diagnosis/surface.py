@@ -29,24 +29,36 @@ class Image(Problem):
     rows: Places
     lower: FloatArray  # (H, W) or (H, W, C)
     upper: FloatArray
+    bend: FloatArray  # by which a value between texels may be off theirs
     shift: tuple[float, float] = (0.0, 0.0)
 
+    @np.errstate(invalid="ignore")  # infinity times 0, infinity less infinity
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """The reference's interval, between four texels by their distances."""
-        return self._read(self.lower), self._read(self.upper)
-
-    def _read(self, texture: FloatArray) -> FloatArray:
-        height, width = texture.shape[:2]
+        """The reference's interval, between four texels by their distances, and wider where they bend."""
+        height, width = self.lower.shape[:2]
         u, v = self.columns + self.shift[0], self.rows + self.shift[1]
         i, j = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
-        total: Any = 0.0
+        low: Any = np.zeros(self.mine.shape)
+        high, room = low, low
         for b, a in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            near = hold(j + b, height, "clamp"), hold(i + a, width, "clamp")
             weight = np.abs((1 - a) - (u - i)) * np.abs((1 - b) - (v - j))
-            near = texture[hold(j + b, height, "clamp"), hold(i + a, width, "clamp")]
-            weight = weight.reshape(-1, *[1] * (near.ndim - 1))
-            with np.errstate(invalid="ignore"):  # infinity times 0
-                total = total + np.where(weight > 0, weight * near, 0.0)
-        return np.asarray(total)
+            weight = weight.reshape(-1, *[1] * (low.ndim - 1))
+            low = low + np.where(weight > 0, weight * self.lower[near], 0.0)
+            high = high + np.where(weight > 0, weight * self.upper[near], 0.0)
+            room = np.fmax(room, np.minimum(8 * weight * (1 - weight), 1) * self.bend[near])
+        return np.where(np.isinf(room), -np.inf, low - room), np.where(np.isinf(room), np.inf, high + room)
+
+
+def bend(texture: FloatArray) -> FloatArray:
+    """Second differences of a texture along its rows and columns: how far between texels it is off a plane."""
+    total: Any = 0.0
+    for axis in (0, 1):
+        ends = [(1, 1) if k == axis else (0, 0) for k in range(texture.ndim)]
+        with np.errstate(invalid="ignore"):  # infinity less infinity
+            second = np.abs(np.diff(np.pad(texture, ends, mode="edge"), n=2, axis=axis))
+        total = total + np.where(np.isnan(second), np.inf, second)
+    return np.asarray(total)
 
 
 def _image_changes(problem: Image) -> list[Change]:

@@ -1,0 +1,274 @@
+"""The diagnosis of ``compare``: bugs planted in another renderer, with values drawn, are called by their names."""
+
+import functools
+import json
+import zlib
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from compare_folders import changed
+from planted_bugs import Renderer, moved, turned
+
+import lfssao
+from lfssao.cli.main import main
+from lfssao.rendering.exr import read_exr
+from lfssao.verify.bounds.depth import displaced
+from lfssao.verify.diagnosis import diagnose
+from lfssao.verify.verdict import Verdict
+
+SIZE = "--resolution", "128x96"
+JOBS = {
+    "display": ("--display", "sample-a", "--modules", "8:11", *SIZE, "--blur", "1.3", "--radii", "3%,5%,8%"),
+    "camera": ("--camera", *SIZE, "--radii", "3%,4%"),
+    "curved": ("--display", "convex", "--modules", "20:21", *SIZE, "--radii", "3%,4%"),
+    "hemisphere": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--estimator", "hemisphere"),
+    "point": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--estimator", "point"),
+    "remapped": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--estimator", "point",
+                 "--parameter", "remap=true", "--parameter", "range_check=true"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Bug:
+    """What is planted in a layer of a job: the texture made with values, which are drawn from ranges."""
+
+    job: str
+    layer: str
+    kind: str  # the diagnosis, with the values in braces where its name has them
+    make: object
+    ranges: tuple = ()
+
+    def draw(self, number):
+        rng = np.random.default_rng([zlib.crc32(self.kind.encode()), number])
+        return [rng.integers(*ends) if isinstance(ends[0], int) else rng.uniform(*ends) for ends in self.ranges]
+
+
+WIDTH, HEIGHT = 128, 96
+FLIP_U, FLIP_V = np.array([[-1, 0, WIDTH], [0, 1, 0]]), np.array([[1, 0, 0], [0, -1, HEIGHT]])
+SHIFT, NEAR = ((-1.7, 1.7),), ((0.6, 1.6),)
+
+
+def but(n, k, other):
+    """How often each sample counts."""
+    return np.where(np.arange(n) == k, other, 1)
+
+
+def on_sphere(samples):
+    return samples / np.linalg.norm(samples, axis=1)[:, None]
+
+
+def mirrored(samples, axis):
+    return samples * np.where(np.arange(3) == axis, -1, 1)
+
+
+def ao(kind, make, *ranges, job="display"):
+    return Bug(job, "ao_1" if job in ("hemisphere", "point", "remapped") else "ao_2", kind, make, ranges)
+
+
+AO = [
+    *(ao("radius", lambda r, x: r.ao(radius=x), *NEAR, job=job) for job in ("display", "camera", "curved")),
+    *(ao("shift of u", lambda r, x: r.ao(image=moved(x)), *SHIFT, job=job) for job in ("display", "camera", "curved")),
+    ao("shift of v", lambda r, x: r.ao(image=moved(0, x)), *SHIFT),
+    ao("shift of u and v", lambda r, x, y: r.ao(image=moved(x, y)), *SHIFT, *SHIFT),
+    ao("depth bias", lambda r, x: r.ao(depth=r.depth + np.float32(x)), (0.008, 0.03)),
+    ao("depth bias", lambda r, x: r.ao(depth=r.depth + np.float32(x)), (-0.03, -0.008)),
+    ao("depth scale", lambda r, x: r.ao(depth=r.depth * np.float32(x)), (1.01, 1.2)),
+    ao("strength", lambda r, x: r.ao() * x, (0.4, 0.95)),
+    ao("power", lambda r, x: r.ao() ** x, (1.2, 2.5)),
+    ao("turned samples", lambda r, x: r.ao(samples=turned(r.samples, x)), (20.0, 340.0)),
+    ao("u flipped", lambda r: r.ao(image=FLIP_U)),
+    ao("v flipped", lambda r: r.ao(image=FLIP_V)),
+    ao("u and v flipped", lambda r: r.ao(image=FLIP_U + FLIP_V - moved())),
+    ao("u and v transposed", lambda r: r.ao(image=moved()[[1, 0]])),
+    ao("look-ups at the nearest centre, half a texel off", lambda r: r.ao(image=moved(0.5, 0.5))),
+    ao("look-ups half a texel up and left", lambda r: r.ao(image=moved(-0.5, -0.5))),
+    ao("texel corners in place of centres", lambda r: r.ao(back=r.back @ np.array(
+        [[1, 0, 0, -0.5], [0, 1, 0, -0.5], [0, 0, 1, 0], [0, 0, 0, 1]])), job="camera"),
+    ao("samples outside the texture occluded", lambda r: r.ao(border=-np.inf)),
+    ao("samples outside the texture held by clamp", lambda r: r.ao(border="edge")),
+    ao("samples outside the texture held by mirror", lambda r: r.ao(border="symmetric")),
+    ao("samples outside the texture held by wrap", lambda r: r.ao(border="wrap")),
+    ao("surDepth > smp.z in place of <", lambda r: r.ao(behind=np.greater, border=-np.inf)),
+    ao("depth with the other sign", lambda r: r.ao(depth=-r.depth)),
+    ao("background counted as occluder", lambda r: r.ao(depth=r.seen(r.depth, -np.inf))),
+    ao("depth of half precision", lambda r: r.ao(depth=r.depth.astype(np.float16))),
+    ao("1 - ao in place of ao", lambda r: 1 - r.ao()),
+    ao("count divided by {} in place of 8", lambda r, n: r.ao(divisor=n), (9, 16)),
+    ao("count divided by {} in place of 8", lambda r, n: r.ao(divisor=n), (4, 8)),
+    ao("sample {} dropped, count divided by 8", lambda r, k: r.ao(counts=but(8, k, 0)), (0, 8)),
+    ao("sample {} dropped, count divided by 7", lambda r, k: r.ao(counts=but(8, k, 0), divisor=7), (0, 8)),
+    ao("sample {} doubled, count divided by 8", lambda r, k: r.ao(counts=but(8, k, 2)), (0, 8)),
+    ao("sample {} doubled, count divided by 9", lambda r, k: r.ao(counts=but(8, k, 2), divisor=9), (0, 8)),
+    ao("samples of 'jittered'", lambda r: r.ao(samples=lfssao.make_samples("jittered", 8))),
+    ao("samples of 'sobol'", lambda r: r.ao(samples=lfssao.make_samples("sobol", 8))),
+    ao("samples mirrored in z", lambda r: r.ao(samples=mirrored(r.samples, 2))),
+    ao("samples mirrored in x", lambda r: r.ao(samples=mirrored(r.samples, 0))),
+    ao("samples on the sphere of radius R", lambda r: r.ao(samples=on_sphere(r.samples))),
+    ao("the mapping of module_009", lambda r: r.ao(mapping=other(r, 1).mapping)),
+    ao("the mapping of module_010 (modules in reverse order)", lambda r: r.ao(mapping=other(r, 2).mapping)),
+    ao("positions in physical space", lambda r: r.ao(positions=r.physical)),
+    ao("samples not turned to the normal's side", lambda r: r.points(normals=None), job="hemisphere"),
+    ao("normals with the other sign", lambda r: r.points(normals=-r.normals), job="hemisphere"),
+    ao("normals made from positions", lambda r: r.points(normals=r.sloped_normals()), job="hemisphere"),
+    ao("radius", lambda r, x: r.points(radius=x), *NEAR, job="hemisphere"),
+    ao("radius", lambda r, x: r.points(radius=x), *NEAR, job="point"),
+    ao("2 max(0, ao - 1/2) in place of ao", lambda r: r.points(remap=True), job="point"),
+    ao("flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)", lambda r: r.points(remap=False),
+       job="remapped"),
+    ao("no range check", lambda r: r.points(range_check=False), job="remapped"),
+]  # fmt: skip
+
+
+def of(layer):
+    return lambda kind, make, *ranges, job="display": Bug(job, layer, kind, make, ranges)
+
+
+merged, blurred, shaded, depth, positions, color = map(
+    of, ("merged", "blurred", "shaded", "depth", "positions", "color")
+)
+LATER = [
+    merged("mean in place of maximum", lambda r: r.layers.mean(axis=0)),
+    merged("sum in place of maximum", lambda r: r.layers.sum(axis=0)),
+    merged("minimum in place of maximum", lambda r: r.layers.min(axis=0)),
+    merged("ao_1 missing", lambda r: r.layers[1:].max(axis=0)),
+    merged("ao_2 missing", lambda r: r.layers[[0, 2]].max(axis=0)),
+    merged("ao_3 missing", lambda r: r.layers[:2].max(axis=0)),
+    merged("1 - product of (1 - ao) in place of maximum", lambda r: 1 - np.prod(1 - r.layers, axis=0)),
+    merged("strength", lambda r, x: r.merged * x, (0.4, 0.95)),
+    blurred("sigma", lambda r, x: r.blur(x), *NEAR),
+    blurred("not blurred", lambda r: r.merged),
+    blurred("blurred horizontally alone", lambda r: r.blur(axes=(1,))),
+    blurred("blurred vertically alone", lambda r: r.blur(axes=(0,))),
+    blurred("texels outside the texture zero", lambda r: r.blur(mode="constant")),
+    blurred("texels outside the texture left out, weights normalised anew", lambda r: r.blur(mode="constant left out")),
+    blurred("texels outside the texture held by mirror", lambda r: r.blur(mode="reflect")),
+    blurred("texels outside the texture held by wrap", lambda r: r.blur(mode="wrap")),
+    blurred("kernel cut at 2 sigma in place of 3", lambda r: r.blur(reach=2)),
+    blurred("kernel cut at 4 sigma in place of 3", lambda r: r.blur(reach=4)),
+    blurred("weights not normalised, Gaussian density", lambda r: r.blur(total=np.sqrt(2 * np.pi) * r.sigma)),
+    blurred("weights not normalised, 1 in the middle", lambda r: r.blur(total=1.0)),
+    shaded("image x ao in place of image x (1 - ao)", lambda r: r.shade(ao=1 - r.blurred)),
+    shaded("shaded in sRGB", lambda r: decoded(encoded(r.color) * (1 - r.blurred[..., None]))),
+    shaded("stored in sRGB", lambda r: encoded(r.shaded)),
+    shaded("merged in place of blurred", lambda r: r.shade(ao=r.merged)),
+    shaded("strength", lambda r, x: r.shade(ao=r.blurred * x), (0.4, 0.95)),
+]
+GBUFFER = [
+    depth("shift of u", lambda r, x: off_centre(x, 0), (-0.9, 0.9)),
+    depth("shift of u and v", lambda r, x, y: off_centre(x, y), (0.2, 0.9), (-0.9, -0.2)),
+    depth("depth bias", lambda r, x: r.depth + x, (0.004, 0.1)),
+    depth("depth scale", lambda r, x: r.depth * x, (1.3, 80.0)),
+    depth("depth with the other sign", lambda r: r.seen(-r.depth, np.inf)),
+    depth("half precision", lambda r: r.depth.astype(np.float16)),
+    depth("u flipped", lambda r: r.depth[:, ::-1]),
+    depth("v flipped", lambda r: r.depth[::-1]),
+    depth("the depth of module_009", lambda r: other(r, 1).depth),
+    depth("the depth of module_010 (modules in reverse order)", lambda r: other(r, 2).depth),
+    positions("positions in physical space", lambda r: r.physical),
+    positions("x with the other sign", lambda r: r.positions * [-1, 1, 1]),
+    positions("y and z exchanged", lambda r: r.positions[..., [0, 2, 1]]),
+    positions("scale", lambda r, x: r.positions * x, (20.0, 900.0)),
+    positions("bias of y", lambda r, x: r.positions + np.array([0, x, 0]), (0.1, 0.6)),
+    positions("shift of u and v", lambda r, x, y: r.unprojected(0.5 + x, 0.5 + y), *SHIFT, *SHIFT),
+    positions("shift of v", lambda r, y: r.unprojected(v=0.5 + y), *SHIFT),
+    positions("depth of half precision", lambda r: r.unprojected(depth=r.depth.astype(np.float16))),
+    positions("v flipped", lambda r: r.unprojected(v=HEIGHT - 0.5 - 2 * np.indices(r.depth.shape)[0])),
+    color("stored in sRGB", lambda r: encoded(r.color)),
+    color("red and blue exchanged", lambda r: r.color[..., ::-1]),
+    color("strength", lambda r, x: r.color * x, (0.4, 0.95)),
+]  # fmt: skip
+
+
+def encoded(x):
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+
+
+def decoded(x):
+    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
+
+
+@functools.cache
+def mesh():
+    return lfssao.builtin_scene("gallery")
+
+
+def off_centre(u, v):
+    """Depth of module 8, looked at (u, v) texels off the centres."""
+    view = lfssao.module_views(mesh(), lfssao.find_display("sample-a").with_resolution(WIDTH, HEIGHT), range(8, 9))[0]
+    return lfssao.RayCaster(mesh(), view.cast_from_world).gbuffer(displaced(view, u, v), color=None).depth
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A job's rendered folder, made when it is first asked for."""
+
+    @functools.cache
+    def rendered(job):
+        path = tmp_path_factory.mktemp(job) / "reference"
+        assert main(["render", "gallery", *JOBS[job], "-o", str(path)]) == 0
+        return path
+
+    return rendered
+
+
+@functools.cache
+def renderer(folder, number=0):
+    """The renderer of a folder's view."""
+    manifest = json.loads((folder / "manifest.json").read_text())
+    entry = manifest["views"][number]
+    textures = {}
+    for name, part in read_exr(folder / f"{entry['name']}.exr").items():
+        order = sorted(range(len(part.channels)), key=lambda k, names=part.channels: "RGBXYZ".find(names[k][-1]))
+        textures[name] = np.squeeze(part.pixels[..., order])
+    made = Renderer(manifest["settings"], entry["view"], textures)
+    made.folder, made.name = folder, entry["name"]
+    return made
+
+
+def other(r, number):
+    return renderer(r.folder, number)
+
+
+def compared(r, target, model="shader", diagnosis=True, **textures):
+    """The results on a copy of a view with other textures."""
+
+    def change(parts):
+        for name, texture in textures.items():
+            own = parts[name]
+            order = np.argsort(sorted(range(len(own.channels)), key=lambda k: "RGBXYZ".find(own.channels[k][-1])))
+            pixels = np.asarray(texture, np.float32).reshape(own.pixels.shape)[..., order]
+            parts[name] = replace(own, pixels=np.ascontiguousarray(pixels))
+
+    mine = changed(r.folder, target / "mine", r.name, change)
+    report = lfssao.compare(mine, r.folder, layers=list(textures), model=model, diagnosis=diagnosis)
+    return {result.layer: result for result in report.results if result.module == r.name}
+
+
+@pytest.fixture
+def tried(monkeypatch):
+    """All changes that searches try."""
+    found, best = [], diagnose.Search.best
+
+    def spy(search, changes):
+        found.extend(changes)
+        return best(search, changes)
+
+    monkeypatch.setattr(diagnose.Search, "best", spy)
+    return found
+
+
+@pytest.mark.parametrize("number", range(2))
+@pytest.mark.parametrize("bug", [*AO, *LATER, *GBUFFER], ids=lambda bug: f"{bug.job}: {bug.kind}")
+def test_a_planted_bug_is_named(bug, number, folder, tmp_path, tried):
+    r, values = renderer(folder(bug.job)), bug.draw(number)
+    with np.errstate(all="ignore"):
+        texture = bug.make(r, *values)
+    result = compared(r, tmp_path, **{bug.layer: texture})[bug.layer]
+    assert result.verdict is Verdict.OUTSIDE
+    found, best = result.diagnosis, result.diagnosis.candidates[0]
+    assert (best.kind, found.fits) == (bug.kind.format(*values), True), found.words("M")
+    for value, planted in zip(best.values, values, strict=True):
+        assert value == pytest.approx(planted, **({"abs": 0.01} if "shift" in best.kind else {"rel": 0.01}))
+    grids = [grid for change in tried if change.kind == best.kind for grid in change.grids]
+    assert not {value for grid in grids for value in grid} & set(values)

@@ -268,7 +268,7 @@ def test_a_planted_bug_is_named(bug, number, folder, tmp_path, tried):
     assert result.verdict is Verdict.OUTSIDE
     found, best = result.diagnosis, result.diagnosis.candidates[0]
     assert (best.kind, found.fits) == (bug.kind.format(*values), True), found.words("M")
-    for value, planted in zip(best.values, values, strict=True):
+    for value, planted in zip(best.values, values, strict=False):  # some values stand in the name
         assert value == pytest.approx(planted, **({"abs": 0.01} if "shift" in best.kind else {"rel": 0.01}))
     grids = [grid for change in tried if change.kind == best.kind for grid in change.grids]
     assert not {value for grid in grids for value in grid} & set(values)

@@ -17,7 +17,10 @@ Compare textures of another renderer with a reference: bits, and, where the refe
 render' wrote, the intervals in which every conforming float32 renderer falls. Each stage is judged on MINE's
 own textures of the stages before it. Files are EXR, TIFF, PNG or NPY; in a folder module_003.exr holds a
 module and module_003_merged.tif one layer of it. Channels are found by their names (Z, P.X, merged.AO, ...),
-with or without parts. Outputs of a kit's cases are CASE_OUTPUT.npy."""
+with or without parts; an EXR file of another name may hold all modules, as module_003.merged.AO. Outputs of a
+kit's cases are CASE_OUTPUT.npy. A depth, occlusion or colour in half floats, 8 or 16 bits is judged by its
+interval, wider by half a step of the format, and later stages by what is read of it. Codes are linear, 0 to 1;
+8-bit color and shaded are sRGB unless --stored says unorm8. The largest code of a depth is no surface."""
 
 _CODES = """exit codes, as of idiff:
   0  every texture of REFERENCE is there, with equal bits or inside its interval (a renderer that conforms passes;
@@ -34,7 +37,12 @@ The highest that applies is taken."""
 _HELP = {
     "mine": "a folder or a file of the renderer to be judged",
     "reference": "a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
-    "--map": "a layer or channel of MINE is one of REFERENCE, as in ssao.R=merged.AO; may be given several times",
+    "--map": "a layer or channel of MINE is one of REFERENCE, as in ssao.R=merged.AO; may be given several times; "
+    "vis.R=1-merged.AO: it is 1 - occlusion",
+    "--files": "names of MINE's files: 'frame_{module}_ao.tif=merged', {number} for a module's number, without =LAYER "
+    "for files of all layers; may be given several times",
+    "--stored": "float32 values of a layer went through a format: half, unorm8, unorm16 or srgb8, or 8-bit colours are "
+    "linear, as in shaded=unorm8; may be given several times",
     "--layers": "compare these layers of REFERENCE only (default: all)",
     "--cases": "compare these cases of a kit only (default: all)",
     "--exact": "fail where bits differ",
@@ -63,6 +71,8 @@ def add_to(compare: argparse.ArgumentParser) -> None:
     add("mine", metavar="MINE")
     add("reference", metavar="REFERENCE")
     add("--map", action="append", default=[], metavar="MINE=REFERENCE")
+    add("--files", action="append", default=[], metavar="PATTERN=LAYER")
+    add("--stored", action="append", default=[], metavar="LAYER=FORMAT")
     add("--layers", metavar="NAME,...")
     add("--cases", metavar="NAME,...")
     add("--exact", action="store_true")
@@ -94,10 +104,11 @@ def _report(options: argparse.Namespace) -> Report:
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
+    rules = {reference: mine for mine, reference in _pairs("--map", options.map, "MINE=REFERENCE", 1)}
     comparison = Comparison(
         Path(options.mine),
         Path(options.reference),
-        _rules(options.map),
+        rules,
         layers,
         options.exact,
         options.model,
@@ -106,6 +117,8 @@ def _report(options: argparse.Namespace) -> Report:
         options.mesh,
         diagnosis=not options.no_diagnosis,
         page=options.html is not None,
+        stored=dict(_pairs("--stored", options.stored, "LAYER=FORMAT", 0)),
+        files=options.files,
     )
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:
@@ -118,14 +131,12 @@ def _report(options: argparse.Namespace) -> Report:
     return report
 
 
-def _rules(words: list[str]) -> dict[str, str]:
-    """The names of ``--map`` in MINE by those in REFERENCE."""
-    rules: dict[str, str] = {}
-    for word in words:
-        mine, equals, reference = word.partition("=")
-        if not (mine and equals and reference):
-            raise InputError(f"--map: '{word[:40]}' is not MINE=REFERENCE, such as ssao.R=merged.AO")
-        if reference in rules:
-            raise InputError(f"--map: '{reference[:40]}' is given twice")
-        rules[reference] = mine
-    return rules
+def _pairs(option: str, words: list[str], form: str, key: int) -> list[list[str]]:
+    """The two words of each use of an option, of which the one in place ``key`` is given once."""
+    pairs = [word.split("=", 1) for word in words]
+    for word, pair in zip(words, pairs, strict=True):
+        if len(pair) < 2 or not all(pair):
+            raise InputError(f"{option}: '{word[:40]}' is not {form}")
+        if [other[key] for other in pairs].count(pair[key]) > 1:
+            raise InputError(f"{option}: '{pair[key][:40]}' is given twice")
+    return pairs

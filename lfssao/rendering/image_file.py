@@ -3,7 +3,7 @@
 import ast
 import operator
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
@@ -24,6 +24,7 @@ _FORMATS = ("openexr", "tiff", "png")
 _MOST_EXPANSION = 2048
 _HARMLESS = 256 * 2**20
 
+Keep = Callable[[str, tuple[str, ...]], bool]
 _MOST_HEADER = 10_000  # bytes before the numbers of an NPY file
 
 
@@ -52,25 +53,26 @@ class ImagePart:
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
-def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS) -> list[ImagePart]:
+def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS, keep: Keep | None = None) -> list[ImagePart]:
     """All parts of a file, in its order, of the formats that are accepted, by OpenImageIO's names, or NPY.
 
-    The ending .npy means NPY; other formats are recognised by their content. Raises InputError if the file is missing,
-    of another format, damaged, or claims to hold more than it can.
+    ``keep`` says by the names of a part and of its channels whether to read it; NPY is always read. The ending .npy
+    means NPY; other formats are recognised by their content. Raises InputError if the file is missing, of another
+    format, damaged, or claims to hold more than it can.
     """
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     if path.suffix.lower() == ".npy":
         return [_read_npy(path)]
     try:
-        return _read_with_oiio(path, formats)
+        return _read_with_oiio(path, formats, keep)
     except UnicodeDecodeError:  # OpenImageIO hands over names and messages as they are in the file
         raise InputError(f"{path}: it is damaged (a name in its header is not UTF-8)") from None
     except OSError as error:
         raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
 
 
-def _read_with_oiio(path: Path, formats: tuple[str, ...]) -> list[ImagePart]:
+def _read_with_oiio(path: Path, formats: tuple[str, ...], keep: Keep | None) -> list[ImagePart]:
     plain = oiio.ImageSpec()
     plain.attribute("oiio:UnassociatedAlpha", 1)  # else colour comes multiplied by alpha
     source = oiio.ImageInput.open(utf8_name(path), plain)
@@ -85,10 +87,11 @@ def _read_with_oiio(path: Path, formats: tuple[str, ...]) -> list[ImagePart]:
         while source.seek_subimage(len(specs), 0):
             specs.append(source.spec().copy())
         _check_sizes(path, specs)
-        parts = [_read_part(path, source, number, spec) for number, spec in enumerate(specs)]
+        names = [str(spec.get_string_attribute("name")) for spec in specs]
+        kept = [k for k, spec in enumerate(specs) if keep is None or keep(names[k], tuple(spec.channelnames))]
+        parts = [_read_part(path, source, k, specs[k]) for k in kept]
     finally:
         source.close()
-    names = [part.name for part in parts]
     if len(set(names)) < len(names) and any(names):
         raise InputError(f"{path}: it is damaged (two of its parts have one name)")
     return parts

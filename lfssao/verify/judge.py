@@ -5,14 +5,15 @@ If a renderer wrote no texture of a stage, or one with NaN, depth, positions and
 occlusion within its bounds will do (``lfssao.verify.bounds.view``).
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import cast
 
 import numpy as np
 
-from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.depth import PositionBounds
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.bounds.view import ViewBounds
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.verdict import Judgement, Verdict, equal_bits, equal_values, texels
@@ -21,20 +22,32 @@ Find = Callable[[str], Bounds | PositionBounds | None]
 
 
 def judge(
-    mine: Arrays, case: Case, model: str | ErrorModel = "shader", names: Collection[str] | None = None
+    mine: Arrays,
+    case: Case,
+    model: str | ErrorModel = "shader",
+    names: Collection[str] | None = None,
+    stored: Mapping[str, Stored] | None = None,
 ) -> dict[str, Judgement]:
     """Judge outputs of a case: equal bits are right; others by bounds or, where none are known, by values.
 
     ``mine`` are the renderer's textures by the names of the outputs, ``names`` the outputs to judge, all by default.
-    The model is for views; the bounds of a case of the kit are part of it. Judgements come in the order of the passes:
+    ``stored`` are the formats of those that are not float32; ``mine`` has what is read of them. The model is for views;
+    the bounds of a case of the kit are part of it. Judgements come in the order of the passes:
     steps on the way before the output that they lead to. InputError if the model or the case's parameters are wrong.
     """
-    chosen = find_model(model)
+    chosen, stored = find_model(model), stored or {}
     main, *steps = case.outputs
     order, find = [*steps, main], cast(Find, case.bounds.get)
     if case.stage == VIEW:
-        order, find = list(case.outputs), _view_bounds(mine, case, chosen).find
-    return {name: _judge_output(name, mine, case, find) for name in order if names is None or name in names}
+        order, find = list(case.outputs), _view_bounds(mine, case, chosen, stored).find
+
+    def found(name: str) -> Bounds | PositionBounds | None:
+        allowed = find(name)
+        if name not in stored or isinstance(allowed, PositionBounds):
+            return allowed
+        return stored[name].bounds(allowed or exactly(case.outputs[name]), chosen)
+
+    return {name: _judge_output(name, mine, case, found) for name in order if names is None or name in names}
 
 
 def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:
@@ -47,10 +60,10 @@ def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:
     return inputs
 
 
-def _view_bounds(mine: Arrays, case: Case, model: ErrorModel) -> ViewBounds:
+def _view_bounds(mine: Arrays, case: Case, model: ErrorModel, stored: Mapping[str, Stored]) -> ViewBounds:
     """Bounds of a view's textures, given those that a renderer made."""
     own, inputs = _own(mine, case), inputs_of(mine, case)
-    return ViewBounds(case.parameters, inputs, model, own, case.outputs, case.bounds)
+    return ViewBounds(case.parameters, inputs, model, own, case.outputs, case.bounds, stored)
 
 
 def _own(mine: Arrays, case: Case) -> dict[str, Array]:

@@ -361,9 +361,10 @@ def weights(ar, sigma, radius, table):
 
 
 def blur(ar, occlusion, sigma, radius, table):
-    """Gaussian blur of every renderer, (R, H, W)."""
+    """Gaussian blur of every renderer, (R, H, W), and the light, 1 - blur, that each shades by; some blur light."""
     made, divisor = weights(ar, sigma, radius, table)
-    occlusion = ar.full(occlusion)
+    as_light = ar.lot(0.3)
+    occlusion = ar.choose(as_light, ar.subtract(1.0, occlusion), ar.full(occlusion))
     for axis in (2, 1):
         pad = [(0, 0)] * 3
         pad[axis] = (radius, radius)
@@ -373,11 +374,12 @@ def blur(ar, occlusion, sigma, radius, table):
         total = ar.total(list(np.moveaxis(made, 1, 0)), taps)
         divided = ar.divide(total, ar.per_renderer(divisor, total))
         occlusion = ar.choose(divisor == 1.0, total, divided)
-    return occlusion
+    turned = ar.subtract(1.0, occlusion)
+    return ar.choose(as_light, turned, occlusion), ar.choose(as_light, occlusion, turned)
 
 
-def shade(ar, rgb, occlusion):
+def shade(ar, rgb, occlusion, light=None):
     rgb, ao = rgb.astype(np.float64), occlusion[..., None]
-    first = ar.multiply(rgb, ar.subtract(1.0, ao))
+    first = ar.multiply(rgb, ar.subtract(1.0, ao) if light is None else light[..., None])
     second = ar.fused(-rgb, ao, rgb)
     return ar.choose(ar.lot(0.5), first, second)

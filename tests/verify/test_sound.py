@@ -76,14 +76,15 @@ def check(drawn, renderers, alter=lambda model: model):
     merged, merged_bounds = np.maximum(*made), post.merge_bounds(allowed)
     assert_inside(merged, merged_bounds, "merged")
     table = blur_weights(sigma)
-    blurred = rr.blur(ar, merged, sigma, len(table) // 2, table)
+    blurred, light = rr.blur(ar, merged, sigma, len(table) // 2, table)
     blurred_bounds = post.blur_bounds(merged_bounds, sigma, model)
     assert_inside(blurred, blurred_bounds, "blurred")
     rgb = rng.random((*depth.shape, 3)).astype(np.float32)
-    assert_inside(rr.shade(ar, rgb, blurred), post.shade_bounds(rgb, blurred_bounds, model), "shaded")
+    assert_inside(rr.shade(ar, rgb, blurred, light), post.shade_bounds(rgb, blurred_bounds, model), "shaded")
     # The later stages by themselves, all renderers on one texture.
     one = merged[0].astype(np.float32)
-    assert_inside(rr.blur(ar, one, sigma, len(table) // 2, table), post.blur_bounds(exactly(one), sigma, model), "blur")
+    blur, _ = rr.blur(ar, one, sigma, len(table) // 2, table)
+    assert_inside(blur, post.blur_bounds(exactly(one), sigma, model), "blur")
     one = blurred[0].astype(np.float32)
     assert_inside(rr.shade(ar, rgb, ar.full(one)), post.shade_bounds(rgb, exactly(one), model), "shade")
     counts = [np.rint(m * n) for m in made]

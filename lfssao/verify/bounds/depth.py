@@ -208,14 +208,16 @@ class PositionBounds:
     """Bounds of the positions that fit a depth texture: points of the texels' rays at its depths.
 
     A position is mapped into the image. Each coordinate may be off by ROUNDINGS operations on numbers of the size of
-    the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations. No texel may
-    stray. The mapping includes the guard band; the model is not an exact one.
+    the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations, and by
+    ``off`` where it was stored in fewer bits than made. No texel may stray. The mapping includes the guard band; the
+    model is not an exact one.
     """
 
     world_to_image: WorldToImage
     depth: Texture
     model: ErrorModel
     strays: int = 0
+    off: FloatArray | float = 0.0
 
     def outside(self, positions: Texture) -> NDArray[np.bool_]:
         """Whether each texel's position does not fit, (H, W, 3)."""
@@ -226,7 +228,7 @@ class PositionBounds:
         image, error, _ = project_positions(exact, allowance, self.world_to_image, self.model)
         height, width = depth.shape
         centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-        room = ROUNDINGS * operation * _largest(depth)
+        room = ROUNDINGS * operation * _largest(depth) + self.off
         with np.errstate(invalid="ignore"):  # where there is no surface
             far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
             far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]

@@ -23,6 +23,7 @@ A renderer is free to do more, in every model but ``strict``:
 - Weights of the blur may be the table, or the Gaussian recomputed with exp, normalised before or after the sum; the two
   passes may be made of float32 intermediate textures only.
 - rgb (1 - ao) may be rgb - rgb ao.
+- Visibility, 1 - ao, may be merged (by the minimum), blurred and multiplied by, and subtracted from 1 to be written.
 
 It may not change its inputs: the numbers of the mapping and of ``screen_to_world``, each rounded once to
 float32, N, and texture look-ups at the floor of a coordinate.

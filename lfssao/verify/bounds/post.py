@@ -30,29 +30,41 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     a product and in n - 1 sums, in any order), and its weight is off by ``weight_errors``. So the sum is off by at most
     the sum of ((w + weight error) (1 + r)^n - w) max(abs(a)), which is added to the pass over the bounds.
 
-    sigma is in texels, and 0 changes nothing. InputError if it or the model is wrong.
+    A renderer may blur v = 1 - a as well. The table's sum is 1, so 1 - (sum of w v) is the sum of w a, but errors go
+    with abs(v): the larger of both sizes counts, and the roundings of 1 - a before and of 1 - v behind the passes are
+    added. Both passes' textures are float32 as a or as v, so only the result is held to float32.
+
+    sigma is in texels, and 0 has no passes. InputError if it or the model is wrong.
     """
     chosen = find_model(model)
     weights = blur_weights(sigma).astype(np.float64)
-    if len(weights) == 1:
-        return Bounds(occlusion.lower, occlusion.upper)
     if chosen.exact:
         return Bounds(blur(occlusion.lower, sigma), blur(occlusion.upper, sigma))
     n = len(weights)
     growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
-    off = weight_errors(sigma, chosen)
+    off = weight_errors(sigma, chosen) if n > 1 else np.zeros(1)
     room = ((weights + off) * growth - weights) * SAFETY + chosen.smallest * (off > 0)  # small weights may be flushed
-    lower, upper = occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64)
-    for run in (post_kernels.blur_horizontal, post_kernels.blur_vertical):
-        size = np.maximum(np.abs(lower), np.abs(upper))
+    lower, upper = _turned(occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64), chosen)
+    for run in (post_kernels.blur_horizontal, post_kernels.blur_vertical) if n > 1 else ():
         below, above, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
         run(lower, weights, below)
         run(upper, weights, above)
-        run(size, room, error)
-        error += (2 * n + 2) * chosen.smallest * (error > 0)  # sums of zeros are zero
-        lower = up_to_single(below - error).astype(np.float64)
-        upper = down_to_single(above + error).astype(np.float64)
-    return Bounds(lower.astype(np.float32), upper.astype(np.float32))
+        run(_size(lower, upper), room, error)
+        error += (2 * n + 2) * chosen.smallest
+        lower, upper = below - error, above + error
+    lower, upper = _turned(lower, upper, chosen)
+    return Bounds(up_to_single(lower), down_to_single(upper))
+
+
+def _turned(lower: FloatArray, upper: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
+    """Ends between which a value is that was subtracted from 1, in float32."""
+    error = _size(lower, upper) * (model.operation * SAFETY) + model.smallest
+    return lower - error, upper + error
+
+
+def _size(lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """The largest size of an occlusion and of its visibility."""
+    return np.maximum(np.maximum(np.abs(lower), np.abs(upper)), np.maximum(np.abs(1 - lower), np.abs(1 - upper)))
 
 
 def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:

@@ -10,6 +10,9 @@
 
 Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
 ``depth.stray_limit`` texels may leave these bounds.
+
+They are those of textures before these are stored: ``stored`` makes them those of what is read, which is what the next
+pass is made of.
 """
 
 from collections.abc import Mapping
@@ -22,6 +25,7 @@ from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds
+from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Parameters, described_mapping
 
 
@@ -50,8 +54,8 @@ class ViewBounds:
 
     Parameters hold ``radii``, ``sigma``, ``guard``, ``mapping`` and what occlusion is made with; inputs are depth,
     positions, normals, samples and the image that AO is multiplied into, the guard band included. ``own`` are a
-    renderer's textures, which later ones are made of, ``right`` the reference's, where no bounds are known, and
-    ``mesh`` bounds of depth and colour from the mesh.
+    renderer's textures, which later ones are made of, ``right`` the reference's, where no bounds are known,
+    ``mesh`` bounds of depth and colour from the mesh, and ``stored`` how a renderer stores some textures.
     """
 
     def __init__(
@@ -62,9 +66,10 @@ class ViewBounds:
         own: Arrays | None = None,
         right: Arrays | None = None,
         mesh: Mapping[str, Bounds] | None = None,
+        stored: Mapping[str, Stored] | None = None,
     ) -> None:
         self._parameters, self._inputs, self._model = parameters, inputs, model
-        self._own, self._right, self._mesh = own or {}, right or {}, mesh or {}
+        self._own, self._right, self._mesh, self._stored = own or {}, right or {}, mesh or {}, stored or {}
         self._guard, self._names = int(parameters["guard"]), [f"ao_{k + 1}" for k in range(len(parameters["radii"]))]
         self._layers: dict[str, Bounds | None] = {}
 
@@ -79,7 +84,10 @@ class ViewBounds:
         if self._model.exact:
             return exactly(self._right[name])
         depth = self._inputs.get("depth")
-        return None if depth is None else PositionBounds(described_mapping(self._parameters), depth, self._model)
+        if depth is None:
+            return None
+        off = self._stored["depth"].half_steps(depth) if "depth" in self._stored else 0.0
+        return PositionBounds(described_mapping(self._parameters), depth, self._model, off=off)
 
     def _stage(self, name: str) -> Bounds | None:
         """Bounds of a texture of the later passes."""
@@ -108,7 +116,7 @@ class ViewBounds:
         if self._guard == 0:
             merged = self._made("merged")
             return None if merged is None else blur_bounds(merged, sigma, self._model)
-        whole = _merged([self._layer(layer) for layer in self._names])
+        whole = self._held("merged", _merged([self._held(layer, self._layer(layer)) for layer in self._names]))
         if whole is None:
             return exactly(self._right["blurred"]) if "blurred" in self._right else None
         return blur_bounds(whole, sigma, self._model).crop(self._guard)
@@ -118,7 +126,12 @@ class ViewBounds:
         if name in self._own:
             return exactly(self._own[name])
         found = self._stage(name)
-        return exactly(self._right[name]) if found is None and name in self._right else found
+        found = exactly(self._right[name]) if found is None and name in self._right else found
+        return self._held(name, found)
+
+    def _held(self, name: str, bounds: Bounds | None) -> Bounds | None:
+        """Bounds of a texture as the renderer stores it."""
+        return self._stored[name].bounds(bounds, self._model) if bounds is not None and name in self._stored else bounds
 
 
 def _merged(layers: list[Bounds | None]) -> Bounds | None:

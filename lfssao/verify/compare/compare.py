@@ -7,8 +7,10 @@ from pathlib import Path
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
+from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.diagnoser import Diagnoser
+from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels
@@ -16,6 +18,7 @@ from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, result_of
 from lfssao.verify.compare.source import Mine, Reference
+from lfssao.verify.compare.storage import Storage
 from lfssao.verify.compare.surface import MeshBounds, Surface
 from lfssao.verify.compare.tolerance import Tolerance
 from lfssao.verify.compare.view_case import knows_occlusion
@@ -38,6 +41,8 @@ def compare(
     mesh: str | None = None,
     diagnosis: bool = True,
     page: bool = False,
+    stored: Mapping[str, str] | None = None,
+    files: Files = (),
 ) -> Report:
     """Compare another renderer's textures with a reference.
 
@@ -47,7 +52,8 @@ def compare(
         Two folders or two files; EXR, TIFF, PNG or NPY. Acceptance intervals are known where the reference is what
         ``lfssao render`` wrote, next to its manifest.
     rules : mapping, optional
-        Layers or channels of the reference, each with the other renderer's name of it, where conventions do not tell.
+        Layers or channels of the reference, each with the other renderer's name of it, where conventions do not tell;
+        '1-merged' for a name of its visibility, 1 - merged.
     layers : sequence of str, optional
         Compare these layers of the reference only.
     cases : sequence of str, optional
@@ -66,6 +72,10 @@ def compare(
         Whether a search names the change of the reference that explains a wrong texture of a rendered view.
     page : bool
         Whether the report keeps textures for ``write_html``.
+    stored : mapping, optional
+        The format of layers where the files' types do not tell: half, unorm8, unorm16 or, of colours, srgb8.
+    files : mapping or sequence of str, optional
+        Layers by patterns of files' names with {module} or {number}; or strings 'PATTERN=LAYER', or 'PATTERN'.
 
     Returns
     -------
@@ -78,7 +88,7 @@ def compare(
         If there is nothing to compare, or the manifest or an argument is wrong. Faults of single files and layers are
         in the report.
     """
-    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page
+    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page, stored, files
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)
     for module in comparison.modules:
         comparison.add(module)
@@ -104,14 +114,16 @@ class Comparison:
         mesh: str | None = None,
         diagnosis: bool = True,
         page: bool = False,
+        stored: Mapping[str, str] | None = None,
+        files: Files = (),
     ) -> None:
         if exact and tolerance:
             raise InputError("--exact asks for equal bits: it goes without --fail and --fail-percent")
-        self._model = find_model(model)
+        self._model, self._storage = find_model(model), Storage(stored or {}, rules)
         self._reference = Reference.open(reference)
-        self._mine = Mine.open(mine, self._reference)
+        self._mine = Mine.open(mine, self._reference, files)
         self.modules = self._reference.chosen(cases)
-        self._rules, self._wanted, self._exact, self._tolerance = dict(rules), layers, exact, tolerance
+        self._wanted, self._exact, self._tolerance = layers, exact, tolerance
         manifest = self._reference.manifest
         self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
         if mesh is not None:
@@ -142,9 +154,9 @@ class Comparison:
             detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
-        matcher = Matcher(parts, reference, self._rules)
+        matcher = Matcher(parts, reference, self._storage.rules)
         optional = set(list(case.outputs)[1:]) if self._reference.kit else set()
-        found, refused = _found_layers(module, matcher, reference, optional)
+        found, refused, stored = _found_layers(module, matcher, reference, optional, self._storage)
         if self._surface is not None and case.stage == VIEW:
             shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
             entry = self._reference.entries[module]
@@ -153,7 +165,7 @@ class Comparison:
                 self._unbounded = case.parameters["estimator"]
         wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
         try:
-            self._judge(module, wanted, found, refused, case)
+            self._judge(module, wanted, found, refused, case, stored)
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
         if self._wanted is None:
@@ -166,10 +178,12 @@ class Comparison:
         found: Mapping[str, Layer],
         refused: Mapping[str, Result],
         case: Case,
+        stored: Mapping[str, Stored],
     ) -> None:
         """Judge the layers of a module that the other renderer has; those that it may leave out are in neither."""
         mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in found.items()}
-        judgements = judge(mine, case, self._model, [layer.name for layer in wanted if layer.name in found])
+        names = [layer.name for layer in wanted if layer.name in found]
+        judgements = judge(mine, case, self._model, names, stored)
         lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
         panels = Panels(module)
         for right in wanted:
@@ -181,8 +195,9 @@ class Comparison:
             judged = judgements[name]
             reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
             result = result_of(module, found[name], right, judged, self._tolerance, reason)
-            judged = replace(judged, verdict=result.verdict)
-            if self._diagnoser is not None:
+            result, judged = replace(result, stored=str(stored.get(name, ""))), replace(judged, verdict=result.verdict)
+            # The search knows intervals of float32 only: steps of a format would make it blame what is right.
+            if self._diagnoser is not None and not (name in stored and name.startswith(("ao", "merged"))):
                 result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged))
             self._results.append(result)
             panels.offer(found[name], right, judged)
@@ -203,7 +218,7 @@ class Comparison:
         InputError if a rule or a wanted layer names nothing that the reference has.
         """
         if self._named:
-            for name in (*(self._wanted or ()), *self._rules):
+            for name in (*(self._wanted or ()), *self._storage.rules, *self._storage.formats):
                 if name not in self._named:
                     raise InputError(f"the reference has no layer or channel '{name}'")
         notes = self._notes
@@ -229,28 +244,32 @@ class Comparison:
 
 
 def _found_layers(
-    module: str, matcher: Matcher, reference: Sequence[Layer], optional: set[str]
-) -> tuple[dict[str, Layer], dict[str, Result]]:
-    """The other renderer's layers by name, and the results of those that cannot be compared.
+    module: str, matcher: Matcher, reference: Sequence[Layer], optional: set[str], storage: Storage
+) -> tuple[dict[str, Layer], dict[str, Result], dict[str, Stored]]:
+    """The other renderer's layers by name, the results of those that cannot be compared, and how some are stored.
 
     All are found before one is judged, as later stages are judged by earlier ones.
     """
     found: dict[str, Layer] = {}
     refused: dict[str, Result] = {}
+    stored: dict[str, Stored] = {}
     missing: list[Layer] = []
     for right in reference:
         try:
             layer = matcher.find(right)
             if layer is not None:
+                layer, how = storage.read(layer, right)
                 check_comparable(layer, right)
                 found[right.name] = layer
+                if how is not None:
+                    stored[right.name] = how
             elif right.name not in optional:
                 missing.append(right)
         except MismatchError as error:
             refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
     for right in missing:  # after all that were found: a channel left over may be it
         refused[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
-    return found, refused
+    return found, refused, stored
 
 
 def _without_intervals(names: Sequence[str]) -> set[str]:

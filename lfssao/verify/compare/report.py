@@ -101,6 +101,9 @@ class Report:
         yield f"{self.mine} against {self.reference}: {many}, {known}{self.tolerance}"
         if self.estimator is not None:
             yield f"ao_1, ... of estimator {self.estimator} must have equal values: no intervals of it are known"
+        how = {(stage_order(r.layer), f"{r.layer}: {r.stored}") for r in self.results if r.stored}
+        for _, words in sorted(how):
+            yield f"{words}; its interval is wider by that, and later stages are judged on what is read of it"
         yield ""
         yield from _table(self.summary())
         failing = [r for r in self.results if self.code(r) > WARNING and not _is_missing(r)]

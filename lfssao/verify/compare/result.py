@@ -67,6 +67,8 @@ class Result:
         The worst, at most ten, the worst first.
     diagnosis : Diagnosis or None
         Which change of the reference explains it; None where it is right, or no diagnosis was made.
+    stored : str
+        How it was stored, such as 'stored as unorm8', by which the interval is wider; '' for float32.
     """
 
     module: str
@@ -79,6 +81,7 @@ class Result:
     interval: bool = False
     worst: tuple[Texel, ...] = ()
     diagnosis: Diagnosis | None = None
+    stored: str = ""
 
 
 def result_of(

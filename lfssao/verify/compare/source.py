@@ -13,6 +13,7 @@ from lfssao.rendering.folder import load_manifest
 from lfssao.rendering.image_file import ENDINGS, ImagePart, part_of, read_image_file
 from lfssao.rendering.manifest import MANIFEST, digest
 from lfssao.verify.case import IMAGES, Case
+from lfssao.verify.compare.files import File, Files, files_like, holds_modules, module_of
 from lfssao.verify.compare.layers import Layer, layers_of
 from lfssao.verify.compare.view_case import not_written, view_case
 from lfssao.verify.kit.folder import read_case, read_index
@@ -129,53 +130,47 @@ class Mine:
     """The other renderer's folder or file, its files by modules of the reference."""
 
     path: Path
-    files: dict[str, list[tuple[Path, str]]]  # each with the rest of its name: the layer, where a file has one
+    files: dict[str, list[File]]
     extra: tuple[str, ...]  # files that seem to hold modules which the reference does not have
 
     @classmethod
-    def open(cls, path: Path, reference: Reference) -> "Mine":
+    def open(cls, path: Path, reference: Reference, patterns: Files = ()) -> "Mine":
         """Find the files of the reference's modules.
 
-        ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', one layer of it. InputError if
-        the path is not there, or one is a file and the other a folder.
+        Patterns come first. ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', one layer
+        of it; an EXR file of another name may have parts or channels ``module_003.merged`` of all. InputError if the
+        path is not there, no file is like a pattern, or one is a file and the other a folder.
         """
         if not path.exists():
             raise InputError(f"{path}: there is no such file or folder")
-        if path.is_dir() != reference.path.is_dir():
+        names = list(reference.files)
+        if path.is_dir() != reference.path.is_dir() and (path.is_dir() or not holds_modules(path, names)):
             kinds = ["a folder" if p.is_dir() else "a file" for p in (path, reference.path)]
             raise InputError(f"{path} is {kinds[0]} and {reference.path} is {kinds[1]}: compare like with like")
-        names = list(reference.files)
-        if not path.is_dir():
-            return cls(path, {names[0]: [(path, "")]}, ())
-        files: dict[str, list[tuple[Path, str]]] = {name: [] for name in names}
-        others = []
-        for stem, file in _images(path):
-            module = _module_of(stem, names)
-            if module is None:
+        if not reference.path.is_dir() and not patterns:
+            return cls(path, {names[0]: [File(path)]}, ())
+        there = _images(path)
+        files, claimed = files_like([file for _, file in there], patterns, names)
+        others, named = [], set()
+        for stem, file in there:
+            module = module_of(stem, names) if path.is_dir() else None
+            if module is not None and file not in claimed:
+                files[module].append(File(file, stem[len(module) + 1 :]))
+                named.add(module)
+            elif not any(file == own.path for found in files.values() for own in found):
                 others.append(file)
-            else:
-                files[module].append((file, stem[len(module) + 1 :]))
-        alike = {_pattern(name) for name in names}
         if reference.kit and len(names) == 1 and not any(files.values()):  # the outputs of a case by their names
-            return cls(path, {names[0]: [(file, file.stem) for file in others]}, ())
-        extra = [f.name for f in others if reference.manifest is None or _pattern(f.stem) in alike]
-        return cls(path, files, tuple(extra))
+            return cls(path, {names[0]: [File(file, file.stem) for file in others]}, ())
+        unnamed, alike = [name for name in names if name not in named], {_pattern(name) for name in names}
+        shared = [file for file in others if holds_modules(file, unnamed)]
+        for name in unnamed:
+            files[name] += [File(file, shared=True) for file in shared]
+        strange = [f for f in others if reference.manifest is None or f in claimed or _pattern(f.stem) in alike]
+        return cls(path, files, tuple(f.name for f in strange if f not in shared))
 
     def parts(self, module: str) -> list[ImagePart]:
-        """All parts of a module's files; one without name has that of the layer in its file's name.
-
-        InputError if a file cannot be read.
-        """
-        parts = []
-        for path, layer in self.files[module]:
-            parts += [replace(part, name=part.name or layer) for part in read_image_file(path)]
-        return parts
-
-
-def _module_of(stem: str, names: Sequence[str]) -> str | None:
-    """The longest name that a file's begins with, as a whole word."""
-    fitting = [n for n in names if stem == n or (stem.startswith(n) and not stem[len(n)].isalnum())]
-    return max(fitting, key=len, default=None)
+        """All parts of a module's files; InputError if a file cannot be read."""
+        return [part for file in self.files[module] for part in file.parts(module, list(self.files))]
 
 
 def _pattern(name: str) -> str:

@@ -1,0 +1,222 @@
+"""Textures of fewer bits, and of visibility, in ``lfssao compare``: right ones conform, one step more does not."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from compare_folders import compare, copied, different, rendered, single, write_image
+
+import lfssao
+from lfssao.ao.ssao import algorithm1, algorithm2
+from lfssao.optics.view import KINDS, WorldToImage
+from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.verify.bounds.bounds import exactly
+from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.verdict import Verdict
+
+AO = ("ao_1", "ao_2", "merged", "blurred")
+CODES = {"unorm8": (255, np.uint8), "unorm16": (65535, np.uint16), "srgb8": (255, np.uint8)}
+
+
+def encode(values, kind):
+    """The codes that a renderer writes into a texture of a format."""
+    if kind == "half":
+        return values.astype(np.float16)
+    values = np.clip(values.astype(np.float64), 0, 1)
+    if kind == "srgb8":
+        values = np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
+    return np.floor(values * CODES[kind][0] + 0.5).astype(CODES[kind][1])
+
+
+def decode(codes, kind):
+    """The values that a texture unit reads of it."""
+    values = codes.astype(np.float64) if kind == "half" else codes / CODES[kind][0]
+    if kind == "srgb8":
+        values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return values.astype(np.float32)
+
+
+def render(source, target, module, kinds, alter=lambda layer, codes: codes, ending="npy"):
+    """A renderer's folder, a module of which has layers stored in some formats, each made of what is read before it.
+
+    ``alter`` changes what is stored before it is written and read.
+    """
+    (copied(source, target) / f"{module}.exr").unlink()
+    manifest = json.loads((source / "manifest.json").read_text())
+    entry = next(entry["view"] for entry in manifest["views"] if entry["name"] == module)
+    mapping = WorldToImage(KINDS.index(entry["world_to_image_kind"]), np.array(entry["world_to_image"]))
+    samples, radii = np.array(manifest["settings"]["samples"]), manifest["settings"]["radii"]
+    guard, back, made = entry["guard"], entry["screen_to_world"], {}
+
+    def store(layer, texture):
+        codes = alter(layer, encode(texture, kinds[layer]) if layer in kinds else texture)
+        made[layer] = decode(codes, kinds[layer]) if layer in kinds else codes
+        if layer == "depth" and kinds.get(layer) == "unorm16":
+            made[layer] = np.where(codes == 65535, np.float32(np.inf), made[layer])
+        cut = 0 if layer in ("depth", "positions", "color") else guard
+        shown = codes[cut : len(codes) - cut, cut : codes.shape[1] - cut]
+        if ending == "png" and layer in kinds:
+            write_image(target / f"{module}_{layer}.png", shown.reshape(*shown.shape[:2], -1), shown.dtype.name)
+        else:
+            np.save(target / f"{module}_{layer}.npy", shown)
+
+    for layer in ("depth", "color"):
+        store(layer, np.squeeze(single(source, module, layer)))
+    positions = single(source, module, "positions")
+    store("positions", np.where(np.isfinite(positions), np.nextafter(positions, np.float32(9)), positions))
+    for number, radius in enumerate(radii, start=1):
+        if back is None:
+            ao = algorithm2(made["depth"], made["positions"], mapping, samples, radius)
+        else:
+            ao = algorithm1(made["depth"], np.array(back), mapping.numbers.reshape(4, 4), samples, radius)
+        store(f"ao_{number}", ao.texture)
+    store("merged", lfssao.merge([made[f"ao_{k + 1}"] for k in range(len(radii))]))
+    store("blurred", lfssao.blur(made["merged"], manifest["settings"]["blur_sigma"]))
+    store("shaded", lfssao.shade(made["color"], made["blurred"]))
+    return target
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory):
+    return rendered(tmp_path_factory.mktemp("guarded") / "reference", "--guard", "3")
+
+
+@pytest.mark.parametrize("folder", ["reference", "guarded"])
+@pytest.mark.parametrize(
+    ("kinds", "said", "ending"),
+    [(dict.fromkeys((*AO, "depth", "color", "shaded"), "half"), {}, "npy"),
+     (dict.fromkeys((*AO, "color", "shaded"), "unorm8"), {"color": "unorm8", "shaded": "unorm8"}, "png"),
+     ({**dict.fromkeys(AO, "unorm8"), "color": "srgb8", "shaded": "srgb8"}, {}, "png"),
+     (dict.fromkeys((*AO, "color", "shaded"), "unorm16"), {}, "png")],
+    ids=["half", "unorm8", "srgb8", "unorm16"],
+)  # fmt: skip
+def test_a_renderer_that_stores_fewer_bits_conforms(tmp_path, request, folder, kinds, said, ending):
+    source = request.getfixturevalue(folder)
+    mine = render(source, tmp_path / "mine", "module_004", kinds, ending=ending)
+    report = lfssao.compare(mine, source, stored=said)
+    assert report.exit_code == 0
+    own = {r.layer: r for r in report.results if r.module == "module_004"}
+    assert {name: r.stored for name, r in own.items() if r.stored} == {n: f"stored as {k}" for n, k in kinds.items()}
+    assert own["merged"].verdict is own["shaded"].verdict is Verdict.INSIDE
+    assert all(f"{name}: stored as {kind}; its interval is wider" in str(report) for name, kind in kinds.items())
+    assert lfssao.compare(mine, source, stored=said, exact=True).exit_code == 2
+
+
+def test_a_cameras_depth_of_16_bits_has_no_surface_at_its_largest_code(tmp_path):
+    words = ["render", "statue", "--camera", "--resolution", "48x32", "--radii", "4%", "-o", str(tmp_path / "camera")]
+    assert lfssao.cli.main.main(words) == 0
+    mine = render(tmp_path / "camera", tmp_path / "mine", "camera", {"depth": "unorm16"})
+    report = lfssao.compare(mine, tmp_path / "camera")
+    assert (report.exit_code, different(report)["camera", "depth"]) == (0, Verdict.INSIDE)
+
+    def nearer(_, codes):
+        return codes - (codes == 65535) if codes.dtype == np.uint16 else codes
+
+    mine = render(tmp_path / "camera", tmp_path / "wrong", "camera", {"depth": "unorm16"}, nearer)
+    assert different(lfssao.compare(mine, tmp_path / "camera"))["camera", "depth"] is Verdict.OUTSIDE
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "behind"),
+    [("ao_1", "half", "merged"), ("merged", "half", "blurred"), ("merged", "unorm8", "blurred"),
+     ("merged", "unorm16", "blurred"), ("blurred", "unorm8", "shaded"), ("color", "srgb8", "shaded")],
+)  # fmt: skip
+def test_one_step_off_fails_alone_and_so_does_what_is_not_made_of_stored_values(
+    tmp_path, reference, name, kind, behind
+):
+    def off(layer, codes):
+        if layer == name:
+            codes[16, 24] = np.nextafter(codes[16, 24], np.float16(9)) if kind == "half" else codes[16, 24] + 1
+        return codes
+
+    def unread(layer, codes):
+        """The reference's texture, an ulp off."""
+        own = np.squeeze(single(reference, "module_004", layer))
+        return np.where(own > 0, np.nextafter(own, np.float32(9)), own) if layer == behind else codes
+
+    for alter, wrong in ((off, name), (unread, behind)):
+        mine = render(reference, tmp_path / alter.__name__, "module_004", {name: kind}, alter)
+        report = lfssao.compare(mine, reference, diagnosis=False)
+        failing = {r.layer: r.outside for r in report.results if report.code(r)}
+        assert set(failing) == {wrong}
+        assert (failing[wrong] == 1) == (alter is off)
+
+
+def test_float32_files_hold_formats_that_the_user_says(tmp_path, reference, capsys):
+    mine = render(reference, tmp_path / "mine", "module_004", {"merged": "unorm8"})
+    file = mine / "module_004_merged.npy"
+    codes = np.load(file)
+    np.save(file, codes * np.float32(1 / 255))  # some are an ulp off the quotient
+    assert compare(mine, reference) == 2
+    assert compare(mine, reference, "--stored", "merged=unorm8") == 0
+    assert compare(mine, reference, "--stored", "merged=unorm16") == 2
+    np.save(file, codes)
+    assert compare(mine, reference, "--stored", "merged=unorm16") == 3
+    assert "it is of uint8" in capsys.readouterr().out
+    for wrong in ("merged=unorm4", "merged=srgb8", "positions=half", "nothing=half", "merged"):
+        assert compare(mine, reference, "--stored", wrong) == 4
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("kind", ["", "half", "unorm8"])
+def test_visibility_is_taken_for_occlusion(tmp_path, reference, capsys, kind):
+    """Merged visibility is written, read, blurred and written so, and shades."""
+    mine = copied(reference, tmp_path / "mine")
+    seen = 1 - single(reference, "module_004", "merged")[..., 0]
+    codes = encode(seen, kind) if kind else seen
+    light = lfssao.blur(decode(codes, kind) if kind else seen, 1.0)
+    parts = read_exr(mine / "module_004.exr")
+    shaded = single(reference, "module_004", "color") * light[..., None]
+    parts["shaded"] = replace(parts["shaded"], pixels=shaded, channels=("R", "G", "B"))
+    parts["blurred"] = Part("light", ("Y",), light[..., None])
+    write_exr(mine / "module_004.exr", [part for name, part in parts.items() if name != "merged"])
+    rules = {"1-merged.AO": "vis.Y", "1-blurred": "light"}
+
+    def failing(**more):
+        report = lfssao.compare(mine, reference, **{"rules": rules, "diagnosis": False, **more})
+        own = {r.layer: r for r in report.results if r.module == "module_004"}
+        words = ["1 - visibility"] + [f"stored as {kind}"] * bool(kind)
+        assert own["merged"].stored in (", ".join(words), ", ".join(words[1:]))
+        return {name for name, r in own.items() if report.code(r)}
+
+    np.save(mine / "module_004_vis.npy", codes)
+    assert failing() == set()
+    assert failing(model="strict") == {"blurred", "shaded"}
+    assert failing(rules={"merged.AO": "vis.Y", "1-blurred": "light"}) >= {"merged", "blurred"}
+    codes[16, 24] += 1 if kind == "unorm8" else 1e-3
+    np.save(mine / "module_004_vis.npy", codes)
+    assert "merged" in failing()
+    for wrong in (["vis.Y=1-depth"], ["vis=merged", "--map", "vis=1-merged"]):
+        assert compare(mine, reference, "--map", *wrong) == 4
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "visibility"), [("half", False), ("unorm8", False), ("unorm8", True), ("unorm16", False), ("srgb8", False)]
+)
+def test_bounds_of_stored_values_are_the_nearest_of_the_format(kind, visibility):
+    """For all codes: what lies 0.45 of a step above one is stored as that, 0.55 as the next, the middle as either."""
+    if kind == "half":
+        codes = np.arange(0x7C01, dtype=np.uint16).view(np.float16)  # zero, subnormal, normal, infinite
+        steps = np.minimum(codes.astype(np.float64), 65536)
+    else:
+        codes = np.arange(CODES[kind][0] + 1).astype(CODES[kind][1])
+        steps = codes.astype(np.float64)
+
+    def inside(part, chosen):
+        values, read = decode(steps[:-1] + part * np.diff(steps), kind)[None], decode(chosen, kind)[None]
+        values, read = (1 - values, 1 - read) if visibility else (values, read)
+        return ~Stored(kind, visibility).bounds(exactly(values), MODELS["strict"]).outside(read)
+
+    below, above = codes[:-1], codes[1:]
+    assert inside(0.45, below).all()
+    assert not inside(0.45, above).any()
+    assert inside(0.55, above).all()
+    assert not inside(0.55, below).any()
+    if not visibility:  # 1 less a middle is rounded
+        assert inside(0.5, below).all()
+        assert inside(0.5, above).all()
+    beyond = Stored(kind).bounds(exactly(np.float32([[-1e-9, 1e6]])), MODELS["shader"])
+    assert not beyond.outside(decode(codes[[0, -1]], kind)[None]).any()

@@ -31,7 +31,7 @@ JOBS = {
 
 @dataclass(frozen=True)
 class Bug:
-    """What is planted in a layer of a job: the texture made with values, which are drawn from ranges."""
+    """The bug planted in a layer of a job: the texture made with values, which are drawn from ranges."""
 
     job: str
     layer: str

@@ -194,7 +194,8 @@ def test_names_are_text_and_never_markup(browser, tmp_path, report):
     assert (texts(browser, "b"), texts(browser, "li")) == ([], [shown])
     assert texts(browser, ".verdicts th")[-2:] == [shown, "module_004"]
     browser.find_elements("css selector", ".verdicts a")[0].click()
-    assert texts(browser, "article:not([hidden]) h2") == [f"{shown}, {shown}"]
+    opened = [f"{shown}, {shown}"]
+    WebDriverWait(browser, 10).until(lambda page: texts(page, "article:not([hidden]) h2") == opened)
     assert browser.get_log("browser") == []
 
 

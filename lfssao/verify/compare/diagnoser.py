@@ -14,6 +14,7 @@ from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
+from lfssao.verify.compare.view_case import not_written
 from lfssao.verify.diagnosis.diagnose import Diagnosis, Known, diagnose
 from lfssao.verify.judge import inputs_of
 from lfssao.verify.verdict import Judgement, Verdict
@@ -35,14 +36,17 @@ class Diagnoser:
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         if case.stage != VIEW or judged.verdict not in _WRONG or stage in self._given_up:
             return None
-        entry = self._reference.entries[module]["view"]
+        try:
+            cast = np.array(self._reference.entries[module]["view"]["cast_from_world"], np.float64).reshape(3, 4)
+        except (LookupError, TypeError, ValueError) as error:
+            raise not_written(self._reference.path, error) from error
         known = Known(
             {
                 self._words(module, other): described_mapping(described.parameters)
                 for other, described in self._others(module)
             },
             lambda: dict(self._depths(module)),
-            np.array(entry["cast_from_world"], np.float64).reshape(3, 4),
+            cast,
         )
         found = diagnose(name, inputs_of(mine, case), case, judged, mine[name], self._model, known, self._found[stage])
         if found is not None and found.fits:

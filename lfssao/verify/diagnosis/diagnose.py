@@ -69,6 +69,7 @@ class Known:
     cast_from_world: FloatArray | None = None
 
 
+@np.errstate(all="ignore")  # a broken texture may hold any numbers
 def diagnose(
     name: str,
     inputs: Arrays,
@@ -256,9 +257,10 @@ class _View:
             return None
         mapping, guard = described_mapping(parameters), self.guard
         by_matrix = estimator == "lf" and back is not None
-        if positions is None and not by_matrix:
+        names = [f"ao_{k + 1}" for k in range(len(parameters["radii"]))]
+        if (positions is None and not by_matrix) or self.name not in names:
             return None
-        radius = parameters["radii"][int(self.name.removeprefix("ao_")) - 1]
+        radius = parameters["radii"][names.index(self.name)]
         samples = np.asarray(self.inputs["samples" if estimator == "lf" else "points"], np.float64)
         surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
 

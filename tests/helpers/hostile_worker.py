@@ -124,7 +124,7 @@ def main(kind, start, stop, reference, mine, folder):
         begin = time.process_time()
         limit = int(begin) + 4 * SECONDS  # a hang ends the process
         resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.getrlimit(resource.RLIMIT_CPU)[1]))
-        code, text = verdict(sides["mine"], sides["reference"])
+        code, text = verdict(sides["mine"], sides["reference"], number)
         seconds = time.process_time() - begin
         print(json.dumps({"number": number, "code": code, "seconds": seconds, "text": text}), flush=True)
 

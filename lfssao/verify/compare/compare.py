@@ -49,11 +49,9 @@ def compare(
     Parameters
     ----------
     mine, reference : str or Path
-        Two folders or two files; EXR, TIFF, PNG or NPY. Acceptance intervals are known where the reference is what
-        ``lfssao render`` wrote, next to its manifest.
+        Two folders or two files; EXR, TIFF, PNG or NPY. Intervals are known where ``lfssao render`` wrote the latter.
     rules : mapping, optional
-        Layers or channels of the reference, each with the other renderer's name of it, where conventions do not tell;
-        '1-merged' for a name of its visibility, 1 - merged.
+        Layers or channels of the reference, or '1-merged' for visibility, each with the other renderer's name of it.
     layers : sequence of str, optional
         Compare these layers of the reference only.
     cases : sequence of str, optional
@@ -66,16 +64,13 @@ def compare(
     model : str
         Limits of the renderer's arithmetic (``lfssao.verify.bounds.error_model.MODELS``).
     mesh : str, optional
-        File of the mesh that the reference was rendered of, by which depth and colour are judged; the embedded scenes
-        need none.
+        File of the mesh that the reference was rendered of, which judges depth and colour; embedded scenes need none.
     diagnosis : bool
         Whether a search names the change of the reference that explains a wrong texture of a rendered view.
     page : bool
         Whether the report keeps textures for ``write_html``.
-    stored : mapping, optional
-        The format of layers where the files' types do not tell: half, unorm8, unorm16 or, of colours, srgb8.
-    files : mapping or sequence of str, optional
-        Layers by patterns of files' names with {module} or {number}; or strings 'PATTERN=LAYER', or 'PATTERN'.
+    stored, files : mappings, optional
+        Formats of layers, and layers by patterns of files' names, as ``--stored`` and ``--files`` have them.
 
     Returns
     -------
@@ -85,8 +80,7 @@ def compare(
     Raises
     ------
     InputError
-        If there is nothing to compare, or the manifest or an argument is wrong. Faults of single files and layers are
-        in the report.
+        If there is nothing to compare, or the manifest or an argument is wrong; faults of files are in the report.
     """
     chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page, stored, files
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)

@@ -69,7 +69,8 @@ class ViewBounds:
         stored: Mapping[str, Stored] | None = None,
     ) -> None:
         self._parameters, self._inputs, self._model = parameters, inputs, model
-        self._own, self._right, self._mesh, self._stored = own or {}, right or {}, mesh or {}, stored or {}
+        self._own, self._right, self._stored = own or {}, right or {}, stored or {}
+        self._mesh = {} if mesh is None else mesh  # its length would cast all rays
         self._guard, self._names = int(parameters["guard"]), [f"ao_{k + 1}" for k in range(len(parameters["radii"]))]
         self._layers: dict[str, Bounds | None] = {}
 

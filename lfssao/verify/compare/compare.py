@@ -13,7 +13,7 @@ from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
 from lfssao.verify.compare.page.textures import Textures
-from lfssao.verify.compare.picture import Panels
+from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, result_of
@@ -194,7 +194,8 @@ class Comparison:
             if self._diagnoser is not None and not (name in stored and name.startswith(("ao", "merged"))):
                 result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged))
             self._results.append(result)
-            panels.offer(found[name], right, judged)
+            if self._panels is None or self._panels.rank < WORST_RANK:
+                panels.offer(found[name], right, judged)
             if self._textures is not None:
                 self._textures.add(module, found[name], right, judged)
             if judged.verdict is Verdict.DIFFERENT and name in lacking:

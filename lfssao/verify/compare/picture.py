@@ -14,6 +14,7 @@ from lfssao.verify.compare.metrics import difference, span
 from lfssao.verify.verdict import FAILED, Judgement, Verdict, texels
 
 WIDTH = 480  # pixels of each panel, at most
+WORST_RANK = 2  # of panels that show what is wrong
 _MOST_ROWS = 12
 _FORMATS = (".png", ".svg", ".pdf")
 _COLORS = ("#e6e6e6", "#5b8def", "#d62728")
@@ -31,7 +32,7 @@ class Panels:
     def offer(self, mine: Layer, reference: Layer, judged: Judgement) -> None:
         """Keep a stage; the first alone of those with equal bits, until one differs."""
         verdict = judged.verdict
-        rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code < FAILED else 2
+        rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code < FAILED else WORST_RANK
         if (self.rows and rank == 0) or len(self.rows) >= _MOST_ROWS:
             return
         if self.rank == 0:
@@ -44,20 +45,20 @@ class Panels:
         self.rows.append(
             {
                 "title": f"{reference.name}: {verdict.title}",
-                "reference": colors_of(reference, *ends)[::step, ::step],
-                "mine": colors_of(mine, *ends)[::step, ::step],
+                "reference": colors_of(reference, *ends, step),
+                "mine": colors_of(mine, *ends, step),
                 "difference": largest(difference(mine.planes, reference.planes), step),
                 "verdict": largest(differing.astype(np.uint8) + outside, step),
             }
         )
 
 
-def colors_of(layer: Layer, low: float, high: float) -> NDArray[np.uint8]:
-    """Codes (H, W, 3) of a layer: linear colours in sRGB, other three channels as they are, else the first as grey.
+def colors_of(layer: Layer, low: float, high: float, step: int) -> NDArray[np.uint8]:
+    """Codes of a layer (H, W, 3): linear colours in sRGB, other three channels as they are, else the first as grey.
 
-    No surface, infinite depth, is white.
+    They are of each ``step``-th row and column. No surface, infinite depth, is white.
     """
-    planes = layer.planes[:3] if len(layer.planes) >= 3 else layer.planes[:1] * 3
+    planes = [plane[::step, ::step] for plane in (layer.planes[:3] if len(layer.planes) >= 3 else layer.planes[:1] * 3)]
     with np.errstate(all="ignore"):
         scaled = [(plane.astype(np.float64) - low) / ((high - low) or 1.0) for plane in planes]
     image = np.stack([np.nan_to_num(s, nan=1.0, posinf=1.0, neginf=0.0) for s in scaled], axis=-1)

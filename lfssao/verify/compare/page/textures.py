@@ -95,7 +95,7 @@ def _pictures(mine: Layer, reference: Layer, codes: _Codes, step: int) -> dict[s
     """PNG files of both sides and of the difference; no mine where it looks as the reference does."""
     ends = span(reference.texture)
     sides = reference, replace(mine, channels=reference.channels)  # colours are colours by the reference's names
-    right, own = (colors_of(layer, *ends)[::step, ::step] for layer in sides)
+    right, own = (colors_of(layer, *ends, step) for layer in sides)
     height, width = codes.codes.shape
     overview = max(1, -(-max(height, width) // WIDTH))
     return {

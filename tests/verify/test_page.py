@@ -120,6 +120,23 @@ def test_the_pointer_reads_the_planted_texel(browser, page, report, reference):
         assert (there["texel"], there["verdict"], there["why"]) == ("25, 16", "equal bits", "")
 
 
+def test_a_wrong_texel_that_is_none_of_the_worst_has_a_reason(browser, tmp_path, reference):
+    mine = reference
+    for layer, value in {"merged": 0.7, "blurred": 0.9}.items():
+        mine = changed(mine, tmp_path / layer, "module_004", poke(layer, np.s_[:4, :4], value))
+    report = lfssao.compare(mine, reference, diagnosis=False, page=True)
+    report.write_html(tmp_path / "page.html")
+    corner = {(i, j) for i in range(4) for j in range(4)}  # sixteen wrong texels, of which at most ten are listed
+    for layer, words in {"merged": "each texel has its own reason", "blurred": "expected: the blur of"}.items():
+        (result,) = (r for r in report.results if (r.module, r.layer) == ("module_004", layer))
+        place = min(corner - {(t.column, t.row) for t in result.worst})
+        browser.get("about:blank")
+        browser.get(f"{(tmp_path / 'page.html').as_uri()}#module_004/{layer}")
+        WebDriverWait(browser, 30).until(lambda _: browser.find_element("tag name", "canvas").is_displayed())
+        found = hover(browser, browser.find_element("tag name", "canvas"), *place)
+        assert (found["verdict"], found["why"][: len(words)]) == ("outside the interval", words)
+
+
 def test_doubles_channels_and_infinities_are_read_exactly(browser, tmp_path):
     right = np.random.default_rng(3).normal(size=(5, 8, 3))
     right[0, 0], own = (-0.0, np.inf, np.nan), right.copy()

@@ -121,7 +121,14 @@ function read() {
     reference: right.map(digits).join(" "),
     "off by": own.map((v, k) => Object.is(v, right[k]) ? "0" : digits(v - right[k])).join(" "),
     interval: low ? range(low, high) : "none is known",
+    why: why ?? (texture.verdicts[place] === 2 ? expected() : ""),
   };
+}
+
+// Why a texel is wrong that is none of the worst: what holds for all of the texture, as each has its own reason else.
+function expected() {
+  const reason = find("[data-texel] td:last-child", article).textContent;
+  return /^(expected|$)/.test(reason) ? reason : "each texel has its own reason: press N for those of the worst";
 }
 
 function show() {
@@ -155,7 +162,7 @@ async function open() {
     if (texture) {
       find("header", article).after(viewer);
       canvases.forEach((canvas) => { canvas.style.aspectRatio = `${texture.width} / ${texture.height}`; });
-      find("#ends").textContent = `logarithmic, ${texture.low.toPrecision(2)} to ${texture.high.toPrecision(2)}`;
+      find("#ends").textContent = `logarithmic, ${+texture.low.toPrecision(3)} to ${+texture.high.toPrecision(3)}`;
       if (!same) { texel = null; fit(); }
     }
   }

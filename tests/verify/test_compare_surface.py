@@ -6,7 +6,8 @@ from compare_folders import changed, compare, different, poke, remade, single, w
 
 import lfssao
 from lfssao.gbuffer.caster import RayCaster
-from lfssao.verify.bounds.depth import displaced, stray_limit
+from lfssao.verify.bounds.depth import depth_bounds, displaced, stray_limit
+from lfssao.verify.compare import surface
 from lfssao.verify.verdict import Verdict
 
 
@@ -37,6 +38,15 @@ def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
     assert "is not what 'lfssao render' writes" in capsys.readouterr().err
 
 
+def test_rays_are_cast_only_where_depth_or_colour_differ(tmp_path, monkeypatch, reference):
+    cast = []
+    monkeypatch.setattr(surface, "depth_bounds", lambda *given: cast.append(1) or depth_bounds(*given))
+    for layer, count in (("blurred", 0), ("depth", 1)):
+        mine = changed(reference, tmp_path / layer, "module_004", poke(layer, (8, 8), 0.7))
+        assert different(lfssao.compare(mine, reference, diagnosis=False))
+        assert len(cast) == count
+
+
 @pytest.mark.parametrize(
     ("place", "value", "code"),
     [
@@ -54,8 +64,8 @@ def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
 )
 def test_a_manifest_that_does_not_give_the_mesh_its_view(tmp_path, capsys, reference, place, value, code):
     folder = with_entry(reference, tmp_path / "reference", place, value)
-    surface = np.argwhere(np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40]
-    mine = changed(reference, tmp_path / "mine", "module_004", poke("depth", tuple(surface), 2.0))
+    seen = np.argwhere(np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40]
+    mine = changed(reference, tmp_path / "mine", "module_004", poke("depth", tuple(seen), 2.0))
     assert compare(mine, folder, "--layers", "depth") == code
     assert ("manifest" in capsys.readouterr().err) == (code == 4)
 
@@ -66,9 +76,9 @@ def test_without_the_mesh_a_texel_that_cannot_be_judged_is_a_warning_and_many_ar
     limit = stray_limit(depth)
     assert limit > 0
     for count in (limit, limit + 1):
-        surface = np.argwhere(np.isfinite(depth))[5::15][:count]
-        assert len(surface) == count
-        mine = changed(reference, tmp_path / f"mine_{count}", "module_004", poke("depth", tuple(surface.T), -1.5))
+        seen = np.argwhere(np.isfinite(depth))[5::15][:count]
+        assert len(seen) == count
+        mine = changed(reference, tmp_path / f"mine_{count}", "module_004", poke("depth", tuple(seen.T), -1.5))
         report = lfssao.compare(mine, unknown)
         if count == limit:
             assert different(report) == {("module_004", "depth"): Verdict.INSIDE}

@@ -54,7 +54,7 @@ def relief_case() -> Case:
 def image_offsets(case: Case) -> np.ndarray:
     """The offsets after the linear part of the mapping's first three rows, (n, 3): done once a sample, as in lfssao."""
     _, _, offsets, projection = case
-    return np.ascontiguousarray(ssao.transform_offsets(offsets, projection)[:, :3])
+    return np.ascontiguousarray(ssao.transform_offsets(offsets, projection, None)[:, 2, :3])
 
 
 def in_c(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray] | None:
@@ -79,7 +79,7 @@ def ours(case: Case) -> Callable[[], np.ndarray]:
     ao, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, depth.shape[0]), np.int64)
 
     def run() -> np.ndarray:
-        ssao.algorithm2(depth, positions, offsets[None], projection, ao, outside)
+        ssao.algorithm2(depth, positions, offsets[None], projection, None, ao, outside)
         return ao[0]
 
     return run

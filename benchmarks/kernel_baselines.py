@@ -6,11 +6,16 @@ from typing import Any
 import numpy as np
 from stages import Baseline
 
-from lfssao.ao.kernels.ssao import transform_offsets
+from lfssao.ao.kernels import ssao
 
 ESTIMATORS = "lfssao.ao.estimators."
 KERNELS = ESTIMATORS + "kernels."
 FILTERS = ("rotated", "arithmetic", "harmonic", "min", "max")
+
+
+def _transformed(offsets: Any, projection: Any) -> Any:
+    """The offsets after the mapping's linear part, (n, 4)."""
+    return np.ascontiguousarray(ssao.transform_offsets(offsets, projection, None)[:, 2])
 
 
 def _size(a: Any) -> list[int]:
@@ -22,7 +27,7 @@ def _scene(view: Any, radius: Any, occlusion: Any) -> list[Any]:
 
 
 def _points(a: Sequence[Any]) -> list[Any]:
-    view, ball, radius, thickness, occlusion, _ = a
+    view, ball, _, radius, thickness, occlusion, _ = a
     scene = _scene(view._replace(right=view.rows), radius, occlusion)  # points have no use for the rightward direction
     return [
         *scene,
@@ -37,19 +42,19 @@ def _points(a: Sequence[Any]) -> list[Any]:
 
 
 def _lines(a: Sequence[Any]) -> list[Any]:
-    view, disk, radius, thickness, occlusion, _ = a
-    samples = [disk.turns, len(disk.places), *disk[:3], int(disk.tangent)]
+    view, disk, _, radius, thickness, occlusion, _ = a
+    samples = [disk.mirrors, len(disk.places), *disk[:3], int(disk.tangent)]
     return [*_scene(view, radius, occlusion), *samples, thickness, occlusion]
 
 
 def _horizons(a: Sequence[Any]) -> list[Any]:
-    view, fan, radius, occlusion, _ = a
-    return [*_scene(view, radius, occlusion), fan.turns, len(fan.around), fan.around, fan.steps, occlusion]
+    view, fan, _, radius, occlusion, _ = a
+    return [*_scene(view, radius, occlusion), fan.mirrors, len(fan.around), fan.around, fan.steps, occlusion]
 
 
 def _fraction(a: Sequence[Any]) -> list[Any]:
-    seen, offsets, projection, choices, occlusion, _ = a
-    moved = transform_offsets(offsets, projection)
+    seen, offsets, projection, choices, _, occlusion, _ = a
+    moved = _transformed(offsets, projection)
     given = [*seen, offsets, moved, projection.numbers, int(choices.hemisphere), occlusion]
     return [*_size(occlusion), len(offsets), *given]
 
@@ -70,8 +75,8 @@ def _sampling(a: Sequence[Any]) -> list[Any]:
 
 
 def _area(a: Sequence[Any]) -> list[Any]:
-    view, disk, pyramid, half_width, radius, thickness, occlusion, _ = a
-    samples = [disk.turns, len(disk.places), *disk[:3], int(disk.tangent), disk.finer]
+    view, disk, pyramid, half_width, _, radius, thickness, occlusion, _ = a
+    samples = [disk.mirrors, len(disk.places), *disk[:3], int(disk.tangent), disk.finer]
     return [
         *_scene(view, radius, occlusion),
         *samples,
@@ -85,11 +90,11 @@ def _area(a: Sequence[Any]) -> list[Any]:
 
 BASELINES = (
     Baseline("lfssao.ao.ssao.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
-             lambda a: [*_size(a[0]), len(a[1]), a[0], transform_offsets(a[1], a[3]), a[2], a[3].numbers, a[4]],
-             (4,)),
+             lambda a: [*_size(a[0]), len(a[1]), a[0], _transformed(a[1], a[3]), a[2], a[3].numbers, a[5]],
+             (5,)),
     Baseline("lfssao.ao.ssao.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
-             lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], transform_offsets(a[2][0], a[3]), a[3].numbers,
-                        a[4]], (4,)),
+             lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], _transformed(a[2][0], a[3]), a[3].numbers,
+                        a[5]], (5,)),
     Baseline("lfssao.ao.post.post_kernels.merge_maximum", "merge, maximum", "merge_maximum",
              lambda a: [*_size(a[1]), a[0], a[1]], (1,)),
     Baseline("lfssao.ao.post.post_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
@@ -119,17 +124,17 @@ BASELINES = (
              lambda a: [*_size(a[0]), *a[:3], a[4], int(a[3][0] == 0), a[5]], (5,)),
     Baseline(ESTIMATORS + "sao.estimator.scalable.occlusion_of", "occlusion of A", "occlusion_of",
              lambda a: [*_size(a[0]), a[0], a[1], a[3]], (3,)),
-    Baseline(ESTIMATORS + "vo.estimator.point_occlusion", "VO points", "vo_points", _points, (4,)),
-    Baseline(ESTIMATORS + "vo.estimator.line_occlusion", "VO lines", "vo_lines", _lines, (4,)),
-    Baseline(ESTIMATORS + "vo.estimator.area_occlusion", "VO area", "vo_area", _area, (6,)),
+    Baseline(ESTIMATORS + "vo.estimator.point_occlusion", "VO points", "vo_points", _points, (5,)),
+    Baseline(ESTIMATORS + "vo.estimator.line_occlusion", "VO lines", "vo_lines", _lines, (5,)),
+    Baseline(ESTIMATORS + "vo.estimator.area_occlusion", "VO area", "vo_area", _area, (7,)),
     Baseline(ESTIMATORS + "vo.estimator.merge_product", "dual radii, product", "merge_product",
              lambda a: [*_size(a[0]), *a], (2,)),
     Baseline(ESTIMATORS + "vo.pyramid.kernels.write_base", "pyramid of moments", "moments_base",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(ESTIMATORS + "vo.pyramid.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
-    Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao", _horizons, (3,)),
-    Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (4,)),
+    Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao", _horizons, (4,)),
+    Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (5,)),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(KERNELS + "multiresolution.halve", "multiresolution, halve", "halve",

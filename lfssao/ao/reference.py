@@ -25,7 +25,12 @@ Point = tuple[float, float, float]
 
 @np.errstate(all="ignore")
 def algorithm1(
-    depth: Texture, screen_to_world: Matrix, world_to_screen: Matrix, samples: Texture, radius: float
+    depth: Texture,
+    screen_to_world: Matrix,
+    world_to_screen: Matrix,
+    samples: Texture,
+    radius: float,
+    turns: Texture | None = None,
 ) -> Texture:
     """LF Algorithm 1: occlusion (H, W) of an ordinary view; arguments as of ``lfssao.algorithm1``."""
     number, ao = depth.dtype.type, np.zeros_like(depth)
@@ -37,28 +42,38 @@ def algorithm1(
             z = depth[j, i]  # 2: pntScrn.z
             *pnt, w = (affine(inverse, row, (x, y, z)) for row in range(4))
             pnt_wrld = [p / w for p in pnt]  # 3
-            ao[j, i] = occluded_fraction(depth, pnt_wrld, mapping, samples, radius)  # 4 to 10
+            turn = None if turns is None else turns[:, j, i]
+            ao[j, i] = occluded_fraction(depth, pnt_wrld, mapping, samples, radius, turn)  # 4 to 10
     return ao
 
 
 @np.errstate(all="ignore")
 def algorithm2(
-    depth: Texture, positions: Texture, world_to_image: WorldToImage, samples: Texture, radius: float
+    depth: Texture,
+    positions: Texture,
+    world_to_image: WorldToImage,
+    samples: Texture,
+    radius: float,
+    turns: Texture | None = None,
 ) -> Texture:
     """LF Algorithm 2: occlusion (H, W) of one module; arguments as of ``lfssao.algorithm2``."""
     ao = np.zeros_like(depth)
     for j, i in np.ndindex(depth.shape):  # 1: pntImg.xy
         if depth[j, i] < np.inf:
             pnt_wrld = positions[j, i]  # 2
-            ao[j, i] = occluded_fraction(depth, pnt_wrld, world_to_image, samples, radius)  # 3 to 9
+            turn = None if turns is None else turns[:, j, i]
+            ao[j, i] = occluded_fraction(depth, pnt_wrld, world_to_image, samples, radius, turn)  # 3 to 9
     return ao
 
 
-def occluded_fraction(depth: Texture, pnt_wrld: Any, mapping: WorldToImage, samples: Texture, radius: float) -> Any:
+def occluded_fraction(
+    depth: Texture, pnt_wrld: Any, mapping: WorldToImage, samples: Texture, radius: float, turn: Any = None
+) -> Any:
     """Lines 3 to 9 of Algorithm 2 (4 to 10 of Algorithm 1): the fraction of samples behind the visible surface.
 
     World to image is an affine map and a projection. The affine map is applied to the point and to the sample's offset,
-    and the two are added, so that a point is mapped once for all its samples.
+    and the two are added, so that a point is mapped once for all its samples. ``turn`` is the cosine and sine of an
+    angle by which the texel's samples are turned about world z, or None: it is added to phi in line 3 of Algorithm 3.
     """
     number, projection = depth.dtype.type, mapping.as_type(depth.dtype)
     kind, m = projection
@@ -67,7 +82,7 @@ def occluded_fraction(depth: Texture, pnt_wrld: Any, mapping: WorldToImage, samp
     pnt = [affine(m, row, pnt_wrld) for row in rows]
     ao = 0
     for offset in (radius * np.asarray(samples, np.float64)).astype(depth.dtype):  # 3, 4
-        smp = [pnt[row] + linear(m, row, offset) for row in rows]  # 5: smpWrld = pntWrld + offset
+        smp = [pnt[row] + turned(m, row, offset, turn) for row in rows]  # 5: smpWrld = pntWrld + offset
         u, v, z, defined = project(projection, *smp, *[number(0)] * (4 - len(smp)))  # 6: smpImg
         if defined and 0 <= u < width and 0 <= v < height:
             sur_depth = depth[floor(v), floor(u)]  # 7
@@ -84,6 +99,14 @@ def affine(m: Any, row: int, p: Any) -> Any:
 def linear(m: Any, row: int, p: Any) -> Any:
     """One row of M (x, y, z, 0)."""
     return (m[4 * row] * p[0] + m[4 * row + 1] * p[1]) + m[4 * row + 2] * p[2]
+
+
+def turned(m: Any, row: int, p: Any, turn: Any) -> Any:
+    """One row of M (x c - y s, x s + y c, z, 0), c and s the cosine and sine of ``turn``."""
+    if turn is None:
+        return linear(m, row, p)
+    (c, s), (x, y, z), k = turn, p, 4 * row
+    return (c * (m[k] * x + m[k + 1] * y) + s * (m[k + 1] * x - m[k] * y)) + m[k + 2] * z
 
 
 def algorithm3(xi1: float, xi2: float) -> Point:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao.kernels import ssao
-from lfssao.ao.textures import Texture, check_fit, check_texture
+from lfssao.ao.textures import Texture, check_fit, check_texture, check_turns
 from lfssao.core.affine import Matrix
 from lfssao.core.pictures import row_png, visibility_codes
 from lfssao.errors import InputError
@@ -43,6 +43,7 @@ def algorithm1(
     world_to_screen: Matrix,
     samples: Texture,
     radius: float,
+    turns: Texture | None = None,
 ) -> Occlusion:
     """LF Algorithm 1: occlusion of an ordinary view from its depth texture and two matrices.
 
@@ -56,6 +57,8 @@ def algorithm1(
         Offsets in the unit ball (``make_samples``).
     radius : float
         R, world units.
+    turns : (2, H, W), same dtype, optional
+        Cosine and sine by which each texel's samples are turned about world z (``texel_turns``); else none are.
 
     Raises
     ------
@@ -63,6 +66,7 @@ def algorithm1(
         If a shape, a dtype or the radius is wrong.
     """
     check_texture("depth", depth, 2)
+    check_turns(turns, depth)
     for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
         if np.shape(matrix) != (4, 4):
             raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
@@ -70,7 +74,7 @@ def algorithm1(
     depth = np.ascontiguousarray(depth)
     back, forth = (np.ascontiguousarray(np.ravel(m), depth.dtype) for m in (screen_to_world, world_to_screen))
     occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, forth), occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, forth), turns, occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
 
@@ -80,6 +84,7 @@ def algorithm2(
     world_to_image: WorldToImage,
     samples: Texture,
     radius: float,
+    turns: Texture | None = None,
 ) -> Occlusion:
     """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
 
@@ -95,13 +100,15 @@ def algorithm2(
         Offsets in the unit ball (``make_samples``).
     radius : float
         R, world units.
+    turns : (2, H, W), same dtype, optional
+        Cosine and sine by which each texel's samples are turned about world z (``texel_turns``); else none are.
 
     Raises
     ------
     InputError
         If a shape, a dtype or the radius is wrong.
     """
-    return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,))[0]
+    return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,), turns)[0]
 
 
 def algorithm2_of_radii(
@@ -110,6 +117,7 @@ def algorithm2_of_radii(
     world_to_image: WorldToImage,
     samples: Texture,
     radii: Sequence[float],
+    turns: Texture | None = None,
 ) -> list[Occlusion]:
     """``algorithm2`` of each of several radii, with the same bits, in less time.
 
@@ -119,6 +127,8 @@ def algorithm2_of_radii(
         As for ``algorithm2``.
     radii : sequence of float
         R of each, world units, at least one.
+    turns : (2, H, W), optional
+        As for ``algorithm2``.
 
     Raises
     ------
@@ -130,11 +140,12 @@ def algorithm2_of_radii(
     check_texture("depth", depth, 2)
     check_texture("positions", positions, 3)
     check_fit("positions", positions, depth, 3)
+    check_turns(turns, depth)
     depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)
     offsets = np.stack([scaled_offsets(samples, radius, depth.dtype) for radius in radii])
     occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
     outside = np.empty((len(radii), depth.shape[0]), np.int64)
-    ssao.algorithm2(depth, positions, offsets, world_to_image.as_type(depth.dtype), occlusion, outside)
+    ssao.algorithm2(depth, positions, offsets, world_to_image.as_type(depth.dtype), turns, occlusion, outside)
     return [Occlusion(texture, int(rows.sum())) for texture, rows in zip(occlusion, outside, strict=True)]
 
 

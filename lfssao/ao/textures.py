@@ -29,6 +29,9 @@ class Buffers:
         World coordinates, +infinity where there is no surface.
     normals : (H, W, 3), same dtype, or None
         Unit normals in world space, towards the viewer, 0 where there is no surface; None where none were made.
+    turns : (2, H, W), same dtype, or None
+        Cosine and sine by which each texel's samples are turned about world z (``lfssao.samples.texel_turns``); None
+        where all texels share them.
 
     Raises
     ------
@@ -40,6 +43,7 @@ class Buffers:
     depth: Texture
     positions: Texture
     normals: Texture | None = None
+    turns: Texture | None = None
 
     def __post_init__(self) -> None:
         check_texture("depth", self.depth, 2)
@@ -49,6 +53,7 @@ class Buffers:
             if texture is not None:
                 check_texture(name, texture, 3)
                 check_fit(name, texture, self.depth, 3)
+        check_turns(self.turns, self.depth)
 
     @classmethod
     def of(cls, gbuffer: GBuffer, view: View) -> "Buffers":
@@ -85,3 +90,12 @@ def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> No
     shape = *other.shape, *channels
     if texture.shape != shape or texture.dtype != other.dtype:
         raise InputError(f"{name}: {texture.shape} of {texture.dtype}, expected {shape} of {other.dtype}")
+
+
+def check_turns(turns: Texture | None, depth: Texture) -> None:
+    """Refuse turns whose shape is not (2, H, W) of the depth texture's, or whose dtype is another."""
+    if turns is not None:
+        check_texture("turns", turns, 3)
+        expected = 2, *depth.shape
+        if turns.shape != expected or turns.dtype != depth.dtype:
+            raise InputError(f"turns: {turns.shape} of {turns.dtype}, expected {expected} of {depth.dtype}")

@@ -25,6 +25,7 @@ from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
 from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
+from lfssao.samples.rotation import DECORRELATIONS
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 
@@ -50,6 +51,7 @@ _HELP = {
     "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
     "(default: the estimator's own, LF's is latin)",
     "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
+    "--rotate": f"turn each texel's samples: {', '.join(DECORRELATIONS)}; hash by the seed (default: none)",
     "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
@@ -87,6 +89,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--samples", type=values.samples, metavar="N")
     add("--sampling", metavar="NAME")
     add("--seed", type=values.seed, metavar="N")
+    add("--rotate", default="none", metavar="NAME")
     add("--blur", type=values.blur, default=1.0, metavar="SIGMA")
     add("--filter", default="bilinear", metavar="NAME")
     add("--normals", nargs="?", const="geometric", metavar="KIND")
@@ -154,7 +157,9 @@ def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
     except InputError as error:
         raise InputError(f"--estimator: {error}") from None
     parameters = estimators.read_parameters(estimator, options.parameter)
-    sampling, samples, weights = estimators.read_samples(estimator, options.sampling, options.samples, options.seed)
+    turning = options.rotate == "hash"  # takes the seed, where samples do not
+    seed = None if turning and options.sampling is None and estimator.sampling is None else options.seed
+    sampling, samples, weights = estimators.read_samples(estimator, options.sampling, options.samples, seed)
     return sampling, Settings(
         radii=(0.0,),
         samples=samples,
@@ -166,6 +171,8 @@ def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
         weights=weights,
         neighbours=options.neighbours,
         caster=options.caster,
+        rotation=options.rotate,
+        rotation_seed=(options.seed or 0) if turning else 0,
         layers=options.layers,
     )
 

@@ -67,6 +67,8 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "radii": list(settings.radii),
         "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),
         "weights": None if settings.weights is None else np.asarray(settings.weights).tolist(),
+        "rotation": settings.rotation,
+        "rotation_seed": settings.rotation_seed,
         "blur_sigma": settings.blur,
         "blur_weights": blur_weights(settings.blur).tolist(),
         "merge": "maximum",

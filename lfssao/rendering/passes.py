@@ -23,6 +23,7 @@ from lfssao.optics.window import seen_rows
 from lfssao.rendering import contact
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
+from lfssao.samples.rotation import texel_turns
 from lfssao.scene.mesh import Mesh
 
 FloatTexture = NDArray[np.float32]
@@ -169,6 +170,9 @@ def _cast(caster: RayCaster, view: View, settings: Settings) -> GBuffer:
 
 def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
+    if settings.rotation != "none":
+        how = settings.rotation, *buffers.depth.shape, settings.rotation_seed, buffers.depth.dtype
+        buffers = replace(buffers, turns=texel_turns(*how))
     radii = list(dict.fromkeys(settings.radii))
     found: dict[float, Occlusion] = {}
     if settings.estimator == "lf" and settings.samples is not None and 0.0 in radii:

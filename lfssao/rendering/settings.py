@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Value
-from lfssao.ao.estimators.registry import check_samples, find_estimator, full_parameters
+from lfssao.ao.estimators.registry import check_samples, check_turning, find_estimator, full_parameters
 from lfssao.ao.ssao import check_radius
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
+from lfssao.samples.rotation import check_rotation
 from lfssao.scene.mesh import Mesh
 
 # LF merges five radii and does not print them: fractions of the scene's diagonal, each 1.6 to 2 times the last.
@@ -63,6 +64,11 @@ class Settings:
         How many of a module's nearest modules are asked whether a sample lies in the open; for estimator 'lf' only.
     caster : str
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
+    rotation : str
+        How samples turn from texel to texel, a name of ``lfssao.samples.DECORRELATIONS``; 'none': all texels share
+        them. For estimators that know it, and without neighbours.
+    rotation_seed : int
+        Seed of the rotation 'hash', 0 to 2**64 - 1.
     layers : tuple of str, or None
         Which of ``LAYERS`` are kept, 'ao' for those of all radii; what none of them reads is not computed. None: all,
         normals if ``normals`` names a kind.
@@ -86,6 +92,8 @@ class Settings:
     weights: NDArray[np.float64] | None = None
     neighbours: int = 0
     caster: str = "exact"
+    rotation: str = "none"
+    rotation_seed: int = 0
     layers: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -105,6 +113,11 @@ class Settings:
             object.__setattr__(self, "weights", weights)
         else:
             check_samples(estimator, self.samples, self.weights)
+        check_rotation(self.rotation, self.rotation_seed)
+        if self.rotation != "none":
+            check_turning(estimator)
+            if self.neighbours:
+                raise InputError("rotation: with neighbours samples do not turn")
         if self.neighbours < 0:
             raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
         if self.neighbours and self.estimator != "lf":

@@ -1,13 +1,16 @@
 """Turning the sample set from texel to texel, so that neighbours do not err alike: textures of angles.
 
-LF turns nothing, SAO turns its spiral by a hash of the texel (equation 8), VO turns by a texture of random numbers.
+LF spawns random samples in the shader (section 4), SAO turns its spiral by a hash of the texel (equation 8), VO turns
+by a texture of random numbers. An angle is a function of the texel's place alone, so that any renderer can make it.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lfssao.errors import InputError, no_such
 from lfssao.samples.kernels import dither
@@ -25,21 +28,25 @@ class Decorrelation:
     name: str  # its name in the registry and on the command line
     title: str  # one line for lists
     source: str  # the publication that describes it
-    # ``angles(height, width) -> (height, width)`` float64, half-turns in [0, 2)
-    angles: Callable[[int, int], FloatArray]
+    # ``angles(height, width, seed) -> (height, width)`` float64, half-turns in [0, 2)
+    angles: Callable[[int, int, int], FloatArray]
     tile: int | None  # texels a side after which it repeats; None where it does not
 
 
-def _none(height: int, width: int) -> FloatArray:
+def _none(height: int, width: int, seed: int) -> FloatArray:
     return np.zeros((height, width))
 
 
-def _hashed(variant: int) -> Callable[[int, int], FloatArray]:
-    return lambda height, width: fill(dither.hashed_angles, (height, width), variant)
+def _filled(kernel: Callable[..., None], *arguments: int) -> Callable[[int, int, int], FloatArray]:
+    return lambda height, width, seed: fill(kernel, (height, width), *arguments)
 
 
-def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int], FloatArray]:
-    def angles(height: int, width: int) -> FloatArray:
+def _random(height: int, width: int, seed: int) -> FloatArray:
+    return fill(dither.random_angles, (height, width), np.uint64(seed))
+
+
+def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int, int], FloatArray]:
+    def angles(height: int, width: int, seed: int) -> FloatArray:
         made = tile()
         return made[np.ix_(np.arange(height) % made.shape[0], np.arange(width) % made.shape[1])]
 
@@ -47,7 +54,7 @@ def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int], FloatArray
 
 
 @cache
-def _interleaved() -> FloatArray:
+def _tile() -> FloatArray:
     ranks = np.empty((4, 4), np.int64)
     dither.ordered(ranks)
     return ranks / 8.0  # sixteenths of a turn, in half-turns
@@ -65,38 +72,61 @@ _BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"
 DECORRELATIONS = {
     entry.name: entry
     for entry in (
-        Decorrelation("none", "the same samples at every texel", "LF section 6", _none, 1),
-        Decorrelation("hash", "turned by a hash of the texel", "SAO equation 8", _hashed(PAPER), None),
+        Decorrelation("none", "the same samples at every texel", "LF figure 12", _none, 1),
+        Decorrelation("hash", "a random angle of each texel, of a seed", "Salmon et al. 2011", _random, None),
+        Decorrelation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_tile), 4),
+        Decorrelation("ign", "interleaved gradient noise", "Jimenez 2014", _filled(dither.gradient_noise_angles), None),
+        Decorrelation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
+        Decorrelation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(dither.hashed_angles, PAPER), None),
         Decorrelation(
             "common-hash",
-            "turned by the hash that other renderers ship",
+            "the hash that other renderers ship",
             "SAO equation 8, varied",
-            _hashed(COMMON),
+            _filled(dither.hashed_angles, COMMON),
             None,
         ),
-        Decorrelation("interleaved", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_interleaved), 4),
-        Decorrelation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
     )
 }
 
 
-def texel_angles(name: str, height: int, width: int) -> FloatArray:
+def check_rotation(name: str, seed: int) -> None:
+    """Refuse, by an InputError, a name that no decorrelation has, and a seed out of range."""
+    if name not in DECORRELATIONS:
+        raise no_such("rotation", name, DECORRELATIONS)
+    if not 0 <= seed < 2**64:
+        raise InputError(f"rotation_seed is {seed}, it must be 0 to 2**64 - 1")
+
+
+def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArray:
     """Return the angle by which the samples of each texel are turned: (height, width) float64, half-turns in [0, 2).
 
     Parameters
     ----------
     name : str
-        'none', 'hash', 'common-hash', 'interleaved' or 'blue-noise'.
+        'none', 'hash', 'tiles', 'ign', 'blue-noise', 'sao-hash' or 'common-hash'.
     height, width : int
-        Texels, at least 1 each.
+        Texels, at least 1 each, the guard band included.
+    seed : int
+        Seed of 'hash', 0 to 2**64 - 1; the others do not read it.
 
     Raises
     ------
     InputError
-        If there is no decorrelation of that name, or the size is not one.
+        If there is no decorrelation of that name, the size is not one, or the seed is out of range.
     """
-    if name not in DECORRELATIONS:
-        raise no_such("decorrelation", name, DECORRELATIONS)
+    check_rotation(name, seed)
     if height < 1 or width < 1:
         raise InputError(f"the texture has {width} x {height} texels, it must have at least one each way")
-    return DECORRELATIONS[name].angles(height, width)
+    return DECORRELATIONS[name].angles(height, width, seed)
+
+
+@lru_cache(maxsize=2)  # modules of one display have one size
+def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[Any]) -> NDArray[np.floating[Any]]:
+    """Return cosine and sine of ``texel_angles``, (2, height, width), each rounded once to the dtype; not to write to.
+
+    A sample (x, y, z) of a texel becomes (x cos - y sin, x sin + y cos, z): its azimuth grows by the angle, as if the
+    angle were added to phi in line 3 of LF's Algorithm 3.
+    """
+    turns = np.empty((2, height, width), dtype)
+    dither.turns_of(texel_angles(name, height, width, seed), turns)
+    return turns

@@ -6,6 +6,7 @@ from bits import assert_same_bits
 
 import lfssao
 from lfssao import reference
+from lfssao.samples import texel_turns
 from lfssao.samples.kernels import ball
 
 SCENE = lfssao.builtin_scene("ammonite")
@@ -23,9 +24,10 @@ def seen_by(display, index):
 def test_algorithm2(display, index, dtype):
     view, seen = seen_by(display, index)
     given = seen.depth.astype(dtype), seen.positions.astype(dtype), view.world_to_image, SAMPLES, RADIUS
-    expected = reference.algorithm2(*given)
-    assert 0 < expected.max() <= 1
-    assert_same_bits(lfssao.algorithm2(*given).texture, expected)
+    for turns in (None, texel_turns("ign", 16, 22, 0, np.dtype(dtype))):
+        expected = reference.algorithm2(*given, turns)
+        assert 0 < expected.max() <= 1
+        assert_same_bits(lfssao.algorithm2(*given, turns).texture, expected)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -34,9 +36,10 @@ def test_algorithm1(projection, dtype):
     view = lfssao.Camera.looking_at(SCENE.bounds, projection).view(22, 16)
     depth = lfssao.RayCaster(SCENE, view.cast_from_world).gbuffer(view).depth.astype(dtype)
     given = depth, view.screen_to_world, view.world_to_image.numbers.reshape(4, 4), SAMPLES, RADIUS
-    expected = reference.algorithm1(*given)
-    assert 0 < expected.max() <= 1
-    assert_same_bits(lfssao.algorithm1(*given).texture, expected)
+    for turns in (None, texel_turns("ign", 16, 22, 0, np.dtype(dtype))):
+        expected = reference.algorithm1(*given, turns)
+        assert 0 < expected.max() <= 1
+        assert_same_bits(lfssao.algorithm1(*given, turns).texture, expected)
 
 
 def test_algorithms_3_and_4():

@@ -16,6 +16,7 @@ from ssao_cases import (
     both,
     by_hand,
     camera_cases,
+    drawn_turns,
     module_cases,
     outside_of,
     raw_cases,
@@ -35,9 +36,11 @@ from lfssao.optics.view import KINDS
 @given(data=st.data())
 def test_both_algorithms_equal_the_reference_for_any_numbers(dtype, data):
     depth, positions, offsets, kind, m, back = data.draw(raw_cases(dtype))
-    second = reference.algorithm2(depth, positions, offsets, KINDS[kind], m)
-    assert_same(run2(depth, positions, offsets, kind, m), outside_of(second))
-    assert_same(run1(depth, offsets, back, m), outside_of(reference.algorithm1(depth, offsets, back, m)))
+    turns = drawn_turns(data.draw, depth)
+    second = reference.algorithm2(depth, positions, offsets, KINDS[kind], m, turns)
+    assert_same(run2(depth, positions, offsets, kind, m, turns), outside_of(second))
+    first = reference.algorithm1(depth, offsets, back, m, turns)
+    assert_same(run1(depth, offsets, back, m, turns), outside_of(first))
 
 
 @settings(max_examples=60)
@@ -72,9 +75,10 @@ def test_a_span_is_found_wherever_its_only_texel_is():
 @given(data=st.data())
 def test_pass_algorithm2_equals_the_reference_on_modules(dtype, data):
     depth, positions, mapping, samples, radius = data.draw(module_cases(dtype))
-    actual = ssao.algorithm2(depth, positions, mapping, samples, radius)
+    turns = drawn_turns(data.draw, depth)
+    actual = ssao.algorithm2(depth, positions, mapping, samples, radius, turns)
     numbers, offsets = mapping.numbers.astype(dtype), (radius * samples).astype(dtype)
-    texture, outside = outside_of(reference.algorithm2(depth, positions, offsets, KINDS[mapping.kind], numbers))
+    texture, outside = outside_of(reference.algorithm2(depth, positions, offsets, KINDS[mapping.kind], numbers, turns))
     assert_same_bits(actual.texture, texture)
     assert actual.outside == outside.sum()
 
@@ -84,10 +88,11 @@ def test_pass_algorithm2_equals_the_reference_on_modules(dtype, data):
 def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
     depth, view, samples, radius = data.draw(camera_cases(dtype))
     forth = view.world_to_image.numbers.reshape(4, 4)
-    actual = ssao.algorithm1(depth, view.screen_to_world, forth, samples, radius)
+    turns = drawn_turns(data.draw, depth)
+    actual = ssao.algorithm1(depth, view.screen_to_world, forth, samples, radius, turns)
     back, offsets = view.screen_to_world.ravel().astype(dtype), (radius * samples).astype(dtype)
     forth = forth.ravel().astype(dtype)
-    texture, outside = outside_of(reference.algorithm1(depth, offsets, back, forth))
+    texture, outside = outside_of(reference.algorithm1(depth, offsets, back, forth, turns))
     assert_same_bits(actual.texture, texture)
     assert actual.outside == outside.sum()
 

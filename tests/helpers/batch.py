@@ -21,7 +21,7 @@ from lfssao.ao.post import blur, merge, shade, shade_white
 from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.core import elementary, philox
 from lfssao.gbuffer.kernels import triangle
-from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles
+from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles, texel_turns
 from lfssao.samples.kernels import ball, spiral
 from lfssao.verify.bounds import post
 from lfssao.verify.bounds import ssao as ssao_bounds
@@ -56,12 +56,14 @@ def occlusions():
     depth = depth_texture(rng, np.float64, -0.3, 0.3)
     positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3))
     forth = camera.world_to_image.numbers.reshape(4, 4)
-    layers = []
+    layers, turns = [], texel_turns("hash", HEIGHT, WIDTH, 2**63 + 1, depth.dtype)
     for radius in (0.05, 0.4):
+        layers.append(algorithm2(depth, positions, module.world_to_image, samples, radius, turns))
         layers.append(algorithm2(depth, positions, module.world_to_image, samples, radius))
         layers.append(algorithm2(depth, positions, camera.world_to_image, samples, radius))
         screen = depth_texture(rng, np.float64, 0.2, 0.8)
         layers.append(algorithm1(screen, camera.screen_to_world, forth, samples, radius))
+        layers.append(algorithm1(screen, camera.screen_to_world, forth, samples, radius, turns))
     others = [
         (camera.world_to_image, screen),
         (replace(DISPLAY, diffuser="conical").view(0, WORLD).world_to_image, depth),
@@ -80,7 +82,7 @@ def occlusions():
 
 def no_samples(depth, positions, projection):
     occlusion, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, HEIGHT), np.int64)
-    ssao.algorithm2(depth, positions, np.empty((1, 0, 3), depth.dtype), projection, occlusion, outside)
+    ssao.algorithm2(depth, positions, np.empty((1, 0, 3), depth.dtype), projection, None, occlusion, outside)
     return occlusion
 
 

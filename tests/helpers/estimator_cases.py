@@ -107,7 +107,7 @@ def assert_equals_reference(name, seen, radius, result, points=None, weights=Non
     }  # fmt: skip
     inputs = {
         "depth": seen.depth, "positions": seen.positions, "normals": seen.normals, "directions": seen.directions,
-        "points": points, "weights": weights, "lines": texel_table(view, seen.depth.dtype),
+        "points": points, "weights": weights, "turns": seen.turns, "lines": texel_table(view, seen.depth.dtype),
     }  # fmt: skip
     made = solve("estimator", parameters, {key: value for key, value in inputs.items() if value is not None})
     assert_same_bits(result.texture, made["occlusion"])

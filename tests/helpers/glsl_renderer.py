@@ -53,10 +53,12 @@ class Renderer:
         depth, table = inputs["depth"], np.array(offsets(parameters["radius"], inputs["samples"]), np.float32)
         height, width = depth.shape
         made, outside = np.full_like(depth, np.nan), np.zeros(1, np.uint32)
-        arrays = [np.array(rounded(numbers)), depth, places, table, made, outside]
+        turns = inputs.get("turns", np.zeros(1, np.float32))
+        arrays = [np.array(rounded(numbers)), depth, places, table, made, outside, turns]
         made, outside = self.run(
             "occlusion", (-(-width // _GROUP), -(-height // _GROUP)), arrays, (4, 5), size=(width, height),
             kind=KINDS.index(kind), samples=len(table), algorithm1="screen_to_world" in parameters,
+            turning="turns" in inputs,
         )  # fmt: skip
         return {"occlusion": made, "outside": outside.astype(np.int64), "offsets": table}
 

@@ -81,6 +81,18 @@ def critical_scene(rng, view, n, radius, moved=None):
     return depth, positions.astype(np.float32), samples
 
 
+def random_turns(rng, shape):
+    """Cosine and sine of random angles, (2, H, W) float32."""
+    angles = rng.uniform(0, 2 * np.pi, shape)
+    return np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32)
+
+
+def turned(offsets, turns):
+    """Offsets (H, W, 3) turned about z."""
+    (c, s), (x, y, z) = turns.astype(np.float64), np.moveaxis(offsets, -1, 0)
+    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+
+
 def arithmetic(model, rng, renderers):
     """The arithmetic of random renderers within an error model."""
     if model == "nearest":

@@ -4,6 +4,8 @@ Arrays have the renderers as first axis. Each operation draws for each renderer 
 to nearest, or by lot for each number. All numbers are held in float64 and are float32 numbers.
 """
 
+from functools import partial
+
 import numpy as np
 
 CROSSED_SLITS, MATRIX, DISPLAY = 0, 1, 2
@@ -134,15 +136,39 @@ def row(ar, m, k, point, offset):
     return ar.choose(ar.lot(0.5), first, second)
 
 
+def turned_row(ar, m, k, point, offset, turn):
+    """A row of M applied to the point and to an offset that turns: offset or matrix first, or the terms by angle."""
+    (c, s), (x, y, z), a = turn, offset, m[4 * k : 4 * k + 3]
+    here = row(ar, m, k, point, STILL)
+    by_offset = row(ar, m, k, point, turned(ar, offset, turn))
+    matrix = [ar.total([c, s], [a[0], a[1]]), ar.total([c, -s], [a[1], a[0]]), a[2]]
+    by_matrix = ar.add(here, ar.total(matrix, offset))
+    parts = [ar.total([a[0], a[1]], [x, y]), ar.total([a[1], -a[0]], [x, y]), ar.multiply(a[2], z)]
+    by_angle = ar.add(here, ar.total([c, s, 1.0], parts))
+    return ar.choose(ar.lot(0.3), by_offset, ar.choose(ar.lot(0.5), by_matrix, by_angle))
+
+
+def turned(ar, offset, turn):
+    """An offset turned about z."""
+    (c, s), (x, y, z) = turn, offset
+    return [ar.total([c, -s], [x, y]), ar.total([s, c], [x, y]), z]
+
+
+def turn_of(ar, turns):
+    """Cosine and sine of every texel, (R, H, W, 1)."""
+    return [ar.full(t.astype(np.float64)[..., None]) for t in turns]
+
+
 def quotient_from(ar, start, a, b):
     """start + a / b, or a (1 / b) + start in one."""
     return ar.choose(ar.lot(0.7), ar.add(start, ar.divide(a, b)), ar.fused(a, ar.within(1 / b, ar.quotient_ulp), start))
 
 
 @np.errstate(all="ignore")
-def to_image(ar, kind, m, point, offset):
-    """World -> image of point + offset: u, v, z, whether it is valid."""
-    rows = [row(ar, m, k, point, offset) for k in range(4 if kind == MATRIX else 3)]
+def to_image(ar, kind, m, point, offset, turn=None):
+    """World -> image of point + offset, which may turn: u, v, z, whether it is valid."""
+    of_row = row if turn is None else partial(turned_row, turn=turn)
+    rows = [of_row(ar, m, k, point, offset) for k in range(4 if kind == MATRIX else 3)]
     return project(ar, kind, m, *rows)
 
 
@@ -226,13 +252,14 @@ def spread(ar, texture):
 
 
 @np.errstate(all="ignore")
-def image_points(ar, depth, positions, kind, m, samples, radius, back=None):
+def image_points(ar, depth, positions, kind, m, samples, radius, back=None, turns=None):
     """Image points of all samples, four arrays (R, H, W, n): u, v, z, whether valid; LF Algorithm 2, or 1 with back."""
     if back is None:
         point = spread(ar, positions)
     else:
         point = [p[..., None] for p in unproject(ar, single(back), np.where(np.isfinite(depth), depth, 0.0))]
-    return to_image(ar, kind, single(m), point, offsets_of(ar, samples, radius))
+    turn = None if turns is None else turn_of(ar, turns)
+    return to_image(ar, kind, single(m), point, offsets_of(ar, samples, radius), turn)
 
 
 def occlusion(ar, depth, u, v, z, valid):
@@ -256,10 +283,12 @@ def points_behind(ar, given, samples, radius, options):
     kind, m, n = given.world_to_image.kind, single(given.world_to_image.numbers), len(samples)
     depth, normals = given.depth, given.normals
     point, offset = spread(ar, given.positions), offsets_of(ar, samples, radius)
+    turn = None if given.turns is None else turn_of(ar, given.turns)
     if normals is not None:
-        turn = np.where(ar.total(offset, spread(ar, normals)) < 0, -1.0, 1.0)
-        offset = [turn * o for o in offset]
-    u, v, z, valid = to_image(ar, kind, m, point, offset)
+        above = offset if turn is None else turned(ar, offset, turn)
+        side = np.where(ar.total(above, spread(ar, normals)) < 0, -1.0, 1.0)
+        offset = [side * o for o in offset]
+    u, v, z, valid = to_image(ar, kind, m, point, offset, turn)
     there, j, i = inside(depth, u, v, valid)
     surface = ar.full(depth.astype(np.float64))
     if options["surface"] == "positions":
@@ -290,6 +319,8 @@ def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
     o = [ar.full(single(points)[None, None, :, k]) for k in range(3)]
     point, mirror, normal = (spread(ar, texture) for texture in (given.positions, mirrors, given.normals))
     rows, r = range(4 if kind == MATRIX else 3), single(radius)
+    if given.turns is not None:
+        o = turned(ar, o, turn_of(ar, given.turns))
     along = ar.total(o, mirror)
     if ar.rng.random() < 0.5:  # reflected in the world
         o = [ar.subtract(a, ar.multiply(2 * along, b)) for a, b in zip(o, mirror, strict=True)]

@@ -24,17 +24,17 @@ def unwritten(depth):
     return np.full_like(depth, 9), np.full(depth.shape[0], -9, np.int64)
 
 
-def run1(depth, offsets, back, m):
+def run1(depth, offsets, back, m, turns=None):
     occlusion, outside = unwritten(depth)
-    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, m), occlusion, outside)
+    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, m), turns, occlusion, outside)
     return occlusion, outside
 
 
-def run2(depth, positions, offsets, kind, m):
+def run2(depth, positions, offsets, kind, m, turns=None):
     """Result of Algorithm 2 for one of three radii, which have other offsets."""
     occlusion, outside = (np.stack([part] * 3) for part in unwritten(depth))
     radii = np.stack([np.roll(offsets, 1, axis=1), offsets, offsets[:, ::-1]])
-    ssao.algorithm2(depth, positions, radii, Projection(kind, m), occlusion, outside)
+    ssao.algorithm2(depth, positions, radii, Projection(kind, m), turns, occlusion, outside)
     return occlusion[1], outside[1]
 
 
@@ -53,6 +53,17 @@ sizes = st.one_of(
     st.tuples(st.integers(1, 10), st.integers(1, 8)),
     st.sampled_from([(1, 1), (1, 40), (19, 1), (1, 300), (2, 70), (17, 3)]),
 )
+
+
+def drawn_turns(draw, depth):
+    """Cosines and sines of any angles, or other numbers, or None."""
+    kind = draw(st.sampled_from(["none", "angles", "numbers"]))
+    if kind == "none":
+        return None
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    angles = rng.uniform(0, 2 * np.pi, depth.shape)
+    numbers = rng.choice(LATTICE, (2, *depth.shape))
+    return (np.stack([np.cos(angles), np.sin(angles)]) if kind == "angles" else numbers).astype(depth.dtype)
 
 
 LATTICE = [-3.0, -2.0, -1.0, -0.5, -0.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0]

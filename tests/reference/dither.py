@@ -1,9 +1,12 @@
-"""Ranks of the tiles that turn samples from texel to texel: ordered dither, and void and cluster."""
+"""Angles that turn samples from texel to texel: ordered dither, void and cluster, random words, gradient noise."""
+
+from functools import cache
+from math import floor
 
 import numpy as np
 
 from reference.elementary import exp
-from reference.philox import below
+from reference.philox import below, word
 
 
 def bayer(side):
@@ -53,3 +56,25 @@ def void_and_cluster(seed, height, width):
         ranks[cluster := tightest(zeros)] = len(places) - len(zeros)
         zeros.remove(cluster)
     return [[ranks[y, x] for x in range(width)] for y in range(height)]
+
+
+def gradient_noise(i, j):
+    inner = 0.06711056 * (i + 0.5) + 0.00583715 * (j + 0.5)
+    outer = 52.9829189 * (inner - floor(inner))
+    return outer - floor(outer)
+
+
+@cache
+def blue_noise():
+    return void_and_cluster(0, 64, 64)
+
+
+def angles(rotation, height, width, seed):
+    """Half-turns of each texel."""
+    angle_of = {
+        "hash": lambda j, i: word(seed, j, i) / 2.0**31,
+        "tiles": lambda j, i: bayer(4)[j % 4, i % 4] / 8.0,
+        "ign": lambda j, i: 2 * gradient_noise(i, j),
+        "blue-noise": lambda j, i: (blue_noise()[j % 64][i % 64] + 0.5) / 2048.0,
+    }[rotation]
+    return [[angle_of(j, i) for i in range(width)] for j in range(height)]

@@ -5,7 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from reference import elementary, mapping, passes, points, samples, scalable, volumetric
+from reference import dither, elementary, mapping, passes, points, samples, scalable, volumetric
+from reference.elementary import sincospi
 from reference.mapping import offsets, rounded
 from reference.multiresolution import multiresolution
 from reference.philox import philox4x32
@@ -40,6 +41,12 @@ def samples_stage(parameters, inputs):
     return {"samples": table, "square": np.array(samples.square(*chosen))}
 
 
+def turns_stage(parameters, inputs):
+    angles = dither.angles(parameters["rotation"], parameters["height"], parameters["width"], int(parameters["seed"]))
+    pairs = [sincospi(angle)[::-1] for angle in np.ravel(angles).tolist()]
+    return {"turns": np.array(pairs).T.reshape(2, *np.shape(angles)).astype(np.float32), "angles": np.array(angles)}
+
+
 def numbers_stage(parameters, inputs):
     described = (parameters[key] for key in ("display", "module", "guard", "physical_from_world"))
     return {"numbers": np.array(mapping.numbers(*described))}
@@ -67,13 +74,17 @@ def occlusion_stage(parameters, inputs, algorithm):
 
 def algorithm1_stage(parameters, inputs):
     back, forth = rounded(parameters["screen_to_world"]), rounded(parameters["world_to_screen"])
-    return occlusion_stage(parameters, inputs, lambda table: passes.algorithm1(inputs["depth"], table, back, forth))
+    return occlusion_stage(
+        parameters, inputs, lambda table: passes.algorithm1(inputs["depth"], table, back, forth, inputs.get("turns"))
+    )
 
 
 def algorithm2_stage(parameters, inputs):
     kind, m = mapping_of(parameters)
     return occlusion_stage(
-        parameters, inputs, lambda table: passes.algorithm2(inputs["depth"], inputs["positions"], table, kind, m)
+        parameters,
+        inputs,
+        lambda table: passes.algorithm2(inputs["depth"], inputs["positions"], table, kind, m, inputs.get("turns")),
     )
 
 
@@ -87,7 +98,9 @@ def blur_stage(parameters, inputs):
 def frame_stage(parameters, inputs):
     tables = [offsets(radius, inputs["samples"]) for radius in parameters["radii"]]
     textures = (inputs[name] for name in ("depth", "positions", "image"))
-    return passes.frame(*textures, tables, *mapping_of(parameters), parameters["sigma"], parameters["guard"])
+    return passes.frame(
+        *textures, tables, *mapping_of(parameters), parameters["sigma"], parameters["guard"], inputs.get("turns")
+    )
 
 
 ESTIMATORS = {
@@ -108,6 +121,7 @@ STAGES = {
     "elementary": elementary_stage,
     "philox": philox_stage,
     "samples": samples_stage,
+    "turns": turns_stage,
     "numbers": numbers_stage,
     "mapping": mapping_stage,
     "algorithm1": algorithm1_stage,

@@ -34,12 +34,25 @@ def linear_row(m, row, x, y, z):
     return (m[4 * row] * x + m[4 * row + 1] * y) + m[4 * row + 2] * z
 
 
+def turned_row(m, row, x, y, z, cosine, sine):
+    """T: the linear row of an offset that is turned about z."""
+    a, b, c = m[4 * row : 4 * row + 3]
+    return (cosine * (a * x + b * y) + sine * (b * x - a * y)) + c * z
+
+
 def affine_rows(kind, m, point):
     return [affine_row(m, row, *point) for row in ROWS[kind]]
 
 
-def linear_rows(kind, m, offset):
+def linear_rows(kind, m, offset, turn=None):
+    if turn is not None:
+        return [turned_row(m, row, *offset, *turn) for row in ROWS[kind]]
     return [linear_row(m, row, *offset) for row in ROWS[kind]]
+
+
+def turn_at(turns, j, i):
+    """Cosine and sine of a texel, or None."""
+    return None if turns is None else turns[:, j, i]
 
 
 def to_image(kind, m, sums):

@@ -8,13 +8,13 @@ import math
 import numpy as np
 
 from reference.elementary import exp, in_order
-from reference.mapping import affine_row, images, linear_rows, texel_at
+from reference.mapping import affine_row, images, linear_rows, texel_at, turn_at
 
 # Sections 9 and 10
 
 
 @np.errstate(all="ignore")
-def in_views(depth, point_of, offsets, views):
+def in_views(depth, point_of, offsets, views, turns=None):
     """Occluded is what no view shows: occlusion, and how many samples of each row fall outside of all views.
 
     A view is its depth, kind and numbers; the texture's own is the first. Third comes how often each row of texels got
@@ -22,9 +22,14 @@ def in_views(depth, point_of, offsets, views):
     """
     made, outside = np.zeros_like(depth), np.zeros(len(depth), np.int64)
     statuses = np.zeros((len(depth), 6), np.int64)
-    tables = [(kind, list(m), [linear_rows(kind, m, offset) for offset in offsets]) for _, kind, m in views]
+
+    def tables_of(turn):
+        return [(kind, list(m), [linear_rows(kind, m, offset, turn) for offset in offsets]) for _, kind, m in views]
+
+    tables = tables_of(None)
     for j, i in np.argwhere(depth < np.inf).tolist():
         point, hidden = point_of(j, i), 0
+        tables = tables if turns is None else tables_of(turn_at(turns, j, i))
         for seen in zip(*(images(kind, m, point, rows) for kind, m, rows in tables), strict=True):
             texels = [texel_at(texture.shape, image) for (texture, _, _), image in zip(views, seen, strict=True)]
             hits = [texture[texel] < image[2] for (texture, _, _), texel, image in zip(views, texels, seen, strict=True)
@@ -37,7 +42,7 @@ def in_views(depth, point_of, offsets, views):
     return made, outside, statuses
 
 
-def algorithm1(depth, offsets, screen_to_world, m):
+def algorithm1(depth, offsets, screen_to_world, m, turns=None):
     back = list(screen_to_world)
 
     def point_of(j, i):
@@ -45,12 +50,12 @@ def algorithm1(depth, offsets, screen_to_world, m):
         x, y, z, w = (affine_row(back, row, *place) for row in range(4))
         return x / w, y / w, z / w
 
-    made, _, statuses = in_views(depth, point_of, offsets, [(depth, "matrix", m)])
+    made, _, statuses = in_views(depth, point_of, offsets, [(depth, "matrix", m)], turns)
     return made, statuses
 
 
-def algorithm2(depth, positions, offsets, kind, m):
-    made, _, statuses = in_views(depth, lambda j, i: positions[j, i], offsets, [(depth, kind, m)])
+def algorithm2(depth, positions, offsets, kind, m, turns=None):
+    made, _, statuses = in_views(depth, lambda j, i: positions[j, i], offsets, [(depth, kind, m)], turns)
     return made, statuses
 
 
@@ -110,9 +115,9 @@ def shade(image, occluded):
     return image * (1 - occluded)[..., None]
 
 
-def frame(depth, positions, image, layer_offsets, kind, m, sigma, guard):
+def frame(depth, positions, image, layer_offsets, kind, m, sigma, guard, turns=None):
     """Sections 10 to 13 in a row; each layer has its offsets."""
-    layers = [algorithm2(depth, positions, offsets, kind, m)[0] for offsets in layer_offsets]
+    layers = [algorithm2(depth, positions, offsets, kind, m, turns)[0] for offsets in layer_offsets]
     merged, weights = merge(layers), blur_table(sigma, depth.dtype)
     whole = blur_columns(blur_rows(merged, weights), weights)
     inner = tuple(slice(guard, n - guard) for n in depth.shape)

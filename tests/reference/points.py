@@ -6,7 +6,17 @@ Each takes the parameters and inputs of a case; arithmetic is that of the depth 
 import numpy as np
 
 from reference.elementary import dot, power
-from reference.mapping import affine_row, affine_rows, images, linear_rows, offsets, rounded, texel_at, to_image
+from reference.mapping import (
+    affine_row,
+    affine_rows,
+    images,
+    linear_rows,
+    offsets,
+    rounded,
+    texel_at,
+    to_image,
+    turn_at,
+)
 from reference.spiral import turn_of
 
 
@@ -14,7 +24,6 @@ def point(parameters, inputs, hemisphere=False):
     depth, positions, options = inputs["depth"], inputs["positions"], parameters["options"]
     dtype, kind, radius = depth.dtype.type, parameters["mapping"]["kind"], parameters["radius"]
     m, table = rounded(parameters["mapping"]["numbers"], dtype), offsets(radius, inputs["points"], dtype)
-    linear = [linear_rows(kind, m, offset) for offset in table]
     reach = dtype(radius * radius) if options["range_check"] else None
 
     def surface(texel):
@@ -35,9 +44,11 @@ def point(parameters, inputs, hemisphere=False):
     made, outside = np.zeros_like(depth), 0
     for j, i in np.argwhere(depth < np.inf).tolist():
         here = positions[j, i]
-        turns = [dtype(-1 if hemisphere and dot(offset, inputs["normals"][j, i]) < 0 else 1) for offset in table]
-        turned, count = ([t * row for row in rows] for t, rows in zip(turns, linear, strict=True)), 0
-        for image in images(kind, m, here, turned):
+        turn, samples, count = turn_at(inputs.get("turns"), j, i), [], 0
+        for offset in table:
+            below = hemisphere and dot(turned_offset(offset, turn), inputs["normals"][j, i]) < 0
+            samples.append([dtype(-1 if below else 1) * row for row in linear_rows(kind, m, offset, turn)])
+        for image in images(kind, m, here, samples):
             texel = texel_at(depth.shape, image)
             if texel is None:
                 outside += 1
@@ -46,6 +57,13 @@ def point(parameters, inputs, hemisphere=False):
         fraction = dtype(count) / dtype(len(table))
         made[j, i] = 2 * max(dtype(0), fraction - dtype(0.5)) if options.get("remap") else fraction
     return made, outside
+
+
+def turned_offset(offset, turn):
+    if turn is None:
+        return offset
+    (x, y, z), (cosine, sine) = offset, turn
+    return x * cosine - y * sine, x * sine + y * cosine, z
 
 
 def axes_across(direction):

@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 
 from reference.elementary import dot, in_order, log2, sincospi
-from reference.mapping import affine_row, linear_row, rounded, texel_at, to_image
+from reference.mapping import affine_row, linear_row, rounded, texel_at, to_image, turn_at, turned_row
 from reference.philox import signed
+from reference.points import turned_offset
 from reference.samples import algorithm3
 
 
@@ -39,12 +40,15 @@ class Scene:
         self.rows = [*self.m[:8], *self.m[12:16], *rounded(axis, self.dtype)]
         self.right = np.array(rounded([row[0] for row in view["world_from_cast"]], self.dtype))
         self.options, self.positions, self.directions = parameters["options"], inputs["positions"], inputs["directions"]
+        self.turns = inputs.get("turns")
         self.z = axis_depth(depth, self.positions, self.rows[12:]) if self.kind == "matrix" else depth
 
     def affine(self, vector):
         return np.array([affine_row(self.rows, row, *vector) for row in range(4)])
 
-    def linear(self, vector):
+    def linear(self, vector, turn=None):
+        if turn is not None:
+            return np.array([turned_row(self.rows, row, *vector, *turn) for row in range(4)])
         return np.array([linear_row(self.rows, row, *vector) for row in range(4)])
 
     def image(self, sums):
@@ -75,6 +79,9 @@ class Frame:
         if scene.options["randomize"]:
             turn = sincospi(signed(scene.options["seed"], 64, 4 * (j % 4) + i % 4))
             sine, cosine = rounded(turn, scene.dtype)
+        if scene.turns is not None:
+            c, s = turn_at(scene.turns, j, i)
+            sine, cosine = sine * c - cosine * s, cosine * c + sine * s
         a = scene.right - dot(scene.right, self.w) * self.w
         a = a * (1 / np.sqrt(dot(a, a)))
         b = cross(self.w, a)
@@ -120,7 +127,7 @@ def points(parameters, inputs, normal):
     scene = Scene(parameters, inputs)
     dtype, table = scene.dtype, inputs["points"].astype(scene.dtype)
     weights = inputs["weights"].tolist() if "weights" in inputs else [1.0] * len(table)
-    samples = list(zip(table, rounded(fractions(weights), dtype), map(scene.linear, table), strict=True))
+    samples = list(zip(table, rounded(fractions(weights), dtype), strict=True))
 
     def value_of(r, t, j, i):
         n = inputs["normals"][j, i] if normal else np.zeros(3, dtype)
@@ -130,7 +137,9 @@ def points(parameters, inputs, normal):
         here = scene.affine(scene.positions[j, i])
         mirrored, lifted = (r + r) * scene.linear(m), (r + r) * scene.linear(n)
         total, outside = dtype(0), 0
-        for o, fraction, sums in samples:
+        turn = turn_at(scene.turns, j, i)
+        for point, fraction in samples:
+            o, sums = turned_offset(point, turn), scene.linear(point, turn)
             mirror = dot(o, m)
             above = dot(o, n) - mirror * twice
             lift = above if above < 0 else dtype(0)

@@ -28,14 +28,14 @@ def test_every_decorrelation_gives_every_texel_an_angle(name, size):
     assert texel_angles(name, *size).max() < 2
 
 
-@pytest.mark.parametrize(("name", "variant"), [("hash", "paper"), ("common-hash", "common")])
+@pytest.mark.parametrize(("name", "variant"), [("sao-hash", "paper"), ("common-hash", "common")])
 def test_hashes_are_equation_8(name, variant):
     want = [[spiral.half_turns(spiral.hash_word(x, y, variant)) for x in range(20)] for y in range(10)]
     np.testing.assert_array_equal(texel_angles(name, 10, 20), want)
 
 
-def test_interleaved_tiles_hold_sixteen_angles_in_bayers_order():
-    ranks = texel_angles("interleaved", 4, 4) * 8
+def test_tiles_hold_sixteen_angles_in_bayers_order():
+    ranks = texel_angles("tiles", 4, 4) * 8
     np.testing.assert_array_equal(ranks, dither.bayer(4))
     assert sorted(ranks.ravel()) == list(range(16))
 

@@ -64,13 +64,13 @@ def test_outcomes_equal_the_reference(case):
     by = find_model(model).errors
     _, places, inverse, offsets, exact, kind, m = inputs
     fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
-    ssao_kernels.count_outcomes(inputs, by, fewest, most)
+    ssao_kernels.count_outcomes(inputs, by, None, fewest, most)
     found = np.empty((len(samples), 9))
     for j, i in np.ndindex(depth.shape):
         if not depth[j, i] < np.inf:
             assert fewest[j, i] == most[j, i] == 0
             continue
-        ssao_kernels.trace_samples(inputs, by, i, j, found)
+        ssao_kernels.trace_samples(inputs, by, None, i, j, found)
         if back is None:
             pairs = [reference.number(c, by) for c in places[j, i]]
         else:

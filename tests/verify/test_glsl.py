@@ -11,6 +11,7 @@ import glsl_renderer
 import numpy as np
 import pytest
 from reference.kit import read_case as read_arrays
+from reference.kit import solve as solve_by_text
 
 from lfssao.cli.main import main
 from lfssao.rendering.exr import read_exr
@@ -74,6 +75,7 @@ def test_the_shaders_conform(context, renderer, kit, name):
 
 JOBS = {
     "display": ("statue", "--display", "sample-a", "--modules", "3:5"),
+    "turned samples": ("statue", "--display", "sample-a", "--modules", "3:5", "--rotate", "hash", "--seed", "5"),
     "curved display with a guard band": ("ammonite", "--display", "convex", "--modules", "20:21", "--guard", "4"),
     "camera": ("statue", "--camera"),
 }
@@ -92,6 +94,14 @@ def render_frame(renderer, view, settings, parts):
     inputs = {
         "depth": depth[..., 0], "positions": positions, "image": color, "samples": np.array(settings["samples"])
     }  # fmt: skip
+    if settings["rotation"] == "hash":
+        words = {
+            "rotation": "hash",
+            "height": view["height"],
+            "width": view["width"],
+            "seed": settings["rotation_seed"],
+        }
+        inputs["turns"] = solve_by_text("turns", words, {})["turns"]
     return {"depth": depth, "positions": positions, "color": color, **renderer.frame(parameters, inputs)}
 
 
@@ -130,6 +140,8 @@ LEGAL = {
     "fused and reordered at the compiler's will": (r"\bprecise\b", ""),
     "a product and a sum fused": (ROW, "fma(m[4 * row + 2], z, fma(m[4 * row + 1], y, m[4 * row] * x))"),
     "a sum in another order": (ROW, "m[4 * row] * x + (m[4 * row + 1] * y + m[4 * row + 2] * z)"),
+    "the offset turned first": (r"turned_row\(row, x, y, z, (.*?), (.*?)\) :",
+                                r"linear_row(row, x * \1 - y * \2, x * \2 + y * \1, z) :"),
     "a quotient by the reciprocal": (r"sums\.x / \(m\[12\] - sums\.z\)", "sums.x * (1.0 / (m[12] - sums.z))"),
     "the fraction by the reciprocal": (r"float\(count\) / float\(samples\)", "float(count) * (1.0 / float(samples))"),
     "image - image ao": (r"image\[k\] \* visible", "image[k] - image[k] * occlusion[k / 3]"),
@@ -148,6 +160,9 @@ def test_what_a_shading_language_may_do_stays_inside_the_bounds(context, kit, ch
 WRONG = {
     "rows and columns exchanged": (r"int\(image\.y\) \* size\.x \+ int\(image\.x\)",
                                    "int(image.x) * size.x + int(image.y)", "algorithm2_crossed_slits"),
+    "turned the other way": (r"\+ s \* \(m\[4 \* row \+ 1\] \* x - m\[4 \* row\] \* y\)",
+                             "- s * (m[4 * row + 1] * x - m[4 * row] * y)", "turned_algorithm2"),
+    "not turned": (r"turning\n", "false\n", "turned_algorithm1"),
     "half a texel": (r"int\(image\.x\)", "int(image.x + 0.5)", "algorithm2_crossed_slits"),
     "v flipped": (r"int\(image\.y\) \*", "(size.y - 1 - int(image.y)) *", "algorithm2_crossed_slits"),
     "corners for centres": (r"float\(place\.x\) \+ 0\.5", "float(place.x)", "algorithm1_perspective"),

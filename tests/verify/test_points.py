@@ -11,7 +11,7 @@ import pytest
 import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_view
+from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_view, random_turns, turned
 from reference import bounds as reference
 
 from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, find_display, module_views
@@ -48,28 +48,33 @@ def drawn_problems(draw):
     view = drawn_view(draw, height, width)
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     model = draw(st.sampled_from(["shader", "shader", "nearest"]))
-    return view, rng, model, float(draw(st.sampled_from([0.01, 0.3, 1.0]))), draw(st.sampled_from([1, 3, 6]))
+    turning, radius = draw(st.booleans()), float(draw(st.sampled_from([0.01, 0.3, 1.0])))
+    return view, rng, model, radius, draw(st.sampled_from([1, 3, 6])), turning
 
 
 def check_fractions(drawn, options, half):
     """Renderers of point or hemisphere against the bounds."""
-    view, rng, name, radius, n = drawn
-    normals = np.zeros((view.height, view.width, 3), np.float32)
+    view, rng, name, radius, n, turning = drawn
+    shape = view.height, view.width
+    normals, turns = np.zeros((*shape, 3), np.float32), random_turns(rng, shape) if turning else None
 
     def moved(samples, number):
+        o = turned(samples[number], turns) if turning else samples[number]
         if half:
-            normals[:] = across(rng, samples[number])
-        turn = np.where(np.einsum("ijk,ijk->ij", samples[number], normals) < 0, -1, 1)
-        return samples[number] * turn[..., None]
+            normals[:] = across(rng, o)
+        side = np.where(np.einsum("ijk,ijk->ij", o, normals) < 0, -1, 1)
+        return o * side[..., None]
 
     depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
-    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals if half else None)
+    given = Surfaces(
+        depth, positions, view.world_to_image, view.cast_from_world, normals if half else None, turns=turns
+    )
     estimator = "hemisphere" if half else "point"
     found = point_bounds(estimator, given, radius, samples, None, options, name)
     made = rr.points_behind(arithmetic(name, rng, RENDERERS), given, samples, radius, options)
     assert_inside(made, found, "fraction")
-    right = estimate(estimator, Buffers(view, depth, positions, normals), radius, samples, **options)
+    right = estimate(estimator, Buffers(view, depth, positions, normals, turns), radius, samples, **options)
     assert not found.outside(right.texture).any()
     return int(found.undecided.sum()), int((np.rint(made * n).max(0) - np.rint(made * n).min(0)).sum())
 
@@ -84,8 +89,9 @@ def test_no_renderer_that_counts_points_leaves_its_bounds(half, drawn, check, su
 
 def check_volume(drawn, options, tangent):
     """Renderers of VO's points against the bounds."""
-    view, rng, name, radius, n = drawn
+    view, rng, name, radius, n, turning = drawn
     shape = view.height, view.width
+    turns = random_turns(rng, shape) if turning else None
     tiles = ball_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))
     j, i = np.indices(shape)
     mirrors = np.moveaxis(tiles[:, j % 4, i % 4], 0, -1)
@@ -95,6 +101,7 @@ def check_volume(drawn, options, tangent):
 
     def moved(samples, number):
         o = samples[number].astype(np.float32).astype(float)
+        o = turned(o, turns) if turning else o
         o = o - 2 * np.einsum("ijk,ijk->ij", o, mirrors)[..., None] * mirrors
         if tangent:
             normals[:] = across(rng, o)
@@ -105,7 +112,7 @@ def check_volume(drawn, options, tangent):
     depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
     weights = rng.uniform(0.2, 3, n)
-    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals, directions)
+    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals, directions, turns)
     ar = arithmetic(name, rng, RENDERERS)
     fractions, made = (weights / np.cumsum(weights)[-1]).astype(np.float32), []
     for r in (radius, options["second"] * radius) if options["second"] else (radius,):
@@ -132,7 +139,7 @@ def test_renderers_differ_where_points_are_undecided():
     """Else these scenes would prove nothing: bounds that are a point would be as sound."""
     display = find_display("sample-a").with_resolution(4, 3)
     view = module_views(builtin_scene("statue"), display, range(4, 5))[0]
-    drawn = [(view, np.random.default_rng(seed), "shader", 1.0, 3) for seed in range(12)]
+    drawn = [(view, np.random.default_rng(seed), "shader", 1.0, 3, seed % 2 == 1) for seed in range(12)]
     plain = {"range_check": False, "surface": "depth"}
     vo = {"thickness": 0.1, "second": 0.0, "combine": "product", "randomize": True, "seed": 0}
     for check in (
@@ -165,12 +172,12 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     assert must.any()
     offset = ways[7].astype(np.float32).astype(float)
     normals = across(rng, np.broadcast_to(offset, (1, n, 3)))
-    made = [kernels.is_below(offset, kernels.vector(normals, 0, i), by) for i in range(n)]
+    made = [kernels.is_below(offset, kernels.vector(normals, 0, i), by, None, i, 0) for i in range(n)]
     below, surely = np.array(made).T
-    turned = ar.total(offset, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
-    assert not (turned & ~below).any()
-    assert not (~turned & surely).any()
-    assert (turned.any(0) & ~turned.all(0)).sum() > 10
+    behind = ar.total(offset, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
+    assert not (behind & ~below).any()
+    assert not (~behind & surely).any()
+    assert (behind.any(0) & ~behind.all(0)).sum() > 10
     assert n / 4 < (below & ~surely).sum() < 3 * n / 4
 
 

@@ -11,7 +11,17 @@ import pytest
 import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import ROI, WORLD_BOX, arithmetic, assert_inside, critical_scene, drawn_view, world_points
+from oracle_scenes import (
+    ROI,
+    WORLD_BOX,
+    arithmetic,
+    assert_inside,
+    critical_scene,
+    drawn_view,
+    random_turns,
+    turned,
+    world_points,
+)
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao.post import blur_weights
@@ -36,15 +46,15 @@ def drawn_scenes(draw):
     radius = float(draw(st.sampled_from([0.01, 0.3, 1.0])))
     n = draw(st.sampled_from([1, 3, 4, 7]))
     sigma = draw(st.sampled_from([0.3, 0.6, 1.0]))
-    return view, rng, model, radius, n, sigma
+    return view, rng, model, radius, n, sigma, draw(st.booleans())
 
 
-def assert_points_inside(points, depth, inputs, errors):
+def assert_points_inside(points, depth, inputs, errors, turns):
     """Image points of renderers, u, v, z, valid, lie in the boxes of the kernel, and so do their validities."""
     u, v, z, valid = points
     found = np.empty((u.shape[-1], 9))
     for j, i in np.argwhere(np.isfinite(depth)):
-        ssao_kernels.trace_samples(inputs, errors, i, j, found)
+        ssao_kernels.trace_samples(inputs, errors, turns, i, j, found)
         may, must = found[:, 6] > 0, found[:, 7] > 0
         assert not (valid[:, j, i] & ~may).any(), "valid where nothing may be"
         assert not (~valid[:, j, i] & must).any(), "not valid where all must be"
@@ -59,8 +69,10 @@ def check(drawn, renderers, alter=lambda model: model):
 
     Returns how many samples are undecided, and of how many the renderers counted some and some did not.
     """
-    view, rng, name, radius, n, sigma = drawn
-    depth, positions, samples = critical_scene(rng, view, n, radius)
+    view, rng, name, radius, n, sigma, turning = drawn
+    turns = random_turns(rng, (view.height, view.width)) if turning else None
+    moved = (lambda samples, number: turned(samples[number], turns)) if turning else None
+    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     back = None if positions is not None else view.screen_to_world
     model, mapping = alter(MODELS[name]), view.world_to_image
     ar = arithmetic(name, rng, renderers)
@@ -68,10 +80,10 @@ def check(drawn, renderers, alter=lambda model: model):
     for r in (radius, 0.7 * radius):
         inputs = ssao.sample_inputs(depth, positions, mapping, samples, r, back)
         numbers = None if back is None else back.ravel()
-        points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers)
-        assert_points_inside(points, depth, inputs, model.errors)
+        points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers, turns)
+        assert_points_inside(points, depth, inputs, model.errors, turns)
         made.append(rr.occlusion(ar, depth, *points))
-        allowed.append(ssao.ao_bounds(depth, positions, mapping, samples, r, model, back))
+        allowed.append(ssao.ao_bounds(depth, positions, mapping, samples, r, model, back, turns))
         assert_inside(made[-1], allowed[-1], "ao")
     merged, merged_bounds = np.maximum(*made), post.merge_bounds(allowed)
     assert_inside(merged, merged_bounds, "merged")
@@ -107,7 +119,7 @@ def test_half_the_errors_would_be_too_few():
     refused = 0
     for seed in range(20):
         try:
-            check((MODULE_VIEW, np.random.default_rng(seed), "shader", 0.3, 4, 0.6), RENDERERS, halved)
+            check((MODULE_VIEW, np.random.default_rng(seed), "shader", 0.3, 4, 0.6, False), RENDERERS, halved)
         except AssertionError:
             refused += 1
     assert refused > 0
@@ -116,7 +128,10 @@ def test_half_the_errors_would_be_too_few():
 def test_renderers_of_a_model_differ_where_samples_are_undecided():
     """Bounds that are a point would be sound as well if all renderers agreed: they do not."""
     found = np.array(
-        [check((MODULE_VIEW, np.random.default_rng(s), "shader", 0.3, 4, 0.6), RENDERERS) for s in range(10)]
+        [
+            check((MODULE_VIEW, np.random.default_rng(s), "shader", 0.3, 4, 0.6, s % 2 == 1), RENDERERS)
+            for s in range(10)
+        ]
     )
     undecided, differing = found.sum(axis=0)
     assert undecided >= differing > undecided / 4 > 10

@@ -70,6 +70,8 @@ class Estimator:
     texel_bytes : int
         Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
         kept with the view, the most over all views and parameters.
+    turns : bool
+        Whether its samples may turn from texel to texel (``Buffers.turns``).
     sampling : str or None
         The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
     """
@@ -85,6 +87,7 @@ class Estimator:
     count: int = 8
     normals: bool = False
     texel_bytes: int = 4
+    turns: bool = False
     sampling: str | None = None
 
     @property

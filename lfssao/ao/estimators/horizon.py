@@ -20,7 +20,7 @@ import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option, run_kernel
 from lfssao.ao.estimators.kernels.horizon import Horizons, horizon_occlusion
-from lfssao.ao.estimators.vo.local_frame import disk_turns, seen_surface
+from lfssao.ao.estimators.vo.local_frame import disk_mirrors, flat_turns, seen_surface
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
@@ -49,10 +49,10 @@ def hbao(buffers: Buffers, radius: float, points: None, weights: None, options: 
     """Return horizon-based AO; it takes no samples."""
     seen, dtype = seen_surface(buffers), buffers.depth.dtype
     around = np.array([sincospi((2 * k + 1) / options.directions)[::-1] for k in range(options.directions)])
-    turns = disk_turns(options.randomize, options.seed, dtype)
+    mirrors = disk_mirrors(options.randomize, options.seed, dtype)
     scalars = (*sincospi(options.bias / 180.0), *_ATTENUATION[options.attenuation])
-    fan = Horizons(around.astype(dtype), turns, options.steps, *(dtype.type(number) for number in scalars))
-    return run_kernel(horizon_occlusion, buffers.depth, seen, fan, dtype.type(radius))
+    fan = Horizons(around.astype(dtype), mirrors, options.steps, *(dtype.type(number) for number in scalars))
+    return run_kernel(horizon_occlusion, buffers.depth, seen, fan, flat_turns(buffers), dtype.type(radius))
 
 
 ENTRIES = (
@@ -66,5 +66,6 @@ ENTRIES = (
         count=64,
         normals=True,
         texel_bytes=20,
+        turns=True,
     ),
 )

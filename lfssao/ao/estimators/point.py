@@ -73,8 +73,8 @@ def lf_radii(
     depth, view = buffers.depth, buffers.view
     if view.screen_to_world is not None:
         back, matrix = view.screen_to_world, view.world_to_image.numbers.reshape(4, 4)
-        return [ssao.algorithm1(depth, back, matrix, points, radius) for radius in radii]
-    return ssao.algorithm2_of_radii(depth, buffers.positions, view.world_to_image, points, radii)
+        return [ssao.algorithm1(depth, back, matrix, points, radius, buffers.turns) for radius in radii]
+    return ssao.algorithm2_of_radii(depth, buffers.positions, view.world_to_image, points, radii, buffers.turns)
 
 
 def point(
@@ -114,7 +114,7 @@ def _occluded(
     seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
     choices = kernels.Choices(normals is not None, reach, options.surface == "positions", remap)
     projection = buffers.view.world_to_image.as_type(dtype)
-    return run_kernel(kernels.occluded_fraction, depth, seen, offsets, projection, choices)
+    return run_kernel(kernels.occluded_fraction, depth, seen, offsets, projection, choices, buffers.turns)
 
 
 def _shell(n: int) -> tuple[FloatArray, None]:
@@ -131,6 +131,7 @@ ENTRIES = (
         run_radii=lf_radii,
         samples=_shell,
         sampling="latin",
+        turns=True,
     ),
     Estimator(
         name="point",
@@ -140,6 +141,7 @@ ENTRIES = (
         options=PointOptions,
         samples=_shell,
         sampling="latin",
+        turns=True,
     ),
     Estimator(
         name="hemisphere",
@@ -149,6 +151,7 @@ ENTRIES = (
         options=HemisphereOptions,
         samples=_shell,
         sampling="latin",
+        turns=True,
         normals=True,
     ),
 )

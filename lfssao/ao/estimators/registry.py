@@ -84,7 +84,8 @@ def estimate(
     Raises
     ------
     InputError
-        If the name, a sample set, a parameter or the radius is wrong, or normals are needed and not there.
+        If the name, a sample set, a parameter or the radius is wrong, normals are needed and not there, or samples
+        that cannot are to turn.
     """
     return estimate_radii(name, buffers, (radius,), points, weights, **parameters)[0]
 
@@ -104,6 +105,8 @@ def estimate_radii(
     options = estimator.options(**full_parameters(estimator, parameters))
     if estimator.normals and buffers.normals is None:
         raise InputError(f"estimator {name} reads normals, and there is no normals texture")
+    if buffers.turns is not None:
+        check_turning(estimator)
     if points is None:
         points, weights = estimator.default_samples()
     else:
@@ -111,6 +114,13 @@ def estimate_radii(
     if estimator.run_radii is not None and len(radii) > 1:
         return estimator.run_radii(buffers, radii, points, weights, options)
     return [estimator.run(buffers, radius, points, weights, options) for radius in radii]
+
+
+def check_turning(estimator: Estimator) -> None:
+    """Refuse an estimator, by an InputError, whose samples do not turn from texel to texel."""
+    if not estimator.turns:
+        able = ", ".join(name for name, each in ESTIMATORS.items() if each.turns)
+        raise InputError(f"rotation: samples of estimator {estimator.name} do not turn by it: choose one of {able}")
 
 
 def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:

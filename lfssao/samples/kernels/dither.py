@@ -1,10 +1,10 @@
-"""Tiles of ranks that repeat over a texture: ordered 4 x 4, and blue noise by void and cluster (Ulichney 1993)."""
+"""Angles of texels: tiles of ranks, ordered 4 x 4 and blue noise by void and cluster (Ulichney 1993), hashes, noise."""
 
 import numpy as np
 
-from lfssao.core.elementary import exp
+from lfssao.core.elementary import exp, sincospi
 from lfssao.core.jit import kernel
-from lfssao.core.philox import random_below
+from lfssao.core.philox import random_below, random_word
 from lfssao.samples.kernels.spiral import hash_angle
 
 _STREAM = 0
@@ -111,3 +111,30 @@ def hashed_angles(variant, angles):
     for y in range(angles.shape[0]):
         for x in range(angles.shape[1]):
             angles[y, x] = hash_angle(x, y, variant)
+
+
+@kernel
+def random_angles(seed, angles):
+    """Philox's word of (seed, row, column) over 2^31; angles: (H, W) float64, half-turns in [0, 2), out."""
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            angles[y, x] = np.float64(random_word(seed, y, x)) / 2147483648.0
+
+
+@kernel
+def gradient_noise_angles(angles):
+    """Interleaved gradient noise (Jimenez 2014) at the texels' centres; angles: (H, W), half-turns in [0, 2), out."""
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            slope = 0.06711056 * (x + 0.5) + 0.00583715 * (y + 0.5)
+            noise = 52.9829189 * (slope - np.floor(slope))
+            angles[y, x] = 2.0 * (noise - np.floor(noise))
+
+
+@kernel
+def turns_of(angles, turns):
+    """Cosine and sine of angles, (H, W) half-turns, each rounded to the dtype of turns, (2, H, W), out."""
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            sine, cosine = sincospi(angles[y, x])
+            turns[0, y, x], turns[1, y, x] = cosine, sine

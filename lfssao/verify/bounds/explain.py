@@ -69,6 +69,7 @@ def explain(
     radius: float,
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
+    turns: Texture | None = None,
 ) -> list[Sample]:
     """The samples of one texel, (column, row), those that come nearest to another outcome first.
 
@@ -83,7 +84,7 @@ def explain(
     if not depth[j, i] < np.inf:
         return []
     found = np.empty((len(samples), 9))
-    ssao_kernels.trace_samples(inputs, chosen.errors, i, j, found)
+    ssao_kernels.trace_samples(inputs, chosen.errors, turns, i, j, found)
     made = [_sample(number, row, depth) for number, row in enumerate(found.tolist())]
     return sorted(made, key=_closeness)
 

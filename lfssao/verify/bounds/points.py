@@ -47,6 +47,7 @@ class Surfaces:
     cast_from_world: Matrix  # (3, 4)
     normals: Texture | None = None  # (H, W, 3): unit normals, for estimators that read them
     directions: Texture | None = None  # (H, W, 3): unit viewing directions, for VO's thickness
+    turns: Texture | None = None  # (2, H, W): cosine and sine by which each texel's points are turned
 
 
 class Problem(NamedTuple):
@@ -93,7 +94,9 @@ def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     low, high, fewest, most = (np.empty(surfaces.depth.shape, dtype) for dtype in ("f8", "f8", "i4", "i4"))
     point_kernels.write_surface_depths(inputs, model.errors, options["surface"] == "positions", low, high)
     normals, reach = surfaces.normals if half else None, float(radius) if options["range_check"] else np.inf
-    point_kernels.count_hidden(inputs, _contiguous(normals), low, high, reach, model.errors, fewest, most)
+    point_kernels.count_hidden(
+        inputs, _contiguous(normals), low, high, reach, model.errors, surfaces.turns, fewest, most
+    )
     lower, upper = fraction_bounds(len(given.points), model)
     if options.get("remap"):
         lower, upper = _remapped(lower, model, -1), _remapped(upper, model, 1)
@@ -145,7 +148,7 @@ def _volume_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     shape = surfaces.depth.shape
     low, high, fewest, most, undecided = (np.empty(shape, dtype) for dtype in ("f8", "f8", "f8", "f8", "i4"))
     volume_kernels.write_cast_depths(inputs, ball.axis, errors, low, high)
-    volume_kernels.sum_hidden(inputs, ball, low, high, errors, fewest, most, undecided)
+    volume_kernels.sum_hidden(inputs, ball, low, high, errors, surfaces.turns, fewest, most, undecided)
     relative = (n + 4) * errors.operation * (1 + n * errors.operation)
     lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
     return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)

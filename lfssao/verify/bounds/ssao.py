@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.ssao import algorithm1, algorithm2, check_radius
+from lfssao.ao.textures import check_turns
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import MATRIX, Projection
@@ -29,6 +30,7 @@ def ao_bounds(
     radius: float,
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
+    turns: Texture | None = None,
 ) -> Bounds:
     """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``: k_lo / n to k_hi / n as they may round.
 
@@ -48,6 +50,8 @@ def ao_bounds(
         Limits of float32 arithmetic (``lfssao.verify.bounds.error_model``).
     screen_to_world : (4, 4), optional
         The inverse mapping, rounded to float32 likewise: Algorithm 1.
+    turns : (2, H, W) float32, optional
+        Cosine and sine by which each texel's samples are turned, which renderers have as they are.
 
     Raises
     ------
@@ -56,15 +60,16 @@ def ao_bounds(
     """
     chosen = find_model(model)
     inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
+    check_turns(turns, depth)
     if chosen.exact:
         if screen_to_world is None:
-            made = algorithm2(depth, inputs.positions, world_to_image, samples, radius)
+            made = algorithm2(depth, inputs.positions, world_to_image, samples, radius, turns)
         else:
             forth = world_to_image.numbers.reshape(4, 4)
-            made = algorithm1(depth, screen_to_world, forth, samples, radius)
+            made = algorithm1(depth, screen_to_world, forth, samples, radius, turns)
         return Bounds(made.texture, made.texture, np.zeros(depth.shape, np.int32))
     fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
-    ssao_kernels.count_outcomes(inputs, chosen.errors, fewest, most)
+    ssao_kernels.count_outcomes(inputs, chosen.errors, turns, fewest, most)
     low, high = fraction_bounds(len(samples), chosen)
     return Bounds(low[fewest], high[most], most - fewest)
 

@@ -36,16 +36,16 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     """
     mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
     depth, positions = inputs.get("depth"), inputs.get("positions")
-    back = parameters.get("screen_to_world")
+    back, turns = parameters.get("screen_to_world"), inputs.get("turns")
     if depth is None or (positions is None and back is None):
         return None
     if name == "lf":
         back = None if back is None else np.array(back)
-        return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back)
+        return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns)
     if name not in BOUNDED or model.exact or positions is None:
         return None
     axes, options = np.array(parameters["view"]["cast_from_world"]), parameters["options"]
-    surfaces = Surfaces(depth, positions, mapping, axes, inputs.get("normals"), inputs.get("directions"))
+    surfaces = Surfaces(depth, positions, mapping, axes, inputs.get("normals"), inputs.get("directions"), turns)
     return point_bounds(name, surfaces, radius, inputs.get("points"), inputs.get("weights"), options, model)
 
 

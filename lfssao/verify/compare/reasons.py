@@ -51,7 +51,7 @@ def _occlusion_reason(
         return ""
     place, mapping = (texel[0] + guard, texel[1] + guard), described_mapping(parameters)
     samples, radius = case.inputs["samples"], parameters["radii"][k]
-    found = explain(place, depth, positions, mapping, samples, radius, model, back)
+    found = explain(place, depth, positions, mapping, samples, radius, model, back, case.inputs.get("turns"))
     return str(found[0]) if found else "no surface is seen there"
 
 

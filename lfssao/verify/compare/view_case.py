@@ -11,8 +11,9 @@ from lfssao.ao.estimators.registry import check_samples, find_estimator, full_pa
 from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
+from lfssao.samples import texel_turns
 from lfssao.verify.bounds.points import BOUNDED, is_bounded
-from lfssao.verify.case import VIEW, Case, Parameters
+from lfssao.verify.case import VIEW, Array, Case, Parameters
 
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
@@ -23,7 +24,9 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
     try:
         parameters = _parameters(manifest["settings"], entry["view"])
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))
-        return Case("", VIEW, "", parameters, _tables(manifest["settings"], parameters, entry["view"]), {})
+        settings, view = manifest["settings"], entry["view"]
+        inputs: dict[str, Array] = {**_tables(settings, parameters, view), **_turns(settings, view)}
+        return Case("", VIEW, "", parameters, inputs, {})
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise not_written(path, error) from error
 
@@ -75,6 +78,14 @@ def _tables(
         tables["weights"] = _numbers(settings["weights"])
     check_samples(estimator, tables["points"], tables.get("weights"))
     return tables
+
+
+def _turns(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, NDArray[np.float32]]:
+    """The turns of a view's texels, if any; a manifest without rotation is of a time when there was none."""
+    name = settings.get("rotation", "none")
+    if name == "none":
+        return {}
+    return {"turns": texel_turns(name, view["height"], view["width"], settings["rotation_seed"], np.dtype(np.float32))}
 
 
 def _numbers(values: Any) -> NDArray[np.float64]:

@@ -1,20 +1,21 @@
 """The registry of cases: one for each feature, sampler, singularity and estimator, each small."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
+from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.core.philox import random_unit
 from lfssao.errors import InputError
 from lfssao.optics.display import Display
-from lfssao.samples import METHODS, make_samples
+from lfssao.samples import DECORRELATIONS, METHODS, make_samples, texel_turns
 from lfssao.verify.case import Case
 from lfssao.verify.kit import views
 from lfssao.verify.kit.borders import BORDERS, border_problem
-from lfssao.verify.kit.estimator_cases import estimator_recipes
+from lfssao.verify.kit.estimator_cases import estimator_problem, estimator_recipes
 from lfssao.verify.kit.scenes import SCENE, textures
 from lfssao.verify.kit.specification import is_specified
 from lfssao.verify.kit.stages import STAGES, stage_bounds
@@ -139,6 +140,17 @@ def _samples_problem(method: str, n: int, seed: int, r_min: float, r_max: float)
     return {"method": method, "n": n, "seed": str(seed), "r_min": r_min, "r_max": r_max}, {}
 
 
+def _turns_problem(rotation: str, height: int, width: int) -> Problem:
+    return {"rotation": rotation, "height": height, "width": width, "seed": str(_SEED)}, {}
+
+
+def turning(build: Callable[..., Problem], *arguments: Any) -> Problem:
+    """A problem whose samples turn from texel to texel, as the hash has it."""
+    parameters, inputs = build(*arguments)
+    height, width = inputs["depth"].shape
+    return parameters, {**inputs, "turns": texel_turns("hash", height, width, _SEED, np.dtype(np.float32))}
+
+
 def _elementary_problem(function: str) -> Problem:
     units = [random_unit(np.uint64(7), 0, k) for k in range(240)]
     if function == "sincospi":
@@ -201,6 +213,25 @@ def _numbers() -> Iterator[Recipe]:
         yield Recipe(f"samples_{name}", "samples", title, _samples_problem, method, n, seed, low, high)
 
 
+def _turned() -> Iterator[Recipe]:
+    for rotation, height, width in (("hash", 9, 12), ("tiles", 5, 7), ("ign", 12, 16), ("blue-noise", 66, 65)):
+        title = f"turns of a texture's samples: {DECORRELATIONS[rotation].title}"
+        yield Recipe(f"turns_{rotation}", "turns", title, _turns_problem, rotation, height, width)
+    small, convex = views.small_display(), views.DISPLAYS["convex"]
+    problems = (
+        ("algorithm1", "algorithm1", (_camera_problem, "perspective")),
+        ("algorithm2", "algorithm2", (_module_problem, small)),
+        ("algorithm2_convex", "algorithm2", (_module_problem, convex)),
+        ("algorithm2_matrix", "algorithm2", (_matrix_problem,)),
+        ("frame", "frame", (_frame_problem,)),
+    )
+    for name, stage, problem in problems:
+        yield Recipe(f"turned_{name}", stage, "samples that turn from texel to texel", turning, *problem)
+    for name in ("point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao"):
+        yield Recipe(f"turned_{name}", "estimator", "samples that turn from texel to texel", turning,
+                     estimator_problem, ESTIMATORS[name], name == "point", {})  # fmt: skip
+
+
 def _views() -> Iterator[Recipe]:
     for projection in ("perspective", "orthographic"):
         yield Recipe(f"algorithm1_{projection}", "algorithm1", f"{projection} camera", _camera_problem, projection)
@@ -251,7 +282,9 @@ def _pictures() -> Iterator[Recipe]:
 
 
 RECIPES = {
-    recipe.name: recipe for family in (_numbers, _views, _singular, _pictures, estimator_recipes) for recipe in family()
+    recipe.name: recipe
+    for family in (_numbers, _turned, _views, _singular, _pictures, estimator_recipes)
+    for recipe in family()
 }
 
 

@@ -23,7 +23,7 @@ from lfssao.verify.kit.scenes import SCENE, Scene, textures
 from lfssao.verify.kit.views import CAMERA_SCENE, Problem, Recipe, described, module_view, noise
 
 
-def _estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str, Value]) -> Problem:
+def estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str, Value]) -> Problem:
     """An estimator on a display's module or on a camera, some of its options changed.
 
     Changed options get more texels and a larger radius: filters of larger footprints are not reached otherwise.
@@ -152,7 +152,7 @@ def _option_recipes() -> Iterator[Recipe]:
         if numbers:
             variants.append(("_numbers", False, numbers))
         for suffix, camera, changes in variants:
-            build = _estimator_problem, estimator, camera, changes
+            build = estimator_problem, estimator, camera, changes
             yield Recipe(f"estimator_{name}{suffix}", "estimator", estimator.title, *build)
 
 

@@ -14,7 +14,7 @@ from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View
-from lfssao.samples import make_samples, square_points
+from lfssao.samples import make_samples, square_points, texel_angles, texel_turns
 from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
@@ -46,6 +46,11 @@ def _samples(parameters: Parameters, inputs: Arrays) -> Outputs:
         "samples": make_samples(method, n, seed, parameters["r_min"], parameters["r_max"]),
         "square": square_points(method, n, seed),
     }
+
+
+def _turns(parameters: Parameters, inputs: Arrays) -> Outputs:
+    how = parameters["rotation"], parameters["height"], parameters["width"], int(parameters["seed"])
+    return {"turns": texel_turns(*how, np.dtype(np.float32)), "angles": texel_angles(*how)}
 
 
 def _numbers(parameters: Parameters, inputs: Arrays) -> Outputs:
@@ -84,14 +89,14 @@ def _occlusion(occlusion: Occlusion) -> Outputs:
 
 def _algorithm1(parameters: Parameters, inputs: Arrays) -> Outputs:
     back, forth = (np.array(parameters[name]) for name in ("screen_to_world", "world_to_screen"))
-    made = ssao.algorithm1(inputs["depth"], back, forth, inputs["samples"], parameters["radius"])
+    given = inputs["depth"], back, forth, inputs["samples"], parameters["radius"]
+    made = ssao.algorithm1(*given, inputs.get("turns"))
     return {**_occlusion(made), **_offsets(parameters, inputs)}
 
 
 def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
-    made = ssao.algorithm2(
-        inputs["depth"], inputs["positions"], described_mapping(parameters), inputs["samples"], parameters["radius"]
-    )
+    given = inputs["depth"], inputs["positions"], described_mapping(parameters), inputs["samples"]
+    made = ssao.algorithm2(*given, parameters["radius"], inputs.get("turns"))
     return {**_occlusion(made), **_offsets(parameters, inputs)}
 
 
@@ -133,7 +138,8 @@ def _view(parameters: Parameters) -> View:
 
 
 def _estimator(parameters: Parameters, inputs: Arrays) -> Outputs:
-    buffers = Buffers(_view(parameters), inputs["depth"], inputs["positions"], inputs.get("normals"))
+    more = inputs.get("normals"), inputs.get("turns")
+    buffers = Buffers(_view(parameters), inputs["depth"], inputs["positions"], *more)
     chosen = parameters["estimator"], buffers, parameters["radius"], inputs.get("points"), inputs.get("weights")
     return _occlusion(estimate(*chosen, **parameters["options"]))
 
@@ -143,6 +149,7 @@ STAGES: dict[str, Run] = {
     "elementary": _elementary,
     "philox": _philox,
     "samples": _samples,
+    "turns": _turns,
     "numbers": _numbers,
     "mapping": _map_points,
     "algorithm1": _algorithm1,

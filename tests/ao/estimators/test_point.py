@@ -1,5 +1,7 @@
 """Point sampling with options: bit for bit against the reference, and against exact volumes of balls."""
 
+from dataclasses import replace
+
 import analytic_scenes as scenes
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from bits import assert_same_bits
 from estimator_cases import assert_equals_reference, buffers, offsets, radii
 from hypothesis import given
 from hypothesis import strategies as st
+from ssao_cases import drawn_turns
 
 from lfssao import estimate, make_samples
 from lfssao.ao.estimators.point import SURFACES
@@ -22,6 +25,7 @@ def test_all_options_equal_the_reference(dtype, data):
     options = {"range_check": check, "surface": data.draw(st.sampled_from(SURFACES))}
     if not half:
         options["remap"] = remap
+    seen = replace(seen, turns=drawn_turns(data.draw, seen.depth))
     made = estimate("hemisphere" if half else "point", seen, radius, points, **options)
     assert_equals_reference("hemisphere" if half else "point", seen, radius, made, points, **options)
 

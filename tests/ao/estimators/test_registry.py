@@ -2,6 +2,7 @@
 
 import inspect
 import tracemalloc
+from dataclasses import replace
 
 import analytic_scenes as scenes
 import estimator_cases
@@ -10,6 +11,7 @@ import pytest
 from estimator_cases import assert_equals_reference, offsets, radii, with_one_thread_and_two
 from hypothesis import given
 from hypothesis import strategies as st
+from ssao_cases import drawn_turns
 
 from lfssao import Buffers, InputError, Settings, estimate
 from lfssao.ao.estimators import registry
@@ -104,6 +106,8 @@ def test_estimators_equal_the_reference(name, dtype, data):
         points = data.draw(offsets(entry.dimensions)) * data.draw(st.sampled_from([1, entry.dimensions**0.5]))
         if entry.default_samples()[1] is not None and data.draw(st.booleans()):
             weights = np.random.default_rng(len(points)).uniform(0.1, 2, len(points))
+    if entry.turns:
+        seen = replace(seen, turns=drawn_turns(data.draw, seen.depth))
     made = estimate(name, seen, radius, points, weights, **options)
     assert_equals_reference(name, seen, radius, made, points, weights, **options)
 

@@ -9,6 +9,12 @@ float linear_row(int row, float x, float y, float z) {
     return sum;
 }
 
+float turned_row(int row, float x, float y, float z, float c, float s) {
+    precise float sum = (c * (m[4 * row] * x + m[4 * row + 1] * y) + s * (m[4 * row + 1] * x - m[4 * row] * y))
+        + m[4 * row + 2] * z;
+    return sum;
+}
+
 float affine_row(int row, float x, float y, float z) {
     precise float sum = linear_row(row, x, y, z) + m[4 * row + 3];
     return sum;

@@ -6,11 +6,13 @@ layout(std430, binding = 2) readonly buffer Positions { float positions[]; };  /
 layout(std430, binding = 3) readonly buffer Offsets { float offsets[]; };
 layout(std430, binding = 4) writeonly buffer Occlusion { float occlusion[]; };
 layout(std430, binding = 5) buffer Outside { uint outside; };
+layout(std430, binding = 6) readonly buffer Turns { float turns[]; };  // cosines, then sines
 
 uniform ivec2 size;
 uniform int kind;
 uniform int samples;
 uniform bool algorithm1;
+uniform bool turning;
 
 float back(int row, float u, float v, float d) {
     precise float sum = ((positions[4 * row] * u + positions[4 * row + 1] * v) + positions[4 * row + 2] * d)
@@ -44,8 +46,10 @@ void main() {
     for (int s = 0; s < samples; ++s) {
         precise vec4 sums = vec4(0.0);
         for (int row = 0; row < rows; ++row) {
-            precise float sum = affine_row(row, p.x, p.y, p.z)
-                + linear_row(row, offsets[3 * s], offsets[3 * s + 1], offsets[3 * s + 2]);
+            float x = offsets[3 * s], y = offsets[3 * s + 1], z = offsets[3 * s + 2];
+            precise float offset = turning
+                ? turned_row(row, x, y, z, turns[texel], turns[size.x * size.y + texel]) : linear_row(row, x, y, z);
+            precise float sum = affine_row(row, p.x, p.y, p.z) + offset;
             sums[row] = sum;
         }
         precise vec3 image;

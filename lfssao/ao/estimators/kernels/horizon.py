@@ -36,13 +36,13 @@ _WAY = E1 + 4  # from the texel's centre to the image of P + R (x e1' + y e2'), 
 class Horizons(NamedTuple):
     """Directions and attenuation, scalars of the arithmetic's dtype.
 
-    around: (n, 2), x and y of the directions, unit length. turns: as of ``local_frame.Disk``. steps: how many along
+    around: (n, 2), x and y of the directions, unit length. mirrors: as of ``local_frame.Disk``. steps: how many along
     each. sine_bias, cosine_bias: of the angle by which the horizon must exceed the tangent plane. linear, quadratic:
     W = 1 - (linear r + quadratic r^2).
     """
 
     around: np.ndarray
-    turns: np.ndarray
+    mirrors: np.ndarray
     steps: int
     sine_bias: np.floating
     cosine_bias: np.floating
@@ -110,7 +110,7 @@ def raise_horizons(fan, radius, n, slots):
 
 
 @kernel(parallel=True)
-def horizon_occlusion(seen, fan, radius, occlusion, outside):
+def horizon_occlusion(seen, fan, turns, radius, occlusion, outside):
     """Occlusion of every texel by the horizons in directions of its disk.
 
     A = (1 / 2 pi) integral over theta of (sin h - sin t) W, elevations above the plane through P at right angles to
@@ -130,7 +130,7 @@ def horizon_occlusion(seen, fan, radius, occlusion, outside):
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
                 column = np.int64(first) - j * width
-                start_frames(seen, radius, fan.turns, j, first, n, slots)
+                start_frames(seen, radius, fan.mirrors, turns, j, first, n, slots)
                 start_slopes(True, seen.normals, first, n, slots)
                 start_points(seen, first, n, slots)
                 load(seen.positions, first, n, slots, _WHERE)

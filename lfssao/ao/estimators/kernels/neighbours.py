@@ -117,10 +117,10 @@ def hidden_fraction(surface, positions, offsets, views, occlusion, outside):
     fractions = occlusion.reshape(height * width)
     moves = np.empty((len(kinds), samples, 4), numbers.dtype)
     for v in range(len(kinds)):
-        moved = transform_offsets(offsets, Projection(kinds[v], numbers[v]))
+        moved = transform_offsets(offsets, Projection(kinds[v], numbers[v]), None)
         for k in range(samples):  # ``moves[v] = ...`` is compiled with the text of an error: five seconds
             for row in range(4):
-                moves[v, k, row] = moved[k, row]
+                moves[v, k, row] = moved[k, 2, row]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
         rows = np.empty(len(kinds) * _ROWS * CHUNK, numbers.dtype)

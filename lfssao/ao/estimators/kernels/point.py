@@ -12,7 +12,7 @@ import numpy as np
 from numba import prange
 
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
-from lfssao.ao.kernels.ssao import count_matrix, count_slits, finish_run, transform_offsets
+from lfssao.ao.kernels.ssao import count_matrix, count_slits, finish_run, load_turns, offset_row, transform_offsets
 from lfssao.core.intrinsics import CHUNK, scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
@@ -118,14 +118,27 @@ def forward_depth(projection, x, y, z):
 
 
 @kernel(inline=True)
-def move_row(offsets, ends, s, hemisphere, n, up, rows, a, b, c, q):
-    """Line 5 and the affine half of line 6 of sample s for n points, turned where it is below the surface."""
-    x, y, z = offsets[s, 0], offsets[s, 1], offsets[s, 2]
-    one, zero = type(x)(1), type(x)(0)
+def turned_offset(x, y, turns, turn, i):
+    """The x and y of an offset turned at texel i of a run; turns and turn: those of ``load_turns``."""
+    if turns is None:
+        return x, y
+    return x * turn[0][i] - y * turn[1][i], x * turn[1][i] + y * turn[0][i]
+
+
+@kernel(inline=True)
+def move_row(offsets, ends, s, hemisphere, n, up, turns, turn, rows, a, b, c, q):
+    """Line 5 and the affine half of line 6 of sample s for n points, on the other side where it is below the surface.
+
+    ends: those of ``transform_offsets``.
+    """
+    z, zero, one = offsets[s, 2], type(a[0])(0), type(a[0])(1)
     for i in range(n):
-        turn = -one if hemisphere & ((x * up[0, i] + y * up[1, i]) + z * up[2, i] < zero) else one
-        a[i], b[i] = rows[0, i] + turn * ends[s, 0], rows[1, i] + turn * ends[s, 1]
-        c[i], q[i] = rows[2, i] + turn * ends[s, 2], rows[3, i] + turn * ends[s, 3]
+        x, y = turned_offset(offsets[s, 0], offsets[s, 1], turns, turn, i)
+        side = -one if hemisphere & ((x * up[0, i] + y * up[1, i]) + z * up[2, i] < zero) else one
+        a[i] = rows[0, i] + side * offset_row(ends, s, 0, turns, turn, i)
+        b[i] = rows[1, i] + side * offset_row(ends, s, 1, turns, turn, i)
+        c[i] = rows[2, i] + side * offset_row(ends, s, 2, turns, turn, i)
+        q[i] = rows[3, i] + side * offset_row(ends, s, 3, turns, turn, i)
 
 
 @kernel
@@ -159,23 +172,25 @@ def remap_fractions(fractions, at, end):
 
 
 @kernel(parallel=True)
-def occluded_fraction(seen, offsets, projection, choices, occlusion, outside):
+def occluded_fraction(seen, offsets, projection, choices, turns, occlusion, outside):
     """Fraction of samples behind the visible surface, with options, into occlusion (H, W).
 
-    offsets: (n, 3), the samples relative to the point, world units. outside: (H,), out: samples of each row outside the
-    texture or the mapping's domain; they count as not occluded.
+    offsets: (n, 3), the samples relative to the point, world units. turns: (2, H, W), cosine and sine by which each
+    texel's samples are turned, or None. outside: (H,), out: samples of each row outside the texture or the mapping's
+    domain; they count as not occluded.
     """
     (height, width), (kind, m) = occlusion.shape, projection
     fractions = occlusion.reshape(-1)
-    ends, samples = transform_offsets(offsets, projection), offsets.shape[0]
+    ends, samples = transform_offsets(offsets, projection, turns), offsets.shape[0]
     size = m.dtype.type(width), m.dtype.type(height)
-    still = np.zeros((1, 4), m.dtype)  # samples are in a, b, c, q already
+    still = np.zeros((1, 3, 4), m.dtype)  # samples are in a, b, c, q already
     looks = not choices.forward and choices.reach == np.inf  # at depths alone
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
         points, up = np.empty((3, CHUNK), m.dtype), np.zeros((3, CHUNK), m.dtype)
         rows, a, b = np.empty((4, CHUNK), m.dtype), scratch(m.dtype), scratch(m.dtype)
         c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(np.int32)
+        turn = scratch(m.dtype), scratch(m.dtype)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
             at, end = j * width, (j + 1) * width
             outside[j] = 0
@@ -184,16 +199,20 @@ def occluded_fraction(seen, offsets, projection, choices, occlusion, outside):
                 load_row(seen.positions, start, n, points)
                 if choices.hemisphere:
                     load_row(seen.normals, start, n, up)
+                load_turns(turns, turn, j, start - j * width, n)
                 affine_rows(projection, n, points, rows)
                 for i in range(n):
                     count[i] = 0
                 found = 0
                 for s in range(samples):
-                    move_row(offsets, ends, s, choices.hemisphere, n, up, rows, a, b, c, q)
+                    move_row(offsets, ends, s, choices.hemisphere, n, up, turns, turn, rows, a, b, c, q)
                     if looks and kind == CROSSED_SLITS:
-                        found += count_slits(slits_of(m), seen.depth, width, height, n, a, b, c, 0, 1, still, count)
+                        slits = slits_of(m)
+                        found += count_slits(
+                            slits, seen.depth, width, height, n, a, b, c, 0, 1, still, None, turn, count
+                        )
                     elif looks and kind == MATRIX:
-                        found += count_matrix(seen.depth, width, height, n, a, b, c, q, 0, 1, still, count)
+                        found += count_matrix(seen.depth, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
                     else:
                         found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)
                 outside[j] += finish_run(seen.depth, at, start, n, samples, count, fractions) - found

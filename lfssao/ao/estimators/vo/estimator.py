@@ -33,7 +33,7 @@ from lfssao.ao.estimators.vo.kernels.area import FAR, area_occlusion
 from lfssao.ao.estimators.vo.kernels.lines import line_occlusion
 from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
-from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_turns, seen_surface
+from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors, flat_turns, seen_surface
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels.post import merge_product
 from lfssao.ao.ssao import Occlusion
@@ -115,11 +115,12 @@ def _at_radii(
     kernel: Callable[..., None], buffers: Buffers, radius: float, options: VolumeOptions, *view: Any, most: float = inf
 ) -> Occlusion:
     """Occlusion at R, or at R and a second radius together (VO section 6); most: thickness without end, in radii."""
-    one = buffers.depth.dtype.type
+    one, turns = buffers.depth.dtype.type, flat_turns(buffers)
     radii = [radius] if options.second == 0 else [radius, options.second * radius]
     thick = [options.thickness / r if options.thickness > 0 < r else inf for r in radii]
     made = [
-        run_kernel(kernel, buffers.depth, *view, one(r), one(min(t, most))) for r, t in zip(radii, thick, strict=True)
+        run_kernel(kernel, buffers.depth, *view, turns, one(r), one(min(t, most)))
+        for r, t in zip(radii, thick, strict=True)
     ]
     if len(made) == 1:
         return made[0]
@@ -160,7 +161,7 @@ def _disk(points: Any, weights: Any, options: VolumeOptions, tangent: bool, dtyp
         half=half.astype(dtype),
         weights=(2 * by_length if tangent else by_length).astype(dtype),
         finer=np.array([0.5 * log2(area) for area in areas.tolist()]),
-        turns=disk_turns(options.randomize, options.seed, dtype),
+        mirrors=disk_mirrors(options.randomize, options.seed, dtype),
         tangent=tangent,
     )
 
@@ -175,8 +176,16 @@ def _pair(name: str, title: str, section: str, run: Run, **more: Any) -> tuple[E
     """An estimator, and the same above the tangent plane (4.4), which reads normals."""
     above = f"{title}, above the tangent plane"
     return (
-        Estimator(name, title, f"VO {section}", partial(run, tangent=False), **more),
-        Estimator(f"{name}-normal", above, f"VO {section} and 4.4", partial(run, tangent=True), normals=True, **more),
+        Estimator(name, title, f"VO {section}", partial(run, tangent=False), turns=True, **more),
+        Estimator(
+            f"{name}-normal",
+            above,
+            f"VO {section} and 4.4",
+            partial(run, tangent=True),
+            normals=True,
+            turns=True,
+            **more,
+        ),
     )
 
 

@@ -38,6 +38,11 @@ def seen_surface(buffers: Buffers) -> SeenSurface:
     )
 
 
+def flat_turns(buffers: Buffers) -> Texture | None:
+    """Return the turns of a view's samples as the kernels take them, (2, H * W), or None."""
+    return None if buffers.turns is None else np.ascontiguousarray(buffers.turns).reshape(2, -1)
+
+
 def _linear_depth(buffers: Buffers, positions: Texture) -> Texture:
     depth = np.ascontiguousarray(buffers.depth)
     if buffers.view.world_to_image.kind != MATRIX:
@@ -55,7 +60,7 @@ def _rows(view: View) -> NDArray[np.float64]:
     return np.concatenate([m[:8], divisor, view.cast_from_world[2]])
 
 
-def disk_turns(randomize: bool, seed: int, dtype: np.dtype[Any]) -> Texture:
+def disk_mirrors(randomize: bool, seed: int, dtype: np.dtype[Any]) -> Texture:
     """Reflections of the disk, (2, TILE, CHUNK): cosine and sine of random angles for a tile; 1 and 0 for none."""
     if not randomize:
         return _in_tiles([(1.0, 0.0)] * TILE**2, dtype)

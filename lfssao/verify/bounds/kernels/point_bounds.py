@@ -9,14 +9,17 @@ import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.verify.bounds.kernels.pairs import Pair, dot, is_positive, multiply, subtract
+from lfssao.verify.bounds.kernels.pairs import Pair, add, dot, exact, is_positive, multiply, subtract
 from lfssao.verify.bounds.kernels.projection_bounds import project, rows_of_point, widen
 from lfssao.verify.bounds.kernels.ssao_bounds import (
     box_of,
     mapping_of,
     offset_rows,
+    point_rows,
     project_sample,
+    sample_rows,
     texel_point,
+    turn_of,
     vector,
 )
 
@@ -53,14 +56,16 @@ def in_range(here, there, radius, by):
 
 
 @kernel(inline=True)
-def is_below(offset, normal, by):
-    """Whether an offset may and does for sure point below the surface of a normal, three pairs."""
-    o = (
-        Pair(-offset[0], by.offset * abs(offset[0])),
-        Pair(-offset[1], by.offset * abs(offset[1])),
-        Pair(-offset[2], by.offset * abs(offset[2])),
-    )
-    return is_positive(dot(normal, o, by))
+def is_below(offset, normal, by, turns, column, row):
+    """Whether an offset, turned at its texel, may and does for sure point below the surface of a normal."""
+    x, y = Pair(-offset[0], by.offset * abs(offset[0])), Pair(-offset[1], by.offset * abs(offset[1]))
+    z = Pair(-offset[2], by.offset * abs(offset[2]))
+    if turns is None:
+        return is_positive(dot(normal, (x, y, z), by))
+    c, s = turn_of(turns, column, row)
+    u = add(multiply(exact(c), x, by), multiply(exact(-s), y, by), by)
+    v = add(multiply(exact(s), x, by), multiply(exact(c), y, by), by)
+    return is_positive(dot(normal, (u, v, z), by))
 
 
 @kernel(inline=True)
@@ -82,28 +87,29 @@ def is_hidden(inputs, image, low, high, here, reach, by):
 
 
 @kernel(parallel=True)
-def count_hidden(inputs, normals, low, high, reach, by, fewest, most):
+def count_hidden(inputs, normals, low, high, reach, by, turns, fewest, most):
     """Write the fewest and the most samples of every texel that a renderer may count as hidden, (H, W) int32.
 
-    Normals, (H, W, 3) float32, turn samples to the upper half of the ball; (0, 0, 3) for the whole ball. ``low`` and
+    Normals, (H, W, 3) float32, take samples to the upper half of the ball; (0, 0, 3) for the whole ball. ``low`` and
     ``high`` are those of ``write_surface_depths``; ``reach`` is R of the range check, infinite without one.
     """
-    offsets, turns = offset_rows(inputs, by), normals.shape[0] != 0
+    offsets, half = offset_rows(inputs, by), normals.shape[0] != 0
     for j in prange(inputs.depth.shape[0]):
         for i in range(inputs.depth.shape[1]):
             fewest[j, i], most[j, i] = 0, 0
             if not inputs.depth[j, i] < np.inf:
                 continue
             here = texel_point(inputs, by, i, j)
-            rows = rows_of_point(mapping_of(inputs), here, by.operation)
+            rows = point_rows(inputs, by, turns, here)
             for s in range(offsets.shape[0]):
                 below, surely = False, False
-                if turns:
-                    below, surely = is_below(inputs.offsets[s], vector(normals, j, i), by)
-                image = project_sample(inputs, by, rows, offsets[s], -1.0 if surely else 1.0)
+                if half:
+                    below, surely = is_below(inputs.offsets[s], vector(normals, j, i), by, turns, i, j)
+                offset = sample_rows(inputs, by, turns, i, j, offsets, s)
+                image = project_sample(inputs, by, rows, offset, -1.0 if surely else 1.0)
                 may, must = is_hidden(inputs, image, low, high, here, reach, by)
                 if below and not surely:
-                    image = project_sample(inputs, by, rows, offsets[s], -1.0)
+                    image = project_sample(inputs, by, rows, offset, -1.0)
                     may_too, must_too = is_hidden(inputs, image, low, high, here, reach, by)
                     may, must = may | may_too, must & must_too
                 fewest[j, i] += np.int32(must)

@@ -6,6 +6,7 @@ way through the sums, whatever their order; M (p + o), with n coefficients and c
 1 + 1 + (n - 1) + c <= 2 n + c = T times. So the row is off by at most ((1 + r)^T - 1) sum abs(t_i): with T r < 2^-10,
 T r (1 + T r) sum abs(t_i). The sum of sizes is one of the point plus one of the offset, and so is this error: both are
 computed once a point and once a sample. Errors of the point and the offset themselves add abs(m_i) times their size.
+An offset that is turned has two terms more, and each is a product twice: every term is rounded TURNED times more.
 
 The display. Each operation of ``physical_to_image`` is done on pairs in the order it has there, sums of three in any
 order. A decision of that order (behind the module, off the screen, folded) may fall either way where its number may be
@@ -34,6 +35,8 @@ from lfssao.verify.bounds.kernels.pairs import (
     subtract,
 )
 
+TURNED = 3  # roundings more of each term of a row, where offsets are turned
+
 
 class Projected(NamedTuple):
     """An image point with errors, and whether it may lie, and lies for sure, in the mapping's domain."""
@@ -46,9 +49,9 @@ class Projected(NamedTuple):
 
 
 @kernel(inline=True)
-def row_roundings(m, row, r):
-    """How often, in units of r, a term of a row is rounded at most: T (1 + T r)."""
-    terms = 0
+def row_roundings(m, row, r, more):
+    """How often, in units of r, a term of a row is rounded at most: T (1 + T r); more: roundings besides."""
+    terms = more
     for k in range(3):
         terms += 2 if m[4 * row + k] != 0.0 else 0
     terms += 1 if m[4 * row + 3] != 0.0 else 0
@@ -63,15 +66,17 @@ def row_sizes(m, row, x, y, z):
 
 
 @kernel(inline=True)
-def point_row(m, row, point, r):
-    """A row of M (p, 1), p a point of three pairs."""
+def point_row(m, row, point, r, more=0):
+    """A row of M (p, 1), p a point of three pairs; more: roundings of each term besides its own."""
     x, y, z = point
     size = row_sizes(m, row, abs(x.value) + x.error, abs(y.value) + y.error, abs(z.value) + z.error)
     size += abs(m[4 * row + 3])
     own = row_sizes(m, row, x.error, y.error, z.error)
     # Flushed may be two operands and a product a coefficient, and the sums.
     flushed = FLUSHED * (4.0 + 4.0 * row_sizes(m, row, 1.0, 1.0, 1.0))
-    return Pair(affine_row(m, row, x.value, y.value, z.value), row_roundings(m, row, r) * r * size + own + flushed)
+    return Pair(
+        affine_row(m, row, x.value, y.value, z.value), row_roundings(m, row, r, more) * r * size + own + flushed
+    )
 
 
 @kernel(inline=True)
@@ -80,15 +85,31 @@ def offset_row(m, row, offset, by):
     x, y, z = offset[0], offset[1], offset[2]
     size = row_sizes(m, row, abs(x), abs(y), abs(z)) * (1.0 + by.offset)
     r = by.operation
-    return Pair(linear_row(m, row, x, y, z), row_roundings(m, row, r) * r * size + by.offset * size)
+    return Pair(linear_row(m, row, x, y, z), row_roundings(m, row, r, 0) * r * size + by.offset * size)
 
 
 @kernel(inline=True)
-def rows_of_point(projection, point, r):
+def turned_offset(offset, turn):
+    """An exact offset turned about z by a cosine and a sine, and the sizes of its coordinates' terms."""
+    (c, s), x, y, z = turn, offset[0], offset[1], offset[2]
+    return (c * x - s * y, s * x + c * y, z), (abs(c * x) + abs(s * y), abs(s * x) + abs(c * y), abs(z))
+
+
+@kernel(inline=True)
+def turned_offset_row(m, row, offset, turn, by):
+    """A row of M (o, 0), o an exact offset that is turned by a cosine and a sine."""
+    (x, y, z), (a, b, c) = turned_offset(offset, turn)
+    size, r = row_sizes(m, row, a, b, c) * (1.0 + by.offset), by.operation
+    flushed = FLUSHED * (4.0 + 4.0 * row_sizes(m, row, 1.0, 1.0, 1.0))
+    return Pair(linear_row(m, row, x, y, z), (row_roundings(m, row, r, TURNED) * r + by.offset) * size + flushed)
+
+
+@kernel(inline=True)
+def rows_of_point(projection, point, r, more=0):
     """All four rows of M (p, 1), p a point of three pairs; the fourth is 1 for a mapping without one."""
     m = projection.numbers
-    q = point_row(m, 3, point, r) if projection.kind == MATRIX else exact(1.0)
-    return point_row(m, 0, point, r), point_row(m, 1, point, r), point_row(m, 2, point, r), q
+    q = point_row(m, 3, point, r, more) if projection.kind == MATRIX else exact(1.0)
+    return point_row(m, 0, point, r, more), point_row(m, 1, point, r, more), point_row(m, 2, point, r, more), q
 
 
 @kernel(inline=True)

@@ -14,7 +14,15 @@ from numba import prange
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection
 from lfssao.verify.bounds.kernels.pairs import Pair, divide, exact
-from lfssao.verify.bounds.kernels.projection_bounds import Projected, offset_row, project, rows_of_point, widen
+from lfssao.verify.bounds.kernels.projection_bounds import (
+    TURNED,
+    Projected,
+    offset_row,
+    project,
+    rows_of_point,
+    turned_offset_row,
+    widen,
+)
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
 
@@ -152,6 +160,29 @@ def offset_rows(inputs, by):
 
 
 @kernel(inline=True)
+def turn_of(turns, column, row):
+    """Cosine and sine of a texel; turns: (2, H, W) float32."""
+    return np.float64(turns[0, row, column]), np.float64(turns[1, row, column])
+
+
+@kernel(inline=True)
+def sample_rows(inputs, by, turns, column, row, offsets, s):
+    """The rows of M (o, 0) of a sample at a texel, of ``offset_rows`` where turns are None."""
+    if turns is None:
+        return offsets[s]
+    m, turn, offset = inputs.numbers, turn_of(turns, column, row), inputs.offsets[s]
+    q = turned_offset_row(m, 3, offset, turn, by) if inputs.kind == MATRIX else exact(0.0)
+    a, b = turned_offset_row(m, 0, offset, turn, by), turned_offset_row(m, 1, offset, turn, by)
+    return a, b, turned_offset_row(m, 2, offset, turn, by), q
+
+
+@kernel(inline=True)
+def point_rows(inputs, by, turns, point):
+    """``rows_of_point`` of a texel's surface, to which samples are added."""
+    return rows_of_point(mapping_of(inputs), point, by.operation, 0 if turns is None else TURNED)
+
+
+@kernel(inline=True)
 def _plus(x, row, side):
     """A row of the point and one of the offset or, for a side of -1, its opposite: their sum's rounding is in both."""
     return Pair(x.value + side * row[0], x.error + row[1])
@@ -161,8 +192,8 @@ def _plus(x, row, side):
 def project_sample(inputs, by, rows, offset, side):
     """The image point of a texel's sample with its errors as they count.
 
-    ``rows`` are ``rows_of_point`` of the texel's surface, ``offset`` (4, 2) those of the sample by ``offset_rows``,
-    ``side`` is 1, or -1 for the sample on the other side of the surface.
+    ``rows`` are ``point_rows`` of the texel's surface, ``offset`` those of the sample by ``sample_rows``, ``side`` is
+    1, or -1 for the sample on the other side of the surface.
     """
     a, b = _plus(rows[0], offset[0], side), _plus(rows[1], offset[1], side)
     c, q = _plus(rows[2], offset[2], side), _plus(rows[3], offset[3], side)
@@ -170,11 +201,12 @@ def project_sample(inputs, by, rows, offset, side):
 
 
 @kernel(inline=True)
-def trace_sample(inputs, by, column, row, rows, offsets, s):
+def trace_sample(inputs, by, turns, column, row, rows, offsets, s):
     """Image point, errors included, and outcome of sample s of a texel; the arguments as of ``project_sample``."""
-    image = project_sample(inputs, by, rows, offsets[s], 1.0)
-    outcome = compare(inputs.depth, image)
+    image = project_sample(inputs, by, rows, sample_rows(inputs, by, turns, column, row, offsets, s), 1.0)
+    outcome, m = compare(inputs.depth, image), inputs.numbers
     may_be_exact = inputs.kind != MATRIX and inputs.back.shape[0] == 0 and inputs.is_exact[s]  # z of a given point
+    may_be_exact &= turns is None or (m[8] == 0.0 and m[9] == 0.0)  # that no turn changes
     if (
         outcome == UNDECIDED
         and may_be_exact
@@ -186,7 +218,7 @@ def trace_sample(inputs, by, column, row, rows, offsets, s):
 
 
 @kernel(parallel=True)
-def count_outcomes(inputs, by, fewest, most):
+def count_outcomes(inputs, by, turns, fewest, most):
     """Write the fewest and the most samples of every texel that a renderer may count as occluded, (H, W) int32."""
     offsets = offset_rows(inputs, by)
     for j in prange(inputs.depth.shape[0]):
@@ -194,23 +226,23 @@ def count_outcomes(inputs, by, fewest, most):
             fewest[j, i], most[j, i] = 0, 0
             if not inputs.depth[j, i] < np.inf:
                 continue
-            rows = rows_of_point(mapping_of(inputs), texel_point(inputs, by, i, j), by.operation)
+            rows = point_rows(inputs, by, turns, texel_point(inputs, by, i, j))
             for s in range(offsets.shape[0]):
-                _, outcome = trace_sample(inputs, by, i, j, rows, offsets, s)
+                _, outcome = trace_sample(inputs, by, turns, i, j, rows, offsets, s)
                 fewest[j, i] += np.int32(outcome == OCCLUDED)
                 most[j, i] += np.int32(outcome != CLEAR)
 
 
 @kernel
-def trace_samples(inputs, by, column, row, found):
+def trace_samples(inputs, by, turns, column, row, found):
     """Write the image points and outcomes of the samples of one texel, (n, 9) float64.
 
     A row is u, its error, v, its error, z, its error, whether it may and must lie in the domain, the outcome.
     """
     offsets = offset_rows(inputs, by)
-    rows = rows_of_point(mapping_of(inputs), texel_point(inputs, by, column, row), by.operation)
+    rows = point_rows(inputs, by, turns, texel_point(inputs, by, column, row))
     for s in range(offsets.shape[0]):
-        image, outcome = trace_sample(inputs, by, column, row, rows, offsets, s)
+        image, outcome = trace_sample(inputs, by, turns, column, row, rows, offsets, s)
         found[s, 0], found[s, 1] = image.u
         found[s, 2], found[s, 3] = image.v
         found[s, 4], found[s, 5] = image.z

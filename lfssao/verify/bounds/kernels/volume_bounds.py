@@ -13,10 +13,10 @@ from numba import prange
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, exact
-from lfssao.verify.bounds.kernels.projection_bounds import point_row, project, rows_of_point, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, texel_point
+from lfssao.verify.bounds.kernels.projection_bounds import point_row, project, rows_of_point, turned_offset, widen
+from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, texel_point, turn_of
 
-_ROUNDINGS = 24  # of a term of a reflected offset, rows included; 16 if they are counted
+_ROUNDINGS = 24  # of a term of a turned and reflected offset, rows included; 19 if they are counted
 _SMALLEST = 2.0**-126
 
 
@@ -49,9 +49,9 @@ def _minus(a, factor, b):
 
 
 @kernel(inline=True)
-def reflect(offset, mirror, normal, by):
-    """An offset after both reflections, and the sizes of its coordinates' terms."""
-    sizes, unit = _sizes(offset), _sizes(mirror)
+def reflect(offset, sizes, mirror, normal, by):
+    """An offset after both reflections, and the sizes of its coordinates' terms, which came with sizes."""
+    unit = _sizes(mirror)
     turned = _minus(offset, 2.0 * _dot(mirror, offset), mirror)
     sizes = _minus(sizes, -2.0 * _dot(unit, sizes), unit)
     above, size = _dot(turned, normal), _dot(sizes, _sizes(normal))
@@ -92,13 +92,17 @@ def reach_of(ball, row, column, by):
 
 
 @kernel(inline=True)
-def place_of(inputs, ball, row, column, s, by):
+def place_of(inputs, ball, turns, row, column, s, by):
     """World coordinates of a point of a texel's ball, three pairs."""
     tile, normal = ball.mirrors.shape[1], (0.0, 0.0, 0.0)
     if ball.normals.shape[0] != 0:
         n = ball.normals[row, column]
         normal = np.float64(n[0]), np.float64(n[1]), np.float64(n[2])
-    offset, sizes = reflect(inputs.offsets[s], ball.mirrors[:, row % tile, column % tile], normal, by)
+    offset = inputs.offsets[s][0], inputs.offsets[s][1], inputs.offsets[s][2]
+    sizes = _sizes(offset)
+    if turns is not None:
+        offset, sizes = turned_offset(offset, turn_of(turns, column, row))
+    offset, sizes = reflect(offset, sizes, ball.mirrors[:, row % tile, column % tile], normal, by)
     here, k = inputs.positions[row, column], _ROUNDINGS * by.operation
     factor, flushed = k * (1.0 + k), FLUSHED * (1.0 + ball.radius)
     return (
@@ -125,7 +129,7 @@ def is_hidden(inputs, image, depth, reach, low, high, by):
 
 
 @kernel(parallel=True)
-def sum_hidden(inputs, ball, low, high, by, fewest, most, undecided):
+def sum_hidden(inputs, ball, low, high, by, turns, fewest, most, undecided):
     """Write the least and largest fraction of every texel's ball that a renderer may find hidden, (H, W) float64.
 
     Sums are not rounded yet. ``low`` and ``high`` are those of ``write_cast_depths``; ``undecided``, (H, W) int32,
@@ -138,7 +142,7 @@ def sum_hidden(inputs, ball, low, high, by, fewest, most, undecided):
                 continue
             reach = reach_of(ball, j, i, by)
             for s in range(inputs.offsets.shape[0]):
-                place = place_of(inputs, ball, j, i, s, by)
+                place = place_of(inputs, ball, turns, j, i, s, by)
                 rows = rows_of_point(mapping_of(inputs), place, by.operation)
                 image = widen(project(mapping_of(inputs), rows, by), by)
                 depth = cast_depth(ball.axis, place, by) if inputs.kind == MATRIX else image.z

@@ -151,7 +151,7 @@ def add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots):
 
 
 @kernel(parallel=True)
-def area_occlusion(seen, disk, pyramid, half_width, radius, thickness, occlusion, outside):
+def area_occlusion(seen, disk, pyramid, half_width, turns, radius, thickness, occlusion, outside):
     """Occlusion of every texel by areas of its disk (VO section 4.2, with 4.3 to 4.5).
 
     A sample at (x, y) reads the fraction that sees a surface, M1 and M2 of depth from the pyramid, at the level whose
@@ -169,7 +169,7 @@ def area_occlusion(seen, disk, pyramid, half_width, radius, thickness, occlusion
             lost = 0
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_disks(seen, radius, disk, j, first, n, missed, slots)
+                start_disks(seen, radius, disk, turns, j, first, n, missed, slots)
                 start_detail(seen, n, slots)
                 for s in range(disk.half.shape[0]):
                     place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)

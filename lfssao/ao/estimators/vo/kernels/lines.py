@@ -43,7 +43,7 @@ def add_line(surface, size, disk, s, thickness, n, missed, slots):
 
 
 @kernel(parallel=True)
-def line_occlusion(seen, disk, radius, thickness, occlusion, outside):
+def line_occlusion(seen, disk, turns, radius, thickness, occlusion, outside):
     """Occlusion of every texel by lines through its ball (VO section 4.1, with 4.3 to 4.5).
 
     The ball holds t from -z_s to z_s of a line at (x, y) of the unit disk, z_s = sqrt(1 - x^2 - y^2). The surface at t
@@ -55,7 +55,8 @@ def line_occlusion(seen, disk, radius, thickness, occlusion, outside):
     the complement in 2 z_s of VO's max(min(z_s, d_r) + z_s, 0), and of the sum of two such integrals with thickness.
     Each line's length is multiplied by its weight and the products are added from the first to the last.
 
-    radius: R, world units. thickness: T, in units of R, infinite where surfaces hide all that is behind them.
+    turns: (2, H * W), cosine and sine by which each texel's samples are turned, or None. radius: R, world units.
+    thickness: T, in units of R, infinite where surfaces hide all that is behind them.
     occlusion: (H, W), out. outside: (H,), out: lines of each row that have no image or lie outside the texture; they
     are open.
     """
@@ -67,7 +68,7 @@ def line_occlusion(seen, disk, radius, thickness, occlusion, outside):
             lost = 0
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_disks(seen, radius, disk, j, first, n, missed, slots)
+                start_disks(seen, radius, disk, turns, j, first, n, missed, slots)
                 for s in range(disk.half.shape[0]):
                     place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
                     project(seen.kind, seen.lens, n, slots)

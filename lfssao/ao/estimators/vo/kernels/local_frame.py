@@ -10,6 +10,8 @@ are then reflected in the disk's plane about a direction that differs from texel
 
     e1' = c e1 + s e2,  e2' = s e1 - c e2,  (c, s) = (cos, sin) of twice the angle of that direction from e1
 
+Places that turn by an angle of cosine C and sine S before that have c C + s S in place of c and s C - c S of s.
+
 Depth is z of cast space (``optics.kernels.rays``), affine in world space: physical z of a display, eye z of a camera.
 The surface that texel Q shows is met by the line P + R (x e1 + y e2) + t R w at
 
@@ -74,7 +76,7 @@ class Disk(NamedTuple):
 
     places: (n, 2), x and y. half: (n,), z_s = sqrt(1 - x^2 - y^2). weights: (n,), of a unit of hidden length, so that a
     ball hidden whole (or half a ball, with the tangent plane) gives 1. finer: (n,) float64, half the log2 of each
-    sample's fraction of the disk's area. turns: (2, TILE, CHUNK), c and s of the reflections of a tile. tangent:
+    sample's fraction of the disk's area. mirrors: (2, TILE, CHUNK), c and s of the reflections of a tile. tangent:
     whether lines end at the tangent plane; else normals are not read.
     """
 
@@ -82,7 +84,7 @@ class Disk(NamedTuple):
     half: np.ndarray
     weights: np.ndarray
     finer: np.ndarray
-    turns: np.ndarray
+    mirrors: np.ndarray
     tangent: bool
 
 
@@ -128,9 +130,9 @@ def finish_chunk(first, n, missed, slots, occlusion):
 
 
 @kernel(inline=True)
-def start_disks(seen, radius, disk, j, first, n, missed, slots):
+def start_disks(seen, radius, disk, turns, j, first, n, missed, slots):
     """Frames, tangent planes, points and sums of n texels of row j from number ``first`` on."""
-    start_frames(seen, radius, disk.turns, j, first, n, slots)
+    start_frames(seen, radius, disk.mirrors, turns, j, first, n, slots)
     start_slopes(disk.tangent, seen.normals, first, n, slots)
     start_points(seen, first, n, slots)
     clear_sums(n, missed, slots)
@@ -156,8 +158,17 @@ def start_points(seen, first, n, slots):
 
 
 @kernel(inline=True)
-def start_frames(seen, radius, turns, j, first, n, slots):
-    """LOOK, E1, E2, FIRST, SECOND and STEEP of n texels of row j from number ``first`` on; turns: as of ``Disk``."""
+def turned_mirror(c, s, turns, texel):
+    """The c and s of a texel's reflection after its turn; turns: (2, H * W), cosines and sines, or None."""
+    if turns is None:
+        return c, s
+    cosine, sine = turns[0, texel], turns[1, texel]
+    return c * cosine + s * sine, s * cosine - c * sine
+
+
+@kernel(inline=True)
+def start_frames(seen, radius, mirrors, turns, j, first, n, slots):
+    """LOOK, E1, E2, FIRST, SECOND and STEEP of n texels of row j from number ``first`` on; mirrors: as of ``Disk``."""
     zero, one, nothing = type(radius)(0), type(radius)(1), type(radius)(np.nan)
     rx, ry, rz = seen.right[0], seen.right[1], seen.right[2]
     phase = np.uint64(j % TILE)
@@ -169,7 +180,7 @@ def start_frames(seen, radius, turns, j, first, n, slots):
         scale = one / np.sqrt((ax * ax + ay * ay) + az * az)
         ax, ay, az = ax * scale, ay * scale, az * scale
         bx, by, bz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax
-        c, s = turns[0, phase, i], turns[1, phase, i]
+        c, s = turned_mirror(mirrors[0, phase, i], mirrors[1, phase, i], turns, first + np.uint64(i))
         ex, ey, ez = c * ax + s * bx, c * ay + s * by, c * az + s * bz
         fx, fy, fz = s * ax - c * bx, s * ay - c * by, s * az - c * bz
         slots[slot(E1, i)], slots[slot(E1 + 1, i)], slots[slot(E1 + 2, i)] = ex, ey, ez

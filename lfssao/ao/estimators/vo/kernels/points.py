@@ -78,21 +78,34 @@ def start_reach(seen, radius, thickness, first, n, slots):
 
 
 @kernel(inline=True)
-def place_in_ball(rows, radius, x, y, z, n, slots):
-    """The mapping's rows of P + R o'' into PLACE, o'' the offset o = (x, y, z) after its reflections.
+def turned_row(rows, k, x, y, z, cosine, sine):
+    """Linear row k of an offset (x, y, z) that is turned about world z."""
+    along, across = rows[4 * k] * x + rows[4 * k + 1] * y, rows[4 * k + 1] * x - rows[4 * k] * y
+    return (cosine * along + sine * across) + rows[4 * k + 2] * z
 
-    o' = o - 2 (o . r) r; o'' = o' - 2 (o' . n) n where o' . n < 0.
+
+@kernel(inline=True)
+def place_in_ball(rows, radius, offset, turns, first, n, slots):
+    """The mapping's rows of P + R o'' into PLACE, o'' the offset o after its turn, if any, and its reflections.
+
+    o' = o - 2 (o . r) r; o'' = o' - 2 (o' . n) n where o' . n < 0. turns: (2, H * W), cosines and sines, or None.
     """
-    zero = type(radius)(0)
-    u, v = radius * linear_row(rows, 0, x, y, z), radius * linear_row(rows, 1, x, y, z)
-    q, w = radius * linear_row(rows, 2, x, y, z), radius * linear_row(rows, 3, x, y, z)
+    (a, b, z), zero = offset, type(radius)(0)
+    u, v = radius * linear_row(rows, 0, a, b, z), radius * linear_row(rows, 1, a, b, z)
+    q, w = radius * linear_row(rows, 2, a, b, z), radius * linear_row(rows, 3, a, b, z)
     for i in range(n):
+        x, y = a, b
+        if turns is not None:
+            c, s = turns[0, first + np.uint64(i)], turns[1, first + np.uint64(i)]
+            x, y = a * c - b * s, a * s + b * c
+            u, v = radius * turned_row(rows, 0, a, b, z, c, s), radius * turned_row(rows, 1, a, b, z, c, s)
+            q, w = radius * turned_row(rows, 2, a, b, z, c, s), radius * turned_row(rows, 3, a, b, z, c, s)
         mirror = (x * slots[slot(_MIRROR, i)] + y * slots[slot(_MIRROR + 1, i)]) + z * slots[slot(_MIRROR + 2, i)]
         above = (x * slots[slot(_NORMAL, i)] + y * slots[slot(_NORMAL + 1, i)]) + z * slots[slot(_NORMAL + 2, i)]
         above = above - mirror * slots[slot(_ACROSS, i)]
         lift = above if above < zero else zero
-        for k, offset in ((0, u), (1, v), (2, q), (3, w)):
-            turned = (slots[slot(POINT + k, i)] + offset) - mirror * slots[slot(_MIRRORED + k, i)]
+        for k, row in ((0, u), (1, v), (2, q), (3, w)):
+            turned = (slots[slot(POINT + k, i)] + row) - mirror * slots[slot(_MIRRORED + k, i)]
             slots[slot(PLACE + k, i)] = turned - lift * slots[slot(_LIFTED + k, i)]
 
 
@@ -112,7 +125,7 @@ def add_point(surface, size, weight, n, missed, slots):
 
 
 @kernel(parallel=True)
-def point_occlusion(seen, ball, radius, thickness, occlusion, outside):
+def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
     """Occlusion of every texel by points in its ball (VO's V(P) with rho = 1, section 4, by sums of points).
 
     A point is hidden where the surface that its texel shows lies before it, z_Q < z_S, by no more than the surface is
@@ -132,7 +145,8 @@ def point_occlusion(seen, ball, radius, thickness, occlusion, outside):
                 start_points(seen, first, n, slots)
                 clear_sums(n, missed, slots)
                 for s in range(offsets.shape[0]):
-                    place_in_ball(seen.rows, radius, offsets[s, 0], offsets[s, 1], offsets[s, 2], n, slots)
+                    offset = offsets[s, 0], offsets[s, 1], offsets[s, 2]
+                    place_in_ball(seen.rows, radius, offset, turns, first, n, slots)
                     project(seen.kind, seen.lens, n, slots)
                     add_point(seen.depth, size, ball.weights[s], n, missed, slots)
                 for i in range(n):  # for finish_chunk; NaN in these slots before would cost vectors of the loops above

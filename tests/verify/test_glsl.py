@@ -162,7 +162,7 @@ WRONG = {
                                    "int(image.x) * size.x + int(image.y)", "algorithm2_crossed_slits"),
     "turned the other way": (r"\+ s \* \(m\[4 \* row \+ 1\] \* x - m\[4 \* row\] \* y\)",
                              "- s * (m[4 * row + 1] * x - m[4 * row] * y)", "turned_algorithm2"),
-    "not turned": (r"turning\n", "false\n", "turned_algorithm1"),
+    "not turned": (r"turns\[texel\], turns\[size\.x \* size\.y \+ texel\]", "1.0, 0.0", "turned_algorithm1"),
     "half a texel": (r"int\(image\.x\)", "int(image.x + 0.5)", "algorithm2_crossed_slits"),
     "v flipped": (r"int\(image\.y\) \*", "(size.y - 1 - int(image.y)) *", "algorithm2_crossed_slits"),
     "corners for centres": (r"float\(place\.x\) \+ 0\.5", "float(place.x)", "algorithm1_perspective"),

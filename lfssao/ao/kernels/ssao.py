@@ -31,7 +31,7 @@ def transform_offsets(offsets, projection, turns):
     """The linear part of the mapping applied to the sample offsets, (n, 3, 4): line 5 and the affine half of line 6.
 
     A row of M (x c - y s, x s + y c, z, 0), the offset turned by cosine c and sine s, is (c A + s B) + C: A, B and C
-    of each row. Where ``turns`` is None, C is the row of the offset as it is.
+    of each row. If ``turns`` is None, C is the row of the offset as it is.
     """
     (kind, m), out = projection, np.zeros((offsets.shape[0], 3, 4), projection.numbers.dtype)
     for s in range(offsets.shape[0]):

@@ -166,10 +166,16 @@ def turn_of(turns, column, row):
 
 
 @kernel(inline=True)
+def _pair(rows, row):
+    return Pair(rows[row, 0], rows[row, 1])
+
+
+@kernel(inline=True)
 def sample_rows(inputs, by, turns, column, row, offsets, s):
     """The rows of M (o, 0) of a sample at a texel, of ``offset_rows`` where turns are None."""
     if turns is None:
-        return offsets[s]
+        known = offsets[s]
+        return _pair(known, 0), _pair(known, 1), _pair(known, 2), _pair(known, 3)
     m, turn, offset = inputs.numbers, turn_of(turns, column, row), inputs.offsets[s]
     q = turned_offset_row(m, 3, offset, turn, by) if inputs.kind == MATRIX else exact(0.0)
     a, b = turned_offset_row(m, 0, offset, turn, by), turned_offset_row(m, 1, offset, turn, by)

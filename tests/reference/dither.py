@@ -18,44 +18,56 @@ def bayer(side):
 
 
 def void_and_cluster(seed, height, width):
-    """Ulichney's three phases, the third on what is empty, energies summed afresh each time they are looked at."""
-    places = [(y, x) for y in range(height) for x in range(width)]
+    """Ulichney's three phases, the third on what is empty; energies are whole numbers, so no sum rounds."""
+    b, a = (np.minimum(k, size - k) for k, size in zip(np.indices((height, width)), (height, width), strict=True))
+    table = [int(exp(-d / (2.0 * 1.5 * 1.5)) * 2.0**40) for d in (a * a + b * b).ravel().tolist()]
+    near = np.array(table, np.int64).reshape(height, width)
 
-    def near(p, q):
-        b, a = ((u - v) % size for u, v, size in zip(p, q, (height, width), strict=True))
-        a, b = min(a, width - a), min(b, height - b)
-        return int(exp(-(a * a + b * b) / (2.0 * 1.5 * 1.5)) * 2.0**40)
+    def energy(places):
+        """Energy at every texel of a set of places, (H, W)."""
+        return sum((np.roll(near, place, (0, 1)) for place in places), np.zeros((height, width), np.int64))
 
-    table = {(p, q): near(p, q) for p in places for q in places}
+    def first(values):
+        return tuple(int(k) for k in np.unravel_index(np.argmax(values), values.shape))
 
-    def tightest(chosen):
-        return max(sorted(chosen), key=lambda p: sum(table[p, q] for q in chosen))
+    class Pattern:
+        """A set of texels and its energy."""
 
-    def emptiest(chosen):
-        return min((p for p in places if p not in chosen), key=lambda p: sum(table[p, q] for q in chosen))
+        def __init__(self, places):
+            self.member, self.energy = np.zeros((height, width), bool), energy(places)
+            for place in places:
+                self.member[place] = True
 
-    ones, dart = set(), 0
-    while len(ones) < max(height * width // 10, 1):
-        y, x = divmod(below(seed, 0, dart, height * width), width)
-        ones.add((y, x))
+        def change(self, place):
+            self.energy += energy([place]) * (-1 if self.member[place] else 1)
+            self.member[place] = ~self.member[place]
+            return place
+
+        def tightest(self):
+            return first(np.where(self.member, self.energy, -1))
+
+        def emptiest(self):
+            return first(np.where(self.member, -(2**62), -self.energy))
+
+    places, dart = [], 0
+    while len(places) < max(height * width // 10, 1):
+        place = divmod(below(seed, 0, dart, height * width), width)
+        places += [] if place in places else [place]
         dart += 1
-    while True:
-        ones.remove(cluster := tightest(ones))
-        ones.add(void := emptiest(ones))
-        if void == cluster:
-            break
-    ranks, left = {}, set(ones)
-    while left:
-        left.remove(cluster := tightest(left))
-        ranks[cluster] = len(left)
-    while len(ones) < len(places) / 2:
-        ranks[void := emptiest(ones)] = len(ones)
-        ones.add(void)
-    zeros = set(places) - ones
-    while zeros:
-        ranks[cluster := tightest(zeros)] = len(places) - len(zeros)
-        zeros.remove(cluster)
-    return [[ranks[y, x] for x in range(width)] for y in range(height)]
+    pattern = Pattern(places)
+    while pattern.change(pattern.tightest()) != pattern.change(pattern.emptiest()):
+        pass
+    start, ranks = [tuple(place) for place in np.argwhere(pattern.member).tolist()], np.empty((height, width), int)
+    for rank in range(len(start) - 1, -1, -1):
+        ranks[pattern.change(pattern.tightest())] = rank
+    pattern, rank = Pattern(start), len(start)
+    while rank < height * width / 2:
+        ranks[pattern.change(pattern.emptiest())] = rank
+        rank += 1
+    zeros = Pattern([tuple(place) for place in np.argwhere(~pattern.member).tolist()])
+    for last in range(rank, height * width):
+        ranks[zeros.change(zeros.tightest())] = last
+    return ranks.tolist()
 
 
 def gradient_noise(i, j):

@@ -87,7 +87,7 @@ class Renderer:
     def points(self, radius=1.0, seed=None, **wrong):
         """Occlusion by ``point``, or by ``hemisphere`` where there are normals."""
         given = SimpleNamespace(
-            world_to_image=SimpleNamespace(kind=self.mapping[0], numbers=self.mapping[1]), depth=self.depth,
+            world_to_image=SimpleNamespace(kind=self.mapping[0], numbers=self.mapping[1]), depth=self.depth, turns=None,
             positions=self.positions, normals=wrong.pop("normals", self.textures.get("normals")),
         )  # fmt: skip
         options = self.options | wrong
@@ -112,7 +112,7 @@ class Renderer:
         """The Gaussian blur of the merged texture."""
         if seed is not None:
             table = blur_table(self.sigma)
-            return rr.blur(arithmetic(seed), self.merged, self.sigma, len(table) // 2, table)[0].astype("f4")
+            return rr.blur(arithmetic(seed), self.merged, self.sigma, len(table) // 2, table)[0][0].astype("f4")
         sigma *= self.sigma
         k = np.arange(-np.ceil(reach * sigma), np.ceil(reach * sigma) + 1)
         weights = np.exp(-0.5 * (k / sigma) ** 2)

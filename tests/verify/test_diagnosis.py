@@ -14,7 +14,10 @@ import lfssao
 from lfssao.cli.main import main
 from lfssao.rendering.exr import read_exr
 from lfssao.verify.bounds.depth import displaced
+from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.compare.source import Reference
 from lfssao.verify.diagnosis import diagnose
+from lfssao.verify.judge import inputs_of, judge
 from lfssao.verify.verdict import Verdict
 
 SIZE = "--resolution", "128x96"
@@ -38,12 +41,23 @@ class Bug:
     kind: str  # the diagnosis, with the values in braces where its name has them
     make: object
     ranges: tuple = ()
+    format: str = "float"
+
+    def __str__(self):
+        return f"{self.job}: {self.layer} {self.format}, {self.kind}"
 
     def draw(self, number):
         rng = np.random.default_rng([zlib.crc32(self.kind.encode()), number])
         return [rng.integers(*ends) if isinstance(ends[0], int) else rng.uniform(*ends) for ends in self.ranges]
 
 
+STORE = {
+    "float": np.asarray,
+    "half": np.float16,
+    "unorm8": lambda x: np.rint(255 * np.clip(x, 0, 1)) / 255,
+    "unorm16": lambda x: np.rint(65535 * np.clip(x, 0, 1)) / 65535,
+    "srgb8": lambda x: decoded(STORE["unorm8"](encoded(np.clip(x, 0, 1)))),
+}
 WIDTH, HEIGHT = 128, 96
 FLIP_U, FLIP_V = np.array([[-1, 0, WIDTH], [0, 1, 0]]), np.array([[1, 0, 0], [0, -1, HEIGHT]])
 SHIFT, NEAR = ((-1.7, 1.7),), ((0.6, 1.6),)
@@ -73,6 +87,8 @@ AO = [
     ao("shift of u and v", lambda r, x, y: r.ao(image=moved(x, y)), *SHIFT, *SHIFT),
     ao("depth bias", lambda r, x: r.ao(depth=r.depth + np.float32(x)), (0.008, 0.03)),
     ao("depth bias", lambda r, x: r.ao(depth=r.depth + np.float32(x)), (-0.03, -0.008)),
+    ao("depth bias", lambda r, x: r.ao(depth=r.depth + np.float32(x)), (0.0008, 0.008)),
+    ao("depth bias", lambda r, x: r.ao(depth=r.depth + np.float32(x)), (-0.008, -0.0008)),
     ao("depth scale", lambda r, x: r.ao(depth=r.depth * np.float32(x)), (1.01, 1.2)),
     ao("strength", lambda r, x: r.ao() * x, (0.4, 0.95)),
     ao("power", lambda r, x: r.ao() ** x, (1.2, 2.5)),
@@ -178,6 +194,20 @@ GBUFFER = [
     color("red and blue exchanged", lambda r: r.color[..., ::-1]),
     color("strength", lambda r, x: r.color * x, (0.4, 0.95)),
 ]  # fmt: skip
+STORED = [
+    replace(bug, format=format)
+    for format, bug in (
+        ("unorm8", ao("radius", lambda r, x: r.ao(radius=x), *NEAR)),
+        ("half", ao("shift of u", lambda r, x: r.ao(image=moved(x)), *SHIFT)),
+        ("unorm8", ao("count divided by {} in place of 8", lambda r, n: r.ao(divisor=n), (4, 8))),
+        ("unorm8", merged("strength", lambda r, x: r.merged * x, (0.4, 0.95))),
+        ("unorm16", merged("mean in place of maximum", lambda r: r.layers.mean(axis=0))),
+        ("unorm8", blurred("sigma", lambda r, x: r.blur(x), *NEAR)),
+        ("srgb8", shaded("strength", lambda r, x: r.shade(ao=r.blurred * x), (0.4, 0.95))),
+        ("half", depth("depth bias", lambda r, x: r.depth + x, (0.01, 0.1))),
+        ("srgb8", color("strength", lambda r, x: r.color * x, (0.4, 0.95))),
+    )
+]
 
 
 def encoded(x):
@@ -230,7 +260,7 @@ def other(r, number):
     return renderer(r.folder, number)
 
 
-def compared(r, target, model="shader", diagnosis=True, **textures):
+def compared(r, target, options=None, **textures):
     """The results on a copy of a view with other textures."""
 
     def change(parts):
@@ -241,7 +271,7 @@ def compared(r, target, model="shader", diagnosis=True, **textures):
             parts[name] = replace(own, pixels=np.ascontiguousarray(pixels))
 
     mine = changed(r.folder, target / "mine", r.name, change)
-    report = lfssao.compare(mine, r.folder, layers=list(textures), model=model, diagnosis=diagnosis)
+    report = lfssao.compare(mine, r.folder, layers=list(textures), **(options or {}))
     return {result.layer: result for result in report.results if result.module == r.name}
 
 
@@ -258,17 +288,102 @@ def tried(monkeypatch):
     return found
 
 
+def agrees(kind, value, planted):
+    return value == pytest.approx(planted, **({"abs": 0.01} if "shift" in kind else {"rel": 0.01}))
+
+
 @pytest.mark.parametrize("number", range(2))
-@pytest.mark.parametrize("bug", [*AO, *LATER, *GBUFFER], ids=lambda bug: f"{bug.job}: {bug.kind}")
+@pytest.mark.parametrize("bug", [*AO, *LATER, *GBUFFER, *STORED], ids=str)
 def test_a_planted_bug_is_named(bug, number, folder, tmp_path, tried):
     r, values = renderer(folder(bug.job)), bug.draw(number)
     with np.errstate(all="ignore"):
-        texture = bug.make(r, *values)
-    result = compared(r, tmp_path, **{bug.layer: texture})[bug.layer]
+        texture = STORE[bug.format](bug.make(r, *values))
+    stored = {} if bug.format == "float" else {bug.layer: bug.format}
+    result = compared(r, tmp_path, {"stored": stored}, **{bug.layer: texture})[bug.layer]
     assert result.verdict is Verdict.OUTSIDE
     found, best = result.diagnosis, result.diagnosis.candidates[0]
     assert (best.kind, found.fits) == (bug.kind.format(*values), True), found.words("M")
     for value, planted in zip(best.values, values, strict=False):  # some values stand in the name
-        assert value == pytest.approx(planted, **({"abs": 0.01} if "shift" in best.kind else {"rel": 0.01}))
+        assert agrees(best.kind, value, planted)
     grids = [grid for change in tried if change.kind == best.kind for grid in change.grids]
     assert not {value for grid in grids for value in grid} & set(values)
+
+
+@pytest.mark.parametrize("number", range(2))
+@pytest.mark.parametrize("bug", [
+    ao("radius and shift of u", lambda r, x, y: r.ao(radius=x, image=moved(y)), (0.6, 0.8), (0.1, 0.3)),
+])  # fmt: skip
+def test_two_bugs_at_once_are_named_together(bug, number, folder, tmp_path):
+    r, values, kinds = renderer(folder(bug.job)), bug.draw(number), bug.kind.split(" and ")
+    found = compared(r, tmp_path, **{bug.layer: bug.make(r, *values)})[bug.layer].diagnosis
+    best = found.candidates[0]
+    assert (best.kind, found.fits) == (bug.kind, True)
+    assert all(map(agrees, kinds, best.values, values))
+    said = "radius x {:.4f} and u shifted by {:.3f} texels explains ".format(*best.values)
+    assert found.words("module_008").startswith(said)
+
+
+def test_noise_is_explained_by_nothing(folder, tmp_path):
+    r = renderer(folder("display"))
+    found = compared(r, tmp_path, ao_2=np.random.default_rng(5).random(r.depth.shape))["ao_2"].diagnosis
+    one, other = found.candidates
+    assert not found.fits
+    assert 1 > one.share >= other.share
+    tried = ", ".join(f"{each.words} ({100 * each.share:.2f} %)" for each in (one, other))
+    assert found.words("module_008").startswith("no change that was tried explains the surface texels of module_008 (")
+    assert found.words("module_008").endswith(f"; the nearest: {tried}")
+
+
+def test_a_diagnosis_can_be_left_out(folder, tmp_path, capsys):
+    r = renderer(folder("display"))
+    assert compared(r, tmp_path, {"diagnosis": False}, ao_2=r.ao(radius=1.3))["ao_2"].diagnosis is None
+    words = ["compare", str(tmp_path / "mine"), str(r.folder), "--layers", "ao_2"]
+    assert main([*words, "--no-diagnosis"]) == 2
+    silent = capsys.readouterr().out
+    assert main(words) == 2
+    more = [line for line in capsys.readouterr().out.splitlines() if line not in silent.splitlines()]
+    found = lfssao.compare(tmp_path / "mine", r.folder, layers=["ao_2"]).results[0].diagnosis
+    assert [line.strip() for line in more] == [found.words("module_008")]
+    assert more[0].startswith("  radius x 1.")
+
+
+OTHERWISE = [("display", k) for k in range(3)] + [("camera", 0), ("curved", 0), ("hemisphere", 0), ("remapped", 0)]
+
+
+@pytest.mark.parametrize("format", ["float", "unorm8"])
+@pytest.mark.parametrize(("job", "number"), OTHERWISE)
+def test_other_arithmetic_has_no_cause_nor_has_one_wrong_texel(job, number, format, folder, tmp_path):
+    """Sums of another order, fused, by reciprocals, and rounded as they may be."""
+    r = renderer(folder(job), number)
+    if job in ("hemisphere", "remapped"):
+        own = {"ao_1": r.points(seed=7)}
+    else:
+        own = {f"ao_{k + 1}": r.ao(k + 1, seed=k) for k in range(len(r.radii))}
+    own = {name: STORE[format](texture) for name, texture in (*own.items(), ("blurred", r.blur(seed=3)))}
+    own["shaded"] = STORE[format](r.shade(ao=own["blurred"]))
+    options = {"stored": dict.fromkeys(own, format)}
+    for result in compared(r, tmp_path, options, **own).values():
+        assert (result.verdict in (Verdict.EQUAL_BITS, Verdict.INSIDE), result.diagnosis) == (True, None)
+    surface = np.argwhere(np.isfinite(r.depth))
+    (tmp_path / "wrong").mkdir()
+    for texture in own.values():
+        texture[tuple(surface[len(surface) // 2])] = 0.3  # no count over 8
+    wrong = list(compared(r, tmp_path / "wrong", options, **own).values())
+    assert {(result.verdict, result.outside) for result in wrong} == {(Verdict.OUTSIDE, 1)}
+    assert [result.diagnosis.fits for result in wrong if result.diagnosis] == [False] * 3  # a stage is tried once
+
+
+def test_a_count_of_equal_depths_is_named(folder):
+    """On a flat surface at z = 0, where no arithmetic rounds z, half of the samples are as deep as it is."""
+    r, reference = renderer(folder("display")), Reference.open(folder("display"))
+    samples = r.samples * np.where(np.arange(24).reshape(8, 3) % 6 == 5, 0, 1)
+    flat = r.seen(np.zeros_like(r.depth), np.inf)
+    own = {"depth": flat, "positions": r.unprojected(depth=np.zeros_like(flat))}
+    case = reference.read(r.name, reference.described(r.name))[1]
+    case = replace(case, inputs={**case.inputs, "samples": samples})
+    for behind, kind in ((np.less, None), (np.less_equal, "surDepth <= smp.z in place of <")):
+        own["ao_2"] = r.ao(depth=flat, positions=own["positions"], samples=samples, behind=behind)
+        judged = judge(own, case, "strict", ["ao_2"])["ao_2"]
+        assert (judged.verdict is Verdict.OUTSIDE) == (kind is not None)
+    found = diagnose.diagnose("ao_2", inputs_of(own, case), case, judged, own["ao_2"], MODELS["strict"])
+    assert (found.candidates[0].kind, found.fits) == (kind, True), found.words("M")

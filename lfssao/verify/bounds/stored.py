@@ -48,8 +48,8 @@ class Stored:
 
     def bounds(self, bounds: Bounds, model: ErrorModel) -> Bounds:
         """Bounds of what is read of values within bounds; as visibility they are rounded once more."""
-        lower, upper = self._ends(bounds.lower, bounds.upper, model)
-        ranges = None if bounds.ranges is None else self._ends(*bounds.ranges, model)
+        lower, upper = self.ends(bounds.lower, bounds.upper, model)
+        ranges = None if bounds.ranges is None else self.ends(*bounds.ranges, model)
         return replace(bounds, lower=lower, upper=upper, ranges=ranges)
 
     def half_steps(self, depth: Texture) -> FloatArray:
@@ -59,7 +59,8 @@ class Stored:
             steps = np.abs(np.spacing(depth.astype(dtype))) if not largest else np.full(depth.shape, 1 / largest)
         return steps.astype(np.float64) / 2
 
-    def _ends(self, lower: Texture, upper: Texture, model: ErrorModel) -> tuple[Texture, Texture]:
+    def ends(self, lower: NDArray[Any], upper: NDArray[Any], model: ErrorModel) -> tuple[Texture, Texture]:
+        """Smallest and largest of what is read of values between two, of any shape."""
         low, high, room = lower.astype(np.float64), upper.astype(np.float64), FORMATS[self.format][2]
         turned = 0.0 if model.exact or not self.visibility else model.quotient  # a subtraction, or (N - k) / N
         low, high = (1 - high, 1 - low) if self.visibility else (low, high)

@@ -190,9 +190,9 @@ class Comparison:
             reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
             result = result_of(module, found[name], right, judged, self._tolerance, reason)
             result, judged = replace(result, stored=str(stored.get(name, ""))), replace(judged, verdict=result.verdict)
-            # The search knows intervals of float32 only: steps of a format would make it blame what is right.
-            if self._diagnoser is not None and not (name in stored and name.startswith(("ao", "merged"))):
-                result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged))
+            if self._diagnoser is not None:
+                how = stored.get(name)
+                result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged, how))
             self._results.append(result)
             if self._panels is None or self._panels.rank < WORST_RANK:
                 panels.offer(found[name], right, judged)

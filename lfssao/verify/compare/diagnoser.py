@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.rendering.image_file import read_image_file
 from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
@@ -31,7 +32,9 @@ class Diagnoser:
         self._found: dict[str, list[Diagnosis]] = defaultdict(list)  # by stage
         self._given_up: set[str] = set()  # stages in which nothing fitted
 
-    def diagnose(self, module: str, name: str, mine: Arrays, case: Case, judged: Judgement) -> Diagnosis | None:
+    def diagnose(
+        self, module: str, name: str, mine: Arrays, case: Case, judged: Judgement, stored: Stored | None
+    ) -> Diagnosis | None:
         """The diagnosis of a texture that is wrong, else None; a stage that could not be explained is tried once."""
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         if case.stage != VIEW or judged.verdict not in _WRONG or stage in self._given_up:
@@ -47,6 +50,7 @@ class Diagnoser:
             },
             lambda: dict(self._depths(module)),
             cast,
+            stored,
         )
         found = diagnose(name, inputs_of(mine, case), case, judged, mine[name], self._model, known, self._found[stage])
         if found is not None and found.fits:

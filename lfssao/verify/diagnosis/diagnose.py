@@ -2,25 +2,28 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.optics.view import WorldToImage
-from lfssao.verify.bounds.bounds import Bounds, FloatArray
+from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
+from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Case, described_mapping
 from lfssao.verify.diagnosis import post, surface
+from lfssao.verify.diagnosis.borders import Places
 from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
-from lfssao.verify.diagnosis.search import Candidate, Change, Problem, Search, excess, fits
+from lfssao.verify.diagnosis.search import Candidate, Change, Problem, Search, fits
 from lfssao.verify.verdict import Judgement, texels
 
-_SEARCHED = 1200  # texels that are wrong, and as many that are right
-_SEARCHED_IN_ALL = 120_000  # times samples or taps
+_SEARCHED = 2400  # texels
+_SEARCHED_IN_ALL = 240_000  # times samples or taps
+_POLISHED = 500_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 2_000_000  # samples or taps that the share is counted over
 _FEWEST = 2_000  # texels
-Places = NDArray[np.int64]
 Make = Callable[[Places, Places], Problem]
 
 
@@ -62,11 +65,12 @@ def _percent(share: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """The inputs of a diagnosis beside the case: other modules, and the space that rays are cast in."""
+    """The inputs of a diagnosis beside the case: other modules, the space that rays are cast in, the format."""
 
     mappings: Mapping[str, WorldToImage] = field(default_factory=dict)  # of other modules, by name
     depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
     cast_from_world: FloatArray | None = None
+    stored: Stored | None = None
 
 
 @np.errstate(all="ignore")  # a broken texture may hold any numbers
@@ -103,57 +107,13 @@ def diagnose(
     """
     view = _View(name, inputs, case, judged, mine, MODELS["nearest"] if model.exact else model, known or Known())
     stage = "ao" if name.startswith("ao_") else name
-    maker = {
-        "depth": view.depth,
-        "positions": view.positions,
-        "color": view.color,
-        "ao": view.occlusion,
-        "merged": view.merge,
-        "blurred": view.blur,
-        "shaded": view.shade,
-    }.get(stage)
-    made = None if maker is None else maker()
-    return None if made is None else _searched(*made, view.seen(), texels(judged.outside), first)
+    makers = {"depth": view.depth, "positions": view.positions, "color": view.color, "ao": view.occlusion}
+    makers |= {"merged": view.merge, "blurred": view.blur, "shaded": view.shade}
+    made = makers[stage]() if stage in makers else None
+    return None if made is None else view.searched(*made, first)
 
 
 Made = tuple[Make, Callable[[Any], list[Change]], int]
-
-
-def _searched(
-    make: Make,
-    changes_of: Callable[[Any], list[Change]],
-    cost: int,
-    seen: NDArray[np.bool_],
-    wrong: NDArray[np.bool_],
-    first: Sequence[Diagnosis],
-) -> Diagnosis | None:
-    """Search on some texels, then count on many."""
-    bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
-    if not len(bad):
-        return None
-    few = min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 50))
-    picks = [_spread(bad, few), _spread(good, few)]
-    weights = np.concatenate(
-        [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]
-    )
-    width = seen.shape[1]
-
-    def at(places: Places) -> Problem:
-        return make(places % width, places // width)
-
-    problem = at(np.concatenate(picks))
-    changes, without = changes_of(problem), len(good) / (len(good) + len(bad))
-    search = Search(problem, weights / weights.sum())
-    known = {d.candidates[0].kind for d in first if d.fits}
-    found = search.best([c for c in changes if c.kind in known]) if known & {c.kind for c in changes} else []
-    if not found or not fits(found[0].share, without):
-        found = search.best(changes)
-    many = at(_spread(np.flatnonzero(seen), max(_MOST // cost, _FEWEST)))
-    shares = []
-    for each in found[:2]:
-        share = float(np.mean(excess(each.change.apply(many, each.values)) <= 0))
-        shares.append(Candidate(each.change.kind, each.values, each.change.words.format(*each.values), share))
-    return Diagnosis(fits(shares[0].share, without), tuple(shares), without, len(many.mine))
 
 
 def _spread(places: Places, most: int) -> Places:
@@ -192,9 +152,38 @@ class _View:
             return np.ones(self.mine.shape[:2], np.bool_)
         return np.asarray(np.isfinite(self.cropped(depth)))
 
+    def searched(
+        self, make: Make, changes_of: Callable[[Any], list[Change]], cost: int, first: Sequence[Diagnosis]
+    ) -> Diagnosis | None:
+        """Search on some texels, then count on many."""
+        seen, wrong, stored = self.seen(), texels(self.judged.outside), self.known.stored
+        bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
+        if not len(bad):
+            return None
+        store = None if stored is None else partial(stored.ends, model=self.model)
+
+        def drawn(most: int) -> Search:
+            """Texels, up to half of them wrong ones, each with the weight of those that it stands for."""
+            picks = [_spread(bad, most // 2)]
+            picks.append(_spread(good, most - len(picks[0])))
+            weights = [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]
+            rows, columns = np.divmod(np.concatenate(picks), seen.shape[1])
+            problem = make(columns, rows).changed(store=store)
+            return Search(problem, np.concatenate(weights) / (len(bad) + len(good)))
+
+        search, without = drawn(min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 100))), len(good) / (len(good) + len(bad))
+        changes, known = changes_of(search.problem), {d.candidates[0].kind for d in first if d.fits}
+        found = search.best([c for c in changes if c.kind in known]) if known & {c.kind for c in changes} else []
+        if not found or not fits(found[0].share, without):
+            found = search.best(changes)
+        if self.name.startswith("ao_"):  # counts have steps: fewer texels leave values open
+            found[0] = drawn(max(_POLISHED // cost, _FEWEST)).polished(found[0])
+        counted = drawn(max(_MOST // cost, _FEWEST))
+        told = tuple(counted.candidate(each) for each in found[:2])
+        return Diagnosis(fits(told[0].share, without), told, without, len(counted.weights))
+
     def _taken(self, texture: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
-        with np.errstate(invalid="ignore"):  # of a NaN that signals
-            return np.asarray(texture[rows, columns], np.float64)
+        return np.asarray(texture[rows, columns], np.float64)
 
     def _room(self, columns: Places, rows: Places) -> FloatArray:
         """Width of the reference's interval, at most so much as rounding makes."""
@@ -222,8 +211,9 @@ class _View:
         return self._image(surface.color_changes)
 
     def _image(self, changes: Callable[[surface.Image], list[Change]]) -> Made | None:
-        bounds = self.judged.bounds
-        if not isinstance(bounds, Bounds):
+        # The mesh knows what codes of a format were before they were stored.
+        bounds = (self.known.stored and self.case.bounds.get(self.name)) or self.judged.bounds
+        if bounds is None:
             return None
         lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
         bend = surface.bend(lower)
@@ -346,9 +336,8 @@ def _face_normals(positions: NDArray[Any], columns: Places, rows: Places) -> Flo
         other = positions[np.clip(rows - j, 0, height - 1), np.clip(columns - i, 0, width - 1)]
         return np.asarray(one - other)
 
-    with np.errstate(invalid="ignore"):  # infinity less infinity
-        normal = np.cross(step(0, 1), step(1, 0))
-        return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+    normal = np.cross(step(0, 1), step(1, 0))
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 def _unprojected(

@@ -115,8 +115,7 @@ class Occlusion(Problem):
             return True
         height, width = self.depth.shape
         there = self.positions[hold(row, height, "clamp"), hold(column, width, "clamp")].astype(np.float64)
-        with np.errstate(invalid="ignore"):  # no surface
-            return ((there - self.points[texel]) ** 2).sum(axis=-1) <= self.radius * self.radius
+        return ((there - self.points[texel]) ** 2).sum(axis=-1) <= self.radius * self.radius
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Fewest and most occluded samples over their number, rounded as renderers may."""
@@ -188,8 +187,7 @@ def _moved(kind: str, matrix: list[list[float]]) -> Change:
 
 def half(values: NDArray[Any]) -> FloatArray:
     """Values rounded to half precision."""
-    with np.errstate(over="ignore"):
-        return values.astype(np.float16).astype(np.float64)
+    return values.astype(np.float16).astype(np.float64)
 
 
 def _of_counts(n: int) -> Iterator[Change]:

@@ -1,7 +1,8 @@
 """Changes of the merge, the blur and the shading, at some texels."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,17 +24,12 @@ VALUES = (
 )
 
 
-def _maximum(layers: FloatArray) -> FloatArray:
-    """The reference's merge."""
-    return np.asarray(layers.max(axis=0))
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Merge(Problem):
     """The maximum of K texels of L layers."""
 
     layers: FloatArray  # (L, K)
-    rule: Callable[[FloatArray], FloatArray] = _maximum
+    rule: Callable[[FloatArray], FloatArray] = field(default=partial(np.max, axis=0))
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding."""
@@ -120,11 +116,6 @@ def blur_changes(problem: Blur) -> list[Change]:
     ]
 
 
-def _darkened(image: FloatArray, ao: FloatArray) -> FloatArray:
-    """The reference's shading."""
-    return image * (1 - ao)
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Shade(Problem):
     """The shading of K texels."""
@@ -133,7 +124,7 @@ class Shade(Problem):
     occlusion: FloatArray  # (K,), blurred
     merged: FloatArray | None
     room: FloatArray  # (K, 3), width of the reference's interval
-    rule: Callable[[FloatArray, FloatArray], FloatArray] = _darkened
+    rule: Callable[..., FloatArray] = field(default_factory=lambda: lambda image, ao: image * (1 - ao))
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding; ``value`` is of the occlusion."""

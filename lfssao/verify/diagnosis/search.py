@@ -24,7 +24,8 @@ _LEFT = 0.05
 # Changes whose shares differ by less of the wrong texels are as good as each other.
 _NEARLY = 0.005
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
-_SECTIONS = 34  # each narrows the bracket to 0.62 of it: to the rounding of float32
+_SCANNED = 13
+_SECTIONS = 30  # each narrows the bracket to 0.62 of it: to the rounding of float32
 _REFINED = 6  # changes, the best on the grid
 
 # Values to try first. None is a round number: a renderer's own value is found by refinement.
@@ -39,6 +40,7 @@ class Problem:
 
     mine: FloatArray  # (K,) or (K, C)
     value: Function = np.asarray  # applied to the right values; monotone
+    store: Callable[[FloatArray, FloatArray], Any] | None = None  # makes an interval that of what is read, if stored
     # Cached properties, and the fields that they do not depend on.
     kept: ClassVar[Mapping[str, frozenset[str]]] = {}
 
@@ -145,20 +147,24 @@ class Found:
     share: float
     cost: float
 
-    @property
-    def candidate(self) -> Candidate:
-        """The candidate that is told."""
-        return Candidate(self.change.kind, self.values, self.change.words.format(*self.values), self.share)
+
+def excess(problem: Problem) -> tuple[FloatArray, FloatArray]:
+    """How far each texel is outside the interval and from its middle, (K,): infinite for NaN."""
+    low, high = problem.interval()
+    middle = 0.5 * (low + high)
+    low, high = (low, high) if problem.store is None else problem.store(low, high)
+    return _outside(problem.mine, low, high), _outside(problem.mine, middle, middle)
 
 
-def excess(problem: Problem) -> FloatArray:
-    """How far each texel is outside the interval, (K,): 0 inside, infinite for NaN."""
-    return _outside(problem.mine, *problem.interval())
+def _scale(problem: Problem) -> float:
+    """How far texels outside the interval usually are."""
+    off, _ = excess(problem)
+    usual = off[(off > 0) & np.isfinite(off)]
+    return float(np.median(usual)) if len(usual) else 1.0
 
 
 def _outside(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    with np.errstate(invalid="ignore"):  # infinity less infinity
-        off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
+    off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
     off = np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(off), np.inf, off)
     return off if off.ndim == 1 else np.asarray(off.sum(axis=1))
 
@@ -188,17 +194,14 @@ class Search:
         return _ranked([*found, *pairs], without)
 
     def _share(self, problem: Problem) -> float:
-        return float(self.weights @ (excess(problem) <= 0))
+        return 1.0 - float(self.weights @ (excess(problem)[0] > 0))
 
     def _tried(self, problem: Problem, changes: Sequence[Change], without: float) -> list[Found]:
-        off = excess(problem)
-        usual = off[(off > 0) & np.isfinite(off)]
-        scale = float(np.median(usual)) if len(usual) else 1.0
+        scale = _scale(problem)
         trials = [self._on_grid(problem, change, scale) for change in changes]
         trials.sort(key=lambda trial: trial.cost)
         found = [self._refined(problem, trial, scale) for trial in trials[:_REFINED]] + trials[_REFINED:]
-        order = {change.kind: number for number, change in enumerate(changes)}
-        return _ranked(sorted(found, key=lambda each: order[each.change.kind]), without)
+        return _ranked(found, without)
 
     def _on_grid(self, problem: Problem, change: Change, scale: float) -> Found:
         """The change with the best values of its grid."""
@@ -218,40 +221,55 @@ class Search:
                 best = self._section(problem, best, k, (low, high), scale)
         return best
 
-    def _section(self, problem: Problem, best: Found, k: int, ends: tuple[float, float], scale: float) -> Found:
+    def candidate(self, found: Found) -> Candidate:
+        """The candidate that is told, its share of these texels."""
+        change, values = found.change, found.values
+        share = self._share(change.apply(self.problem, values))
+        return Candidate(change.kind, values, change.words.format(*values), share)
+
+    def polished(self, found: Found) -> Found:
+        """A change with values that were found on fewer texels, each within a few hundredths of them."""
+        scale = _scale(self.problem)
+        best = self._trial(self.problem, found.change, found.values, scale)
+        for k, value in enumerate(found.values):
+            best = self._section(self.problem, best, k, (0.96 * value, 1.04 * value), scale, sections=4)
+        return best
+
+    def _section(
+        self, problem: Problem, best: Found, k: int, ends: tuple[float, float], scale: float, sections: int = _SECTIONS
+    ) -> Found:
         low, high = ends
 
         def at(value: float) -> Found:
             values = (*best.values[:k], value, *best.values[k + 1 :])
             return self._trial(problem, best.change, values, scale)
 
+        # The cost of occlusion has steps: the best of many trials keeps the sections from an earlier one.
+        scan = [at(float(value)) for value in np.linspace(low, high, _SCANNED)]
+        k_best = int(np.argmin([trial.cost for trial in scan]))
+        low, high = scan[max(k_best - 1, 0)].values[k], scan[min(k_best + 1, _SCANNED - 1)].values[k]
         left, right = at(high - _GOLDEN * (high - low)), at(low + _GOLDEN * (high - low))
-        for _ in range(_SECTIONS):
+        for _ in range(sections):
             if left.cost <= right.cost:
                 high, right = right.values[k], left
                 left = at(high - _GOLDEN * (high - low))
             else:
                 low, left = left.values[k], right
                 right = at(low + _GOLDEN * (high - low))
-        return min((best, left, right), key=lambda trial: trial.cost)
+        return min((best, *scan, left, right), key=lambda trial: trial.cost)
 
     def _trial(self, problem: Problem, change: Change, values: Values, scale: float) -> Found:
         """One try. Its cost grows with the distance from the interval and, far more slowly, from its middle."""
-        changed = change.apply(problem, values)
-        low, high = changed.interval()
-        off = _outside(changed.mine, low, high)
-        with np.errstate(invalid="ignore"):  # all is right from minus infinity to infinity
-            middle = 0.5 * (low + high)
-        from_middle = _outside(changed.mine, middle, middle)
+        off, from_middle = excess(change.apply(problem, values))
         far = [np.divide(d, d + scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, from_middle)]
         cost = float(self.weights @ far[0]) + 1e-4 * float(self.weights @ far[1])
-        return Found(change, values, float(self.weights @ (off <= 0)), cost)
+        return Found(change, values, 1.0 - float(self.weights @ (off > 0)), cost)
 
 
 def _ranked(found: Sequence[Found], without: float) -> list[Found]:
     """The largest shares first, but before all those nearly as large as the largest, with the fewest values first."""
     enough = max(each.share for each in found) - _NEARLY * (1.0 - without)
-    return sorted(found, key=lambda each: (each.share < enough, len(each.values) * (each.share >= enough), -each.share))
+    return sorted(found, key=lambda f: (f.share < enough, len(f.values) * (f.share >= enough), -f.share, f.cost))
 
 
 def _pair(first: Found, second: Found) -> Found:

@@ -6,19 +6,17 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.borders import hold
+from lfssao.verify.diagnosis.borders import Places, hold
 from lfssao.verify.diagnosis.occlusion import half
 from lfssao.verify.diagnosis.post import decode, encode
 from lfssao.verify.diagnosis.search import SHARES, Change, FloatArray, Problem, fixed, plain, scaled, shifts
 
 _SCALES = np.concatenate([np.geomspace(0.0007, 0.83, 12), np.linspace(0.871, 1.137, 14), np.geomspace(1.21, 1400, 12)])
-Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -32,7 +30,6 @@ class Image(Problem):
     bend: FloatArray  # by which a value between texels may be off theirs
     shift: tuple[float, float] = (0.0, 0.0)
 
-    @np.errstate(invalid="ignore")  # infinity times 0, infinity less infinity
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The reference's interval, between four texels by their distances, and wider where they bend."""
         height, width = self.lower.shape[:2]
@@ -55,8 +52,7 @@ def bend(texture: FloatArray) -> FloatArray:
     total: Any = 0.0
     for axis in (0, 1):
         ends = [(1, 1) if k == axis else (0, 0) for k in range(texture.ndim)]
-        with np.errstate(invalid="ignore"):  # infinity less infinity
-            second = np.abs(np.diff(np.pad(texture, ends, mode="edge"), n=2, axis=axis))
+        second = np.abs(np.diff(np.pad(texture, ends, mode="edge"), n=2, axis=axis))
         total = total + np.where(np.isnan(second), np.inf, second)
     return np.asarray(total)
 

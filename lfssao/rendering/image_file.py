@@ -30,27 +30,13 @@ _MOST_HEADER = 10_000  # bytes before the numbers of an NPY file
 
 @dataclass(frozen=True, eq=False)
 class ImagePart:
-    """One image of a file: the whole of a PNG, TIFF page or NPY array, one part of an EXR file.
+    """One image of a file: the whole of a PNG, TIFF page or NPY array, one part of an EXR file."""
 
-    Attributes
-    ----------
-    name : str
-        The part's name in an EXR file; '' where the format or the file has none.
-    channels : tuple of str
-        Name of each channel; 'Y', 'R', 'G', 'B', 'A' by their number where the format has no names.
-    planes : tuple of (H, W) arrays
-        The channels, each in the file's own type.
-    origin : (int, int) or None
-        x and y of the data window; None where the format has none.
-    attributes : mapping
-        The metadata that lfssao wrote, strings and numbers.
-    """
-
-    name: str
-    channels: tuple[str, ...]
-    planes: tuple[NDArray[Any], ...]
-    origin: tuple[int, int] | None = None
-    attributes: Mapping[str, Any] = field(default_factory=dict)
+    name: str  # the part's name in an EXR file; '' where the format or the file has none
+    channels: tuple[str, ...]  # 'Y', 'R', 'G', 'B', 'A' by their number where the format has no names
+    planes: tuple[NDArray[Any], ...]  # the channels, (H, W), each in the file's own type
+    origin: tuple[int, int] | None = None  # x and y of the data window; None where the format has none
+    attributes: Mapping[str, Any] = field(default_factory=dict)  # metadata that lfssao wrote, strings and numbers
 
 
 def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS, keep: Keep | None = None) -> list[ImagePart]:

@@ -30,40 +30,17 @@ class Item(NamedTuple):
 class Job:
     """All that the textures of a job depend on, and where they go. It can be pickled.
 
-    Attributes
-    ----------
-    mesh : Mesh
-        The scene before it is moved.
-    views : tuple of View
-        The views of each frame.
-    settings : Settings
-        Settings of the AO passes.
-    folder : Path
-        Output folder; with frames, the folder of their folders.
-    head : mapping
-        What the manifests say of the machine, the scene (``lfssao.rendering.manifest.describe_scene``), the display
-        and the samples.
-    transforms : tuple of (3, 4) float64, or None
-        The affine map world -> world of each frame; None for a still.
-    neighbours : tuple of tuple of View
-        The adjacent modules that each view asks; empty where none do.
-    boxes : tuple of (2, 3) float64
-        The box around the scene in each frame, world units; made here where not given.
-
-    Raises
-    ------
-    InputError
-        If colour alone is asked for and the mesh has none, or a moved mesh leaves the range of coordinates.
+    InputError if colour alone is asked for and the mesh has none, or a moved mesh leaves the range of coordinates.
     """
 
-    mesh: Mesh
-    views: tuple[View, ...]
+    mesh: Mesh  # before it is moved
+    views: tuple[View, ...]  # of each frame
     settings: Settings
-    folder: Path
-    head: Mapping[str, Any]
-    transforms: tuple[Matrix, ...] | None = None
-    neighbours: tuple[tuple[View, ...], ...] = ()
-    boxes: tuple[NDArray[np.float64], ...] = ()
+    folder: Path  # the output folder; with frames, the folder of their folders
+    head: Mapping[str, Any]  # what the manifests say of the machine, the scene, the display and the samples
+    transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
+    neighbours: tuple[tuple[View, ...], ...] = ()  # the adjacent modules that each view asks; empty where none do
+    boxes: tuple[NDArray[np.float64], ...] = ()  # around the scene in each frame, (2, 3); made here where not given
 
     def __post_init__(self) -> None:
         if not self.boxes:

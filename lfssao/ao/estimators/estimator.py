@@ -42,52 +42,25 @@ class Options:
 
 @dataclass(frozen=True)
 class Estimator:
-    """One way to estimate ambient occlusion from a view's textures.
+    """One way to estimate ambient occlusion from a view's textures."""
 
-    Attributes
-    ----------
-    name : str
-        Its name in the registry and on the command line.
-    title : str
-        One line for lists.
-    source : str
-        Paper and numbers of the equations, 'LF Algorithm 2' for example.
-    run : callable
-        ``run(buffers, radius, points, weights, options) -> Occlusion``. The registry checks all arguments before.
-    options : type
-        The dataclass of its options.
-    run_radii : callable or None
-        ``run_radii(buffers, radii, points, weights, options) -> list of Occlusion``, the bits that ``run`` makes of
-        each radius, in less time; None where it makes one after the other.
-    samples : callable or None
-        ``samples(n) -> (points, weights or None)``: its own sample set of n points, float64; None where it takes none.
-    dimensions : int
-        Coordinates of a sample: 3 in the ball, 2 in the disk, 0 where it takes none.
-    count : int
-        The paper's number of samples, the default n.
-    normals : bool
-        Whether it reads the normals texture.
-    texel_bytes : int
-        Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
-        kept with the view, the most over all views and parameters.
-    turns : bool
-        Whether its samples may turn from texel to texel (``Buffers.turns``).
-    sampling : str or None
-        The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
-    """
-
-    name: str
-    title: str
-    source: str
-    run: Run
-    options: type[Options] = Options
+    name: str  # its name in the registry and on the command line
+    title: str  # one line for lists
+    source: str  # paper and numbers of the equations, 'LF Algorithm 2' for example
+    run: Run  # ``run(buffers, radius, points, weights, options)``, after the registry has checked all arguments
+    options: type[Options] = Options  # the dataclass of its options
+    # ``run_radii(buffers, radii, points, weights, options)``: the bits that ``run`` makes of each radius, in less time
     run_radii: Callable[..., list[Occlusion]] | None = None
+    # ``samples(n) -> (points, weights or None)``: its own sample set of n points, float64; None where it takes none
     samples: Callable[[int], tuple[FloatArray, FloatArray | None]] | None = None
-    dimensions: int = 3
-    count: int = 8
-    normals: bool = False
+    dimensions: int = 3  # coordinates of a sample: 3 in the ball, 2 in the disk, 0 where it takes none
+    count: int = 8  # the paper's number of samples, the default n
+    normals: bool = False  # whether it reads the normals texture
+    # Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
+    # kept with the view, the most over all views and parameters.
     texel_bytes: int = 4
-    turns: bool = False
+    turns: bool = False  # whether its samples may turn from texel to texel (``Buffers.turns``)
+    # The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
     sampling: str | None = None
 
     @property

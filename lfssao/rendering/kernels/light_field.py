@@ -21,24 +21,12 @@ CUT = 4.0  # sigmas, beyond which a module does not count
 
 
 class Modules(NamedTuple):
-    """The modules of one display and their textures.
+    """The modules of one display and their textures."""
 
-    Attributes
-    ----------
-    numbers : (M, 32) float64
-        Each a ``DisplayModule``.
-    sizes : (M, 2) int64
-        Width and height of each texture.
-    starts : (M,) int64
-        Row of ``texels`` at which each texture starts, -1 for a module that shows nothing.
-    texels : (n, C) float32
-        All textures, row by row, finite.
-    """
-
-    numbers: Any
-    sizes: Any
-    starts: Any
-    texels: Any
+    numbers: Any  # (M, 32) float64, each a ``DisplayModule``
+    sizes: Any  # (M, 2) int64: width and height of each texture
+    starts: Any  # (M,) int64: row of ``texels`` at which each texture starts, -1 for a module that shows nothing
+    texels: Any  # (n, C) float32: all textures, row by row, finite
 
 
 @kernel(inline=True)

@@ -19,24 +19,14 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """The values that a stage's texture may have.
+    """The values that a stage's texture may have."""
 
-    Attributes
-    ----------
-    lower, upper : (H, W) or (H, W, 3) float32
-        Smallest and largest value, both admitted.
-    undecided : (H, W) int32 or None
-        Number of samples that rounding decides, over all radii that went in; None behind the blur.
-    strays : int
-        Number of texels of a right texture that may leave the bounds.
-    ranges : pair of (K, H, W) float32, or None
-        Smallest and largest values of K ranges: a value must lie in one of them, and not just between their ends.
-    """
-
-    lower: Texture
-    upper: Texture
+    lower: Texture  # (H, W) or (H, W, 3) float32: the smallest value, admitted
+    upper: Texture  # the largest, likewise
+    # (H, W) int32: number of samples that rounding decides, over all radii that went in; None behind the blur
     undecided: NDArray[np.int32] | None = None
-    strays: int = 0
+    strays: int = 0  # number of texels of a right texture that may leave the bounds
+    # Smallest and largest values of K ranges, (K, H, W): a value must lie in one of them, not just between their ends.
     ranges: tuple[Texture, Texture] | None = None
 
     def outside(self, texture: Texture) -> NDArray[np.bool_]:

@@ -39,43 +39,23 @@ ULP = 2.0**-23
 
 @dataclass(frozen=True)
 class ErrorModel:
-    """How a float32 renderer may round.
+    """How a float32 renderer may round."""
 
-    Attributes
-    ----------
-    name : str
-        Its name in the oracle's functions and on the command line.
-    title : str
-        One line for lists.
-    exact : bool
-        Whether it is correctly rounded to nearest even in the written order, nothing fused: each stage has one right
-        value. The numbers below mean nothing then.
-    operation : float
-        Relative error of + - *.
-    quotient : float
-        Relative error of a / b, or of a (1 / b) if that is more.
-    root : float
-        Relative error of a square root.
-    exponential : (float, float)
-        Relative error of exp(x): the first, plus abs(x) times the second.
-    coordinate : float
-        Distance, in texels, by which a look-up may miss the coordinate (samplers of fixed precision); 0 for a floor.
-    centre : float
-        Distance, in texels, from its centre at which a texel's surface may be seen: precision of rays or rasteriser.
-    smallest : float
-        Numbers below it may be flushed to zero.
-    """
-
-    name: str
-    title: str
+    name: str  # its name in the oracle's functions and on the command line
+    title: str  # one line for lists
+    # Whether it is correctly rounded to nearest even in the written order, nothing fused: each stage has one right
+    # value. The numbers below mean nothing then.
     exact: bool = False
-    operation: float = ULP
-    quotient: float = 3.5 * ULP * (1 + ULP * 4)
-    root: float = 4.5 * ULP * (1 + ULP * 8)
+    operation: float = ULP  # relative error of + - *
+    quotient: float = 3.5 * ULP * (1 + ULP * 4)  # relative error of a / b, or of a (1 / b) if that is more
+    root: float = 4.5 * ULP * (1 + ULP * 8)  # relative error of a square root
+    # Relative error of exp(x): the first, plus abs(x) times the second.
     exponential: tuple[float, float] = (3.0 * ULP, 2.0 * ULP)
+    # Distances in texels, by which a look-up may miss the coordinate (samplers of fixed precision; 0 for a floor), and
+    # from its centre at which a texel's surface may be seen (precision of rays or rasteriser).
     coordinate: float = 0.0
     centre: float = 2.0**-8
-    smallest: float = 2.0**-126
+    smallest: float = 2.0**-126  # numbers below it may be flushed to zero
 
     @property
     def offset(self) -> float:

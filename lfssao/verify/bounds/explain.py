@@ -18,35 +18,18 @@ OUTCOMES = ("clear", "occluded", "undecided")
 
 @dataclass(frozen=True)
 class Sample:
-    """One sample of one texel: where it lands and how it is decided.
+    """One sample of one texel: where it lands and how it is decided."""
 
-    Attributes
-    ----------
-    number : int
-        Number of the sample, from 0.
-    outcome : str
-        'clear', 'occluded', or 'undecided': rounding may make it either.
-    u, v, z : float
-        Image point, texels and image z, of exact arithmetic; they mean nothing outside the mapping's domain.
-    texel : (int, int) or None
-        Column and row of the texel that it reads; None outside the texture or the domain.
-    from_edge : float
-        Distance, in texels, of the image point from the nearest edge of that texel.
-    behind : float
-        z less the depth of the surface there: positive, occluded; minus infinity before no surface.
-    error_uv, error_z : float
-        Errors of u or v, and of z.
-    """
-
-    number: int
-    outcome: str
+    number: int  # from 0
+    outcome: str  # 'clear', 'occluded', or 'undecided': rounding may make it either
+    # Image point, texels and image z, of exact arithmetic; they mean nothing outside the mapping's domain.
     u: float
     v: float
     z: float
-    texel: tuple[int, int] | None
-    from_edge: float
-    behind: float
-    error_uv: float
+    texel: tuple[int, int] | None  # (column, row) that it reads; None outside the texture or the domain
+    from_edge: float  # distance, in texels, of the image point from the nearest edge of that texel
+    behind: float  # z less the depth of the surface there: positive, occluded; minus infinity before no surface
+    error_uv: float  # errors of u or v, and of z
     error_z: float
 
     def __str__(self) -> str:

@@ -11,39 +11,24 @@ from lfssao.verify.verdict import Flags, Plane, Planes, equal_bits, equal_values
 
 @dataclass(frozen=True)
 class Metrics:
-    """Distances of two textures of one type and size, over the texels and channels that are finite in both.
+    """Distances of two textures of one type and size, over the texels and channels that are finite in both."""
 
-    Attributes
-    ----------
-    texels : int
-        Number of texels.
-    differing : int
-        Number of texels that differ in a bit of any channel.
-    max_ulp : int or None
-        Greatest distance in representable numbers; -0 and +0 are 0 apart. None where it means nothing: for integers,
-        above 2^20, and where one of the two numbers is 0 or subnormal or has another sign.
-    max_error, mean_error, rmse : float
-        Figures of the absolute difference, in the texture's unit.
-    psnr : float or None
-        Peak signal-to-noise ratio, dB; the peak is 1 where the reference lies within 0 to 1, the largest code of
-        integers, else the reference's range. None where nothing differs or the range is 0.
-    ssim : float or None
-        Mean structural similarity (Wang et al. 2004) over the channels, uniform windows of 7 texels or what fits.
-        None for images less than 3 texels wide or high and where the range is 0.
-    nan_mismatches, infinity_mismatches : int
-        Numbers that are NaN in one only; infinite in one only, or with another sign.
-    """
-
-    texels: int
-    differing: int
+    texels: int  # number of texels
+    differing: int  # number of texels that differ in a bit of any channel
+    # Greatest distance in representable numbers; -0 and +0 are 0 apart. None where it means nothing: for integers,
+    # above 2^20, and where one of the two numbers is 0 or subnormal or has another sign.
     max_ulp: int | None = 0
-    max_error: float = 0.0
+    max_error: float = 0.0  # figures of the absolute difference, in the texture's unit
     mean_error: float = 0.0
     rmse: float = 0.0
+    # Peak signal-to-noise ratio, dB; the peak is 1 where the reference lies within 0 to 1, the largest code of
+    # integers, else the reference's range. None where nothing differs or the range is 0.
     psnr: float | None = None
+    # Mean structural similarity (Wang et al. 2004) over the channels, uniform windows of 7 texels or what fits. None
+    # for images less than 3 texels wide or high and where the range is 0.
     ssim: float | None = 1.0
-    nan_mismatches: int = 0
-    infinity_mismatches: int = 0
+    nan_mismatches: int = 0  # numbers that are NaN in one only
+    infinity_mismatches: int = 0  # infinite in one only, or with another sign
 
 
 def ulp_distance(a: Plane, b: Plane) -> NDArray[np.uint64]:

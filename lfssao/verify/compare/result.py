@@ -17,71 +17,33 @@ Reason = Callable[[tuple[int, int]], str]
 
 @dataclass(frozen=True)
 class Texel:
-    """One of the worst texels of a texture.
+    """One of the worst texels of a texture."""
 
-    Attributes
-    ----------
-    column, row : int
-        From the top left of the data window.
-    mine, reference : tuple of float
-        Its channels.
-    lower, upper : tuple of float, or None
-        Ends of the interval; None where none is known.
-    outside : bool
-        Whether it is outside the interval, or, where none is known, differs.
-    reason : str
-        Why, in one sentence; '' where nothing is known.
-    """
-
-    column: int
-    row: int
-    mine: tuple[float, ...]
+    column: int  # from the left of the data window
+    row: int  # from its top
+    mine: tuple[float, ...]  # channels
     reference: tuple[float, ...]
-    lower: tuple[float, ...] | None
+    lower: tuple[float, ...] | None  # ends of the interval; None where none is known
     upper: tuple[float, ...] | None
-    outside: bool
-    reason: str
+    outside: bool  # whether it is outside the interval, or, where none is known, differs
+    reason: str  # why, in one sentence; '' where nothing is known
 
 
 @dataclass(frozen=True)
 class Result:
-    """The result on one texture of one module.
-
-    Attributes
-    ----------
-    module, layer : str
-        Names of the module and of the texture.
-    verdict : Verdict
-        The verdict on it.
-    detail : str
-        Why it was not compared; '' where it was.
-    metrics : Metrics or None
-        None where it was not compared.
-    outside : int
-        Number of texels outside the interval; where none is known, of those that differ.
-    beyond : int
-        Number of those that differ from the reference by more than ``--fail``.
-    interval : bool
-        Whether one is known; it is not asked for where bits are equal.
-    worst : tuple of Texel
-        The worst, at most ten, the worst first.
-    diagnosis : Diagnosis or None
-        Which change of the reference explains it; None where it is right, or no diagnosis was made.
-    stored : str
-        How it was stored, such as 'stored as unorm8', by which the interval is wider; '' for float32.
-    """
+    """The result on one texture of one module."""
 
     module: str
     layer: str
     verdict: Verdict
-    detail: str = ""
-    metrics: Metrics | None = None
-    outside: int = 0
-    beyond: int = 0
-    interval: bool = False
-    worst: tuple[Texel, ...] = ()
-    diagnosis: Diagnosis | None = None
-    stored: str = ""
+    detail: str = ""  # why it was not compared; '' where it was
+    metrics: Metrics | None = None  # None where it was not compared
+    outside: int = 0  # number of texels outside the interval; where none is known, of those that differ
+    beyond: int = 0  # number of those that differ from the reference by more than ``--fail``
+    interval: bool = False  # whether one is known; it is not asked for where bits are equal
+    worst: tuple[Texel, ...] = ()  # at most ten, the worst first
+    diagnosis: Diagnosis | None = None  # which change of the reference explains it; None if right or not diagnosed
+    stored: str = ""  # such as 'stored as unorm8', by which the interval is wider; '' for float32
 
 
 def result_of(

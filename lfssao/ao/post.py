@@ -42,10 +42,7 @@ def merge(layers: list[Texture] | Texture) -> Texture:
 def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     """The normalised Gaussian, float64, 2 ceil(3 sigma) + 1 weights; sigma in texels, 0 gives the one weight 1.
 
-    Raises
-    ------
-    InputError
-        If sigma is negative, above MAX_SIGMA or not a number.
+    InputError if sigma is negative, above MAX_SIGMA or not a number.
     """
     if not 0 <= sigma <= MAX_SIGMA:
         raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
@@ -120,17 +117,7 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
 def shade_white(depth: Texture, occlusion: Texture) -> Texture:
     """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 elsewhere.
 
-    Parameters
-    ----------
-    depth : (H, W) float32 or float64
-        Image z, +infinity where there is no surface.
-    occlusion : (H, W), same dtype
-        0 to 1.
-
-    Raises
-    ------
-    InputError
-        If sizes or dtypes do not fit.
+    The surface is where depth, (H, W), is below infinity; errors are those of ``shade``.
     """
     check_texture("depth", depth, 2)
     check_texture("occlusion", occlusion, 2)

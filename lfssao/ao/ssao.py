@@ -119,22 +119,7 @@ def algorithm2_of_radii(
     radii: Sequence[float],
     turns: Texture | None = None,
 ) -> list[Occlusion]:
-    """``algorithm2`` of each of several radii, with the same bits, in less time.
-
-    Parameters
-    ----------
-    depth, positions, world_to_image, samples
-        As for ``algorithm2``.
-    radii : sequence of float
-        R of each, world units, at least one.
-    turns : (2, H, W), optional
-        As for ``algorithm2``.
-
-    Raises
-    ------
-    InputError
-        As for ``algorithm2``, or if there is no radius.
-    """
+    """``algorithm2`` of each of several radii, at least one, with the same bits, in less time."""
     if not radii:
         raise InputError("radii: at least one is needed")
     check_texture("depth", depth, 2)

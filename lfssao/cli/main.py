@@ -36,13 +36,8 @@ COMMANDS = {
 class Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one sentence, without the usage lines.
 
-    Parameters
-    ----------
-    file : str
-        The file of this folder whose ``add_to`` adds the options. It is imported when the command is chosen, so that
-        the help of all commands imports none.
-    more
-        As for ``argparse.ArgumentParser``.
+    ``file`` is the file of this folder whose ``add_to`` adds the options. It is imported when the command is chosen, so
+    that the help of all commands imports none.
     """
 
     def __init__(self, file: str = "", **more: Any) -> None:
@@ -62,18 +57,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command.
+    """Run one command, given by what follows ``lfssao`` on the command line (``sys.argv`` by default).
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        What follows ``lfssao`` on the command line; ``sys.argv`` by default.
-
-    Returns
-    -------
-    int
-        0; 1 where ``samples check`` or a bench finds something broken; 2 for wrong input; 130 for an interrupt; the
-        codes of ``compare`` are its own.
+    Return 0; 1 where ``samples check`` or a bench finds something broken; 2 for wrong input; 130 for an interrupt; the
+    codes of ``compare`` are its own.
     """
     gc.set_threshold(100_000, 50, 50)  # a first run compiles; collecting garbage less often saves a tenth of it
     words = list(sys.argv[1:] if arguments is None else arguments)

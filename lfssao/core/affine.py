@@ -43,10 +43,7 @@ def cofactors(affine: ArrayLike) -> Matrix:
 def invert_affine(affine: ArrayLike) -> Matrix:
     """Inverse of a (3, 4) affine map: adjugate over determinant, then the translation.
 
-    Raises
-    ------
-    ZeroDivisionError
-        If the map is singular.
+    ZeroDivisionError if the map is singular.
     """
     m = np.asarray(affine, np.float64)
     size = determinant(m)

@@ -17,12 +17,7 @@ _BLOCK = 65_536  # bytes
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` make a file under a temporary name in ``path``'s folder, sync it, rename it to ``path``, sync that.
 
-    The temporary name has the same ending; a file of the final name is replaced.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    The temporary name has the same ending; a file of the final name is replaced. InputError if it cannot be written.
     """
     part = path.with_name(f"{_part_prefix(path.stem)}{path.suffix}")
     try:
@@ -40,13 +35,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a UTF-8 file, as ``write_whole`` does.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Write a UTF-8 file, as ``write_whole`` does; InputError if it cannot be written."""
     write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 
@@ -104,13 +93,7 @@ def _is_running(process: int) -> bool:
 
 
 def check_folder(path: Path) -> None:
-    """Refuse, without touching anything, a folder that cannot be made or written into.
-
-    Raises
-    ------
-    InputError
-        If that can be seen beforehand.
-    """
+    """Refuse (InputError) a folder that cannot be made or written into, as far as that shows without touching it."""
     there = path
     while not there.exists() and there != there.parent:
         if there.is_symlink():
@@ -124,14 +107,9 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def output_folder(path: Path) -> Iterator[None]:
-    """Make a folder with its parents, try that files can be written into it, and tidy up if the block fails.
+    """Make a folder with its parents, try that files can be written into it (InputError), tidy up if the block fails.
 
     If the block raises, half-written files of this process go, and so do the folders made here if they are empty.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made or written into.
     """
     missing = [folder for folder in (path, *path.parents) if not folder.exists()]
     try:

@@ -52,22 +52,12 @@ def _cache_folder(chosen: str) -> str:
 
 
 def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False, inline: bool = False) -> Any:
-    """Compile a function of arrays and scalars with numba under the flags of ``FLAGS``.
+    """Compile a function of arrays and scalars with numba under the flags of ``FLAGS``, for the cache on disk.
 
-    Parameters
-    ----------
-    function : callable
-        The function; with ``parallel`` its ``prange`` runs over rows that one thread alone writes.
-    parallel : bool
-        Whether each ``prange`` is shared among threads. Such a function compiles four times as long. A named tuple that
-        the ``prange`` reads must be flat, and an argument of the function or made inside the loop.
-    inline : bool
-        Whether LLVM must put the function into its callers, so that their loops become vectors.
-
-    Returns
-    -------
-    callable
-        The compiled function; its machine code is cached on disk where a folder can be written.
+    With ``parallel`` each ``prange``, over rows that one thread alone writes, is shared among threads. Such a function
+    compiles four times as long. A named tuple that the ``prange`` reads must be flat, and an argument of the function
+    or made inside the loop. With ``inline`` LLVM must put the function into its callers, so that their loops become
+    vectors.
     """
     if function is None:
         return functools.partial(kernel, parallel=parallel, inline=inline)

@@ -8,15 +8,7 @@ from lfssao.scene.mesh import used_bounds
 
 
 class TriangleTree:
-    """The float64 tree over a mesh's triangles, in any space (``lfssao.gbuffer.kernels.bvh``).
-
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-        Coordinates.
-    faces : (F, 3) int32
-        Vertex numbers.
-    """
+    """The float64 tree over triangles in any space (``lfssao.gbuffer.kernels.bvh``): vertices (V, 3), faces (F, 3)."""
 
     def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
         low, high = used_bounds(vertices, faces)

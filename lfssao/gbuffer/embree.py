@@ -49,22 +49,8 @@ def build_scene(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> Any:
 class CentredScene:
     """Embree's scene of a mesh whose box lies between -1 and 1, where float32 is finest, wherever it is in the world.
 
-    Attributes
-    ----------
-    middle : (3,) float64
-        World coordinates of the scene's 0.
-    unit : float
-        World units in its 1, a power of two: distances change by no rounding.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The mesh in world space.
-
-    Raises
-    ------
-    MissingPackageError
-        If embreex is not installed.
+    ``middle`` is the world's place of the scene's 0, (3,) float64, and ``unit`` the world units in its 1, a power of
+    two: distances change by no rounding. MissingPackageError if embreex is not installed.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -79,16 +65,10 @@ class CentredScene:
     def distances(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32], far: float, any_hit: bool
     ) -> NDArray[np.float32]:
-        """How far each ray goes to the first triangle, (n,), infinity where there is none within reach.
+        """How far each ray goes to the first triangle, (n,), infinity where there is none within ``far``.
 
-        Parameters
-        ----------
-        origins, directions : (n, 3) float32
-            Rays in the scene's space; directions of length 1.
-        far : float
-            How far they go, in its unit; may be infinite.
-        any_hit : bool
-            Whether it matters only if there is a triangle: its distance is then given as 0.
+        Rays are (n, 3) in the scene's space and unit, directions of length 1. With ``any_hit`` it matters only if there
+        is a triangle: its distance is then given as 0.
         """
         if far == 0:  # a triangle at the origin would be hit
             return np.full(len(origins), np.inf, np.float32)

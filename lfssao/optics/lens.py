@@ -54,13 +54,7 @@ def with_guard(h: Homography, guard: int) -> Homography:
 
 
 def invert(h: Homography) -> Homography:
-    """Inverse of a homography, adjugate over determinant.
-
-    Raises
-    ------
-    InputError
-        If it is singular.
-    """
+    """Inverse of a homography, adjugate over determinant; InputError if it is singular."""
     a, b, c, d, e, f, g, i, j = h
     top = e * j - f * i, c * i - b * j, b * f - c * e
     middle = f * g - d * j, a * j - c * g, c * d - a * f

@@ -72,13 +72,7 @@ def _draw_rays(axes: Any, display: Display, index: int, color: str) -> None:
 
 
 def save_top_view(display: Display, path: Path) -> None:
-    """Draw a display from above into a file.
-
-    Raises
-    ------
-    InputError
-        If the file's ending is not .png, .svg or .pdf, or it cannot be written.
-    """
+    """Draw a display from above into a .png, .svg or .pdf; InputError for another ending or if it cannot be written."""
     if path.suffix not in _FORMATS:
         raise InputError(f"--plot {path}: its name must end in one of {', '.join(_FORMATS)}")
     figure = draw_top_view(display)

@@ -255,13 +255,7 @@ class View:
 
 
 def check_positions(box: NDArray[np.float64], texels_per_unit: float) -> None:
-    """Refuse a scene whose box, (2, 3) world units, reaches so far that float32 positions are off by half a texel.
-
-    Raises
-    ------
-    InputError
-        If rounding a coordinate can move it by half a texel.
-    """
+    """Refuse (InputError) a box, (2, 3) world units, so far away that rounding to float32 moves it by half a texel."""
     farthest = float(np.abs(box).max())
     if float(np.spacing(np.float32(farthest))) * texels_per_unit >= 1.0:
         size = float((box[1] - box[0]).max())

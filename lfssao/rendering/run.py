@@ -40,18 +40,9 @@ def run(
     Yields each item that is rendered, once its file is there, in the order of ``job.items()``. Raises InputError if the
     scene leaves float32, or a file cannot be written; files that were begun are finished first.
 
-    Parameters
-    ----------
-    job : Job
-        What is rendered.
-    threads : int
-        Threads of each kernel, and of writing files where there is no executor.
-    found : mapping, optional
-        Items that an earlier job left whole (``recover``); they are not rendered again.
-    executor : concurrent.futures.Executor, optional
-        Runs whole items, wherever the same folder is: a pool of processes, or dask's. In this process by default.
-    seconds : mapping, optional
-        Seconds of earlier steps, for the manifests.
+    ``threads`` are those of each kernel, and of writing files where there is no executor. ``found`` are items that an
+    earlier job left whole (``recover``), and are not rendered again. ``executor`` runs whole items wherever the same
+    folder is, on processes or by dask; without one they run here. ``seconds`` are of earlier steps, for manifests.
     """
     found, start = found or {}, time.perf_counter()
     rest = [item for item in job.items() if item not in found]

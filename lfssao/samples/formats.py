@@ -69,23 +69,10 @@ FORMATS: dict[str, Callable[[SampleSet], bytes]] = {"csv": to_csv, "json": to_js
 
 
 def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
-    """Read points from a file.
+    """Read points (n, d), weights (n,) or None, and the domain, if it is named, from a file.
 
-    Parameters
-    ----------
-    path : Path
-        .csv: two or three columns, and one called 'weight' if the first line has names; .json: an object with
-        'points', or the list of points itself; .npy: (n, 2) or (n, 3).
-
-    Returns
-    -------
-    points, weights, domain
-        (n, d) and (n,) or None; the domain if the file names one.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or does not hold points.
+    .csv: two or three columns, and one called 'weight' if the first line has names; .json: an object with 'points', or
+    the list of points itself; .npy: (n, 2) or (n, 3). InputError if the file cannot be read, or does not hold points.
     """
     reader = {".csv": _read_csv, ".json": _read_json, ".npy": _read_npy}.get(path.suffix.lower())
     if reader is None:

@@ -72,12 +72,6 @@ def _draw_radii(axes: Any, made: SampleSet, r_min: float, r_max: float) -> None:
 
 
 def save_samples(made: SampleSet, path: Path, r_min: float = 0.0, r_max: float = 1.0) -> None:
-    """Draw a set into a file, as a picture of its ending; arguments as of ``draw_samples``.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Draw a set, as ``draw_samples`` does, into a file as a picture of its ending; InputError if that fails."""
     figure = draw_samples(made, r_min, r_max)
     write_whole(path, lambda part: figure.savefig(part, dpi=110))

@@ -45,18 +45,8 @@ def surface_points(gbuffer: GBuffer, most: int = 20_000) -> Points:
 def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same: float) -> Values:
     """Return a texture's values at the texel of each point, (n,) float64; NaN where the view does not see it.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-        World coordinates.
-    view : View
-        The view of the texture.
-    gbuffer : GBuffer
-        Its depth and positions.
-    texture : (H, W)
-        The texture.
-    same : float
-        The view sees a point if the surface at that texel is no farther than this from it, world units.
+    Points are (n, 3) world coordinates, and gbuffer is the view's. It sees a point if the surface at that texel is no
+    farther than ``same`` from it, world units.
     """
     image = view.world_to_image(points)
     inside = (image[:, 0] >= 0) & (image[:, 0] < view.width) & (image[:, 1] >= 0) & (image[:, 1] < view.height)
@@ -86,10 +76,7 @@ def point_deviations(values: Values) -> NDArray[np.float64]:
 def spread(values: Values) -> Spread:
     """Return how much points' values differ over the views, (n, views) with NaN where a view does not see a point.
 
-    Raises
-    ------
-    InputError
-        If no point is seen twice.
+    InputError if no point is seen twice.
     """
     kept = values[np.isfinite(values).sum(axis=1) >= 2]
     if not len(kept):

@@ -16,28 +16,10 @@ if TYPE_CHECKING:
 
 
 def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8) -> "VBox":
-    """Return sliders above a picture of one module: without AO, visibility, and with AO.
+    """Return sliders above a picture of one module, the last child: without AO, visibility, and with AO.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    display : Display
-        The display; textures of some 100,000 texels keep up with a slider.
-    radius : float
-        R at first, as a fraction of the diagonal of the mesh's box, 0.005 to 0.2.
-    samples : int
-        Number of samples at first, 1 to 64.
-
-    Returns
-    -------
-    ipywidgets.VBox
-        Its last child is the picture.
-
-    Raises
-    ------
-    MissingPackageError
-        If ipywidgets is not installed.
+    Textures of some 100,000 texels keep up with a slider. At first R is ``radius``, 0.005 to 0.2 of the diagonal of the
+    mesh's box, and the number of samples is 1 to 64. MissingPackageError if ipywidgets is not installed.
     """
     try:
         import ipywidgets as widgets  # late: optional, the extra 'notebooks' installs it

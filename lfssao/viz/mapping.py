@@ -40,12 +40,8 @@ class MatrixFit:
 def best_matrix(world_to_image: WorldToImage, points: Points) -> MatrixFit:
     """Return the matrix with the least sum of squared distances in the image.
 
-    Points are (n, 3), in general position; those outside the mapping's domain are left out.
-
-    Raises
-    ------
-    InputError
-        If fewer than 6 points are in its domain.
+    Points are (n, 3), in general position; those outside the mapping's domain are left out. InputError if fewer than 6
+    are in it.
     """
     image = world_to_image(points)[:, :2]
     kept = np.isfinite(image).all(axis=1)

@@ -35,30 +35,10 @@ def sampling_error(
     estimator: str = "lf",
     reference: tuple[str, int] = ("sobol", 4096),
 ) -> SamplingError:
-    """Return the error of an estimator against itself with many samples.
+    """Return the error of an estimator against itself with many samples: for each sampler and number, over all seeds.
 
-    Parameters
-    ----------
-    buffers : Buffers
-        The view's textures.
-    radius : float
-        R, world units.
-    methods : sequence of str
-        Samplers of the ball, or of the disk where the estimator takes points of it.
-    counts : sequence of int
-        Numbers of samples, positive.
-    seeds : sequence of int
-        Seeds of the sets that each sampler's error is over.
-    estimator : str
-        One that takes samples.
-    reference : (str, int)
-        Sampler of the reference, one that is not compared, and its number of samples; the sets fill the whole ball or
-        disk.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown.
+    Samplers are of the ball, or of the disk where the estimator takes points of it; their sets fill all of it. The
+    reference is a sampler that is not compared, and its number of samples. InputError if a name is unknown.
     """
     domain = "ball" if find_estimator(estimator).dimensions == 3 else "disk"
     seen = np.isfinite(buffers.depth)

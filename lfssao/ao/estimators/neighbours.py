@@ -39,14 +39,9 @@ def nearest_modules(display: Display, index: int, count: int) -> list[int]:
 
 
 class DepthCache:
-    """Depth textures of views, the ones that were asked for last.
+    """Depth textures of views of a caster's scene, the ``size`` that were asked for last.
 
-    Parameters
-    ----------
-    caster : RayCaster
-        The scene, in the views' cast space.
-    size : int
-        How many to keep: twice the neighbours of a module and one, where modules come one after the other.
+    Modules that come one after the other need twice the neighbours of one, and one more.
     """
 
     def __init__(self, caster: RayCaster, size: int) -> None:

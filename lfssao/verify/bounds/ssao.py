@@ -34,29 +34,9 @@ def ao_bounds(
 ) -> Bounds:
     """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``: k_lo / n to k_hi / n as they may round.
 
-    Parameters
-    ----------
-    depth : (H, W) float32
-        Image z, +infinity where there is no surface.
-    positions : (H, W, 3) float32 or None
-        World coordinates of the visible surface; not read by Algorithm 1.
-    world_to_image : WorldToImage
-        The mapping; renderers have its numbers rounded to float32.
-    samples : (n, 3)
-        Offsets in the unit ball.
-    radius : float
-        R, world units.
-    model : str or ErrorModel
-        Limits of float32 arithmetic (``lfssao.verify.bounds.error_model``).
-    screen_to_world : (4, 4), optional
-        The inverse mapping, rounded to float32 likewise: Algorithm 1.
-    turns : (2, H, W) float32, optional
-        Cosine and sine by which each texel's samples are turned, which renderers have as they are.
-
-    Raises
-    ------
-    InputError
-        If a shape, a dtype, the radius or the model is wrong.
+    Arguments are those of ``lfssao.algorithm2`` and ``lfssao.algorithm1``, textures in float32. Renderers have the
+    numbers of the mapping and of ``screen_to_world`` rounded to float32, and the turns as they are; positions are not
+    read by Algorithm 1. InputError if a shape, a dtype, the radius or the model is wrong.
     """
     chosen = find_model(model)
     inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)

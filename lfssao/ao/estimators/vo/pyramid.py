@@ -10,14 +10,9 @@ _AVERAGE, _BLUR = (0.0, 0.5), (0.125, 0.375)
 
 
 def moment_pyramid(depth: Texture, prefilter: bool) -> kernels.Pyramid:
-    """Return the pyramid of a texture of cast z down to one texel.
+    """Return the pyramid of a texture of cast z, (H, W), +infinity where there is no surface, down to one texel.
 
-    Parameters
-    ----------
-    depth : (H, W) float32 or float64
-        Cast z, +infinity where there is no surface.
-    prefilter : bool
-        Whether each step blurs by [1 2 1] / 4 before it averages two texels.
+    With ``prefilter`` each step blurs by [1 2 1] / 4 before it averages two texels.
     """
     height, width = depth.shape
     sizes = [(height, width)]

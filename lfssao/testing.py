@@ -26,16 +26,6 @@ __getattr__, __dir__ = late_names(
 )
 
 __all__ = [
-    "PROMISES",
-    "Finding",
-    "Promise",
-    "assert_conforms",
-    "cameras",
-    "check_promise",
-    "displays",
-    "gbuffers",
-    "make_case",
-    "radii",
-    "sample_sets",
-    "write_kit",
-]
+    "PROMISES", "Finding", "Promise", "assert_conforms", "cameras", "check_promise", "displays", "gbuffers",
+    "make_case", "radii", "sample_sets", "write_kit",
+]  # fmt: skip

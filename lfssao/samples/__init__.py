@@ -26,16 +26,6 @@ __getattr__, __dir__ = late_names(
 )
 
 __all__ = [
-    "DECORRELATIONS",
-    "METHODS",
-    "SampleSet",
-    "best_turns",
-    "find_method",
-    "make_samples",
-    "repulsion_table",
-    "sample_set",
-    "spiral_discrepancy",
-    "square_points",
-    "texel_angles",
-    "texel_turns",
-]
+    "DECORRELATIONS", "METHODS", "SampleSet", "best_turns", "find_method", "make_samples", "repulsion_table",
+    "sample_set", "spiral_discrepancy", "square_points", "texel_angles", "texel_turns",
+]  # fmt: skip

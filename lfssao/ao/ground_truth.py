@@ -143,10 +143,6 @@ def ray_cast_occlusion(
         Finder of the triangles that rays hit: 'tree', our own in float64, with equal bits on every machine; 'embree',
         in float32: no promise of bits, and rays have to begin 5e-7 of the mesh's size off the surface or more.
 
-    Returns
-    -------
-    GroundTruth
-
     Raises
     ------
     InputError

@@ -57,13 +57,7 @@ class Buffers:
 
     @classmethod
     def of(cls, gbuffer: GBuffer, view: View) -> "Buffers":
-        """The textures that the ray caster made for a view.
-
-        Raises
-        ------
-        InputError
-            If positions are not among them.
-        """
+        """The textures that the ray caster made for a view; InputError if positions are not among them."""
         if gbuffer.positions is None:
             raise InputError("there are no positions, which estimators read")
         return cls(view, gbuffer.depth, gbuffer.positions, gbuffer.normals)

@@ -125,10 +125,6 @@ class RayCaster:
         positions : bool
             Whether the positions texture is made.
 
-        Returns
-        -------
-        GBuffer
-
         Raises
         ------
         InputError

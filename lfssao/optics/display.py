@@ -213,12 +213,7 @@ class Display:
     def module_numbers(self, index: int, guard: int = 0) -> NDArray[np.float64]:
         """The numbers of one module, (32,) float64, in the order of ``lfssao.optics.kernels.display.DisplayModule``.
 
-        Its texture has ``guard`` more texels on each side.
-
-        Raises
-        ------
-        InputError
-            If the homography is singular.
+        Its texture has ``guard`` more texels on each side. InputError if the homography is singular.
         """
         m = self.modules[index]
         size = m.width, m.height
@@ -361,10 +356,6 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
     ----------
     world_box, physical_box : (2, 3) float64
         Lower and upper corner.
-
-    Returns
-    -------
-    (3, 4) float64
     """
     room_box = np.asarray(physical_box, np.float64)
     size = world_box[1] - world_box[0]

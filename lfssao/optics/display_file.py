@@ -24,10 +24,7 @@ def display_names() -> list[str]:
 def display_text(name: str) -> str:
     """The TOML file of a preset, with the source of every value, or the word 'assumed', in a comment.
 
-    Raises
-    ------
-    InputError
-        If there is no preset of that name; the message lists those there are.
+    InputError if there is no preset of that name; the message lists those there are.
     """
     if name not in display_names():
         raise InputError(f"there is no display '{name}': choose one of {', '.join(display_names())}, or a .toml file")
@@ -37,10 +34,7 @@ def display_text(name: str) -> str:
 def find_display(name: str | Path) -> Display:
     """A display: a preset by its name, or one read from a file whose name ends in .toml.
 
-    Raises
-    ------
-    InputError
-        If there is none, the file cannot be read, or a value is wrong; the message names the key and the reason.
+    InputError if there is none, the file cannot be read, or a value is wrong; the message names the key and the reason.
     """
     path = Path(name)
     if path.suffix != ".toml":

@@ -158,10 +158,7 @@ class WorldToImage:
     def as_type(self, dtype: DTypeLike) -> Projection:
         """The mapping as kernels take it, each number rounded once to the dtype of the arithmetic.
 
-        Raises
-        ------
-        InputError
-            If a finite one overflows there, or the world's scale falls below the normal numbers.
+        InputError if a finite one overflows there, or the world's scale falls below the normal numbers.
         """
         with np.errstate(over="ignore", under="ignore"):  # refused below
             rounded = np.ascontiguousarray(self.numbers, dtype)

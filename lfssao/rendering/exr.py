@@ -128,10 +128,7 @@ def _spec(part: Part) -> Any:
 def read_exr(path: Path) -> dict[str, Part]:
     """All parts of a file by name, channels in the file's own order.
 
-    Raises
-    ------
-    InputError
-        If the file is missing, is no EXR file or cannot be read.
+    InputError if the file is missing, is no EXR file or cannot be read.
     """
     parts: dict[str, Part] = {}
     for image in read_image_file(path, ("openexr",)):

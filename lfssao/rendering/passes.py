@@ -75,10 +75,7 @@ class Textures:
     def image(self) -> FloatTexture:
         """The image without AO, (H, W, 3): the colour texture, or white on the surface.
 
-        Raises
-        ------
-        InputError
-            If the layer color was not kept.
+        InputError if the layer color was not kept.
         """
         if "color" not in self.layers:
             raise InputError(f"there is no image: color is not among the layers {', '.join(self.layers)}")

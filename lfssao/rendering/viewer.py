@@ -61,10 +61,7 @@ class LightField:
     def put(self, index: int, texture: NDArray[np.float32]) -> None:
         """Give a module its texture, (H, W, C) float32, which is copied.
 
-        Raises
-        ------
-        InputError
-            If the module is not one of those announced, the shape is another, or a value is not finite.
+        InputError if the module is not one of those announced, the shape is another, or a value is not finite.
         """
         if index not in self._room:
             raise InputError(f"module {index} is not one of {sorted(self._room)}")
@@ -148,10 +145,7 @@ def _depth_on_arc(curvature: float, x: float) -> float:
 def eye_point(display: Display, eye_x: float) -> tuple[float, float, float]:
     """Place of an eye on the observer line or arc, metres, physical space.
 
-    Raises
-    ------
-    InputError
-        If eye_x is not finite, the arc does not reach it, or lies behind the screen there.
+    InputError if eye_x is not finite, the arc does not reach it, or lies behind the screen there.
     """
     if not isfinite(eye_x):
         raise InputError(f"eye x is {eye_x}, it must be a finite number")

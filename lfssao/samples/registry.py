@@ -18,13 +18,7 @@ MOST = 2**32 - 1  # the generator's counters have 32 bits
 
 
 def find_method(domain: str, name: str) -> Method:
-    """Return the method of a name on a domain.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Return the method of a name on a domain; InputError if there is none."""
     if domain not in METHODS:
         raise no_such("domain", domain, METHODS)
     if name not in METHODS[domain]:
@@ -48,10 +42,6 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
     options : numbers
         'r_min' and 'r_max' of every method in the ball (LF's over R; 0 and 1: the whole ball); 'turns' of the spiral
         (the best for n); 'centre' of repulsion in the disk, whether it holds a point there (True).
-
-    Returns
-    -------
-    SampleSet
 
     Raises
     ------

@@ -75,13 +75,7 @@ class GroundTruth:
 
 
 class Occluders:
-    """A mesh ready for rays in world space; tree and Embree's scene are built once, when first used.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    """
+    """A mesh ready for rays in world space; tree and Embree's scene are built once, when first used."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh

@@ -17,15 +17,8 @@ MAX_SIGMA = 1024.0
 def merge(layers: list[Texture] | Texture) -> Texture:
     """Multi-resolution merge: the maximum over textures of several radii (LF section 6).
 
-    Parameters
-    ----------
-    layers : (K, H, W), or a list of K textures (H, W)
-        Occlusion, one texture a radius, K >= 1.
-
-    Raises
-    ------
-    InputError
-        If there is no texture, or their sizes or dtypes differ.
+    Layers are (K, H, W), or a list of K textures (H, W): occlusion, one texture a radius, K >= 1. InputError if there
+    is no texture, or their sizes or dtypes differ.
     """
     if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
         raise InputError("merge needs at least one texture, all of one size")
@@ -71,17 +64,9 @@ def blur_weights(sigma: float, dtype: DTypeLike = np.float32) -> Texture:
 def blur(occlusion: Texture, sigma: float) -> Texture:
     """Gaussian blur in two passes, horizontal then vertical (LF section 7, passes 4 and 5).
 
-    Parameters
-    ----------
-    occlusion : (H, W) float32 or float64
-        The texture. Texels beyond the border have the border's value.
-    sigma : float
-        Standard deviation, texels; the kernel reaches ceil(3 sigma) texels to each side. 0 returns a copy.
-
-    Raises
-    ------
-    InputError
-        If the texture is not one, or sigma is not between 0 and MAX_SIGMA.
+    Occlusion is (H, W) float32 or float64; texels beyond the border have the border's value. ``sigma`` is the standard
+    deviation, texels, 0 to MAX_SIGMA: the kernel reaches ceil(3 sigma) texels to each side, and 0 returns a copy.
+    InputError if the texture or sigma is wrong.
     """
     check_texture("occlusion", occlusion, 2)
     weights = blur_weights(sigma, occlusion.dtype)
@@ -96,17 +81,8 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
 def shade(rgb: Texture, occlusion: Texture) -> Texture:
     """Post pass: rgb (1 - occlusion) (LF sections 4 and 7).
 
-    Parameters
-    ----------
-    rgb : (H, W, 3) float32 or float64
-        Linear colour.
-    occlusion : (H, W), same dtype
-        0 to 1.
-
-    Raises
-    ------
-    InputError
-        If sizes or dtypes do not fit.
+    ``rgb`` is linear colour, (H, W, 3) float32 or float64, and occlusion (H, W) of that dtype, 0 to 1. InputError if
+    sizes or dtypes do not fit.
     """
     check_texture("rgb", rgb, 3)
     check_texture("occlusion", occlusion, 2)

@@ -287,16 +287,10 @@ class Display:
         return origin.reshape(*shape, 3), direction.reshape(*shape, 3), lines[:, 4:].reshape(*shape, 2)
 
     def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
-        """The view of one module: rays and mapping of its texture.
+        """The view of one module, a number from 0: rays and mapping of its texture.
 
-        Parameters
-        ----------
-        index : int
-            Number of the module, from 0.
-        physical_from_world : (3, 4) float64
-            Affine map world -> physical (``fit_roi`` makes one).
-        guard : int
-            Guard band (SAO section 2.3): texels added on each side, which AO looks into and outputs crop.
+        ``physical_from_world``, (3, 4) float64, is affine (``fit_roi`` makes one). The guard band (SAO section 2.3)
+        is texels added on each side, which AO looks into and outputs crop.
         """
         m = self.modules[index]
         if self._is_plain(m):
@@ -350,12 +344,8 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
     """World -> physical: the world box's centre to the physical box's, at the largest scale that fits it inside.
 
     The scale is the same along all axes. World is right-handed with Y up and viewers towards +Z, physical has Z away
-    from the viewers: z changes its sign, so the map turns handedness (its determinant is negative).
-
-    Parameters
-    ----------
-    world_box, physical_box : (2, 3) float64
-        Lower and upper corner.
+    from the viewers: z changes its sign, so the map turns handedness (its determinant is negative). Boxes are (2, 3)
+    float64, lower and upper corner, and the map is (3, 4) float64.
     """
     room_box = np.asarray(physical_box, np.float64)
     size = world_box[1] - world_box[0]

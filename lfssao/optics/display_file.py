@@ -52,19 +52,9 @@ def read_text(path: Path) -> str:
 
 
 def parse_display(text: str, origin: str) -> Display:
-    """A display from the text of its TOML file.
+    """A display from the text of its TOML file; ``origin`` is the file's name in messages.
 
-    Parameters
-    ----------
-    text : str
-        The file.
-    origin : str
-        Its name in messages.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML, a key is missing or unknown, or a value is wrong.
+    InputError if it is no TOML, a key is missing or unknown, or a value is wrong.
     """
     root = _Table(parse_toml(text, origin), origin, "")
     screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))

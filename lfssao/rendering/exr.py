@@ -48,20 +48,10 @@ def use_one_thread_a_file() -> None:
 
 
 def write_exr(path: Path, parts: Sequence[Part]) -> None:
-    """Write parts to one file, zip-compressed.
+    """Write parts to one file, whole or not at all, zip-compressed; image viewers show part 0.
 
-    Parameters
-    ----------
-    path : Path
-        The file to be, whole or not at all.
-    parts : sequence of Part
-        Part 0 is what image viewers show.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, or would not hold what the parts hold: pixels that are not float32, channels
-        without a name of their own, names too long for the format, numbers beyond 32 bits, several display windows.
+    InputError if the file cannot be written, or would not hold what the parts hold: pixels that are not float32, names
+    that are not unique or too long for the format, numbers beyond 32 bits, several display windows.
     """
     name = utf8_name(path)  # else nobody could read it
     for part in parts:

@@ -29,21 +29,10 @@ BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbe
 
 
 class LightField:
-    """A display and the textures that its modules show.
+    """A display and the textures, ``channels`` channels each, that its modules show.
 
-    Parameters
-    ----------
-    display : Display
-        A display of at least two modules, as one alone has no angular step.
-    modules : sequence of int
-        The modules that will be given textures; the others stay dark.
-    channels : int
-        Channels of every texture.
-
-    Raises
-    ------
-    InputError
-        If the display has one module.
+    Modules are the numbers of those that will be given textures; the others stay dark. InputError if the display has
+    one module alone, which has no angular step.
     """
 
     def __init__(self, display: Display, modules: Any, channels: int = 3) -> None:

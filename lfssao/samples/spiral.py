@@ -22,20 +22,11 @@ BEST_TURNS = (
 
 
 def best_turns(s: int) -> int:
-    """Return the number of turns tau, 1 <= tau <= s, for which s taps are spread most evenly.
+    """Return the number of turns tau, 1 <= tau <= s, for which s taps are spread most evenly; InputError if s < 1.
 
     SAO's tau = 7 for s = 9 is as good as the table's 2, its mirror image; the worst (3, 6) scores 1.47 times as much.
-
-    Parameters
-    ----------
-    s : int
-        Taps, at least 1; 1 to 99 are looked up. For more it is the number without a common divisor with s that is
-        nearest to s over the square of the golden ratio: up to 200 its discrepancy is up to 1.9 times the best.
-
-    Raises
-    ------
-    InputError
-        If s < 1.
+    1 to 99 taps are looked up. For more it is the number without a common divisor with s that is nearest to s over the
+    square of the golden ratio: up to 200 its discrepancy is up to 1.9 times the best.
     """
     if s < 1:
         raise InputError(f"the number of taps is {s}, it must be at least 1")

@@ -26,23 +26,10 @@ _Arrays = dict[str, NDArray[Any]]
 
 
 def builtin_scene(name: str = "gallery") -> Mesh:
-    """Read one of the embedded scenes.
+    """Read one of the embedded scenes, ``BUILTIN``; InputError if there is none of that name.
 
-    Parameters
-    ----------
-    name : str
-        One of `BUILTIN`.
-
-    Returns
-    -------
-    Mesh
-        In world space: right-handed, x to the right, y up, facing +Z, standing on y = 0; scene units. All but the
-        armadillo have linear RGB at the vertices.
-
-    Raises
-    ------
-    InputError
-        If there is no such scene.
+    World space is right-handed, x to the right, y up; the scene faces +Z and stands on y = 0, in scene units. All but
+    the armadillo have linear RGB at the vertices.
     """
     if name not in BUILTIN:
         raise InputError(f"there is no embedded scene {name!r}; there are: {', '.join(BUILTIN)}")

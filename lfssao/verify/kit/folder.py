@@ -42,21 +42,10 @@ _OCCLUSIONS = ("occlusion", "layers", "merged", "source", "horizontal", "blurred
 
 
 def write_kit(folder: Path, cases: Iterable[Case], specification: str) -> None:
-    """Write a kit into a temporary folder next to it, which is then renamed.
+    """Write a kit, its cases one after the other, into a temporary folder next to it, which is then renamed.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder to write; it may exist if it is empty or holds a kit, which is replaced.
-    cases : iterable of Case
-        Its cases, taken one after the other.
-    specification : str
-        The text of SPECIFICATION.md.
-
-    Raises
-    ------
-    InputError
-        If the folder holds something else or cannot be written.
+    The folder may exist if it is empty or holds a kit, which is replaced. ``specification`` is the text of
+    SPECIFICATION.md. InputError if the folder holds something else or cannot be written.
     """
     target = Path(os.path.abspath(folder))
     check_target(folder)

@@ -18,12 +18,7 @@ _ROI = ((-0.2, -0.15, -0.2), (0.2, 0.15, 0.2))
 def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> SearchStrategy[float]:
     """Radii of the sampling ball: everyday ones, and the smallest and largest that are allowed.
 
-    Parameters
-    ----------
-    least, most : float
-        The range; 0 is drawn apart.
-    zero : bool
-        Whether 0 may come.
+    They are from ``least`` to ``most``, and 0, drawn apart, where ``zero`` says so.
     """
     lowest = max(least, 1e-30)
     ordinary = st.floats(max(lowest, 1e-3), min(most, 1e3)) if lowest <= 1e3 and most >= 1e-3 else st.nothing()
@@ -37,14 +32,8 @@ def sample_sets(
 ) -> SampleSet:
     """Sample sets by any method, number and seed.
 
-    Parameters
-    ----------
-    domain : str, optional
-        'square', 'sphere', 'ball' or 'disk'; any by default.
-    methods : tuple of str, optional
-        Names of methods; all of the domain by default.
-    least, most : int
-        Numbers of points; repulsion has at most 64.
+    The domain is 'square', 'sphere', 'ball' or 'disk', any by default; methods are names, all of the domain by default;
+    ``least`` and ``most`` are numbers of points, of which repulsion has at most 64.
     """
     where = draw(st.sampled_from(sorted(METHODS))) if domain is None else domain
     names = [name for name in METHODS[where] if methods is None or name in methods]
@@ -58,12 +47,7 @@ def sample_sets(
 def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> Camera:
     """Cameras that look at something near the origin of world space, upright or tilted.
 
-    Parameters
-    ----------
-    projections : tuple of str
-        'perspective', 'orthographic'.
-    distance : float
-        How far away they stand at most, world units.
+    Projections are 'perspective' and 'orthographic'; they stand at most ``distance`` away, world units.
     """
     away = distance * draw(st.floats(0.2, 1))
     z, turn = draw(st.floats(-0.9, 0.9)), draw(st.floats(0, 6.28))
@@ -87,14 +71,8 @@ def displays(
 ) -> Display:
     """Displays of one or a few modules, aligned to the screen or turned, the observers on a line or an arc.
 
-    Parameters
-    ----------
-    screens : tuple of str
-        'flat', 'convex', 'concave', and 'conical' for a flat screen with the conical diffuser.
-    modules : int
-        The most modules.
-    texels : int
-        The most texels a side of a module's texture.
+    Screens are 'flat', 'convex', 'concave', and 'conical' for a flat one with the conical diffuser. ``modules`` and
+    ``texels``, a side of a module's texture, are the most.
     """
     screen = draw(st.sampled_from(screens))
     width, height = draw(st.floats(0.5, 1.6)), draw(st.floats(0.3, 1.0))
@@ -139,18 +117,9 @@ def gbuffers(
 ) -> Buffers:
     """Textures of a view of a few texels: any depth, positions and normals, and texels without a surface.
 
-    The textures fit each other where there is no surface, and need not be those of any scene.
-
-    Parameters
-    ----------
-    dtype : numpy dtype
-        float32 or float64.
-    most : int
-        The most texels a side.
-    normals : bool
-        Whether there is a normals texture.
-    views : strategy of View, optional
-        Their views; cameras and single modules by default.
+    The textures fit each other where there is no surface, and need not be those of any scene. ``dtype`` is float32 or
+    float64, ``most`` the most texels a side, ``normals`` says whether there is a normals texture, and ``views`` is a
+    strategy of views, by default of cameras and single modules.
     """
     view = draw(_views(most) if views is None else views)
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))

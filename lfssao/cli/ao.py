@@ -21,8 +21,9 @@ from lfssao.rendering.exr import Part, write_exr
 from lfssao.rendering.image_file import read_image_file
 from lfssao.rendering.mapping_file import read_mapping
 from lfssao.rendering.output import occlusion_part
-from lfssao.rendering.passes import FloatTexture
+from lfssao.rendering.passes import FloatTexture, turns_for
 from lfssao.rendering.settings import Settings
+from lfssao.samples.rotation import DECORRELATIONS
 from lfssao.verify.compare.layers import layers_of
 
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
@@ -53,6 +54,8 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     add("--samples", type=values.samples, metavar="N", help="samples of each texel and radius (default: 8)")
     add("--sampling", metavar="NAME", help=_METHODS)
     add("--seed", type=values.seed, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
+    rotations = f"turn each texel's samples: {', '.join(DECORRELATIONS)}; hash by the seed (default: hash)"
+    add("--rotate", metavar="NAME", help=rotations)
     add("--blur", type=values.blur, default=1.0, metavar="SIGMA", help="sigma, texels; 0: none (default: 1)")
     add("-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to; made if not there")
 
@@ -65,7 +68,8 @@ def _ao(options: argparse.Namespace) -> None:
     """Check the options, read, compute, write."""
     wanted = options.sampling, options.samples, options.seed
     _, samples, _ = estimators.read_samples(find_estimator("lf"), *wanted)
-    settings = Settings(options.radii, samples, options.blur)
+    turning = {"rotation": options.rotate, "rotation_seed": options.seed or 0}
+    settings = Settings(options.radii, samples, options.blur, **turning)
     target = options.output / f"{options.depth.stem}.exr"
     if target.resolve() in [path.resolve() for path in (options.depth, options.positions, options.image) if path]:
         raise InputError(f"--output: {target} is an input, give another folder")
@@ -110,14 +114,15 @@ def _read(option: str, path: Path, name: str, count: int) -> tuple[FloatTexture,
 def _parts(read: dict[str, FloatTexture], mapping: WorldToImage, back: Matrix | None, settings: Settings) -> list[Part]:
     """All passes, and their textures as parts of a file."""
     depth, parts, ao, samples = read["--depth"], [], [], settings.samples
+    turns = turns_for(settings, depth)
     assert samples is not None
     with progress(settings.radii, unit="radius", postfix="the first run compiles kernels") as bar:
         for radius in bar:
             if "--positions" in read:
-                made = algorithm2(depth, read["--positions"], mapping, samples, radius)
+                made = algorithm2(depth, read["--positions"], mapping, samples, radius, turns)
             else:
                 assert back is not None
-                made = algorithm1(depth, back, mapping.numbers.reshape(4, 4), samples, radius)
+                made = algorithm1(depth, back, mapping.numbers.reshape(4, 4), samples, radius, turns)
             bar.set_postfix_str("", refresh=False)
             ao.append(made.texture)
             more = {"radius": radius, "outside": str(made.outside)}

@@ -51,7 +51,8 @@ _HELP = {
     "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
     "(default: the estimator's own, LF's is latin)",
     "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
-    "--rotate": f"turn each texel's samples: {', '.join(DECORRELATIONS)}; hash by the seed (default: none)",
+    "--rotate": f"turn each texel's samples: {', '.join(DECORRELATIONS)}; hash by the seed (default: hash for "
+    "estimators lf, point and hemisphere without --neighbours, else none)",
     "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
@@ -89,7 +90,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--samples", type=values.samples, metavar="N")
     add("--sampling", metavar="NAME")
     add("--seed", type=values.seed, metavar="N")
-    add("--rotate", default="none", metavar="NAME")
+    add("--rotate", metavar="NAME")
     add("--blur", type=values.blur, default=1.0, metavar="SIGMA")
     add("--filter", default="bilinear", metavar="NAME")
     add("--normals", nargs="?", const="geometric", metavar="KIND")
@@ -172,7 +173,7 @@ def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
         neighbours=options.neighbours,
         caster=options.caster,
         rotation=options.rotate,
-        rotation_seed=(options.seed or 0) if turning else 0,
+        rotation_seed=options.seed or 0,
         layers=options.layers,
     )
 

@@ -13,7 +13,7 @@ from lfssao.ao import post
 from lfssao.ao.estimators.neighbours import DepthCache, Neighbour, algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
-from lfssao.ao.textures import Buffers
+from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.pictures import image_png
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer, RayCaster
@@ -165,11 +165,16 @@ def _cast(caster: RayCaster, view: View, settings: Settings) -> GBuffer:
     )
 
 
+def turns_for(settings: Settings, depth: Texture) -> Texture | None:
+    """Cosine and sine by which each texel's samples are turned, (2, H, W) as depth; None where none turn."""
+    if settings.rotation in (None, "none"):
+        return None
+    return texel_turns(settings.rotation, *depth.shape, settings.rotation_seed, depth.dtype)
+
+
 def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
-    if settings.rotation != "none":
-        how = settings.rotation, *buffers.depth.shape, settings.rotation_seed, buffers.depth.dtype
-        buffers = replace(buffers, turns=texel_turns(*how))
+    buffers = replace(buffers, turns=turns_for(settings, buffers.depth))
     radii = list(dict.fromkeys(settings.radii))
     found: dict[float, Occlusion] = {}
     if settings.estimator == "lf" and settings.samples is not None and 0.0 in radii:

@@ -64,9 +64,10 @@ class Settings:
         How many of a module's nearest modules are asked whether a sample lies in the open; for estimator 'lf' only.
     caster : str
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
-    rotation : str
+    rotation : str or None
         How samples turn from texel to texel, a name of ``lfssao.samples.DECORRELATIONS``; 'none': all texels share
-        them. For estimators that know it, and without neighbours.
+        them. For estimators that know it, and without neighbours. None becomes 'hash' for LF's estimators, lf, point
+        and hemisphere, without neighbours (LF section 4 spawns random samples at each texel), else 'none'.
     rotation_seed : int
         Seed of the rotation 'hash', 0 to 2**64 - 1.
     layers : tuple of str, or None
@@ -92,7 +93,7 @@ class Settings:
     weights: NDArray[np.float64] | None = None
     neighbours: int = 0
     caster: str = "exact"
-    rotation: str = "none"
+    rotation: str | None = None
     rotation_seed: int = 0
     layers: tuple[str, ...] | None = None
 
@@ -113,7 +114,10 @@ class Settings:
             object.__setattr__(self, "weights", weights)
         else:
             check_samples(estimator, self.samples, self.weights)
-        check_rotation(self.rotation, self.rotation_seed)
+        if self.rotation is None:
+            turning = self.estimator in ("lf", "point", "hemisphere") and not self.neighbours
+            object.__setattr__(self, "rotation", "hash" if turning else "none")
+        check_rotation(str(self.rotation), self.rotation_seed)
         if self.rotation != "none":
             check_turning(estimator)
             if self.neighbours:

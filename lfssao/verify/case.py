@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import KINDS, WorldToImage
+from lfssao.samples.rotation import texel_turns
 from lfssao.verify.bounds.bounds import Bounds
 
 Array = NDArray[Any]
@@ -54,6 +55,15 @@ class Case:
     outputs: Arrays
     bounds: Mapping[str, Bounds] = field(default_factory=dict)
     specified: bool = True
+
+
+def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float32] | None:
+    """The turns of a case's texels: an input, or what a view's rotation makes of its depth's size; None without any."""
+    if parameters.get("rotation", "none") == "none":
+        return inputs.get("turns")
+    return texel_turns(
+        parameters["rotation"], *inputs["depth"].shape, parameters["rotation_seed"], np.dtype(np.float32)
+    )
 
 
 def described_mapping(parameters: Parameters) -> WorldToImage:

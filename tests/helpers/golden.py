@@ -43,12 +43,12 @@ def through_a_module(mesh, name, chosen, index=None):
     return textures
 
 
-def displays(name):
+def displays(name, **more):
     """Every embedded scene from one module of a display, the gallery from its first module too."""
     for label in SCENES:
         mesh = scene(label)
-        yield f"{name} {label}", through_a_module(mesh, name, settings(mesh))
-    yield f"{name} gallery first", through_a_module(scene("gallery"), name, settings(scene("gallery")), 0)
+        yield f"{name} {label}", through_a_module(mesh, name, settings(mesh, **more))
+    yield f"{name} gallery first", through_a_module(scene("gallery"), name, settings(scene("gallery"), **more), 0)
 
 
 def cameras():
@@ -90,6 +90,7 @@ def samplings():
 
 GROUPS = {
     **{name: functools.partial(displays, name) for name in DISPLAYS},
+    "not turned": functools.partial(displays, "virtual", rotation="none"),  # those of "virtual" before samples turned
     "cameras": cameras,
     "estimators display": functools.partial(estimators, "display"),
     "estimators camera": functools.partial(estimators, "camera"),

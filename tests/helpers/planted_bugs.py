@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import random_renderer as rr
+from reference import dither
 from reference.passes import blur_table
 from scipy.ndimage import correlate1d
 
@@ -38,6 +39,12 @@ def around(texture, u, v, border):
     return np.pad(texture, far, **how)[np.minimum(j, far + height - 1) + far, np.minimum(i, far + width - 1) + far]
 
 
+def turns_of(rotation, seed, height, width):
+    """Cosine and sine of each texel's angle, (2, H, W) float32."""
+    angles = np.pi * np.array(dither.angles(rotation, height, width, seed))
+    return np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32)
+
+
 class Renderer:
     """One view's textures by name, and the numbers of its manifest."""
 
@@ -46,7 +53,9 @@ class Renderer:
         self.samples, self.options = np.array(settings["samples"]), settings["parameters"]
         self.mapping = KINDS.index(view["world_to_image_kind"]), np.array(view["world_to_image"])
         self.back = None if view["screen_to_world"] is None else np.reshape(view["screen_to_world"], (4, 4))
-        self.textures = textures
+        self.textures, self.turns = textures, None
+        if settings["rotation"] != "none":
+            self.turns = turns_of(settings["rotation"], settings["rotation_seed"], *self.depth.shape)
         axes = np.reshape(view["cast_from_world"], (3, 4))
         with np.errstate(invalid="ignore"):
             self.physical = self.seen(self.positions @ axes[:, :3].T + axes[:, 3], np.inf)
@@ -62,12 +71,12 @@ class Renderer:
     def ao(self, layer=2, radius=1.0, image=STILL, border=np.inf, behind=np.less, counts=1.0, divisor=None, seed=None,
            **other):  # fmt: skip
         """Occlusion by Algorithm 2, or by 1 where the view is a camera's; each argument is a knob."""
-        own = {name: other.get(name, getattr(self, name)) for name in ("samples", "mapping", "back")}
+        own = {name: other.get(name, getattr(self, name)) for name in ("samples", "mapping", "back", "turns")}
         ar, samples, back = arithmetic(seed), own["samples"], own["back"]
         places = other.get("positions", self.positions)
         u, v, z, valid = rr.image_points(
             ar, self.depth, places, *own["mapping"], samples, radius * self.radii[layer - 1],
-            None if back is None else np.ravel(back),
+            None if back is None else np.ravel(back), own["turns"],
         )  # fmt: skip
         (a, b, c), (d, e, f) = image
         surface = around(other.get("depth", self.depth), a * u + b * v + c, d * u + e * v + f, border)
@@ -87,7 +96,8 @@ class Renderer:
     def points(self, radius=1.0, seed=None, **wrong):
         """Occlusion by ``point``, or by ``hemisphere`` where there are normals."""
         given = SimpleNamespace(
-            world_to_image=SimpleNamespace(kind=self.mapping[0], numbers=self.mapping[1]), depth=self.depth, turns=None,
+            world_to_image=SimpleNamespace(kind=self.mapping[0], numbers=self.mapping[1]), depth=self.depth,
+            turns=wrong.pop("turns", self.turns),
             positions=self.positions, normals=wrong.pop("normals", self.textures.get("normals")),
         )  # fmt: skip
         options = self.options | wrong

@@ -32,6 +32,7 @@ from lfssao.optics.window import seen_rows
 from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import RULES, LeftOut, background, other_radii, planned, subpixel_radii, without_background
 from lfssao.rendering.views import module_views, neighbour_views
+from lfssao.samples import texel_turns
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -61,7 +62,8 @@ def everything(caster, view, options, neighbours=()):
         ao = [algorithm2_with_neighbours(*given, radius) for radius in options.radii]
     else:
         given = options.samples, options.weights
-        buffers = Buffers.of(g, view)
+        how = options.rotation, *g.depth.shape, options.rotation_seed, g.depth.dtype
+        buffers = replace(Buffers.of(g, view), turns=None if options.rotation == "none" else texel_turns(*how))
         ao = [estimate(options.estimator, buffers, r, *given, **options.parameters) for r in options.radii]
     merged = post.merge([each.texture for each in ao])
     blurred = post.blur(merged, options.blur)

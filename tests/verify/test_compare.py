@@ -22,6 +22,7 @@ from compare_folders import (
 import lfssao
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.samples import texel_turns
 from lfssao.verify.bounds import bounds, post, ssao
 from lfssao.verify.kit.folder import read_case, read_kit
 from lfssao.verify.verdict import Verdict
@@ -92,13 +93,15 @@ def test_stages_that_were_not_written_may_be_anything_that_is_right(tmp_path, re
     manifest = json.loads((reference / "manifest.json").read_text())
     view, settings = manifest["views"][1]["view"], manifest["settings"]
     to_image = WorldToImage(KINDS.index(view["world_to_image_kind"]), np.array(view["world_to_image"]))
+    turns = texel_turns(settings["rotation"], view["height"], view["width"], 0, np.dtype(np.float32))
     depth, positions, color, merged = (
         single(reference, "module_004", layer) for layer in ("depth", "positions", "color", "merged")
     )
     right = bounds.exactly(merged[..., 0])
     if not written:
         right = post.merge_bounds(
-            [ssao.ao_bounds(depth[..., 0], positions, to_image, np.array(settings["samples"]), radius, "sampler")
+            [ssao.ao_bounds(depth[..., 0], positions, to_image, np.array(settings["samples"]), radius, "sampler",
+                            None, turns)
              for radius in settings["radii"]]
         )  # fmt: skip
         assert (right.upper > right.lower + 0.1).any()  # undecided samples

@@ -11,6 +11,7 @@ import lfssao
 from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.samples import texel_turns
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.stored import Stored
@@ -49,6 +50,8 @@ def render(source, target, module, kinds, alter=lambda layer, codes: codes, endi
     mapping = WorldToImage(KINDS.index(entry["world_to_image_kind"]), np.array(entry["world_to_image"]))
     samples, radii = np.array(manifest["settings"]["samples"]), manifest["settings"]["radii"]
     guard, back, made = entry["guard"], entry["screen_to_world"], {}
+    how = manifest["settings"]["rotation"], entry["height"], entry["width"], manifest["settings"]["rotation_seed"]
+    turns = texel_turns(*how, np.dtype(np.float32))
 
     def store(layer, texture):
         codes = alter(layer, encode(texture, kinds[layer]) if layer in kinds else texture)
@@ -68,9 +71,9 @@ def render(source, target, module, kinds, alter=lambda layer, codes: codes, endi
     store("positions", np.where(np.isfinite(positions), np.nextafter(positions, np.float32(9)), positions))
     for number, radius in enumerate(radii, start=1):
         if back is None:
-            ao = algorithm2(made["depth"], made["positions"], mapping, samples, radius)
+            ao = algorithm2(made["depth"], made["positions"], mapping, samples, radius, turns)
         else:
-            ao = algorithm1(made["depth"], np.array(back), mapping.numbers.reshape(4, 4), samples, radius)
+            ao = algorithm1(made["depth"], np.array(back), mapping.numbers.reshape(4, 4), samples, radius, turns)
         store(f"ao_{number}", ao.texture)
     store("merged", lfssao.merge([made[f"ao_{k + 1}"] for k in range(len(radii))]))
     store("blurred", lfssao.blur(made["merged"], manifest["settings"]["blur_sigma"]))

@@ -111,7 +111,15 @@ def mine(folder, arguments):
     return folder
 
 
-CAMERAS = {"algorithm1_perspective", "algorithm1_orthographic", "behind_camera", "algorithm2_matrix", "ties"}
+CAMERAS = {
+    "turned_algorithm1",
+    "turned_algorithm2_matrix",
+    "algorithm1_perspective",
+    "algorithm1_orthographic",
+    "behind_camera",
+    "algorithm2_matrix",
+    "ties",
+}
 
 
 @pytest.mark.parametrize(("arguments", "on_disk", "cases"), [

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from compare_folders import changed
-from planted_bugs import Renderer, moved, turned
+from planted_bugs import Renderer, moved, turned, turns_of
 
 import lfssao
 from lfssao.cli.main import main
@@ -23,6 +23,7 @@ from lfssao.verify.verdict import Verdict
 SIZE = "--resolution", "128x96"
 JOBS = {
     "display": ("--display", "sample-a", "--modules", "8:11", *SIZE, "--blur", "1.3", "--radii", "3%,5%,8%"),
+    "shared": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "3%,5%", "--rotate", "none"),
     "camera": ("--camera", *SIZE, "--radii", "3%,4%"),
     "curved": ("--display", "convex", "--modules", "20:21", *SIZE, "--radii", "3%,4%"),
     "hemisphere": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--estimator", "hemisphere"),
@@ -118,6 +119,11 @@ AO = [
     ao("sample {} doubled, count divided by 9", lambda r, k: r.ao(counts=but(8, k, 2), divisor=9), (0, 8)),
     ao("samples of 'jittered'", lambda r: r.ao(samples=lfssao.make_samples("jittered", 8))),
     ao("samples of 'sobol'", lambda r: r.ao(samples=lfssao.make_samples("sobol", 8))),
+    ao("samples are not turned", lambda r: r.ao(turns=None)),
+    ao("samples are not turned", lambda r: r.points(turns=None), job="hemisphere"),
+    ao("samples turned the other way", lambda r: r.ao(turns=r.turns * np.float32([[[1]], [[-1]]]))),
+    ao("samples turned by 'tiles'", lambda r: r.ao(turns=turns_of("tiles", 0, HEIGHT, WIDTH))),
+    ao("samples turned by 'ign'", lambda r: r.ao(turns=turns_of("ign", 0, HEIGHT, WIDTH)), job="shared"),
     ao("samples mirrored in z", lambda r: r.ao(samples=mirrored(r.samples, 2))),
     ao("samples mirrored in x", lambda r: r.ao(samples=mirrored(r.samples, 0))),
     ao("samples on the sphere of radius R", lambda r: r.ao(samples=on_sphere(r.samples))),

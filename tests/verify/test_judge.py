@@ -101,7 +101,9 @@ def scene_of(mesh, view, settings):
 @functools.cache
 def small_scene(samples=8):
     table = make_samples("latin", samples, 1, 0.3, 1.0)
-    return scene_of(wall_and_block(), DISPLAY.view(1, FIT), Settings(radii=(0.5, 0.9), samples=table, blur=0.8))
+    return scene_of(
+        wall_and_block(), DISPLAY.view(1, FIT), Settings(radii=(0.5, 0.9), samples=table, blur=0.8, rotation="none")
+    )
 
 
 def seen_by(scene, view, mesh=None):

@@ -26,7 +26,7 @@ from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Parameters, described_mapping
+from lfssao.verify.case import Arrays, Parameters, described_mapping, described_turns
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
@@ -36,9 +36,10 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     """
     mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
     depth, positions = inputs.get("depth"), inputs.get("positions")
-    back, turns = parameters.get("screen_to_world"), inputs.get("turns")
+    back = parameters.get("screen_to_world")
     if depth is None or (positions is None and back is None):
         return None
+    turns = described_turns(parameters, inputs)
     if name == "lf":
         back = None if back is None else np.array(back)
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns)

@@ -5,7 +5,7 @@ import numpy as np
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.explain import explain
-from lfssao.verify.case import VIEW, Array, Arrays, Case, described_mapping
+from lfssao.verify.case import VIEW, Array, Arrays, Case, described_mapping, described_turns
 
 _REASONS = {
     "depth": "expected: a depth between this texel's and a neighbour's in the reference (no mesh given)",
@@ -51,7 +51,9 @@ def _occlusion_reason(
         return ""
     place, mapping = (texel[0] + guard, texel[1] + guard), described_mapping(parameters)
     samples, radius = case.inputs["samples"], parameters["radii"][k]
-    found = explain(place, depth, positions, mapping, samples, radius, model, back, case.inputs.get("turns"))
+    found = explain(
+        place, depth, positions, mapping, samples, radius, model, back, described_turns(parameters, {"depth": depth})
+    )
     return str(found[0]) if found else "no surface is seen there"
 
 

@@ -11,9 +11,9 @@ from lfssao.ao.estimators.registry import check_samples, find_estimator, full_pa
 from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
-from lfssao.samples import texel_turns
+from lfssao.samples.rotation import check_rotation
 from lfssao.verify.bounds.points import BOUNDED, is_bounded
-from lfssao.verify.case import VIEW, Array, Case, Parameters
+from lfssao.verify.case import VIEW, Case, Parameters
 
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
@@ -24,9 +24,7 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
     try:
         parameters = _parameters(manifest["settings"], entry["view"])
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))
-        settings, view = manifest["settings"], entry["view"]
-        inputs: dict[str, Array] = {**_tables(settings, parameters, view), **_turns(settings, view)}
-        return Case("", VIEW, "", parameters, inputs, {})
+        return Case("", VIEW, "", parameters, _tables(manifest["settings"], parameters, entry["view"]), {})
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise not_written(path, error) from error
 
@@ -50,6 +48,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         raise ValueError("screen_to_world does not fit world_to_image")
     if not 0 <= sigma <= MAX_SIGMA or not 0 <= 2 * guard < size:
         raise ValueError("blur or guard band is out of range")
+    check_rotation(settings.get("rotation", "none"), settings.get("rotation_seed", 0))
     return {
         "mapping": {"kind": kind, "numbers": numbers},
         "screen_to_world": back,
@@ -58,6 +57,8 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         "radii": tuple(float(radius) for radius in settings["radii"]),
         "estimator": "lf with neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
+        "rotation": settings.get("rotation", "none"),  # a manifest without it is of a time when nothing turned
+        "rotation_seed": int(settings.get("rotation_seed", 0)),
     }
 
 
@@ -78,14 +79,6 @@ def _tables(
         tables["weights"] = _numbers(settings["weights"])
     check_samples(estimator, tables["points"], tables.get("weights"))
     return tables
-
-
-def _turns(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, NDArray[np.float32]]:
-    """The turns of a view's texels, if any; a manifest without rotation is of a time when there was none."""
-    name = settings.get("rotation", "none")
-    if name == "none":
-        return {}
-    return {"turns": texel_turns(name, view["height"], view["width"], settings["rotation_seed"], np.dtype(np.float32))}
 
 
 def _numbers(values: Any) -> NDArray[np.float64]:

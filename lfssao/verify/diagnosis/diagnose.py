@@ -12,7 +12,7 @@ from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Case, described_mapping
+from lfssao.verify.case import Arrays, Case, described_mapping, described_turns
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.borders import Places
 from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
@@ -245,7 +245,7 @@ class _View:
         half = estimator == "hemisphere"
         if estimator not in ("lf", "point", "hemisphere") or depth is None or (half and "normals" not in self.inputs):
             return None
-        mapping, guard = described_mapping(parameters), self.guard
+        mapping, guard, turns = described_mapping(parameters), self.guard, described_turns(parameters, self.inputs)
         by_matrix = estimator == "lf" and back is not None
         names = [f"ao_{k + 1}" for k in range(len(parameters["radii"]))]
         if (positions is None and not by_matrix) or self.name not in names:
@@ -272,6 +272,10 @@ class _View:
                 samples=samples,
                 radius=radius,
                 model=self.model,
+                texels=(x, y),
+                rotation=parameters.get("rotation", "none"),
+                seed=parameters.get("rotation_seed", 0),
+                turns=None if turns is None else np.asarray(turns[:, y, x], np.float64),
                 normals=self._taken(self.inputs["normals"], x, y) if half else None,
                 corners=corners,
                 face_normals=_face_normals(positions, x, y) if half and positions is not None else None,

@@ -6,7 +6,7 @@ sure, may be, or is clear. Changes of the look-up leave the image points as they
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from math import cos, radians, sin
 from typing import Any, ClassVar, NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.optics.view import WorldToImage
-from lfssao.samples import make_samples
+from lfssao.samples import DECORRELATIONS, make_samples, texel_turns
 from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
@@ -52,6 +52,10 @@ class Occlusion(Problem):
     samples: FloatArray  # (n, 3), in the unit ball
     radius: float
     model: ErrorModel
+    texels: tuple[Places, Places]  # columns and rows, the guard band included
+    rotation: str = "none"  # the reference's, and its seed
+    seed: int = 0
+    turns: FloatArray | None = None  # (2, K), cosine and sine by which samples turn
     normals: FloatArray | None = None  # (K, 3), of the half ball
     face_normals: FloatArray | None = None  # (K, 3), made from positions
     corners: FloatArray | None = None  # (K, 3), points of Algorithm 1 that texels' corners make
@@ -69,10 +73,16 @@ class Occlusion(Problem):
     def landed(self) -> Landed:
         """Image points of the samples."""
         offsets = np.broadcast_to(self.radius * self.samples, (len(self.points), *self.samples.shape))
+        rounding = self.model.offset
+        if self.turns is not None:
+            (c, s), (x, y, z) = self.turns[..., None], np.moveaxis(offsets, -1, 0)
+            offsets = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+            rounding = 4 * rounding  # of two products, each larger than their sum perhaps
         if self.normals is not None:
             below = np.einsum("ksc,kc->ks", offsets, self.normals) < 0
             offsets = np.where(below[..., None], -offsets, offsets)
-        off = self.errors[:, None] + self.model.offset * np.abs(offsets)
+        sizes = np.abs(offsets) if self.turns is None else np.linalg.norm(offsets, axis=-1, keepdims=True)
+        off = self.errors[:, None] + rounding * sizes
         places, error, must = project_positions(self.points[:, None] + offsets, off, self.mapping, self.model)
         u, v, z = np.moveaxis(places, -1, 0)
         return Landed(u, v, z, error[..., :2].max(axis=-1), error[..., 2], error[..., 0] > -np.inf, must)
@@ -132,7 +142,7 @@ def occlusion_changes(
 ) -> list[Change]:
     """All changes that are tried, those without values first; ``others`` are the other modules' mappings."""
     n = len(problem.samples)
-    made = [*VALUES, *_of_look_ups(problem)]
+    made = [*VALUES, *_of_look_ups(problem), *_of_turns(problem)]
     if problem.remap:
         made.append(fixed("flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)", remap=False))
     else:
@@ -202,6 +212,21 @@ def _of_counts(n: int) -> Iterator[Change]:
             first = (np.arange(n) < m).astype(np.float64)
             words = f"the first {m} samples alone, count divided by {divisor}"
             yield fixed(words, counts=first, divisor=divisor)
+
+
+def _of_turns(problem: Occlusion) -> Iterator[Change]:
+    """Samples that turn from texel to texel otherwise, or not."""
+    if problem.turns is not None:
+        yield fixed("samples are not turned", turns=None)
+        yield plain("samples turned the other way", lambda p: p.changed(turns=p.turns * np.array([[1], [-1]])))
+    for name in DECORRELATIONS:
+        if name not in ("none", problem.rotation):
+            yield plain(f"samples turned by '{name}'", partial(_turned_by, name))
+
+
+def _turned_by(name: str, problem: Occlusion) -> Occlusion:
+    (columns, rows), how = problem.texels, (*problem.depth.shape, problem.seed, np.dtype(np.float32))
+    return problem.changed(turns=texel_turns(name, *how)[:, rows, columns].astype(np.float64))
 
 
 def _of_tables(samples: FloatArray) -> Iterator[Change]:

@@ -45,7 +45,7 @@ def _measure(options: argparse.Namespace) -> None:
     numba.set_num_threads(options.threads)
 
     with output_folder(options.output):
-        total, done = len(ESTIMATORS), len(result["estimators"])
+        total, done = 1 + len(ESTIMATORS), len(result["estimators"]) + ("rotations" in result)
         with progress(total=total, initial=done, unit="estimator", leave=False) as bar:
 
             def save() -> None:

@@ -8,7 +8,7 @@ from lfssao.optics.display import Display
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.views import module_views
-from lfssao.samples import METHODS, make_samples
+from lfssao.samples import DECORRELATIONS, METHODS, make_samples
 from lfssao.scene.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8
         "radius": widgets.FloatLogSlider(radius, min=-2.3, max=-0.7, step=0.05, description="radius", **options),
         "count": widgets.IntSlider(samples, min=1, max=64, description="samples", **options),
         "method": widgets.Dropdown(options=list(METHODS["ball"]), value="latin", description="sampler"),
+        "rotation": widgets.Dropdown(options=list(DECORRELATIONS), value="hash", description="rotation"),
         "seed": widgets.IntSlider(0, min=0, max=20, description="seed", **options),
         "module": widgets.IntSlider(len(views) // 2, min=0, max=len(views) - 1, description="module", **options),
         "blur": widgets.FloatSlider(1.0, min=0.0, max=4.0, step=0.5, description="blur", **options),
@@ -41,12 +42,12 @@ def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8
     def redraw(_: Any = None) -> None:
         at = {name: control.value for name, control in controls.items()}
         table = make_samples(at["method"], at["count"], at["seed"])
-        settings = Settings((at["radius"] * diagonal(mesh),), table, at["blur"])
+        settings = Settings((at["radius"] * diagonal(mesh),), table, at["blur"], rotation=at["rotation"])
         picture.value = render_view(caster, views[at["module"]], settings)._repr_png_()
 
     for control in controls.values():
         control.observe(redraw, "value")
     redraw()
-    half = len(controls) // 2
+    half = (len(controls) + 1) // 2
     columns = [widgets.VBox(part) for part in (list(controls.values())[:half], list(controls.values())[half:])]
     return widgets.VBox([widgets.HBox(columns), picture])

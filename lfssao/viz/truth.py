@@ -37,11 +37,11 @@ def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) ->
 
 
 def draw_against_truth(
-    textures: Mapping[str, Texture], truth: Texture, surface: NDArray[np.bool_], limit: float = 0.5
+    textures: Mapping[str, Texture], truth: Texture, surface: NDArray[np.bool_], limit: float = 0.5, name: str = "rays"
 ) -> Figure:
     """Return a figure of two rows: the visibility of the truth and of each texture, and the errors below them.
 
-    Textures, (H, W) by name, and truth are occlusion of the half space; limit is the error at which the colours end.
+    Textures, (H, W) by name, and truth, of a name, are occlusion of the half space; colours end at errors of limit.
     """
     height, width = truth.shape
     columns = 1 + len(textures)
@@ -49,9 +49,9 @@ def draw_against_truth(
     panels = figure.subplots(2, columns, squeeze=False)
     for axes in panels.ravel():
         axes.set_axis_off()
-    for axes, (name, texture) in zip(panels[0], {"ray cast": truth, **textures}.items(), strict=True):
+    for axes, (title, texture) in zip(panels[0], {name: truth, **textures}.items(), strict=True):
         axes.imshow(np.where(surface, 1 - texture, 1), cmap="gray", vmin=0, vmax=1)
-        axes.set_title(name, fontsize="medium")
+        axes.set_title(title, fontsize="medium")
     for axes, texture in zip(panels[1, 1:], textures.values(), strict=True):
         error = np.ma.masked_where(~surface, texture - truth)
         shown = axes.imshow(error, cmap="RdBu_r", vmin=-limit, vmax=limit)

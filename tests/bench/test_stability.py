@@ -191,6 +191,16 @@ def test_exact_images_of_a_flat_display_are_those_of_any_display():
             assert [float(n) for n in one] == pytest.approx([float(n) for n in other], rel=1e-14)
 
 
+def test_exact_images_of_turned_samples_are_those_of_turned_offsets():
+    """By the angle of sine 4/5 in a world that is no rotation of the display's."""
+    world, place = np.array([[1.0, 0.5, 0.25, 0], [0.25, 2, -1, 0], [0.5, 0.25, 1, 0]]), (Fraction(1, 8),) * 3
+    turned, still = (CrossedSlits(display(), world, turn).steps(EXACT) for turn in ((0.6, 0.8), ()))
+    cos, sin = Fraction(0.6), Fraction(0.8)
+    x, y, z = offset = Fraction(1, 4), Fraction(1, 16), Fraction(-1, 32)
+    right = exact_image(still, place, (x * cos - y * sin, x * sin + y * cos, z))
+    assert exact_image(turned, place, offset) == right != exact_image(still, place, offset)
+
+
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 def test_the_steps_of_a_camera_are_its_matrices_and_end_where_they_began(projection):
     eye = CameraAtOrigin(projection, 3.0, 1.25, 0.3, 7.0, 8, 6)

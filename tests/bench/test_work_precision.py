@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.post import blur
+from lfssao.ao.ssao import algorithm2
 from lfssao.bench.times import Times, balanced_orders, in_turn
-from lfssao.bench.work_precision import page, plot, run
+from lfssao.bench.work_precision import page, plot, rotations, run
 from lfssao.bench.work_precision import settings as grid
 from lfssao.bench.work_precision.advise import FORMAT, advice, load_warning, points_of
 from lfssao.bench.work_precision.references import Reference, combine_others, rmse
@@ -19,7 +21,7 @@ from lfssao.bench.work_precision.setting_times import setting_times
 from lfssao.bench.work_precision.slopes import THEORY, fitted_slope
 from lfssao.cli.main import main
 from lfssao.errors import InputError
-from lfssao.samples import METHODS, make_samples, sample_set
+from lfssao.samples import METHODS, make_samples, sample_set, texel_turns
 from lfssao.scene.builtin import builtin_scene
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -222,6 +224,38 @@ def test_each_radius_is_measured_once():
     assert replace(grid.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).each_radius == (0.005, 0.02, 0.1)
 
 
+# Samples that turn
+
+
+FACTS = {"radii": 1, "rotation": "ign", "samples": 8, "blur": 1.0, "reference_error": 0.015}
+ROWS = [{"view": "a", "sampling": 0.3, **FACTS}, {"view": "b", "sampling": 0.4, **FACTS}]
+
+
+def test_errors_of_turned_samples_are_algorithm_2s_and_only_they_are_blurred_away(monkeypatch):
+    """Turning leaves a texel's own error as it is; neighbours that turn alike keep it when they are blurred."""
+    sizes = replace(grid.QUICK, width=96, height=72, seeds=1)
+    monkeypatch.setattr(rotations, "SCENES", ("statue",))
+    monkeypatch.setattr(rotations, "RADII", ((0.05,),))
+    rows = list(rotations.rotation_errors(sizes, 1, lambda _: None))
+    errors = {tuple(row[key] for key in ("view", "rotation", "samples", "blur")): row["sampling"] for row in rows}
+    assert len(set(errors.values())) == len(rows) == 2 * 5 * 3 * 3
+    for (view, rotation, n, sigma), error in errors.items():
+        ratio = error / errors[view, "none", n, sigma]
+        assert rotation == "none" or (0.8 < ratio < 1.25 if sigma == 0 else ratio < 1 - 0.15 * sigma), (view, rotation)
+
+    scene = BenchScene(builtin_scene("statue"), sizes, 1, "picoarray")
+    textures = scene.buffers["float32"]
+
+    def blurred(sampler, n, seed, turns=None):
+        arguments = textures.depth, textures.positions, textures.view.world_to_image, make_samples(sampler, n, seed)
+        return blur(algorithm2(*arguments, 0.05 * scene.unit, turns).texture, 2.0).astype(float)
+
+    turns = texel_turns("tiles", 72, 96, 0, np.dtype(np.float32))
+    away = blurred("latin", 8, 0, turns) - (blurred("sobol", 4096, 2**32) + blurred("halton", 4096, 2**32)) / 2
+    expected = np.sqrt(np.mean(away[np.isfinite(textures.depth)] ** 2))
+    assert errors["statue on picoarray", "tiles", 8, 2.0] == pytest.approx(expected, rel=1e-6)
+
+
 # Times, the front, advice
 
 
@@ -316,6 +350,14 @@ def test_the_page_says_what_to_take_and_names_the_points_that_references_do_not_
     assert "4 of 5" in text
 
 
+def test_the_page_has_errors_of_turned_samples_of_all_views_and_of_each():
+    """sqrt((0.3^2 + 0.4^2) / 2) is 0.3536; no reference is further off than a twentieth, 0.015 of 0.3."""
+    text = page.as_text({**MADE_UP, "rotations": ROWS})
+    cells = [line.split() for line in text.splitlines() if " 1, ign" in line]
+    assert [line[-2] for line in cells] == ["0.354", "0.300", "0.400"]
+    assert "at most 0.05 of these" in text
+
+
 def refused(capsys, *words):
     assert main(["bench", *words]) == 2
     said = capsys.readouterr()
@@ -351,13 +393,15 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
         return real(scene, estimator, *rest)
 
     monkeypatch.setattr(run, "measure_estimator", interrupted)
+    monkeypatch.setattr(run, "rotation_errors", lambda *_: measured.append("rotations") or ROWS)
     file = tmp_path / "out" / "work-precision.json"
     command = ["bench", "work-precision", "statue", "--quick", "--threads", "1", "-o", str(file.parent)]
     assert main(command) == 130
     assert list(json.loads(file.read_text())["estimators"]) == ["lf"]
     assert main(command) == 0
-    assert measured == ["lf", "vo-lines", "vo-lines", "sao"]
+    assert measured == ["rotations", "lf", "vo-lines", "vo-lines", "sao"]
     made = json.loads(file.read_text())
+    assert made["rotations"] == ROWS
     assert sorted(p.name for p in file.parent.iterdir()) == [
         f"work-precision.{e}" for e in ("json", "md", "png", "svg")
     ]

@@ -138,7 +138,8 @@ def test_sliders_show_what_their_values_say(statue):
     before = picture.value
     by_name["module"].value, by_name["samples"].value, by_name["radius"].value = 3, 5, 0.1
     by_name["sampler"].value, by_name["seed"].value, by_name["blur"].value = "jittered", 2, 0.0
+    by_name["rotation"].value = "tiles"
     view = module_views(statue, DISPLAY)[3]
-    settings = Settings((0.1 * diagonal(statue),), lfssao.make_samples("jittered", 5, 2), 0.0)
+    settings = Settings((0.1 * diagonal(statue),), lfssao.make_samples("jittered", 5, 2), 0.0, rotation="tiles")
     made = render_view(lfssao.RayCaster(statue, view.cast_from_world), view, settings)
     assert picture.value == made._repr_png_() != before

@@ -28,6 +28,7 @@ from lfssao.bench.stability.inputs import (
 )
 from lfssao.bench.stability.refusals import REFUSALS
 from lfssao.bench.stability.table import Case, Refusal
+from lfssao.core.elementary import sincospi
 from lfssao.optics.display import fit_roi
 from lfssao.optics.display_file import find_display
 
@@ -110,6 +111,17 @@ def _radius() -> Inputs:
     for power in (-12, -6, 6, 12):
         offset = np.array([0.0, 0.0, 0.5]) * 10.0**power
         yield f"R = 1e{power}, from points on the surface", made(on_surface, offset)
+
+
+@_case("turned samples", "a rounded cosine and sine", float32="rounding decides about samples so near to the surface")
+def _turned() -> Inputs:
+    world = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.8, -0.6, 0.0], [0.0, 0.6, 0.8, 0.0]])
+    level = (_BOX * [1.0, 1.0, 0.0]) @ world[:, :3]  # at z = 0, where the tilted world's surface is
+    surface, (sine, cosine) = np.zeros((SIZE, SIZE), np.float32), sincospi(5 / 8)
+    for behind in (1e-2, 1e-9):
+        offset = 0.25, 0.125, behind - 0.75 * (0.25 * sine + 0.125 * cosine)
+        case = made(scene, level, physical_from_world=world, offset=offset, depth=surface, turn=(cosine, sine))
+        yield f"5/16 of a turn, to {behind:g} m behind", case
 
 
 @_case("texel edges", "samples exactly between texels")

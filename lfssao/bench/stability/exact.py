@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.kernels import ssao
 from lfssao.bench.stability.running_error import DOUBLE, EXACT, Arithmetic, Tracked, all_of
 from lfssao.core.affine import Matrix
 from lfssao.optics.camera import Camera
@@ -46,9 +47,12 @@ def _given(arithmetic: Arithmetic, number: float | Fraction, probe: float) -> Tr
     return arithmetic.number(Fraction(number), abs(float(number)) * probe)
 
 
-def _linear(row: Sequence[Tracked], p: Sequence[Tracked]) -> Tracked:
-    """(row_0 x + row_1 y) + row_2 z of p = (x, y, z): what a matrix does to a direction."""
-    return (row[0] * p[0] + row[1] * p[1]) + row[2] * p[2]
+def _linear(row: Sequence[Tracked], p: Sequence[Tracked], turn: Sequence[Tracked] = ()) -> Tracked:
+    """(row_0 x + row_1 y) + row_2 z of p = (x, y, z), turned by cosine and sine: what a matrix does to a direction."""
+    along = row[0] * p[0] + row[1] * p[1]
+    if turn:
+        along = turn[0] * along + turn[1] * (row[1] * p[0] - row[0] * p[1])
+    return along + row[2] * p[2]
 
 
 def _affine(row: Sequence[Tracked], p: Sequence[Tracked]) -> Tracked:
@@ -62,6 +66,7 @@ class CrossedSlits:
 
     display: Display
     physical_from_world: Matrix
+    turn: tuple[float, ...] = ()  # cosine and sine by which samples are turned about world z; none: they are not
     back = None
 
     @property
@@ -87,10 +92,11 @@ class CrossedSlits:
         u_0, v_0 = work.rounded(width * half + u_scale * m_x), work.rounded(height * half + v_scale * y_o)
         m_z, z_o = work.rounded(m_z), work.rounded(z_o)
         rows = [[work.rounded(entry) for entry in row] for row in rows]
+        turn = [_given(work, n, probe) for n in self.turn]
 
         def image(point: Point, offset: Point) -> Image:
             place, way = ([_given(work, n, probe) for n in vector] for vector in (point, offset))
-            a, b, c = (_affine(row, place) + _linear(row, way) for row in rows)
+            a, b, c = (_affine(row, place) + _linear(row, way, turn) for row in rows)
             return u_0 + a / (m_z - c), v_0 + b / (z_o - c), c, all_of(c.is_less(m_z), z_o.is_less(c))
 
         return image
@@ -98,16 +104,19 @@ class CrossedSlits:
     def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
         """U and v by the kernels' own lines, on arrays."""
         m = self.to_image.as_type(positions.dtype).numbers
-        a, b, c = _rows(m, 3, np.moveaxis(positions, -1, 0), offset)
+        a, b, c = _rows(m, 3, np.moveaxis(positions, -1, 0), offset, self.turn)
         with np.errstate(all="ignore"):  # outside the domain
             u, v, *_ = mapping.project_crossed_slits.py_func(mapping.Slits(*m[12:]), a, b, c)
         return np.stack([u, v], axis=-1)
 
 
-def _rows(m: Texture, count: int, place: Any, offset: Texture) -> list[Texture]:
-    """Rows of M place + M offset, by the kernels' own lines."""
-    affine, linear = mapping.affine_row.py_func, mapping.linear_row.py_func
-    return [affine(m, row, *place) + linear(m, row, *offset) for row in range(count)]
+def _rows(m: Texture, count: int, place: Any, offset: Texture, turn: Sequence[float] = ()) -> list[Texture]:
+    """Rows of M place + M offset, the offset turned by cosine and sine, by the kernels' own lines."""
+    turns = np.array(turn, m.dtype)[:, None] if turn else None
+    projection = mapping.Projection(mapping.MATRIX if count == 4 else mapping.CROSSED_SLITS, m)
+    ways = ssao.transform_offsets.py_func(offset[None, :], projection, turns)
+    affine, way = mapping.affine_row.py_func, ssao.offset_row.py_func
+    return [affine(m, row, *place) + way(ways, 0, row, turns, turns, 0) for row in range(count)]
 
 
 @dataclass(frozen=True)

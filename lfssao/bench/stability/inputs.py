@@ -52,13 +52,14 @@ def scene(
     physical_from_world: Matrix = UNCHANGED,
     offset: Any = (0.0, 0.0, 0.0),
     depth: NDArray[np.float32] | None = None,
+    turn: tuple[float, ...] = (),
 ) -> Stiff:
     """Points, (8, 8, 3) world, on a display; without a depth texture the surface has depths between the points'."""
     z = points @ physical_from_world[2, :3] + physical_from_world[2, 3]
     if depth is None:
         place = (lattice()[::-1, ::-1, 1] + 1) / 2
         depth = (z.min() + place * (z.max() - z.min())).astype(np.float32)
-    return Stiff(CrossedSlits(shown_by, physical_from_world), points, np.array(offset, np.float64), depth)
+    return Stiff(CrossedSlits(shown_by, physical_from_world, turn), points, np.array(offset, np.float64), depth)
 
 
 def near_lens(k: int) -> Stiff:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import ssao
-from lfssao.bench.stability.exact import Mapping, Point, exact_image, rational
+from lfssao.bench.stability.exact import CrossedSlits, Mapping, Point, exact_image, rational
 from lfssao.bench.stability.running_error import EXACT, PROBE, Arithmetic, Tracked
 
 PATHS = ("float32", "float64")
@@ -105,7 +105,9 @@ def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any
     positions, depth = case.positions.astype(dtype), surface.astype(dtype)
     samples, radius = case.offset[None, :], 1.0
     if back is None:
-        decided = ssao.algorithm2(depth, positions, to_image, samples, radius).texture
+        turn = case.mapping.turn if isinstance(case.mapping, CrossedSlits) else ()
+        turns = np.full((*depth.shape, 2), turn, dtype).transpose(2, 0, 1) if turn else None
+        decided = ssao.algorithm2(depth, positions, to_image, samples, radius, turns).texture
     else:
         decided = ssao.algorithm1(depth, back, to_image.numbers.reshape(4, 4), samples, radius).texture
     return case.mapping.kernel_image(positions, case.offset.astype(dtype)), decided > 0

@@ -13,6 +13,7 @@ from lfssao.bench.work_precision.advise import (
     points_of,
     usable,
 )
+from lfssao.bench.work_precision.references import rms
 from lfssao.bench.work_precision.slopes import BEFORE_THE_LIMIT, THEORY, fitted_slope
 
 TITLES = {"model": "model error: against ray-cast occlusion", "sampling": "sampling error: against many samples"}
@@ -33,6 +34,8 @@ def as_text(result: dict[str, Any]) -> str:
     if sampled:
         out += ["", "## References", "", *_references(sampled), "", "## Slopes", "", *_slopes(sampled)]
         out += ["", "## Time by sampler", "", *_samplers(sampled)]
+    if "rotations" in result:
+        out += ["", "## Sampling error of samples that turn", "", *_rotations(result["rotations"])]
     return "\n".join(out)
 
 
@@ -72,6 +75,20 @@ def _sentences(result: dict[str, Any], points: Sequence[Point]) -> list[str]:
 def _front(points: Sequence[Point], error: str) -> list[str]:
     rows = [(describe(p), f"{p['ms']:.3f}", f"{p[error]:.5f}") for p in pareto_front(points, error)]
     return _table(("setting", "ms", "RMSE"), rows)
+
+
+def _rotations(rows: Sequence[Point]) -> list[str]:
+    """Errors by view, radii and rotation, a column for each number of samples and blur; first those of all views."""
+    cells: dict[str, dict[str, list[float]]] = {}
+    for row in rows:
+        for view in ("all views", row["view"]):
+            line = cells.setdefault(f"{view}, {row['radii']}, {row['rotation']}", {})
+            line.setdefault(f"{row['samples']}, blur {row['blur']:g}", []).append(row["sampling"])
+    lines = [(name, *(f"{rms(errors):.3f}" for errors in line.values())) for name, line in cells.items()]
+    lines.sort(key=lambda line: not line[0].startswith("all"))
+    share = max(row["reference_error"] / row["sampling"] for row in rows)
+    note = f"RMSE of estimator lf with few samples; the references' own errors are at most {share:.2g} of these."
+    return [note, "", *_table(("view, radii, rotation", *next(iter(cells.values()))), lines)]
 
 
 def _groups(points: Sequence[Point], *keys: str) -> dict[tuple[str, ...], list[Point]]:

@@ -21,6 +21,7 @@ from lfssao.ao.textures import Texture
 from lfssao.bench.times import Times
 from lfssao.bench.work_precision.advise import FORMAT
 from lfssao.bench.work_precision.references import Reference, combine_others, rms, rmse
+from lfssao.bench.work_precision.rotations import rotation_errors
 from lfssao.bench.work_precision.scene import BenchScene, Inputs
 from lfssao.bench.work_precision.setting_times import Setting, setting_times
 from lfssao.bench.work_precision.settings import (
@@ -175,10 +176,13 @@ def _commit() -> str | None:
 
 
 def run(mesh: Mesh, grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None], tick: Tick) -> None:
-    """Measure the estimators that a result of ``start`` does not hold yet, and save it after each.
+    """Measure the rotations and the estimators that a result of ``start`` does not hold yet, and save it after each.
 
     Threads are those of the ray caster, numba's are the caller's; tick is called with the name of each step.
     """
+    if "rotations" not in result:
+        result["rotations"] = list(rotation_errors(grid, threads, tick))
+        save()
     missing = [name for name in ESTIMATORS if name not in result["estimators"]]
     if not missing:
         return

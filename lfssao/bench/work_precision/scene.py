@@ -29,12 +29,13 @@ Inputs = tuple[tuple[FloatArray | None, FloatArray | None], dict[str, Value]]
 
 
 class BenchScene:
-    """One view of a mesh, its textures in each arithmetic and its ray-cast occlusion; threads are the ray caster's."""
+    """A display's middle view of a mesh, its textures in each arithmetic and its ray-cast occlusion."""
 
-    def __init__(self, mesh: Mesh, grid: Grid, threads: int) -> None:
+    def __init__(self, mesh: Mesh, grid: Grid, threads: int, display: str = "virtual") -> None:
         self.mesh = mesh
         self.unit = diagonal(mesh)
-        view = module_views(mesh, find_display("virtual").with_resolution(grid.width, grid.height))[0]
+        views = module_views(mesh, find_display(display).with_resolution(grid.width, grid.height))
+        view = views[len(views) // 2]
         gbuffer = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric")
         single = Buffers.of(gbuffer, view)
         assert single.normals is not None

@@ -12,7 +12,15 @@ import numpy as np
 from numba import prange
 
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
-from lfssao.ao.kernels.ssao import count_matrix, count_slits, finish_run, load_turns, offset_row, transform_offsets
+from lfssao.ao.kernels.ssao import (
+    count_display,
+    count_matrix,
+    count_slits,
+    finish_run,
+    load_turns,
+    offset_row,
+    transform_offsets,
+)
 from lfssao.core.intrinsics import CHUNK, scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
@@ -213,6 +221,23 @@ def occluded_fraction(seen, offsets, projection, choices, turns, occlusion, outs
                         )
                     elif looks and kind == MATRIX:
                         found += count_matrix(seen.depth, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
+                    elif looks:
+                        found += count_display(
+                            display_module(m[12:]),
+                            seen.depth,
+                            width,
+                            height,
+                            n,
+                            a,
+                            b,
+                            c,
+                            0,
+                            1,
+                            still,
+                            None,
+                            turn,
+                            count,
+                        )
                     else:
                         found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)
                 outside[j] += finish_run(seen.depth, at, start, n, samples, count, fractions) - found

@@ -1,9 +1,10 @@
 """Point sampling with options that LF does not have: hemisphere, range check, line 7's other form.
 
 A sample of the half ball is added to the points of a span first; then it is looked up by the loops of Algorithms 1 and
-2 where depth alone decides, on a convex display in half the time [bench_estimators]. The options that read the positions texture take two loops: texel numbers (one loop for
-each kind of mapping), then the textures there. Both are in a function that is not inlined: otherwise LLVM makes no
-vectors of the loops of Algorithms 1 and 2, and those take six times as long.
+2 where depth alone decides, on a convex display in half the time [bench_estimators]. The options that read the
+positions texture take two loops: texel numbers (one loop for each kind of mapping), then the textures there. Both are
+in a function that is not inlined: otherwise LLVM makes no vectors of the loops of Algorithms 1 and 2, and those take
+six times as long.
 """
 
 from typing import NamedTuple

@@ -125,7 +125,14 @@ def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[A
     """Return cosine and sine of ``texel_angles``, (2, height, width), each rounded once to the dtype; not to write to.
 
     A sample (x, y, z) of a texel becomes (x cos - y sin, x sin + y cos, z): its azimuth grows by the angle, as if the
-    angle were added to phi in line 3 of LF's Algorithm 3.
+    angle were added to phi in line 3 of LF's Algorithm 3. Arguments and errors are those of ``texel_angles``; the dtype
+    is that of the depth texture, float32 or float64.
+
+    Examples
+    --------
+    >>> turns = texel_turns("tiles", 480, 640, 0, np.dtype(np.float32))  # for ``algorithm2(..., turns)``
+    >>> turns.shape, turns[:, 0, 1].tolist()
+    ((2, 480, 640), [-1.0, 0.0])
     """
     turns = np.empty((2, height, width), dtype)
     dither.turns_of(texel_angles(name, height, width, seed), turns)

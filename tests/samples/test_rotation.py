@@ -1,5 +1,7 @@
 """Angles from texel to texel: the tiles' ranks, the spectrum of the blue noise, what is refused."""
 
+import doctest
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from reference import dither, spiral
 
 from lfssao.errors import InputError
-from lfssao.samples import DECORRELATIONS, texel_angles
+from lfssao.samples import DECORRELATIONS, rotation, texel_angles
 from lfssao.samples.kernels import dither as tiles
 
 
@@ -54,6 +56,12 @@ def test_void_and_cluster_equals_the_reference(height, width, seed):
     ranks = np.empty((height, width), np.int64)
     tiles.void_and_cluster(np.uint64(seed), ranks)
     np.testing.assert_array_equal(ranks, dither.void_and_cluster(seed, height, width))
+
+
+def test_the_example_runs():
+    failed, run = doctest.testmod(rotation)
+    assert failed == 0
+    assert run == 2
 
 
 def low_power(pattern):

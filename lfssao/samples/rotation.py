@@ -131,8 +131,8 @@ def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[A
     Examples
     --------
     >>> turns = texel_turns("tiles", 480, 640, 0, np.dtype(np.float32))  # for ``algorithm2(..., turns)``
-    >>> turns.shape, turns[:, 0, 1].tolist()
-    ((2, 480, 640), [-1.0, 0.0])
+    >>> turns.shape, turns[:, 0, 0].tolist()
+    ((2, 480, 640), [1.0, 0.0])
     """
     turns = np.empty((2, height, width), dtype)
     dither.turns_of(texel_angles(name, height, width, seed), turns)

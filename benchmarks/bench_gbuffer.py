@@ -16,7 +16,7 @@ import numpy as np
 
 from lfssao import builtin_scene, find_display, load_scene, module_views
 from lfssao.bench.times import in_turn
-from lfssao.core.vectors import transform_points
+from lfssao.core.affine import transform_points
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels import rays
 from lfssao.rendering.manifest import describe_machine
@@ -38,8 +38,7 @@ def trimesh_run(mesh, view, origins, directions):
     """A call of trimesh's hit locations on the same rays."""
     import trimesh
 
-    vertices = np.empty_like(mesh.vertices)
-    transform_points(np.ravel(view.cast_from_world), mesh.vertices, vertices)
+    vertices = transform_points(view.cast_from_world, mesh.vertices)
     plain = trimesh.Trimesh(vertices, mesh.faces, process=False)
     return lambda: plain.ray.intersects_location(origins, directions)
 

@@ -17,6 +17,13 @@ def multiply(a: ArrayLike, b: ArrayLike) -> Matrix:
     return product
 
 
+def transform_points(affine: ArrayLike, points: Matrix) -> Matrix:
+    """Points, (n, 3), under the first three rows of an affine map: ((m0 x + m1 y) + m2 z) + m3, float64."""
+    m = np.asarray(affine, np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):  # vertices are checked afterwards, normals may be anything
+        return multiply(points, m[:3, :3].T) + m[:3, 3]
+
+
 def to_4x4(affine: ArrayLike) -> Matrix:
     """A (3, 4) affine map as a (4, 4) matrix."""
     return np.vstack([np.asarray(affine, np.float64), [0.0, 0.0, 0.0, 1.0]])

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
-from lfssao.core.affine import Matrix
-from lfssao.core.vectors import transform_points
+from lfssao.core.affine import Matrix, transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
@@ -92,9 +91,10 @@ class RayCaster:
         self.mesh = mesh
         self.bounds = mesh.bounds
         self.threads = threads
-        vertices = np.empty_like(mesh.vertices)
-        transform_points(np.ravel(cast_from_world), mesh.vertices, vertices)
-        _check_range(mesh.name, vertices)
+        vertices = transform_points(cast_from_world, mesh.vertices)
+        with np.errstate(over="ignore"):  # float32 textures and Embree cannot hold what overflows: it is refused
+            if not np.isfinite(vertices.astype(np.float32)).all():
+                raise InputError(f"{mesh.name}: coordinates leave the range of float32 in the space rays are cast in")
         self._tree = TriangleTree(vertices, mesh.faces)
         self._material = None if mesh.paint is None else _material(mesh.paint)
 
@@ -217,14 +217,6 @@ def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTy
     texture = np.empty((view.height, view.width, *channels), dtype)
     texture[: rows.start], texture[rows.stop :] = nothing, nothing
     return texture
-
-
-def _check_range(name: str, vertices: NDArray[np.float64]) -> None:
-    """Refuse coordinates that float32 textures and Embree cannot hold."""
-    with np.errstate(over="ignore"):  # what overflows is refused below
-        single = vertices.astype(np.float32)
-    if not np.isfinite(single).all():
-        raise InputError(f"{name}: coordinates leave the range of float32 in the space rays are cast in")
 
 
 def _material(source: Paint) -> albedo.Material:

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lfssao.core.affine import Matrix, cofactors, determinant
+from lfssao.core.affine import Matrix, cofactors, determinant, transform_points
 from lfssao.core.elementary import sincospi
-from lfssao.core.vectors import transform_points
 from lfssao.errors import InputError
 from lfssao.scene.mesh import Mesh
 
@@ -75,13 +74,8 @@ def moved(mesh: Mesh, transform: Matrix) -> Mesh:
     """
     if np.array_equal(transform, np.eye(3, 4)):
         return mesh
-    vertices = np.empty_like(mesh.vertices)
-    transform_points(np.ravel(transform), mesh.vertices, vertices)
-    normals = None
-    if mesh.normals is not None:
-        turn = np.hstack([cofactors(transform), np.zeros((3, 1))])
-        normals = np.empty_like(mesh.normals)
-        transform_points(np.ravel(turn), mesh.normals, normals)
+    vertices, turn = transform_points(transform, mesh.vertices), np.hstack([cofactors(transform), np.zeros((3, 1))])
+    normals = None if mesh.normals is None else transform_points(turn, mesh.normals)
     return Mesh(vertices, mesh.faces, mesh.paint, normals, mesh.name, mesh.degenerate, mesh.notes)
 
 

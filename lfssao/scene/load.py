@@ -15,9 +15,8 @@ from trimesh.resolvers import FilePathResolver
 from trimesh.visual.color import to_rgba
 from trimesh.visual.material import empty_material
 
-from lfssao.core.affine import cofactors
+from lfssao.core.affine import cofactors, transform_points
 from lfssao.core.srgb import to_linear
-from lfssao.core.vectors import transform_points
 from lfssao.errors import InputError
 from lfssao.scene.mesh import Mesh, Paint
 
@@ -289,11 +288,11 @@ class _Part:
         image: NDArray[np.uint8] | None,
     ) -> None:
         # Not by trimesh's own transform, which is a BLAS product: its bits differ between machines.
-        self.vertices = _transformed(transform, np.asarray(geometry.vertices, np.float64))
+        self.vertices = _placed(transform, np.asarray(geometry.vertices, np.float64))
         self.normals: NDArray[np.float64] | None = None
         if normals is not None:
             turned = np.hstack([cofactors(transform), np.zeros((3, 1))])
-            self.normals = _transformed(turned, np.asarray(normals, np.float64))
+            self.normals = _placed(turned, np.asarray(normals, np.float64))
         self.faces = np.asarray(geometry.faces, np.int64)
         self.factor = np.ones(3, np.float32)
         self.image = image
@@ -361,13 +360,9 @@ class _Part:
         self.vertex_colors = to_linear(np.repeat(colors, 3, axis=0))
 
 
-def _transformed(transform: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points under the first three rows of a transform, in a written order."""
-    if np.array_equal(transform[:3], np.eye(3, 4)):
-        return points
-    out = np.empty((len(points), 3))
-    transform_points(np.ascontiguousarray(transform[:3], np.float64).ravel(), np.ascontiguousarray(points), out)
-    return out
+def _placed(transform: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points under a transform; under the identity with the bits that they have."""
+    return points if np.array_equal(transform[:3], np.eye(3, 4)) else transform_points(transform, points)
 
 
 def _join_normals(parts: list[_Part]) -> NDArray[np.float64] | None:

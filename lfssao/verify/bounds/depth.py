@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.vectors import transform_points
+from lfssao.core.affine import transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
@@ -50,8 +50,7 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     triangles = np.empty((9, view.height * view.width), np.int32)
     for k, (v, u) in enumerate(product((-reach, 0.0, reach), repeat=2)):
         triangles[k] = caster.gbuffer(displaced(view, u, v), color=None).triangle.ravel()
-    vertices = np.empty_like(caster.mesh.vertices)
-    transform_points(np.ravel(view.cast_from_world), caster.mesh.vertices, vertices)
+    vertices = transform_points(view.cast_from_world, caster.mesh.vertices)
     lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
     depth_kernels.depth_ranges(view.rays, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper)
     # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.

@@ -1,7 +1,7 @@
 """Algorithm 2 on several modules: which are a module's neighbours, their depth textures, and the occlusion by all."""
 
-from collections import OrderedDict
 from collections.abc import Sequence
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,23 +45,16 @@ class DepthCache:
     """
 
     def __init__(self, caster: RayCaster, size: int) -> None:
-        self._caster = caster
-        self._size = size
-        self._kept: OrderedDict[str, NDArray[np.float32]] = OrderedDict()
+        self._depth = lru_cache(size)(partial(_depth, caster))
 
     def neighbours(self, views: tuple[View, ...], caster: str = "exact") -> list[Neighbour]:
         """Mapping and depth texture of each view; ``caster`` as of ``RayCaster.gbuffer``."""
         return [(view.world_to_image, self._depth(view, caster)) for view in views]
 
-    def _depth(self, view: View, caster: str) -> NDArray[np.float32]:
-        if view.name not in self._kept:
-            rows = seen_rows(view, self._caster.bounds)
-            seen = self._caster.gbuffer(view, None, rows=rows, caster=caster, positions=False)
-            self._kept[view.name] = seen.depth
-        self._kept.move_to_end(view.name)
-        while len(self._kept) > self._size:
-            self._kept.popitem(last=False)
-        return self._kept[view.name]
+
+def _depth(scene: RayCaster, view: View, caster: str) -> NDArray[np.float32]:
+    rows = seen_rows(view, scene.bounds)
+    return scene.gbuffer(view, None, rows=rows, caster=caster, positions=False).depth
 
 
 def algorithm2_with_neighbours(

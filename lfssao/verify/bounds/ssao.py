@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.ssao import algorithm1, algorithm2, check_radius
+from lfssao.ao.ssao import algorithm1, algorithm2, scaled_offsets
 from lfssao.ao.textures import check_turns
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
@@ -84,13 +84,8 @@ def sample_inputs(
 
 def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:
     """R s in float64, and whether every float32 arithmetic makes exactly that of it."""
-    check_radius(radius)
+    offsets = np.asarray(scaled_offsets(samples, radius, np.dtype(np.float64)), np.float64)
     table = np.asarray(samples, np.float64)
-    if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
-        raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")
-    if not np.isfinite(table).all():
-        raise InputError("samples: a coordinate is not finite")
-    offsets = np.ascontiguousarray(radius * table)
     with np.errstate(over="ignore"):  # what float32 cannot hold is not exact
         exact = (np.float32(radius) == radius) & (table.astype(np.float32) == table)
         exact &= offsets.astype(np.float32) == offsets

@@ -1,7 +1,7 @@
 """The options that say what is rendered, from what, how and where to, and the job that they describe."""
 
 import argparse
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +119,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     head = {
         "machine": manifest.describe_machine(threads, options.command),
         "scene": manifest.describe_scene(mesh),
-        "display": None if options.camera is not None else manifest.describe_display(display),
+        "display": None if options.camera is not None else asdict(display),
         "camera": options.camera,
         "sampling": sampling,
         "settings": manifest.describe_settings(settings),

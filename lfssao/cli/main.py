@@ -1,6 +1,5 @@
 """The command line: reads options, calls the library, and says in one sentence what was wrong."""
 
-import _thread
 import argparse
 import gc
 import os
@@ -107,21 +106,13 @@ def _interruptible() -> Iterator[None]:
 def _on_interrupt(_signal: int, frame: FrameType | None) -> None:
     while frame is not None:
         if "llvmlite" in frame.f_code.co_filename:
-            again = threading.Timer(0.02, _interrupt_again)
+            thread = threading.get_ident()  # the main one: the signal, sent once more, also ends what it waits for
+            again = threading.Timer(0.02, signal.pthread_kill, (thread, signal.SIGINT))
             again.daemon = True
             again.start()
             return
         frame = frame.f_back
     raise KeyboardInterrupt
-
-
-def _interrupt_again() -> None:
-    """Send the main thread the signal once more; a true one, where there are such, also ends what it waits for."""
-    main_thread = threading.main_thread().ident
-    if hasattr(signal, "pthread_kill") and main_thread is not None:
-        signal.pthread_kill(main_thread, signal.SIGINT)
-    else:
-        _thread.interrupt_main()
 
 
 def _with_negative_values(words: list[str]) -> list[str]:

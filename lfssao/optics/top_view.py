@@ -26,7 +26,8 @@ def draw_top_view(display: Display) -> Figure:
         _draw_rays(axes, display, index, color)
     half = 0.5 * display.screen_width
     axes.plot(*_arc(display.screen_curvature, 0.0, half), color="black", linewidth=3, label="screen")
-    reach = max([half, *(abs(float(x)) for x in _observer_places(display))])
+    met = np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])  # the observers, by these rays
+    reach = float(np.abs(met).max(initial=half))
     axes.plot(
         *_arc(display.observer_curvature, display.observer_z, reach), color="tab:green", linewidth=2, label="observers"
     )
@@ -58,11 +59,6 @@ def _outer_rays(display: Display, index: int) -> Any:
     origin, direction, span = display.texel_ray(index, u, 0.5 * module.height)
     ends = [np.stack([origin[:, 0] + z * direction[:, 0], z], axis=1) for z in (span[:, 0], span[:, 1])]
     return np.stack(ends, axis=1)[span[:, 0] < span[:, 1]]
-
-
-def _observer_places(display: Display) -> Any:
-    """Values of x at which the outer rays of the first and last module meet the observers."""
-    return np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])
 
 
 def _draw_rays(axes: Any, display: Display, index: int, color: str) -> None:

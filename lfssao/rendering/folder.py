@@ -51,7 +51,7 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
 
 
 def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
-    """The display of a manifest (``lfssao.rendering.manifest.describe_display``) in the resolution of its views.
+    """The display of a manifest, all its numbers, in the resolution of its views.
 
     ``values`` is the manifest's entry of the display, ``entries`` those of its views by their modules' numbers. Raises
     KeyError, TypeError, ValueError or InputError if one lacks something, or has it in another form.

@@ -4,7 +4,6 @@ import hashlib
 import json
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 
 from lfssao import __version__
 from lfssao.ao.post import blur_weights
-from lfssao.optics.display import Display
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.settings import Settings
 from lfssao.scene.mesh import Mesh, Paint
@@ -77,11 +75,6 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "layers": list(settings.kept),
         "caster": settings.caster,
     }
-
-
-def describe_display(display: Display) -> dict[str, Any]:
-    """All numbers of a display."""
-    return asdict(display)
 
 
 def describe_view(view: View) -> dict[str, Any]:

@@ -210,11 +210,7 @@ def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
 
 
 def render(
-    mesh: Mesh,
-    display: Display,
-    settings: Settings | None = None,
-    modules: range | None = None,
-    threads: int = 1,
+    mesh: Mesh, display: Display, settings: Settings | None = None, modules: range | None = None, threads: int = 1
 ) -> Iterator[Textures]:
     """Yield the textures of the modules of a display in their order, each rendered when it is asked for.
 

@@ -36,11 +36,6 @@ def best_turns(s: int) -> int:
     return min((tau for tau in range(1, s) if gcd(tau, s) == 1), key=lambda tau: abs(tau - golden))
 
 
-def find_turns(s: int) -> int:
-    """Return the smallest tau of the least spiral discrepancy, by trying 1 .. s / 2, as the table was made."""
-    return min(range(1, max(s // 2, 1) + 1), key=lambda tau: _pairs(s, tau))
-
-
 def spiral_discrepancy(s: int, tau: int) -> float:
     """Root mean square over all sectors of the fraction of taps minus radius times arc: 0 is perfect.
 

@@ -14,7 +14,7 @@ from reference.elementary import sincospi
 from lfssao.errors import InputError
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
-from lfssao.samples.spiral import BEST_TURNS, find_turns, spiral_discrepancy
+from lfssao.samples.spiral import BEST_TURNS, spiral_discrepancy
 
 VARIANTS = {"paper": spiral.PAPER, "common": spiral.COMMON}
 texels = st.one_of(st.integers(0, 20_000), st.integers(-300, 2**20), st.sampled_from([0, 1, 14_000, 2**31 - 1]))
@@ -99,13 +99,12 @@ def test_the_table_has_the_best_turns_of_every_number_of_taps():
         assert spiral_discrepancy(s, BEST_TURNS[s - 1]) == pytest.approx(least, rel=1e-12)
         assert all(spiral_discrepancy(s, tau) > least * (1 + 1e-9) for tau in range(1, BEST_TURNS[s - 1]))
         assert best_turns(s) == BEST_TURNS[s - 1]
-    assert find_turns(99) == BEST_TURNS[98]
 
 
 @pytest.mark.parametrize("s", [100, 128, 150])
 def test_beyond_the_table_the_golden_ratios_turns_are_nearly_as_good(s):
     assert math.gcd(best_turns(s), s) == 1
-    assert spiral_discrepancy(s, best_turns(s)) < 1.5 * spiral_discrepancy(s, find_turns(s))
+    assert spiral_discrepancy(s, best_turns(s)) < 1.5 * min(spiral_discrepancy(s, tau) for tau in range(1, s // 2 + 1))
 
 
 def test_the_papers_seven_turns_for_nine_taps_are_among_the_best():

@@ -71,9 +71,7 @@ class ErrorModel:
 _MODELS = (
     ErrorModel("shader", "as GLSL, Vulkan and WGSL demand: + - * within 1 ulp, division 2.5 ulp, fused or not"),
     ErrorModel(
-        "sampler",
-        "shader, and textures are read by a nearest sampler with 8 bits below the texel",
-        coordinate=2.0**-8,
+        "sampler", "shader, and textures are read by a nearest sampler with 8 bits below the texel", coordinate=2.0**-8
     ),
     ErrorModel(
         "nearest",

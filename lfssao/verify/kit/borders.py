@@ -18,10 +18,7 @@ _LENS = Module(0.0, 0.0, 1.0, 32, 24)
 # observers, who are on a line at z = -2 unless the options say otherwise. World space is physical space.
 _DISPLAYS: dict[str, tuple[Display, Points]] = {
     "crossed_slits": (make_display(_LENS), []),
-    "conical": (
-        make_display(_LENS, diffuser="conical", observer_height=2.0),
-        [(0.25, -0.75, 0.75), (0.25, -0.5, 0.5)],
-    ),
+    "conical": (make_display(_LENS, diffuser="conical", observer_height=2.0), [(0.25, -0.75, 0.75), (0.25, -0.5, 0.5)]),
     # Tangents of the circle of radius 4 from a lens 5 from its middle: by 3, 4 and 5.
     "grazed": (
         make_display(replace(_LENS, z=9.0), screen_curvature=0.25),

@@ -107,7 +107,10 @@ def write_case(folder: Path, case: Case) -> dict[str, Any]:
 
 def describe_case(case: Case) -> dict[str, Any]:
     """The contents of case.json; with the digests of all arrays they fix every bit of the case."""
-    described = {name: _describe(name, array) for name, array in arrays_of(case).items()}
+    described = {
+        name: {"file": f"{name}.npy", "dtype": array.dtype.name, "shape": list(array.shape), "sha256": digest(array)}
+        for name, array in arrays_of(case).items()
+    }
     return {
         "format": FORMAT,
         **{key: getattr(case, key) for key in _HEAD},
@@ -133,10 +136,6 @@ def to_json(value: Any) -> bytes:
     text = json.dumps(value, indent=1, allow_nan=False)
     text = re.sub(r"\[[^][{}]+\]", lambda found: " ".join(found[0].split()), text)  # lists of numbers: one line each
     return (text.replace("[ ", "[").replace(" ]", "]") + "\n").encode("ascii")
-
-
-def _describe(name: str, array: Array) -> dict[str, Any]:
-    return {"file": f"{name}.npy", "dtype": array.dtype.name, "shape": list(array.shape), "sha256": digest(array)}
 
 
 def _header(dtype: np.dtype[Any], shape: Sequence[int]) -> bytes:

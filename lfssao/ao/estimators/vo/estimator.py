@@ -20,7 +20,7 @@ radii (section 6) V is the product V_1 V_2 or the minimum min(V_1, V_2).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, sqrt
 from typing import Any
@@ -174,19 +174,9 @@ def _samples(domain: str, n: int, middle: bool = False) -> tuple[FloatArray, Flo
 
 def _pair(name: str, title: str, section: str, run: Run, **more: Any) -> tuple[Estimator, ...]:
     """An estimator, and the same above the tangent plane (4.4), which reads normals."""
-    above = f"{title}, above the tangent plane"
-    return (
-        Estimator(name, title, f"VO {section}", partial(run, tangent=False), turns=True, **more),
-        Estimator(
-            f"{name}-normal",
-            above,
-            f"VO {section} and 4.4",
-            partial(run, tangent=True),
-            normals=True,
-            turns=True,
-            **more,
-        ),
-    )
+    plain = Estimator(name, title, f"VO {section}", partial(run, tangent=False), turns=True, **more)
+    name, title, source = f"{name}-normal", f"{title}, above the tangent plane", f"VO {section} and 4.4"
+    return plain, replace(plain, name=name, title=title, source=source, run=partial(run, tangent=True), normals=True)
 
 
 ENTRIES = (

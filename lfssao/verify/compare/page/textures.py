@@ -2,7 +2,7 @@
 
 import zlib
 from base64 import b64encode
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,13 +29,7 @@ RAMPS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class _Codes:
-    """Codes of a difference, and the ends of their logarithmic scale."""
-
-    codes: NDArray[np.uint8]
-    low: float
-    high: float
+Codes = tuple[NDArray[np.uint8], float, float]  # of a difference, and the ends of their logarithmic scale
 
 
 class Textures:
@@ -79,7 +73,7 @@ def _size(made: dict[str, Any]) -> int:
     return sum(len(value) for value in made.values() if isinstance(value, str))
 
 
-def _codes(error: NDArray[np.float64], differing: Flags, outside: Flags) -> _Codes:
+def _codes(error: NDArray[np.float64], differing: Flags, outside: Flags) -> Codes:
     """Codes of a difference: its logarithm over at most ten decades."""
     finite = error[(error > 0) & np.isfinite(error)]
     high = float(finite.max(initial=0)) or 1.0
@@ -88,27 +82,28 @@ def _codes(error: NDArray[np.float64], differing: Flags, outside: Flags) -> _Cod
     share = np.log(held / low) / (np.log(high / low) or 1.0)
     codes = 1 + np.rint(share * (_STEPS - 1)) + _STEPS * outside
     codes = np.where(np.isfinite(error), np.where(differing | outside, codes, 0), _NOT_FINITE)
-    return _Codes(codes.astype(np.uint8), low, high)
+    return codes.astype(np.uint8), low, high
 
 
-def _pictures(mine: Layer, reference: Layer, codes: _Codes, step: int) -> dict[str, Any]:
+def _pictures(mine: Layer, reference: Layer, difference: Codes, step: int) -> dict[str, Any]:
     """PNG files of both sides and of the difference; no mine where it looks as the reference does."""
     ends = span(reference.texture)
     sides = reference, replace(mine, channels=reference.channels)  # colours are colours by the reference's names
     right, own = (colors_of(layer, *ends, step) for layer in sides)
-    height, width = codes.codes.shape
+    codes, low, high = difference
+    height, width = codes.shape
     overview = max(1, -(-max(height, width) // WIDTH))
     return {
         "width": width,
         "height": height,
         "step": step,
         "overview_step": overview,
-        "low": codes.low,
-        "high": codes.high,
+        "low": low,
+        "high": high,
         "reference": _png(right),
         "mine": None if np.array_equal(right, own) else _png(own),
-        "difference": code_png(largest(codes.codes, step)),
-        "overview": code_png(largest(codes.codes, overview)) if overview > step else None,
+        "difference": code_png(largest(codes, step)),
+        "overview": code_png(largest(codes, overview)) if overview > step else None,
     }
 
 

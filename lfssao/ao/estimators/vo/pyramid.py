@@ -1,7 +1,6 @@
 """The pyramid of depth's moments that area sampling reads (VO section 4.2)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao.ao.estimators.vo.kernels import moments as kernels
 from lfssao.ao.textures import Texture
@@ -21,16 +20,8 @@ def moment_pyramid(depth: Texture, prefilter: bool) -> kernels.Pyramid:
     pitches = [w + kernels.BORDER for _, w in sizes]
     lengths = [(h + kernels.BORDER) * pitch for (h, _), pitch in zip(sizes, pitches, strict=True)]
     starts = [sum(lengths[:level]) for level in range(len(sizes))]
-    # Not np.zeros, whose memory comes in small pages: filling those takes twice as long as large ones.
-    moments = np.empty((sum(lengths), 3))
-    for start, length, pitch in zip(starts, lengths, pitches, strict=True):
-        _clear_border(moments[start : start + length].reshape(-1, pitch, 3))
+    moments = np.zeros((sum(lengths), 3))
     kernels.write_base(depth, moments)
     for level, (h, w) in enumerate(sizes[:-1]):
         kernels.write_half(moments, starts[level], w, h, starts[level + 1], *(_BLUR if prefilter else _AVERAGE))
     return kernels.Pyramid(moments.reshape(-1), np.array(starts), np.array(pitches))
-
-
-def _clear_border(level: NDArray[np.float64]) -> None:
-    before, after = kernels.BEFORE, kernels.BORDER - kernels.BEFORE
-    level[:before], level[-after:], level[:, :before], level[:, -after:] = 0, 0, 0, 0

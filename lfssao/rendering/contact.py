@@ -10,6 +10,7 @@ from lfssao.core.pictures import resized
 from lfssao.core.srgb import to_codes
 
 FloatTexture = NDArray[np.float32]
+Flags = NDArray[np.bool_]
 
 _TITLES = ("without AO", "1 - ao", "with AO")
 _MARGIN = 12
@@ -24,11 +25,7 @@ def sheet_rows(count: int, most: int = 5) -> list[int]:
 
 
 def strip(
-    color: FloatTexture | None,
-    surface: NDArray[np.bool_],
-    blurred: FloatTexture,
-    shaded: FloatTexture,
-    width: int = 480,
+    color: FloatTexture | None, surface: Flags, blurred: FloatTexture, shaded: FloatTexture, width: int = 480
 ) -> Image.Image:
     """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side, 8-bit sRGB.
 

@@ -9,13 +9,11 @@ from lfssao.optics.display import Display, fit_roi
 from lfssao.optics.view import View, check_positions
 from lfssao.scene.mesh import Mesh
 
+Box = NDArray[np.float64]  # (2, 3): lower and upper corner
+
 
 def module_views(
-    mesh: Mesh,
-    display: Display,
-    modules: range | None = None,
-    guard: int = 0,
-    bounds: NDArray[np.float64] | None = None,
+    mesh: Mesh, display: Display, modules: range | None = None, guard: int = 0, bounds: Box | None = None
 ) -> list[View]:
     """The views of a display's modules, a box of world space fitted into the display's ROI.
 
@@ -52,12 +50,7 @@ def module_views(
 
 
 def neighbour_views(
-    mesh: Mesh,
-    display: Display,
-    count: int,
-    modules: range | None = None,
-    guard: int = 0,
-    bounds: NDArray[np.float64] | None = None,
+    mesh: Mesh, display: Display, count: int, modules: range | None = None, guard: int = 0, bounds: Box | None = None
 ) -> list[tuple[View, ...]]:
     """The views of the ``count`` nearest modules of each module; other arguments as for ``module_views``.
 

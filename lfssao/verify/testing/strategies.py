@@ -12,6 +12,7 @@ from lfssao.optics.display import Display, Module
 from lfssao.samples.registry import METHODS, sample_set
 from lfssao.samples.sets import SampleSet
 
+_SCREENS = ("flat", "convex", "concave", "conical")
 _ROI = ((-0.2, -0.15, -0.2), (0.2, 0.15, 0.2))
 
 
@@ -62,13 +63,7 @@ def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distanc
 
 
 @st.composite
-def displays(
-    draw: DrawFn,
-    *,
-    screens: tuple[str, ...] = ("flat", "convex", "concave", "conical"),
-    modules: int = 3,
-    texels: int = 64,
-) -> Display:
+def displays(draw: DrawFn, *, screens: tuple[str, ...] = _SCREENS, modules: int = 3, texels: int = 64) -> Display:
     """Displays of one or a few modules, aligned to the screen or turned, the observers on a line or an arc.
 
     Screens are 'flat', 'convex', 'concave', and 'conical' for a flat one with the conical diffuser. ``modules`` and

@@ -85,7 +85,8 @@ class Occlusion(Problem):
         off = self.errors[:, None] + rounding * sizes
         places, error, must = project_positions(self.points[:, None] + offsets, off, self.mapping, self.model)
         u, v, z = np.moveaxis(places, -1, 0)
-        return Landed(u, v, z, error[..., :2].max(axis=-1), error[..., 2], error[..., 0] > -np.inf, must)
+        largest = np.maximum(error[..., 0], error[..., 1])
+        return Landed(u, v, z, largest, error[..., 2], error[..., 0] > -np.inf, must)
 
     @cached_property
     def decided(self) -> tuple[FloatArray, FloatArray]:

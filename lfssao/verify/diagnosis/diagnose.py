@@ -16,7 +16,7 @@ from lfssao.verify.case import Arrays, Case, described_mapping, described_turns
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.borders import Places
 from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
-from lfssao.verify.diagnosis.search import Candidate, Change, Problem, Search, fits
+from lfssao.verify.diagnosis.search import Candidate, Change, Found, Problem, Search, fits
 from lfssao.verify.verdict import Judgement, texels
 
 _SEARCHED = 2400  # texels
@@ -24,6 +24,7 @@ _SEARCHED_IN_ALL = 240_000  # times samples or taps
 _POLISHED = 500_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 2_000_000  # samples or taps that the share is counted over
 _FEWEST = 2_000  # texels
+_SAME = 0.01  # of the wrong texels: so many may stay wrong by the values of another texture
 Make = Callable[[Places, Places], Problem]
 
 
@@ -172,13 +173,19 @@ class _View:
             return Search(problem, np.concatenate(weights) / (len(bad) + len(good)))
 
         search, without = drawn(min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 100))), len(good) / (len(good) + len(bad))
-        changes, known = changes_of(search.problem), {d.candidates[0].kind for d in first if d.fits}
-        found = search.best([c for c in changes if c.kind in known]) if known & {c.kind for c in changes} else []
+        changes, known = changes_of(search.problem), {d.candidates[0].kind: d.candidates[0] for d in first if d.fits}
+        counted = drawn(max(_MOST // cost, _FEWEST))
+        for change in changes:
+            if change.kind in known:  # of another texture with the same cause: a hundredth of the time of a search
+                same = counted.candidate(Found(change, known[change.kind].values, 0.0, 0.0))
+                if 1.0 - same.share <= _SAME * (1.0 - without):
+                    return Diagnosis(True, (same,), without, len(counted.weights))
+        likely = [change for change in changes if change.kind in known]
+        found = search.best(likely) if likely else []
         if not found or not fits(found[0].share, without):
             found = search.best(changes)
         if self.name.startswith("ao_"):  # counts have steps: fewer texels leave values open
             found[0] = drawn(max(_POLISHED // cost, _FEWEST)).polished(found[0])
-        counted = drawn(max(_MOST // cost, _FEWEST))
         told = tuple(counted.candidate(each) for each in found[:2])
         return Diagnosis(fits(told[0].share, without), told, without, len(counted.weights))
 

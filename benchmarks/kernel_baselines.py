@@ -53,9 +53,10 @@ def _horizons(a: Sequence[Any]) -> list[Any]:
 
 
 def _fraction(a: Sequence[Any]) -> list[Any]:
-    seen, offsets, projection, choices, _, occlusion, _ = a
+    seen, normals, offsets, projection, _, _, occlusion, _ = a
     moved = _transformed(offsets, projection)
-    given = [*seen, offsets, moved, projection.numbers, int(choices.hemisphere), occlusion]
+    half = normals is not None
+    given = [*seen, normals if half else seen.positions, offsets, moved, projection.numbers, int(half), occlusion]
     return [*_size(occlusion), len(offsets), *given]
 
 
@@ -134,7 +135,7 @@ BASELINES = (
     Baseline(ESTIMATORS + "vo.pyramid.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
     Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao", _horizons, (4,)),
-    Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (5,)),
+    Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (6,)),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(KERNELS + "multiresolution.halve", "multiresolution, halve", "halve",

@@ -110,11 +110,11 @@ def _occluded(
     with np.errstate(over="ignore"):  # the square of a very large radius is infinite: all is in reach
         offsets = np.ascontiguousarray(radius * np.asarray(points, np.float64), dtype)
         reach = dtype(float(radius) * float(radius)) if options.range_check else dtype(np.inf)
-    textures = depth, buffers.positions, np.empty(0, dtype) if normals is None else normals
-    seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
-    choices = kernels.Choices(normals is not None, reach, options.surface == "positions", remap)
+    seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in (depth, buffers.positions)))
+    above = None if normals is None else np.ascontiguousarray(normals).ravel()
+    choices = kernels.Choices(reach, options.surface == "positions", remap)
     projection = buffers.view.world_to_image.as_type(dtype)
-    return run_kernel(kernels.occluded_fraction, depth, seen, offsets, projection, choices, buffers.turns)
+    return run_kernel(kernels.occluded_fraction, depth, seen, above, offsets, projection, choices, buffers.turns)
 
 
 def _shell(n: int) -> tuple[FloatArray, None]:

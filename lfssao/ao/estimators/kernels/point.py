@@ -40,26 +40,20 @@ from lfssao.optics.kernels.projection import (
 
 
 class Seen(NamedTuple):
-    """A view's textures row by row, one dtype: image z, +infinity where there is no surface; world vectors, (3 H W,).
-
-    normals are read for ``Choices.hemisphere`` alone.
-    """
+    """A view's textures row by row, one dtype: image z, +infinity where there is no surface; world coordinates."""
 
     depth: np.ndarray
     positions: np.ndarray
-    normals: np.ndarray
 
 
 class Choices(NamedTuple):
     """Options of point sampling.
 
-    hemisphere: whether an offset o with (o_x n_x + o_y n_y) + o_z n_z < 0 is replaced by -o. reach: scalar of the
-    dtype, squared distance, world units, from the point up to which a surface point occludes; infinity: any. forward:
-    whether that point's depth is the mapped position's and not the depth texture's. remap: whether the fraction is
-    mapped by 2 max(0, fraction - 1/2).
+    reach: scalar of the dtype, squared distance, world units, from the point up to which a surface point occludes;
+    infinity: any. forward: whether that point's depth is the mapped position's and not the depth texture's. remap:
+    whether the fraction is mapped by 2 max(0, fraction - 1/2).
     """
 
-    hemisphere: bool
     reach: np.floating
     forward: bool
     remap: bool
@@ -135,15 +129,17 @@ def turned_offset(x, y, turns, turn, i):
 
 
 @kernel(inline=True)
-def move_row(offsets, ends, s, hemisphere, n, up, turns, turn, rows, a, b, c, q):
+def move_row(offsets, ends, s, normals, n, up, turns, turn, rows, a, b, c, q):
     """Line 5 and the affine half of line 6 of sample s for n points, on the other side where it is below the surface.
 
     ends: those of ``transform_offsets``.
     """
     z, zero, one = offsets[s, 2], type(a[0])(0), type(a[0])(1)
     for i in range(n):
-        x, y = turned_offset(offsets[s, 0], offsets[s, 1], turns, turn, i)
-        side = -one if hemisphere & ((x * up[0, i] + y * up[1, i]) + z * up[2, i] < zero) else one
+        side = one
+        if normals is not None:
+            x, y = turned_offset(offsets[s, 0], offsets[s, 1], turns, turn, i)
+            side = -one if (x * up[0, i] + y * up[1, i]) + z * up[2, i] < zero else one
         a[i] = rows[0, i] + side * offset_row(ends, s, 0, turns, turn, i)
         b[i] = rows[1, i] + side * offset_row(ends, s, 1, turns, turn, i)
         c[i] = rows[2, i] + side * offset_row(ends, s, 2, turns, turn, i)
@@ -181,12 +177,13 @@ def remap_fractions(fractions, at, end):
 
 
 @kernel(parallel=True)
-def occluded_fraction(seen, offsets, projection, choices, turns, occlusion, outside):
+def occluded_fraction(seen, normals, offsets, projection, choices, turns, occlusion, outside):
     """Fraction of samples behind the visible surface, with options, into occlusion (H, W).
 
-    offsets: (n, 3), the samples relative to the point, world units. turns: (2, H, W), cosine and sine by which each
-    texel's samples are turned, or None. outside: (H,), out: samples of each row outside the texture or the mapping's
-    domain; they count as not occluded.
+    normals: (3 H W,), unit world normals n, or None; with them an offset o with (o_x n_x + o_y n_y) + o_z n_z < 0 is
+    replaced by -o. offsets: (n, 3), the samples relative to the point, world units. turns: (2, H, W), cosine and sine
+    by which each texel's samples are turned, or None. outside: (H,), out: samples of each row outside the texture or
+    the mapping's domain; they count as not occluded.
     """
     (height, width), (kind, m) = occlusion.shape, projection
     fractions = occlusion.reshape(-1)
@@ -206,15 +203,15 @@ def occluded_fraction(seen, offsets, projection, choices, turns, occlusion, outs
             while at < end:
                 start, n = next_span(seen.depth, at, end, CHUNK)
                 load_row(seen.positions, start, n, points)
-                if choices.hemisphere:
-                    load_row(seen.normals, start, n, up)
+                if normals is not None:
+                    load_row(normals, start, n, up)
                 load_turns(turns, turn, j, start - j * width, n)
                 affine_rows(projection, n, points, rows)
                 for i in range(n):
                     count[i] = 0
                 found = 0
                 for s in range(samples):
-                    move_row(offsets, ends, s, choices.hemisphere, n, up, turns, turn, rows, a, b, c, q)
+                    move_row(offsets, ends, s, normals, n, up, turns, turn, rows, a, b, c, q)
                     if looks and kind == CROSSED_SLITS:
                         slits = slits_of(m)
                         found += count_slits(

@@ -30,6 +30,7 @@ from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 
 CAMERA_RESOLUTION = (1024, 768)
+_PLACED = ("eye", "target", "up", "fov")  # of a camera
 
 _HELP = {
     "scene": "a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, statue, ammonite, armadillo "
@@ -40,6 +41,10 @@ _HELP = {
     "--modules": "modules A to B - 1 only (default: all)",
     "--camera": "an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
     "SCENE goes before it",
+    "--eye": "place of the camera, world units (default: before the scene's +Z side); --eye=-1,0,2 if it begins with -",
+    "--target": "the point that the camera looks at (default: the middle of the scene)",
+    "--up": "a direction that appears upright (default: 0,1,0)",
+    "--fov": "vertical field of view of a perspective camera, degrees (default: the scene with a small margin)",
     "--resolution": "texels of each texture (default: the display's own; 1024x768 with --camera)",
     "--guard": f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
     "--radii": "radii of the sampling ball in scene units, or with %% in per cent of the scene's diagonal "
@@ -81,6 +86,9 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--display", metavar="NAME")
     add("--modules", type=values.module_range, metavar="A:B")
     add("--camera", nargs="?", const="perspective", metavar="PROJECTION")
+    for name in ("--eye", "--target", "--up"):
+        add(name, type=values.vector, metavar="X,Y,Z")
+    add("--fov", type=values.positive, metavar="DEGREES")
     add("--resolution", type=values.resolution, metavar="WxH")
     add("--guard", type=values.guard, default=0, metavar="N")
     add("--radii", type=values.radii, metavar="R,R,...")
@@ -138,6 +146,8 @@ def _display(options: argparse.Namespace) -> Display:
         for name in ("display", "modules", "neighbours"):
             if getattr(options, name) not in (None, 0):
                 raise InputError(f"--{name} does not go with --camera, which renders one ordinary view")
+    elif any(getattr(options, name) is not None for name in _PLACED):
+        raise InputError("--eye, --target, --up and --fov place a camera: they need --camera")
     try:
         display = find_display("virtual" if options.display is None else options.display)
     except InputError as error:
@@ -229,7 +239,7 @@ def _views(
 ) -> tuple[list[View], list[tuple[View, ...]]]:
     """The views that are rendered, and for each module those of the modules that it asks."""
     if options.camera is not None:
-        camera = Camera.looking_at(bounds, options.camera)
+        camera = Camera.placed(bounds, options.camera, *(getattr(options, name) for name in _PLACED))
         width, height = options.resolution or CAMERA_RESOLUTION
         check_positions(bounds, height / camera.extent)
         return [camera.view(width, height, options.guard)], []

@@ -78,6 +78,15 @@ def layers(text: str) -> tuple[str, ...]:
     return tuple(text.split(","))
 
 
+def vector(text: str) -> tuple[float, float, float]:
+    """Three numbers X,Y,Z."""
+    words = text.split(",")
+    if len(words) != 3:
+        raise argparse.ArgumentTypeError(f"'{_short(text)}' is not three numbers X,Y,Z")
+    x, y, z = map(finite, words)
+    return x, y, z
+
+
 def module_range(text: str) -> range:
     """A range A:B of modules."""
     found = re.fullmatch(r"([0-9]{1,9}):([0-9]{1,9})", text, re.ASCII)

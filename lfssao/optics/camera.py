@@ -1,12 +1,14 @@
 """Ordinary views, for Algorithm 1 (LF section 4): a pinhole or an orthographic camera as two 4x4 matrices."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
+from lfssao.core.elementary import sincospi
 from lfssao.errors import InputError
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View, WorldToImage
@@ -81,6 +83,56 @@ class Camera:
             near=0.9 * (distance - 0.5 * depth),
             far=1.1 * (distance + 0.5 * depth),
         )
+
+    @classmethod
+    def placed(
+        cls,
+        box: NDArray[np.float64],
+        projection: str = "perspective",
+        eye: Vector | None = None,
+        target: Vector | None = None,
+        up: Vector | None = None,
+        fov: float | None = None,
+    ) -> "Camera":
+        """A camera that looks at a scene's box, (2, 3) world corners, from where one wants.
+
+        Parameters
+        ----------
+        box : (2, 3) float64
+            Lowest and highest corner of the scene, world units; the planes near and far enclose what is in front.
+        projection : str
+            'perspective' or 'orthographic'.
+        eye, target, up : tuple of 3 floats, optional
+            As of ``Camera``; eye and target of ``looking_at``, and (0, 1, 0), by default.
+        fov : float, optional
+            Vertical field of view, degrees, above 0 and below 180, of a perspective camera; by default that of
+            ``looking_at``, and the extent of that for an orthographic camera.
+
+        Raises
+        ------
+        InputError
+            As of ``Camera``, if the field of view is out of range or not of a perspective, or if the whole box lies
+            behind the eye.
+        """
+        usual = cls.looking_at(box, projection)
+        if (eye, target, up, fov) == (None,) * 4:
+            return usual
+        made = replace(usual, eye=eye or usual.eye, target=target or usual.target, up=up or usual.up)
+        forward = np.subtract(made.target, made.eye)
+        distance, extent = _length(forward), usual.extent
+        if fov is not None:
+            if projection != "perspective" or not 0 < fov < 180:
+                raise InputError(f"camera: fov is {fov:g}, it must be 0 to 180 degrees of a perspective camera")
+            sine, cosine = sincospi(fov / 360)
+            extent = 2 * distance * (sine / cosine)
+        elif projection == "perspective":
+            extent *= distance / _length(np.subtract(usual.target, usual.eye))
+        corners = [np.subtract(corner, made.eye) / distance for corner in product(*np.transpose(box).tolist())]
+        depths = [(a[0] * forward[0] + a[1] * forward[1]) + a[2] * forward[2] for a in corners]
+        far = 1.1 * max(depths)
+        if not far > 0:
+            raise InputError(f"camera: the scene lies behind the eye at {made.eye}, which looks at {made.target}")
+        return replace(made, extent=extent, near=max(0.9 * min(depths), 1e-3 * far), far=far)
 
     def view(self, width: int, height: int, guard: int = 0) -> View:
         """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side."""

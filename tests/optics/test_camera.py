@@ -70,3 +70,35 @@ def test_impossible_cameras_are_refused():
     ):
         with pytest.raises(InputError, match=words):
             Camera(**{**good, **wrong})
+
+
+BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_a_placed_camera_is_the_usual_one_but_for_what_is_said(projection):
+    usual, placed = Camera.looking_at(BOX, projection), Camera.placed(BOX, projection, up=(0.0, 2.0, 0.0))
+    assert Camera.placed(BOX, projection) == usual
+    assert (placed.eye, placed.target, placed.extent) == (usual.eye, usual.target, usual.extent)
+    assert (placed.near, placed.far) == pytest.approx((usual.near, usual.far))
+    moved = Camera.placed(BOX, projection, (9.0, 3.0, 7.0), (1.5, 0.5, -1.0), (0.0, 0.0, 1.0))
+    assert (moved.eye, moved.target, moved.up) == ((9.0, 3.0, 7.0), (1.5, 0.5, -1.0), (0.0, 0.0, 1.0))
+    corners = np.array([[BOX[i, 0], BOX[j, 1], BOX[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    z = moved.view(30, 20).world_to_image(corners)[:, 2]
+    assert 0 < z.min() < z.max() < 1
+
+
+def test_a_field_of_view_is_that_of_the_rays():
+    view = Camera.placed(BOX, eye=(1.5, 0.0, 20.0), fov=40.0).view(30, 20)
+    _, _, _, _, dy, _, _, _ = rays.texel_ray(view.rays, 15.0, 0.0)
+    assert abs(dy) == pytest.approx(math.tan(math.radians(20)))
+
+
+@pytest.mark.parametrize(("how", "words"), [
+    ({"fov": 180.0}, "0 to 180"), ({"projection": "orthographic", "fov": 40.0}, "of a perspective"),
+    ({"eye": (0.0, 0.0, 9.0), "target": (0.0, 0.0, 10.0)}, "lies behind the eye"),
+    ({"eye": (0.0, 9.0, 0.0), "target": (0.0, 0.0, 0.0)}, "along up"),
+])  # fmt: skip
+def test_what_no_camera_can_be_placed_by(how, words):
+    with pytest.raises(InputError, match=words):
+        Camera.placed(BOX, **how)

@@ -15,7 +15,7 @@ def add_to(estimators: argparse.ArgumentParser) -> None:
     """Describe the command and its argument."""
     estimators.description = (
         "List the estimators that 'lfssao render --estimator NAME' knows: what each computes, after which paper, its "
-        "number of samples, its parameters with their defaults. With a NAME say what its parameters mean."
+        "number of samples, its parameters with their defaults. With a NAME say its formula and its parameters."
     )
     estimators.add_argument("name", nargs="?", metavar="NAME", help="an estimator whose parameters are explained")
     estimators.set_defaults(run=_list)
@@ -26,7 +26,7 @@ def _list(options: argparse.Namespace) -> None:
         print("\n".join(_line(estimator) for estimator in ESTIMATORS.values()))
     else:
         estimator = find_estimator(options.name)
-        print("\n".join([_line(estimator).splitlines()[0], *_meanings(estimator)]))
+        print("\n".join([_line(estimator).splitlines()[0], f"    {estimator.formula}", *_meanings(estimator)]))
 
 
 def _meanings(estimator: Estimator) -> Iterator[str]:

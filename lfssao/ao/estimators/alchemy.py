@@ -90,6 +90,10 @@ ENTRIES = (
         name="alchemy",
         title="obscurance by points of the surface above the tangent plane",
         source="SAO equation 1, after McGuire et al. 2011",
+        formula=(
+            "ao = 1 - max(0, 1 - (2 sigma R / taps) sum max(0, v.n - beta d) / (v.v + epsilon R^2))^k, v = Q - C, d "
+            "the distance of C from the viewer"
+        ),
         run=alchemy,
         options=AlchemyOptions,
         samples=spiral_points,

@@ -47,6 +47,8 @@ class Estimator:
     name: str  # its name in the registry and on the command line
     title: str  # one line for lists
     source: str  # paper and numbers of the equations, 'LF Algorithm 2' for example
+    # Occlusion with its normalisation, before filters: R the radius, world units, C the texel's point, n its normal
+    formula: str
     run: Run  # ``run(buffers, radius, points, weights, options)``, after the registry has checked all arguments
     options: type[Options] = Options  # the dataclass of its options
     # ``run_radii(buffers, radii, points, weights, options)``: the bits that ``run`` makes of each radius, in less time

@@ -60,6 +60,7 @@ ENTRIES = (
         name="hbao",
         title="horizons above the tangent plane",
         source="Bavoil, Sainz and Dimitrov 2008, equations 1 and 2",
+        formula="ao = (1 / directions) sum of W(|Q - C| / R) (sin of a horizon - sin of the one before)",
         run=hbao,
         options=HorizonOptions,
         dimensions=0,

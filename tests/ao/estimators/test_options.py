@@ -87,7 +87,9 @@ def test_all_estimators_are_listed(capsys):
         assert main(["estimators", name]) == 0
         lines = capsys.readouterr().out.splitlines()
         assert lines[0] == f"{name}: {entry.title} ({entry.source})"
-        for line, (parameter, value) in zip(lines[1:], entry.parameters.items(), strict=True):
+        assert lines[1] == f"    {entry.formula}"
+        assert "ao = " in entry.formula
+        for line, (parameter, value) in zip(lines[2:], entry.parameters.items(), strict=True):
             assert line.strip().startswith(f"{parameter}={value}: {entry.meanings[parameter]}")
 
 

@@ -251,6 +251,10 @@ ENTRIES = (
         name="sao",
         title="Scalable Ambient Obscurance with its updated falloff",
         source="SAO equations 2 to 10 and appendix",
+        formula=(
+            "A = max(0, 1 - (5 intensity / taps) sum max(0, 1 - v.v)^3 max(0, v.n - beta) / (v.v + epsilon)), "
+            "v = (Q - C) / R; ao = 1 - A after the average and the bilateral passes"
+        ),
         run=sao,
         options=AppendixOptions,
         dimensions=0,
@@ -261,6 +265,10 @@ ENTRIES = (
         name="sao-equation-1",
         title="Scalable Ambient Obscurance with the falloff first published",
         source="SAO equations 1 to 10",
+        formula=(
+            "A = max(0, 1 - (2 sigma / taps) sum max(0, v.n - beta d / R) / (v.v + epsilon)), v = (Q - C) / R, d the "
+            "distance of C from the viewer; ao = 1 - A^k after the average and the bilateral passes"
+        ),
         run=sao,
         options=Equation1Options,
         dimensions=0,

@@ -172,9 +172,9 @@ def _samples(domain: str, n: int, middle: bool = False) -> tuple[FloatArray, Flo
     return made.points, made.weights
 
 
-def _pair(name: str, title: str, section: str, run: Run, **more: Any) -> tuple[Estimator, ...]:
+def _pair(name: str, title: str, section: str, formula: str, run: Run, **more: Any) -> tuple[Estimator, ...]:
     """An estimator, and the same above the tangent plane (4.4), which reads normals."""
-    plain = Estimator(name, title, f"VO {section}", partial(run, tangent=False), turns=True, **more)
+    plain = Estimator(name, title, f"VO {section}", formula, partial(run, tangent=False), turns=True, **more)
     name, title, source = f"{name}-normal", f"{title}, above the tangent plane", f"VO {section} and 4.4"
     return plain, replace(plain, name=name, title=title, source=source, run=partial(run, tangent=True), normals=True)
 
@@ -184,6 +184,7 @@ ENTRIES = (
         "vo-points",
         "hidden share of the ball, by points",
         "sections 3, 4",
+        "ao = sum of the weights of hidden points / sum of weights",
         by_points,
         options=VolumeOptions,
         samples=partial(_samples, "ball"),
@@ -194,6 +195,7 @@ ENTRIES = (
         "vo-lines",
         "hidden share of the ball, by lines",
         "section 4.1",
+        "ao = sum w max(0, min(z_s, d + T) - max(-z_s, d)) / (2 z_s), d = (z_Q - z_S) / (R w_z), sum of w: 1",
         by_lines,
         options=VolumeOptions,
         samples=partial(_samples, "disk"),
@@ -205,6 +207,7 @@ ENTRIES = (
         "vo-area",
         "hidden share of the ball, by mean and variance of depth",
         "section 4.2",
+        "ao as of vo-lines, depths z_Q spread evenly over mean +- half_width sigma of an area",
         by_areas,
         options=AreaOptions,
         samples=partial(_samples, "disk", middle=True),

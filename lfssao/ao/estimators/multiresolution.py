@@ -80,7 +80,7 @@ ENTRIES = (
         title="obscurance by a small square of texels at several resolutions",
         source="Hoang and Low 2010, 2012, as LF and SAO cite them",
         formula=(
-            "ao of a level = sum of max(0, 1 - v.v / R^2) max(0, v.n) / |v| over the square / ((2 kernel + 1)^2 - 1), "
+            "of a level ao = sum of max(0, 1 - v.v / R^2) max(0, v.n) / |v| over the square / ((2 kernel + 1)^2 - 1), "
             "v = Q - C; levels by combine"
         ),
         run=multiresolution,

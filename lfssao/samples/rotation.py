@@ -72,7 +72,7 @@ _BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"
 DECORRELATIONS = {
     entry.name: entry
     for entry in (
-        Decorrelation("none", "the same samples at every texel", "LF figure 12", _none, 1),
+        Decorrelation("none", "the same samples at every texel", "LF section 6", _none, 1),
         Decorrelation("hash", "a random angle of each texel, of a seed", "Salmon et al. 2011", _random, None),
         Decorrelation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_tile), 4),
         Decorrelation("ign", "interleaved gradient noise", "Jimenez 2014", _filled(dither.gradient_noise_angles), None),

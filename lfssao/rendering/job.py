@@ -89,7 +89,7 @@ class Job:
             "frame": short_digest(self.transform(item.frame).tolist()),
             "resolution": short_digest([view.width, view.height]),
             "guard": short_digest(view.guard),
-            "view": short_digest([mapping, view.lens.tolist(), view.world_from_cast.tolist()]),
+            "view": short_digest(mapping),
         }
 
     @cached_property

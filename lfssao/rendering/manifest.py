@@ -85,6 +85,8 @@ def describe_view(view: View) -> dict[str, Any]:
         "guard": view.guard,
         "depth": view.depth_kind,
         "cast_from_world": view.cast_from_world.tolist(),
+        "world_from_cast": view.world_from_cast.tolist(),
+        "lens": view.lens.tolist(),
         "world_to_image_kind": KINDS[view.world_to_image.kind],
         "world_to_image": view.world_to_image.numbers.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.optics.kernels.directions import write_directions
 from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.kernels.rays import Rays
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.samples.rotation import texel_turns
 from lfssao.verify.bounds.bounds import Bounds
@@ -64,6 +66,16 @@ def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float3
     return texel_turns(
         parameters["rotation"], *inputs["depth"].shape, parameters["rotation_seed"], np.dtype(np.float32)
     )
+
+
+def described_directions(parameters: Parameters, inputs: Arrays) -> NDArray[np.float32] | None:
+    """The directions in which texels look: an input, or what a view's lens makes of them; None without either."""
+    given, view = inputs.get("directions"), parameters["view"]
+    if given is not None or "lens" not in view:
+        return given
+    made = np.empty((*inputs["depth"].shape, 3), np.float32)
+    write_directions(Rays(described_mapping(parameters).kind, view["lens"]), np.ravel(view["world_from_cast"]), made)
+    return made
 
 
 def described_mapping(parameters: Parameters) -> WorldToImage:

@@ -359,6 +359,66 @@ def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
     return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)
 
 
+@np.errstate(all="ignore")
+def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
+    """VO's hidden fraction of the ball by lines, of every renderer: (R, H, W); without normals the whole ball."""
+    kind, m, depth, r = given.world_to_image.kind, single(given.world_to_image.numbers), given.depth, single(radius)
+    axis, rows = np.append(single(given.cast_from_world[2]), np.zeros(12)), range(4 if kind == MATRIX else 3)
+    point, w, right = spread(ar, given.positions), spread(ar, given.directions), single(given.right)
+    w = [single(k + ar.rng.uniform(-1, 1, k.shape) * (2.0**-20 - 2.0**-24)) for k in w]  # made by itself
+    x, y = (ar.full(single(places)[None, None, :, k]) for k in range(2))
+    g = ar.total(right, w)
+    a = [ar.fused(-g, b, c) for b, c in zip(w, right, strict=True)]
+    length = ar.root(ar.total(a, a))
+    scale = ar.divide(1.0, length)
+    a = [ar.choose(ar.lot(0.5), ar.multiply(b, scale), ar.divide(b, length)) for b in a]
+    b = [ar.fused(w[k - 2], a[k - 1], -ar.multiply(w[k - 1], a[k - 2])) for k in range(3)]
+    c, s = (ar.full(single(mirrors)[..., k, None]) for k in range(2))
+    if given.turns is not None:
+        turn = turn_of(ar, given.turns)
+        c, s = ar.total(turn, [c, s]), ar.total(turn, [s, -c])
+    e, f = ([ar.total(by, of) for of in zip(a, b, strict=True)] for by in ((c, s), (s, -c)))
+    o = [ar.total([x, y], of) for of in zip(e, f, strict=True)]
+    turned_disk = [ar.total([c, s], [x, y]), ar.total([s, -c], [x, y])]
+    o = [ar.choose(ar.lot(0.3), ar.total(turned_disk, of), p) for of, p in zip(zip(a, b, strict=True), o, strict=True)]
+    if ar.rng.random() < 0.5:  # in the world
+        off = [ar.multiply(r, p) for p in o]
+        sums, deep = [row(ar, m, k, point, off) for k in rows], row(ar, axis, 0, point, off)
+    else:  # row by row, as the specification has it
+
+        def place(m, k):
+            along = [ar.multiply(r, ar.total(m[4 * k : 4 * k + 3], v)) for v in (e, f)]
+            return ar.fused(y, along[1], ar.fused(x, along[0], row(ar, m, k, point, STILL)))
+
+        sums, deep = [place(m, k) for k in rows], place(axis, 0)
+    u, v, z, valid = project(ar, kind, m, *sums)
+    z = deep if kind == MATRIX else z
+    there, j, i = inside(depth, u, v, valid)
+    surface = ar.full(depth.astype(np.float64))
+    if kind == MATRIX:
+        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, STILL)[..., 0], np.inf)
+    deep = ar.multiply(r, ar.total(axis[:3], w))
+    before = ar.subtract(surface[np.arange(ar.renderers)[:, None, None, None], j, i], z)
+    d = ar.choose(ar.lot(0.5), ar.multiply(before, ar.divide(1.0, deep)), ar.divide(before, deep))
+    half = single(half)
+    top = ar.full(half[None, None])
+    if given.normals is not None:
+        n = spread(ar, given.normals)
+        t = np.maximum(-ar.total(n, w), 2.0**-20)
+        slopes = [ar.divide(ar.total(n, v), t) for v in (e, f)]
+        plane = ar.choose(ar.lot(0.5), ar.total([x, y], slopes), ar.divide(ar.total(n, o), t))
+        top = np.minimum(plane, half)
+    if thickness > 0:
+        reach = ar.choose(ar.lot(0.5), single(thickness / radius), ar.divide(single(thickness), r))
+        top = np.minimum(ar.add(d, reach), top)
+    hidden = np.maximum(ar.subtract(top, np.maximum(d, -half)), 0)
+    hidden = np.where(there & np.isfinite(depth[j, i]), hidden, 0.0)
+    total = np.zeros(hidden.shape[:-1])
+    for k in ar.rng.permutation(len(places)):
+        total = ar.fused(single(unit)[k], hidden[..., k], total)
+    return np.where(np.isfinite(depth) & (deep[..., 0] > 0), np.minimum(total, 1.0), 0.0)
+
+
 def dual(ar, a, b, combine):
     """Two radii's occlusions as one."""
     if combine == "minimum":

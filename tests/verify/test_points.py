@@ -16,14 +16,14 @@ from reference import bounds as reference
 
 from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, find_display, module_views
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
-from lfssao.ao.estimators.vo.local_frame import ball_mirrors
+from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels.projection import Projection
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels.pairs import exact
-from lfssao.verify.bounds.points import BOUNDED, NORMALS, Surfaces, is_bounded, point_bounds
+from lfssao.verify.bounds.points import BOUNDED, LINES, NORMALS, Surfaces, is_bounded, point_bounds
 from lfssao.verify.bounds.view import occlusion_bounds
 
 RENDERERS = 40
@@ -135,6 +135,54 @@ def test_no_renderer_of_points_in_the_ball_leaves_its_bounds(drawn, tangent, thi
     check_volume(drawn, options, tangent)
 
 
+def check_lines(drawn, options, tangent):
+    """Renderers of VO's lines against the bounds; the places of some lines are next to another texel."""
+    view, rng, name, radius, n, turning = drawn
+    shape = view.height, view.width
+    turns = random_turns(rng, shape) if turning else None
+    j, i = np.indices(shape)
+    mirrors = np.moveaxis(
+        disk_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))[:, j % 4, i % 4], 0, -1
+    )
+    ways = unit(unit(view.cast_from_world[2, :3]) + rng.choice([0.1, 0.8]) * rng.normal(size=(*shape, 3)))
+    right = unit(view.world_from_cast[:, 0])
+    normals = unit(rng.normal(size=(*shape, 3)) - 2 * ways).astype(np.float32)
+    a = unit(right - np.einsum("k,ijk->ij", right, ways)[..., None] * ways)
+    b = np.cross(ways, a)
+    c, s = np.moveaxis(mirrors, -1, 0).astype(float)
+    if turning:
+        c, s = c * turns[0] + s * turns[1], s * turns[0] - c * turns[1]
+
+    def moved(samples, number):
+        x, y = 0.7 * samples[number, 0], 0.7 * samples[number, 1]
+        return (x * c + y * s)[..., None] * a + (x * s - y * c)[..., None] * b
+
+    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    places, weights = 0.7 * samples[:, :2], rng.uniform(0.2, 3, n)
+    half = np.sqrt(1 - (places * places).sum(1))
+    units = (2 if tangent else 1) * weights / weights.sum() / (2 * half)
+    mappings = view.world_to_image, view.cast_from_world
+    given = Surfaces(depth, positions, *mappings, normals if tangent else None, ways.astype(np.float32), turns, right)
+    ar, made = arithmetic(name, rng, RENDERERS), []
+    for r in (radius, options["second"] * radius) if options["second"] else (radius,):
+        made.append(rr.hidden_lines(ar, given, places, half, units, r, options["thickness"], mirrors))
+    volume = rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
+    found = point_bounds("vo-lines-normal" if tangent else "vo-lines", given, radius, places, weights, options, name)
+    assert_inside(volume, found, "volume")
+    return int(found.undecided.sum()), int((made[0].max(0) - made[0].min(0) > 1e-3).sum())
+
+
+@pytest.mark.slow
+@settings(max_examples=20)
+@given(
+    drawn_problems(), st.booleans(), st.sampled_from([0.0, 0.02, 0.2]), st.sampled_from([0.0, 0.5]),
+    st.sampled_from(["product", "minimum"]), st.booleans(),
+)  # fmt: skip
+def test_no_renderer_of_lines_leaves_its_bounds(drawn, tangent, thickness, second, combine, randomize):
+    options = {"thickness": thickness, "second": second, "combine": combine, "randomize": randomize, "seed": 3}
+    check_lines(drawn, options, tangent)
+
+
 def test_renderers_differ_where_points_are_undecided():
     """Else these scenes would prove nothing: bounds that are a point would be as sound."""
     display = find_display("sample-a").with_resolution(4, 3)
@@ -146,6 +194,7 @@ def test_renderers_differ_where_points_are_undecided():
         partial(check_fractions, options={**plain, "remap": False}, half=False),
         partial(check_fractions, options=plain, half=True),
         partial(check_volume, options=vo, tangent=True),
+        partial(check_lines, options=vo, tangent=True),
     ):
         undecided, differing = np.sum([check(problem) for problem in drawn], axis=0)  # fmt: skip
         assert undecided >= differing > 10
@@ -209,22 +258,28 @@ def test_image_points_equal_the_reference(data):
 
 @pytest.fixture(scope="module")
 def seen():
-    """The gallery from a module and by a camera."""
-    mesh = builtin_scene("gallery")
-    module = module_views(mesh, find_display("sample-a").with_resolution(64, 48), range(4, 5))[0]
-    views = module, Camera.looking_at(mesh.bounds).view(64, 48)
-    return [Buffers.of(RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric"), view) for view in views]
+    """Two scenes from a module and one by a camera, each with a radius."""
+    made, display = [], find_display("sample-a").with_resolution(64, 48)
+    for name in ("gallery", "statue", "camera"):
+        mesh = builtin_scene("gallery" if name == "camera" else name)
+        camera = Camera.looking_at(mesh.bounds).view(64, 48)
+        view = camera if name == "camera" else module_views(mesh, display, range(4, 5))[0]
+        gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric")
+        made.append((Buffers.of(gbuffer, view), default_radii(mesh)[1]))
+    return made
 
 
 @pytest.mark.parametrize("name", BOUNDED)
 def test_few_points_are_undecided(name, seen):
-    estimator, radius = find_estimator(name), default_radii(builtin_scene("gallery"))[1]
+    estimator = find_estimator(name)
     points, weights = estimator.default_samples()
     changes = {"range_check": True, "surface": "positions"} if "surface" in estimator.parameters else {"second": 0.5}
-    for buffers in seen:
+    for buffers, radius in seen:
         view, depth = buffers.view, buffers.depth
         mappings = view.world_to_image, view.cast_from_world
-        given = Surfaces(depth, buffers.positions, *mappings, buffers.normals, buffers.directions)
+        given = Surfaces(
+            depth, buffers.positions, *mappings, buffers.normals, buffers.directions, right=view.world_from_cast[:, 0]
+        )
         for options in (estimator.parameters, {**estimator.parameters, **changes}):
             found = point_bounds(name, given, radius, points, weights, options)
             assert not found.outside(estimate(name, buffers, radius, points, weights, **options).texture).any()
@@ -232,6 +287,18 @@ def test_few_points_are_undecided(name, seen):
             assert undecided.mean() / len(points) < 0.005
             assert (undecided == 0).mean() > 0.95
             assert found.upper.max() > 0.2
+            if name in LINES:
+                widths = (found.upper - found.lower)[depth < np.inf]
+                assert np.median(widths) < (4e-4 if view.screen_to_world is not None else 4e-5)
+                check_wrong_lines(found, depth < np.inf, buffers, name, radius, points, weights, options)
+
+
+def check_wrong_lines(found, seen, buffers, name, radius, points, weights, options):
+    """A radius 1 % too large, a wrong weight and mirrors left out fall outside the bounds of lines."""
+    skewed = weights * [1.1, 1, 1, 1, 1]
+    for r, w, changes in ((1.01 * radius, weights, {}), (radius, skewed, {}), (radius, weights, {"randomize": False})):
+        made = estimate(name, buffers, r, points, w, **{**options, **changes}).texture
+        assert found.outside(made)[seen].mean() > 0.3
 
 
 @pytest.mark.parametrize("name", BOUNDED)
@@ -242,12 +309,16 @@ def test_bounds_are_those_of_the_arguments(name):
     depth, positions, points = critical_scene(rng, view, 6, 0.3, lambda samples, number: samples[number])
     normals = unit(rng.normal(size=positions.shape)).astype(np.float32)
     options, weights = ESTIMATORS[name].parameters, rng.uniform(0.2, 3, 6)
+    points = points[:, :2] / 2 if name in LINES else points
+    directions = np.broadcast_to(view.cast_from_world[2, :3], positions.shape).astype(np.float32)
     described = {
         "mapping": {"kind": "matrix", "numbers": view.world_to_image.numbers}, "estimator": name, "options": options,
-        "view": {"cast_from_world": view.cast_from_world},
+        "view": {"cast_from_world": view.cast_from_world, "world_from_cast": view.world_from_cast.tolist()},
     }  # fmt: skip
-    inputs = {"depth": depth, "positions": positions, "normals": normals, "points": points, "weights": weights}
-    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, normals)
+    inputs = {"depth": depth, "positions": positions, "normals": normals, "points": points, "weights": weights,
+              "directions": directions}  # fmt: skip
+    more = {"normals": normals, "directions": directions, "right": view.world_from_cast[:, 0]}
+    given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, **more)
 
     def same(a, b):
         return all(np.array_equal(getattr(a, end), getattr(b, end)) for end in ("lower", "upper", "undecided"))
@@ -258,7 +329,7 @@ def test_bounds_are_those_of_the_arguments(name):
     assert same(found[1], right[1])
     assert not same(*right)
     assert same(point_bounds(name, given, 0.3, points, weights, options), right[0])
-    away = Surfaces(depth, positions, view.world_to_image, -view.cast_from_world, normals)
+    away = Surfaces(depth, positions, view.world_to_image, -view.cast_from_world, **more)
     assert same(right[0], point_bounds(name, away, 0.3, points, weights, options)) == (not name.startswith("vo-"))
 
 
@@ -269,11 +340,11 @@ def test_estimators_that_count_points_have_bounds_if_their_textures_are_given():
     for name, estimator in ESTIMATORS.items():
         for thickness in (0.0, 0.1):
             options = {**estimator.parameters, "thickness": thickness}
-            known = name in BOUNDED and thickness == 0
+            known = name in BOUNDED and name not in LINES and thickness == 0
             assert is_bounded(name, options) == known
             assert is_bounded(name, options, directions=True) == (name in BOUNDED)
             assert (point_bounds(name, *given, options) is not None) == (known and name not in NORMALS)
-        assert is_bounded(name, {}) == (name in BOUNDED)
+        assert is_bounded(name, {}) == (name in BOUNDED and name not in LINES)
     assert {name for name in BOUNDED if ESTIMATORS[name].normals} == set(NORMALS)
     with pytest.raises(InputError, match="there is no error model 'loose'"):
         point_bounds("point", *given, ESTIMATORS["point"].parameters, "loose")

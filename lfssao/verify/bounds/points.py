@@ -1,12 +1,15 @@
-"""Bounds of the estimators that, as Algorithms 1 and 2, count decisions about points of a ball: one outcome a point.
+"""Bounds of the estimators that count decisions about points of a ball, as Algorithms 1 and 2, or sum lengths of lines.
 
 ``point``, ``hemisphere``, ``vo-points`` and ``vo-points-normal``. Each point is occluded, clear or undecided
 (``kernels.point_bounds``, ``kernels.volume_bounds``). Occlusion grows with each decision, the remap
 2 max(0, occlusion - 1/2) with the occlusion, and both ways of VO to make one of two radii with each of the two: bounds
 go through. VO's points have weights, whose sum takes the place of the count.
 
-The other estimators are no counts: they sum distances, horizons and areas that jump where a look-up falls into another
-texel, by as much as the surface there differs. No interval of them is known; they must have equal bits.
+``vo-lines`` and ``vo-lines-normal`` sum lengths, which jump where a look-up falls into another texel, by as much as the
+surface there differs. Each length lies between those that any texel gives where the look-up may fall
+(``kernels.line_bounds``).
+
+The other estimators sum distances, horizons and areas. No interval of them is known; they must have equal bits.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,11 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Value
+from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
+from lfssao.ao.textures import check_fit
 from lfssao.core.affine import Matrix, sum_in_order
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.kernels import line_bounds as line_kernels
 from lfssao.verify.bounds.kernels import point_bounds as point_kernels
 from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
@@ -46,8 +52,9 @@ class Surfaces:
     world_to_image: WorldToImage
     cast_from_world: Matrix  # (3, 4)
     normals: Texture | None = None  # (H, W, 3): unit normals, for estimators that read them
-    directions: Texture | None = None  # (H, W, 3): unit viewing directions, for VO's thickness
+    directions: Texture | None = None  # (H, W, 3): unit viewing directions, for VO's lines and thickness
     turns: Texture | None = None  # (2, H, W): cosine and sine by which each texel's points are turned
+    right: FloatArray | None = None  # (3,): the view's rightward direction in the world, for VO's lines
 
 
 class Problem(NamedTuple):
@@ -69,12 +76,14 @@ def point_bounds(
     options: Options,
     model: str | ErrorModel = "shader",
 ) -> Bounds | None:
-    """Bounds of an estimator's occlusion; None if it counts no points, or a texture that it reads is missing.
+    """Bounds of an estimator's occlusion; None if none are known, or a texture that it reads is missing.
 
-    R is in world units; points are (n, 3) in the unit ball, weights (n,), read by VO; options are all of the
-    estimator's parameters. InputError if there is no such model; an exact one has one right value and no bounds here.
+    R is in world units; points are (n, 3) in the unit ball or, of lines, (n, 2) in the unit disk, weights (n,), read by
+    VO; options are all of the estimator's parameters. InputError if there is no such model; an exact one has one right
+    value and no bounds here.
     """
-    if points is None or not is_bounded(name, options, surfaces.directions is not None):
+    ways = surfaces.directions is not None and (name not in LINES or surfaces.right is not None)
+    if points is None or not is_bounded(name, options, ways):
         return None
     if name in NORMALS and surfaces.normals is None:
         return None
@@ -83,8 +92,8 @@ def point_bounds(
 
 
 def is_bounded(name: str, options: Options, directions: bool = False) -> bool:
-    """Whether intervals of an estimator's occlusion are known; with a thickness those of known directions only."""
-    return name in BOUNDED and (directions or not float(options.get("thickness", 0.0)) > 0)
+    """Whether intervals of an estimator's occlusion are known; of lines, or a thickness, if directions are."""
+    return name in BOUNDED and (directions or not (name in LINES or float(options.get("thickness", 0.0)) > 0))
 
 
 def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
@@ -110,12 +119,12 @@ def _remapped(fractions: Texture, model: ErrorModel, sign: int) -> Texture:
     return down_to_single(moved) if sign > 0 else up_to_single(moved)
 
 
-def _hidden_volume(given: Problem, radius: float, *, tangent: bool) -> Bounds:
-    """Bounds of ``vo-points``, or with ``tangent`` of ``vo-points-normal``, of one radius or two."""
-    first, second = _volume_at(given, radius, tangent), float(given.options["second"])
+def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds], tangent: bool) -> Bounds:
+    """Bounds of VO by samples as ``at`` bounds them, above the tangent plane or not, of one radius or two."""
+    first, second = at(given, radius, tangent), float(given.options["second"])
     if second == 0:
         return first
-    other = _volume_at(given, second * radius, tangent)
+    other = at(given, second * radius, tangent)
     merged = merge_bounds([first, other])
     if given.options["combine"] == "minimum":
         return merged
@@ -128,30 +137,53 @@ def _hidden_volume(given: Problem, radius: float, *, tangent: bool) -> Bounds:
     return Bounds(up_to_single(ends[0]), down_to_single(ends[1]), merged.undecided)
 
 
-def _volume_at(given: Problem, radius: float, tangent: bool) -> Bounds:
-    """Bounds at one radius; weights are added in any order, and what is above 1 is 1."""
-    surfaces, options, errors, n = given.surfaces, given.options, given.model.errors, len(given.points)
-    points = given.points.astype(np.float32).astype(np.float64)
-    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, points, radius)
+def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
+    """Bounds of VO by points at one radius."""
+    surfaces, options, n = given.surfaces, given.options, len(given.points)
+    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, _single(given.points), radius)
     weights = np.ones(n) if given.weights is None else np.asarray(given.weights, np.float64)
     thickness = float(options["thickness"])
     mirrors = ball_mirrors(bool(options["randomize"]), int(options["seed"]), np.dtype(np.float32))
     ball = volume_kernels.Ball(
-        fractions=(weights / sum_in_order(weights.tolist())).astype(np.float32).astype(np.float64),
-        mirrors=mirrors.astype(np.float64),
+        fractions=_single(weights / sum_in_order(weights.tolist())),
+        mirrors=_single(mirrors),
         normals=_contiguous(surfaces.normals if tangent else None),
         directions=_contiguous(surfaces.directions if thickness > 0 else None),
-        axis=surfaces.cast_from_world[2].astype(np.float32).astype(np.float64),
+        axis=_single(surfaces.cast_from_world[2]),
         radius=float(radius),
         thickness=thickness,
     )
-    shape = surfaces.depth.shape
+    return _summed(volume_kernels.sum_hidden, inputs, ball, given)
+
+
+def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
+    """Bounds of VO by lines at one radius."""
+    surfaces, options = given.surfaces, VolumeOptions(**given.options)  # type: ignore[arg-type]
+    normals, ways = _contiguous(surfaces.normals if tangent else None), _contiguous(surfaces.directions)
+    check_fit("directions", ways, surfaces.depth, 3)
+    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, np.zeros((1, 3)), radius)
+    disk = make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32))
+    samples = [_single(numbers) for numbers in (disk.places, disk.half, disk.weights, disk.mirrors)]
+    axes = [_single(surfaces.cast_from_world[2]), _single(surfaces.right)]
+    thickness = options.thickness / radius if options.thickness > 0 < radius else np.inf
+    lines = line_kernels.Lines._make([*samples, normals, ways, *axes, float(radius), thickness])
+    return _summed(line_kernels.sum_lengths, inputs, lines, given)
+
+
+def _summed(kernel: Callable[..., None], inputs: Any, samples: Any, given: Problem) -> Bounds:
+    """Bounds of sums of a kernel: they are added in any order, and what is above 1 is 1."""
+    errors, n, shape = given.model.errors, len(given.points), inputs.depth.shape
     low, high, fewest, most, undecided = (np.empty(shape, dtype) for dtype in ("f8", "f8", "f8", "f8", "i4"))
-    volume_kernels.write_cast_depths(inputs, ball.axis, errors, low, high)
-    volume_kernels.sum_hidden(inputs, ball, low, high, errors, surfaces.turns, fewest, most, undecided)
+    volume_kernels.write_cast_depths(inputs, samples.axis, errors, low, high)
+    kernel(inputs, samples, low, high, errors, given.surfaces.turns, fewest, most, undecided)
     relative = (n + 4) * errors.operation * (1 + n * errors.operation)
     lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
     return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
+
+
+def _single(numbers: Any) -> FloatArray:
+    """Numbers as a renderer has them: rounded to float32, held as float64."""
+    return np.asarray(numbers).astype(np.float32).astype(np.float64)
 
 
 def _contiguous(texture: Texture | None) -> Texture:
@@ -159,11 +191,13 @@ def _contiguous(texture: Texture | None) -> Texture:
     return _NOTHING if texture is None else np.ascontiguousarray(texture)
 
 
-# Estimators whose intervals are known, and those of them that read normals.
+# Estimators whose intervals are known, and those of them that read normals, or sum lines.
 BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "point": partial(_hidden_points, half=False),
     "hemisphere": partial(_hidden_points, half=True),
-    "vo-points": partial(_hidden_volume, tangent=False),
-    "vo-points-normal": partial(_hidden_volume, tangent=True),
+    "vo-points": partial(_hidden_volume, at=_points_at, tangent=False),
+    "vo-points-normal": partial(_hidden_volume, at=_points_at, tangent=True),
+    "vo-lines": partial(_hidden_volume, at=_lines_at, tangent=False),
+    "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
 }
-NORMALS = ("hemisphere", "vo-points-normal")
+NORMALS, LINES = ("hemisphere", "vo-points-normal", "vo-lines-normal"), ("vo-lines", "vo-lines-normal")

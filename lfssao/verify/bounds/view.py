@@ -26,7 +26,7 @@ from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Parameters, described_mapping, described_turns
+from lfssao.verify.case import Arrays, Parameters, described_directions, described_mapping, described_turns
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
@@ -46,7 +46,9 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     if name not in BOUNDED or model.exact or positions is None:
         return None
     axes, options = np.array(parameters["view"]["cast_from_world"]), parameters["options"]
-    surfaces = Surfaces(depth, positions, mapping, axes, inputs.get("normals"), inputs.get("directions"), turns)
+    back, directions = parameters["view"].get("world_from_cast"), described_directions(parameters, inputs)
+    right = None if back is None else np.array(back)[:, 0]
+    surfaces = Surfaces(depth, positions, mapping, axes, inputs.get("normals"), directions, turns, right)
     return point_bounds(name, surfaces, radius, inputs.get("points"), inputs.get("weights"), options, model)
 
 

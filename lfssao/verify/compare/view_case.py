@@ -12,7 +12,7 @@ from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 from lfssao.samples.rotation import check_rotation
-from lfssao.verify.bounds.points import BOUNDED, is_bounded
+from lfssao.verify.bounds.points import BOUNDED, LINES, is_bounded
 from lfssao.verify.case import VIEW, Case, Parameters
 
 
@@ -78,6 +78,11 @@ def _tables(
     if settings["weights"] is not None:
         tables["weights"] = _numbers(settings["weights"])
     check_samples(estimator, tables["points"], tables.get("weights"))
+    if name in LINES and "lens" in view:  # a manifest without it is of a time when lines had no intervals
+        back, lens = _numbers(view["world_from_cast"]), _numbers(view["lens"])
+        if back.shape != (3, 4) or lens.shape != ((32,) if view["world_to_image_kind"] == "display" else (8,)):
+            raise ValueError("world_from_cast or lens has the wrong length")
+        parameters["view"] |= {"world_from_cast": back, "lens": lens}
     return tables
 
 
@@ -90,4 +95,5 @@ def _numbers(values: Any) -> NDArray[np.float64]:
 
 def knows_occlusion(parameters: Parameters) -> bool:
     """Whether intervals of the occlusion of a view's estimator are known."""
-    return parameters["estimator"] == "lf" or is_bounded(parameters["estimator"], parameters["options"])
+    name, directions = parameters["estimator"], "lens" in parameters.get("view", {})
+    return name == "lf" or is_bounded(name, parameters["options"], directions)

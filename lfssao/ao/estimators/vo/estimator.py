@@ -93,7 +93,7 @@ def by_lines(
     points: (n, 2), places of the lines in the unit disk. weights: integrals of the ball's extent in z over the disk's
     cells (4.5), by default z_s. tangent: whether lines end at the tangent plane (4.4). Raises as ``by_points``.
     """
-    disk = _disk(points, weights, options, tangent, buffers.depth.dtype)
+    disk = make_disk(points, weights, options, tangent, buffers.depth.dtype)
     return _at_radii(line_occlusion, buffers, radius, options, seen_surface(buffers), disk)
 
 
@@ -105,7 +105,7 @@ def by_areas(
     points: (n, 2), the middles of the areas in the unit disk; an area is in proportion to the sample's weight over z_s
     at its place. All else is as for ``by_lines``.
     """
-    seen, disk = seen_surface(buffers), _disk(points, weights, options, tangent, buffers.depth.dtype)
+    seen, disk = seen_surface(buffers), make_disk(points, weights, options, tangent, buffers.depth.dtype)
     pyramid = moment_pyramid(seen.depth.reshape(buffers.depth.shape), options.prefilter)
     view = seen, disk, pyramid, options.half_width
     return _at_radii(area_occlusion, buffers, radius, options, *view, most=4 * FAR)
@@ -144,7 +144,7 @@ def _normalised(weights: FloatArray) -> FloatArray:
     return fractions
 
 
-def _disk(points: Any, weights: Any, options: VolumeOptions, tangent: bool, dtype: np.dtype[Any]) -> Disk:
+def make_disk(points: Any, weights: Any, options: VolumeOptions, tangent: bool, dtype: np.dtype[Any]) -> Disk:
     """Samples of the disk as kernels take them, made in float64."""
     disk = np.ascontiguousarray(points, np.float64)
     half = np.sqrt(np.maximum(1 - (disk[:, 0] * disk[:, 0] + disk[:, 1] * disk[:, 1]), 0))

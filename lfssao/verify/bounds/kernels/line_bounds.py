@@ -1,0 +1,175 @@
+"""``vo-lines`` and ``vo-lines-normal`` on pairs: sums of weighted hidden lengths of lines through each texel's ball.
+
+A line's length is an interval: each texel that its place may lie in gives one, of the pair d = (z_Q - z_S) / (R w_z),
+and a place that may lie in none gives 0. Turn, reflection and place on the disk may be applied in any order: no term of
+an offset f a + g b, a and b the frame's pairs, is rounded more than 21 times on its way into a row. A row's own
+roundings, 10 of P and the offset o, are counted for their sum, abs(P) + abs(o) <= abs(P + o) + 2 abs(o).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import prange
+
+from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
+from lfssao.core.jit import kernel
+from lfssao.optics.kernels.projection import MATRIX
+from lfssao.verify.bounds.kernels.pairs import (
+    FLUSHED,
+    SAFETY,
+    Pair,
+    add,
+    divide,
+    dot,
+    exact,
+    is_positive,
+    multiply,
+    root,
+    subtract,
+)
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, point_row, project, rows_of_point, widen
+from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, turn_of, vector
+
+_ROUNDINGS = 48  # 21 and twice 10 if they are counted
+_LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
+
+
+class Lines(NamedTuple):
+    """The lines of ``vo-lines`` through each texel's ball; numbers are float32 ones, held as float64."""
+
+    places: Any  # (n, 2): x and y in the unit disk
+    half: Any  # (n,): half of the ball's extent along each line, in radii
+    units: Any  # (n,): weights of a unit of length
+    mirrors: Any  # (2, T, T): cosine and sine of a texel's reflection, in tiles of T x T texels
+    normals: Any  # (H, W, 3) float32: normals of the tangent planes; (0, 0, 3) for none
+    directions: Any  # (H, W, 3) float32: viewing directions
+    axis: Any  # (4,): the last row of ``cast_from_world``
+    right: Any  # (3,): the view's rightward direction
+    radius: float  # world units
+    thickness: float  # in radii, infinite for none
+
+
+@kernel(inline=True)
+def frame_of(right, way, by):
+    """Unit vectors a and b across a viewing direction, triples of pairs: a to the right, b = w x a."""
+    along = dot(right, way, by)
+    x = subtract(right[0], multiply(along, way[0], by), by)
+    y = subtract(right[1], multiply(along, way[1], by), by)
+    z = subtract(right[2], multiply(along, way[2], by), by)
+    scale = divide(exact(1.0), root(dot((x, y, z), (x, y, z), by), by), by)
+    x, y, z = multiply(x, scale, by), multiply(y, scale, by), multiply(z, scale, by)
+    return (x, y, z), (
+        subtract(multiply(way[1], z, by), multiply(way[2], y, by), by),
+        subtract(multiply(way[2], x, by), multiply(way[0], z, by), by),
+        subtract(multiply(way[0], y, by), multiply(way[1], x, by), by),
+    )
+
+
+@kernel(inline=True)
+def offset_of(lines, s, frame, turns, column, row, by):
+    """The place of line s from the middle of a texel's disk, in radii: three pairs."""
+    (a, b), tile, k = frame, lines.mirrors.shape[1], _ROUNDINGS * by.operation
+    x, y = lines.places[s, 0], lines.places[s, 1]
+    c, d = lines.mirrors[0, row % tile, column % tile], lines.mirrors[1, row % tile, column % tile]
+    cosine, sine, more, less = c, d, abs(c), abs(d)
+    if turns is not None:
+        p, q = turn_of(turns, column, row)
+        cosine, sine, more, less = c * p + d * q, d * p - c * q, abs(c * p) + abs(d * q), abs(d * p) + abs(c * q)
+    f = Pair(x * cosine + y * sine, k * (1.0 + k) * (abs(x) * more + abs(y) * less) + 8.0 * FLUSHED)
+    g = Pair(x * sine - y * cosine, k * (1.0 + k) * (abs(x) * less + abs(y) * more) + 8.0 * FLUSHED)
+    return (
+        add(multiply(f, a[0], by), multiply(g, b[0], by), by),
+        add(multiply(f, a[1], by), multiply(g, b[1], by), by),
+        add(multiply(f, a[2], by), multiply(g, b[2], by), by),
+    )
+
+
+@kernel(inline=True)
+def image_of(inputs, lines, here, offset, by):
+    """The image point of P + R o, P exact and o three pairs, and its cast z."""
+    r, flushed = lines.radius, 8.0 * FLUSHED
+    place = (
+        Pair(here[0].value + r * offset[0].value, r * offset[0].error + flushed),
+        Pair(here[1].value + r * offset[1].value, r * offset[1].error + flushed),
+        Pair(here[2].value + r * offset[2].value, r * offset[2].error + flushed),
+    )
+    image = project(mapping_of(inputs), rows_of_point(mapping_of(inputs), place, by.operation, TURNED), by)
+    z = point_row(lines.axis, 0, place, by.operation, TURNED) if inputs.kind == MATRIX else image.z
+    return widen(image, by), z
+
+
+@kernel(inline=True)
+def tops_of(lines, column, row, way, offset, half, by):
+    """The least and largest end of a line: at the tangent plane, or half the ball's extent."""
+    if lines.normals.shape[0] == 0:
+        return half, half
+    normal = vector(lines.normals, row, column)
+    towards, height = dot(normal, way, by), dot(normal, offset, by)
+    near = max(-towards.value - towards.error * SAFETY, EDGE_ON)
+    far = max(-towards.value + towards.error * SAFETY, EDGE_ON)
+    plane = divide(height, Pair(0.5 * (near + far), 0.5 * (far - near)), by)
+    error = plane.error * SAFETY
+    return min(plane.value - error, half), min(plane.value + error, half)
+
+
+@kernel(inline=True)
+def length_of(thickness, half, tops, d, by):
+    """The least and largest hidden length of a line where the surface is met at d."""
+    error = d.error * SAFETY
+    if not error < np.inf:
+        return 0.0, 2.0 * half
+    least, most = tops
+    if thickness < np.inf:
+        back = add(d, Pair(thickness, thickness * (2.0 * by.operation + by.quotient)), by)
+        least = min(least, back.value - back.error * SAFETY)
+        most = min(most, back.value + back.error * SAFETY)
+    least -= max(d.value + error, -half)
+    most -= max(d.value - error, -half)
+    r = 2.0 * by.operation
+    return max(least * (1.0 - r) - FLUSHED, 0.0), most * (1.0 + r) + FLUSHED if most > 0.0 else 0.0
+
+
+@kernel(inline=True)
+def hidden_length(inputs, lines, s, image, z, steep, tops, low, high, by):
+    """The least and largest hidden length of line s, and whether its place lies in one texel, or in none, for sure."""
+    box, half = box_of(inputs.depth.shape, image), lines.half[s]
+    if not (box.may and box.known):
+        return 0.0, 2.0 * half if box.may else 0.0, not box.may
+    least, most = 2.0 * half if box.must else 0.0, 0.0
+    for j in range(box.j0, box.j1 + 1):
+        for i in range(box.i0, box.i1 + 1):
+            shortest, longest = 0.0, 0.0
+            if low[j, i] < np.inf:
+                surface = Pair(0.5 * (low[j, i] + high[j, i]), 0.5 * (high[j, i] - low[j, i]))
+                d = multiply(subtract(surface, z, by), steep, by)
+                shortest, longest = length_of(lines.thickness, half, tops, d, by)
+            least, most = min(least, shortest), max(most, longest)
+    return least, most, box.must and box.i0 == box.i1 and box.j0 == box.j1
+
+
+@kernel(parallel=True)
+def sum_lengths(inputs, lines, low, high, by, turns, fewest, most, undecided):
+    """Write the least and largest hidden fraction of every texel's ball, (H, W) float64; sums are not rounded yet.
+
+    ``low`` and ``high`` are those of ``volume_bounds.write_cast_depths``; ``undecided``, (H, W) int32, gets the number
+    of lines that may be looked up in several texels.
+    """
+    for j in prange(inputs.depth.shape[0]):
+        for i in range(inputs.depth.shape[1]):
+            fewest[j, i], most[j, i], undecided[j, i] = 0.0, 0.0, 0
+            a, r, w = lines.axis, lines.right, lines.directions[j, i]
+            axis, right = (exact(a[0]), exact(a[1]), exact(a[2])), (exact(r[0]), exact(r[1]), exact(r[2]))
+            way = Pair(np.float64(w[0]), _LOOK), Pair(np.float64(w[1]), _LOOK), Pair(np.float64(w[2]), _LOOK)
+            deep = multiply(Pair(lines.radius, by.operation * lines.radius), dot(axis, way, by), by)
+            may, must = is_positive(deep)
+            if not (may and inputs.depth[j, i] < np.inf):
+                continue
+            frame, steep = frame_of(right, way, by), divide(exact(1.0), deep, by)
+            for s in range(lines.half.shape[0]):
+                offset = offset_of(lines, s, frame, turns, i, j, by)
+                image, z = image_of(inputs, lines, vector(inputs.positions, j, i), offset, by)
+                tops = tops_of(lines, i, j, way, offset, lines.half[s], by)
+                least, longest, sure = hidden_length(inputs, lines, s, image, z, steep, tops, low, high, by)
+                fewest[j, i] += max(lines.units[s] * least - FLUSHED, 0.0) if must else 0.0
+                most[j, i] += lines.units[s] * longest + FLUSHED if longest > 0.0 else 0.0
+                undecided[j, i] += np.int32(not (sure and must))

@@ -23,7 +23,7 @@ from lfssao.rendering.mapping_file import read_mapping
 from lfssao.rendering.output import occlusion_part
 from lfssao.rendering.passes import FloatTexture, turns_for
 from lfssao.rendering.settings import Settings
-from lfssao.samples.rotation import DECORRELATIONS
+from lfssao.samples.rotation import ROTATIONS
 from lfssao.verify.compare.layers import layers_of
 
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
@@ -54,7 +54,7 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     add("--samples", type=values.samples, metavar="N", help="samples of each texel and radius (default: 8)")
     add("--sampling", metavar="NAME", help=_METHODS)
     add("--seed", type=values.seed, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
-    rotations = f"turn each texel's samples: {', '.join(DECORRELATIONS)}; hash by the seed (default: hash)"
+    rotations = f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed (default: hash)"
     add("--rotate", metavar="NAME", help=rotations)
     add("--blur", type=values.blur, default=1.0, metavar="SIGMA", help="sigma, texels; 0: none (default: 1)")
     add("-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to; made if not there")

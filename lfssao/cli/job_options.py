@@ -25,7 +25,7 @@ from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
 from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
-from lfssao.samples.rotation import DECORRELATIONS
+from lfssao.samples.rotation import ROTATIONS
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 
@@ -56,7 +56,7 @@ _HELP = {
     "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
     "(default: the estimator's own, LF's is latin)",
     "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
-    "--rotate": f"turn each texel's samples: {', '.join(DECORRELATIONS)}; hash by the seed (default: hash for "
+    "--rotate": f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed (default: hash for "
     "estimators lf, point and hemisphere without --neighbours, else none)",
     "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",

@@ -65,7 +65,7 @@ class Settings:
     caster : str
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
     rotation : str or None
-        How samples turn from texel to texel, a name of ``lfssao.samples.DECORRELATIONS``; 'none': all texels share
+        How samples turn from texel to texel, a name of ``lfssao.samples.ROTATIONS``; 'none': all texels share
         them. For estimators that know it, and without neighbours. None becomes 'hash' for LF's estimators, lf, point
         and hemisphere, without neighbours (LF section 4 spawns random samples at each texel), else 'none'.
     rotation_seed : int

@@ -22,7 +22,7 @@ TILE = 64  # texels a side of the blue noise tile
 
 
 @dataclass(frozen=True)
-class Decorrelation:
+class Rotation:
     """One way to give every texel an angle."""
 
     name: str  # its name in the registry and on the command line
@@ -69,16 +69,16 @@ def _blue_noise() -> FloatArray:
 
 _BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"
 
-DECORRELATIONS = {
+ROTATIONS = {
     entry.name: entry
     for entry in (
-        Decorrelation("none", "the same samples at every texel", "LF section 6", _none, 1),
-        Decorrelation("hash", "a random angle of each texel, of a seed", "Salmon et al. 2011", _random, None),
-        Decorrelation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_tile), 4),
-        Decorrelation("ign", "interleaved gradient noise", "Jimenez 2014", _filled(dither.gradient_noise_angles), None),
-        Decorrelation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
-        Decorrelation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(dither.hashed_angles, PAPER), None),
-        Decorrelation(
+        Rotation("none", "the same samples at every texel", "LF section 6", _none, 1),
+        Rotation("hash", "a random angle of each texel, of a seed", "Salmon et al. 2011", _random, None),
+        Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_tile), 4),
+        Rotation("ign", "interleaved gradient noise", "Jimenez 2014", _filled(dither.gradient_noise_angles), None),
+        Rotation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
+        Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(dither.hashed_angles, PAPER), None),
+        Rotation(
             "common-hash",
             "the hash that other renderers ship",
             "SAO equation 8, varied",
@@ -90,9 +90,9 @@ DECORRELATIONS = {
 
 
 def check_rotation(name: str, seed: int) -> None:
-    """Refuse, by an InputError, a name that no decorrelation has, and a seed out of range."""
-    if name not in DECORRELATIONS:
-        raise no_such("rotation", name, DECORRELATIONS)
+    """Refuse, by an InputError, a name that no rotation has, and a seed out of range."""
+    if name not in ROTATIONS:
+        raise no_such("rotation", name, ROTATIONS)
     if not 0 <= seed < 2**64:
         raise InputError(f"rotation_seed is {seed}, it must be 0 to 2**64 - 1")
 
@@ -112,12 +112,12 @@ def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArra
     Raises
     ------
     InputError
-        If there is no decorrelation of that name, the size is not one, or the seed is out of range.
+        If there is no rotation of that name, the size is not one, or the seed is out of range.
     """
     check_rotation(name, seed)
     if height < 1 or width < 1:
         raise InputError(f"the texture has {width} x {height} texels, it must have at least one each way")
-    return DECORRELATIONS[name].angles(height, width, seed)
+    return ROTATIONS[name].angles(height, width, seed)
 
 
 @lru_cache(maxsize=8)  # modules of one display have one size; a diagnosis tries all names

@@ -8,7 +8,7 @@ from lfssao.optics.display import Display
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.views import module_views
-from lfssao.samples import DECORRELATIONS, METHODS, make_samples
+from lfssao.samples import METHODS, ROTATIONS, make_samples
 from lfssao.scene.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8
         "radius": widgets.FloatLogSlider(radius, min=-2.3, max=-0.7, step=0.05, description="radius", **options),
         "count": widgets.IntSlider(samples, min=1, max=64, description="samples", **options),
         "method": widgets.Dropdown(options=list(METHODS["ball"]), value="latin", description="sampler"),
-        "rotation": widgets.Dropdown(options=list(DECORRELATIONS), value="hash", description="rotation"),
+        "rotation": widgets.Dropdown(options=list(ROTATIONS), value="hash", description="rotation"),
         "seed": widgets.IntSlider(0, min=0, max=20, description="seed", **options),
         "module": widgets.IntSlider(len(views) // 2, min=0, max=len(views) - 1, description="module", **options),
         "blur": widgets.FloatSlider(1.0, min=0.0, max=4.0, step=0.5, description="blur", **options),

@@ -21,7 +21,7 @@ from lfssao.ao.post import blur, merge, shade, shade_white
 from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.core import elementary, philox
 from lfssao.gbuffer.kernels import triangle
-from lfssao.samples import DECORRELATIONS, METHODS, sample_set, texel_angles, texel_turns
+from lfssao.samples import METHODS, ROTATIONS, sample_set, texel_angles, texel_turns
 from lfssao.samples.kernels import ball, spiral
 from lfssao.verify.bounds import post
 from lfssao.verify.bounds import ssao as ssao_bounds
@@ -126,7 +126,7 @@ def scalars():
             yield f"{method}, {domain}", sample_set(domain, method, 60, 4).points
     for method in METHODS["ball"]:
         yield f"{method}, shell", make_samples(method, 60, 4, 0.1, 1.0)
-    for name in DECORRELATIONS:
+    for name in ROTATIONS:
         yield f"angles {name}", texel_angles(name, 64, 64)
 
 

@@ -9,19 +9,19 @@ from hypothesis import strategies as st
 from reference import dither, spiral
 
 from lfssao.errors import InputError
-from lfssao.samples import DECORRELATIONS, rotation, texel_angles
+from lfssao.samples import ROTATIONS, rotation, texel_angles
 from lfssao.samples.kernels import dither as tiles
 
 
-@pytest.mark.parametrize("name", DECORRELATIONS)
+@pytest.mark.parametrize("name", ROTATIONS)
 @pytest.mark.parametrize("size", [(1, 1), (3, 70), (130, 65)])
-def test_every_decorrelation_gives_every_texel_an_angle(name, size):
+def test_every_rotation_gives_every_texel_an_angle(name, size):
     angles = texel_angles(name, *size)
     assert angles.shape == size
     assert angles.dtype == np.float64
     assert angles.min() >= 0
     assert angles.max() < 2
-    tile = DECORRELATIONS[name].tile
+    tile = ROTATIONS[name].tile
     if tile is not None:
         whole = texel_angles(name, 2 * tile, tile)
         np.testing.assert_array_equal(whole[:tile], whole[tile:])

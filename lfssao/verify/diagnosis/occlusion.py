@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.optics.view import WorldToImage
-from lfssao.samples import DECORRELATIONS, make_samples, texel_turns
+from lfssao.samples import ROTATIONS, make_samples, texel_turns
 from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
@@ -220,7 +220,7 @@ def _of_turns(problem: Occlusion) -> Iterator[Change]:
     if problem.turns is not None:
         yield fixed("samples are not turned", turns=None)
         yield plain("samples turned the other way", lambda p: p.changed(turns=p.turns * np.array([[1], [-1]])))
-    for name in DECORRELATIONS:
+    for name in ROTATIONS:
         if name not in ("none", problem.rotation):
             yield plain(f"samples turned by '{name}'", partial(_turned_by, name))
 

@@ -11,7 +11,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.core.philox import random_unit
 from lfssao.errors import InputError
 from lfssao.optics.display import Display
-from lfssao.samples import DECORRELATIONS, METHODS, make_samples, texel_turns
+from lfssao.samples import METHODS, ROTATIONS, make_samples, texel_turns
 from lfssao.verify.case import Case
 from lfssao.verify.kit import views
 from lfssao.verify.kit.borders import BORDERS, border_problem
@@ -215,7 +215,7 @@ def _numbers() -> Iterator[Recipe]:
 
 def _turned() -> Iterator[Recipe]:
     for rotation, height, width in (("hash", 9, 12), ("tiles", 5, 7), ("ign", 12, 16), ("blue-noise", 66, 65)):
-        title = f"turns of a texture's samples: {DECORRELATIONS[rotation].title}"
+        title = f"turns of a texture's samples: {ROTATIONS[rotation].title}"
         yield Recipe(f"turns_{rotation}", "turns", title, _turns_problem, rotation, height, width)
     small, convex = views.small_display(), views.DISPLAYS["convex"]
     problems = (

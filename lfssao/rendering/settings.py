@@ -66,8 +66,8 @@ class Settings:
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
     rotation : str or None
         How samples turn from texel to texel, a name of ``lfssao.samples.ROTATIONS``; 'none': all texels share
-        them. For estimators that know it, and without neighbours. None becomes 'hash' for LF's estimators, lf, point
-        and hemisphere, without neighbours (LF section 4 spawns random samples at each texel), else 'none'.
+        them. For estimators that know it, and without neighbours. None becomes the estimator's own, 'hash' of lf, point
+        and hemisphere, or with neighbours 'none'.
     rotation_seed : int
         Seed of the rotation 'hash', 0 to 2**64 - 1.
     layers : tuple of str, or None
@@ -115,8 +115,7 @@ class Settings:
         else:
             check_samples(estimator, self.samples, self.weights)
         if self.rotation is None:
-            turning = self.estimator in ("lf", "point", "hemisphere") and not self.neighbours
-            object.__setattr__(self, "rotation", "hash" if turning else "none")
+            object.__setattr__(self, "rotation", "none" if self.neighbours else estimator.rotation)
         check_rotation(str(self.rotation), self.rotation_seed)
         if self.rotation != "none":
             check_turning(estimator)

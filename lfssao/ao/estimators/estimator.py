@@ -62,6 +62,7 @@ class Estimator:
     # kept with the view, the most over all views and parameters.
     texel_bytes: int = 4
     turns: bool = False  # whether its samples may turn from texel to texel (``Buffers.turns``)
+    rotation: str = "none"  # how they do by default, a name of ``lfssao.samples.ROTATIONS``
     # The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
     sampling: str | None = None
 

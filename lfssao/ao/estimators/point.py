@@ -133,6 +133,7 @@ ENTRIES = (
         samples=_shell,
         sampling="latin",
         turns=True,
+        rotation="hash",  # LF section 4 spawns random samples at each pixel
     ),
     Estimator(
         name="point",
@@ -144,6 +145,7 @@ ENTRIES = (
         samples=_shell,
         sampling="latin",
         turns=True,
+        rotation="hash",
     ),
     Estimator(
         name="hemisphere",
@@ -155,6 +157,7 @@ ENTRIES = (
         samples=_shell,
         sampling="latin",
         turns=True,
+        rotation="hash",
         normals=True,
     ),
 )

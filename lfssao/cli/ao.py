@@ -68,8 +68,7 @@ def _ao(options: argparse.Namespace) -> None:
     """Check the options, read, compute, write."""
     wanted = options.sampling, options.samples, options.seed
     _, samples, _ = estimators.read_samples(find_estimator("lf"), *wanted)
-    turning = {"rotation": options.rotate, "rotation_seed": options.seed or 0}
-    settings = Settings(options.radii, samples, options.blur, **turning)
+    settings = Settings(options.radii, samples, options.blur, rotation=options.rotate, rotation_seed=options.seed or 0)
     target = options.output / f"{options.depth.stem}.exr"
     if target.resolve() in [path.resolve() for path in (options.depth, options.positions, options.image) if path]:
         raise InputError(f"--output: {target} is an input, give another folder")

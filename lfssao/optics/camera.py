@@ -127,8 +127,8 @@ class Camera:
             extent = 2 * distance * (sine / cosine)
         elif projection == "perspective":
             extent *= distance / _length(np.subtract(usual.target, usual.eye))
-        corners = [np.subtract(corner, made.eye) / distance for corner in product(*np.transpose(box).tolist())]
-        depths = [(a[0] * forward[0] + a[1] * forward[1]) + a[2] * forward[2] for a in corners]
+        away = [np.subtract(corner, made.eye) for corner in product(*np.transpose(box).tolist())]
+        depths = [((a[0] * forward[0] + a[1] * forward[1]) + a[2] * forward[2]) / distance for a in away]
         far = 1.1 * max(depths)
         if not far > 0:
             raise InputError(f"camera: the scene lies behind the eye at {made.eye}, which looks at {made.target}")

@@ -120,7 +120,7 @@ def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArra
     return ROTATIONS[name].angles(height, width, seed)
 
 
-@lru_cache(maxsize=8)  # modules of one display have one size; a diagnosis tries all names
+@lru_cache(maxsize=2)  # modules of one display have one size
 def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[Any]) -> NDArray[np.floating[Any]]:
     """Return cosine and sine of ``texel_angles``, (2, height, width), each rounded once to the dtype; not to write to.
 

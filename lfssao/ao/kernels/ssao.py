@@ -65,14 +65,13 @@ def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets
 
     a, b, c, (>= n,), are the points after the mapping's affine half, an array a row of M; NaN where a texel sees no
     surface, which no compare lets through. offsets, (>= first + samples, 3, 4), are those of ``transform_offsets``;
-    turns, turn: those of ``load_turns``. count, (>= n,) int32, gains the samples behind the
-    surface.
+    turns, turn: those of ``load_turns``. count, (>= n,) int32, gains the samples behind the surface.
     """
     zero, wide, high = depth.dtype.type(0), depth.dtype.type(width), depth.dtype.type(height)
     found = 0
     for s in range(first, first + samples):
         inside = np.int32(0)
-        # An axis along z turns no z: the look at turned samples takes 1.27 times as long as at others, else 1.37.
+        # About the view's axis no z turns: turned AO takes 1.23 times as long as other, else 1.37 [bench_algorithm2].
         along = (offsets[s, 0, 2] == zero) & (offsets[s, 1, 2] == zero)
         for i in range(n):
             x, y = a[i] + offset_row(offsets, s, 0, turns, turn, i), b[i] + offset_row(offsets, s, 1, turns, turn, i)

@@ -176,7 +176,7 @@ class _View:
         changes, known = changes_of(search.problem), {d.candidates[0].kind: d.candidates[0] for d in first if d.fits}
         counted = drawn(max(_MOST // cost, _FEWEST))
         for change in changes:
-            if change.kind in known:  # of another texture with the same cause: a hundredth of the time of a search
+            if change.kind in known:  # a texture of the same cause: a tenth of a second, where a search takes two
                 same = counted.candidate(Found(change, known[change.kind].values, 0.0, 0.0))
                 if 1.0 - same.share <= _SAME * (1.0 - without):
                     return Diagnosis(True, (same,), without, len(counted.weights))

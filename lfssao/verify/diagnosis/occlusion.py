@@ -73,16 +73,15 @@ class Occlusion(Problem):
     def landed(self) -> Landed:
         """Image points of the samples."""
         offsets = np.broadcast_to(self.radius * self.samples, (len(self.points), *self.samples.shape))
-        rounding = self.model.offset
+        sizes = np.abs(offsets)
         if self.turns is not None:
             (c, s), (x, y, z) = self.turns[..., None], np.moveaxis(offsets, -1, 0)
             offsets = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
-            rounding = 4 * rounding  # of two products, each larger than their sum perhaps
+            sizes = 4 * np.linalg.norm(offsets, axis=-1, keepdims=True)  # products may be larger than their sum
         if self.normals is not None:
             below = np.einsum("ksc,kc->ks", offsets, self.normals) < 0
             offsets = np.where(below[..., None], -offsets, offsets)
-        sizes = np.abs(offsets) if self.turns is None else np.linalg.norm(offsets, axis=-1, keepdims=True)
-        off = self.errors[:, None] + rounding * sizes
+        off = self.errors[:, None] + self.model.offset * sizes
         places, error, must = project_positions(self.points[:, None] + offsets, off, self.mapping, self.model)
         u, v, z = np.moveaxis(places, -1, 0)
         largest = np.maximum(error[..., 0], error[..., 1])

@@ -220,21 +220,9 @@ def occluded_fraction(seen, normals, offsets, projection, choices, turns, occlus
                     elif looks and kind == MATRIX:
                         found += count_matrix(seen.depth, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
                     elif looks:
+                        module = display_module(m[12:])
                         found += count_display(
-                            display_module(m[12:]),
-                            seen.depth,
-                            width,
-                            height,
-                            n,
-                            a,
-                            b,
-                            c,
-                            0,
-                            1,
-                            still,
-                            None,
-                            turn,
-                            count,
+                            module, seen.depth, width, height, n, a, b, c, 0, 1, still, None, turn, count
                         )
                     else:
                         found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)

@@ -2,7 +2,7 @@
 
 One run, 1024x768, 8 samples, one radius, float32, all programs in turn, each after each other equally often; median and
 quartiles in milliseconds. The C programs are compiled here with gcc -O3 -march=native; a second build with
--ffp-contract=off must give lfssao's bits.
+-ffp-contract=off must give lfssao's bits. The AO pass of five radii is timed with samples that turn and that do not.
 """
 
 import argparse
@@ -23,7 +23,8 @@ from lfssao.bench.times import in_turn
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels.projection import Projection
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.settings import diagonal
+from lfssao.rendering.settings import DEFAULT_RADII, diagonal
+from lfssao.samples import texel_turns
 
 RADIUS = 0.02  # share of the scene's diagonal
 
@@ -74,15 +75,29 @@ def in_c(library: ctypes.CDLL, name: str, case: Case) -> Callable[[], np.ndarray
     return run
 
 
-def ours(case: Case) -> Callable[[], np.ndarray]:
+def ours(case: Case, factors: tuple[float, ...] = (1.0,), rotation: str = "none") -> Callable[[], np.ndarray]:
+    """Algorithm 2 at the case's radius times factors, the samples turned by a rotation or shared."""
     depth, positions, offsets, projection = case
-    ao, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, depth.shape[0]), np.int64)
+    scaled = np.stack([np.float32(factor) * offsets for factor in factors])
+    ao, outside = np.empty((len(factors), *depth.shape), depth.dtype), np.empty((len(factors), len(depth)), np.int64)
+    turns = None if rotation == "none" else texel_turns(rotation, *depth.shape, 0, depth.dtype)
 
     def run() -> np.ndarray:
-        ssao.algorithm2(depth, positions, offsets[None], projection, None, ao, outside)
+        ssao.algorithm2(depth, positions, scaled, projection, turns, ao, outside)
         return ao[0]
 
     return run
+
+
+def bench_turned(case: Case, repeats: int) -> dict[str, float]:
+    """Milliseconds of the AO pass of the default radii by rotation, and what turning costs."""
+    factors = tuple(radius / RADIUS for radius in DEFAULT_RADII)
+    times = in_turn({rotation: ours(case, factors, rotation) for rotation in ("none", "hash")}, repeats)
+    made = {rotation: t.median for rotation, t in times.items()}
+    print(
+        f"  five radii {made['none']:7.2f} ms, turned {made['hash']:.2f}: {made['hash'] / made['none']:.2f} x as long"
+    )
+    return made
 
 
 def bench(case: Case, fast: ctypes.CDLL, exact: ctypes.CDLL, repeats: int) -> dict[str, dict[str, float]]:
@@ -118,6 +133,7 @@ def main() -> None:
         for name, case in (("gallery", gallery_case()), ("relief", relief_case())):
             print(f"{name}: {np.isfinite(case[0]).mean():.0%} of the texels see a surface")
             result[name] = bench(case, fast, exact, options.repeats)
+            result[f"{name}, turned"] = bench_turned(case, options.repeats)
     options.json.parent.mkdir(exist_ok=True)
     options.json.write_text(json.dumps(result, indent=1))
 

@@ -21,6 +21,7 @@ from lfssao.ao.kernels.ssao import (
     load_turns,
     offset_row,
     transform_offsets,
+    turned_offset,
 )
 from lfssao.core.intrinsics import CHUNK, scratch
 from lfssao.core.jit import kernel
@@ -118,14 +119,6 @@ def forward_depth(projection, x, y, z):
         q = affine_row(m, 3, x, y, z)
         return c / q if q > 0 else m.dtype.type(np.inf)
     return c
-
-
-@kernel(inline=True)
-def turned_offset(x, y, turns, turn, i):
-    """The x and y of an offset turned at texel i of a run; turns and turn: those of ``load_turns``."""
-    if turns is None:
-        return x, y
-    return x * turn[0][i] - y * turn[1][i], x * turn[1][i] + y * turn[0][i]
 
 
 @kernel(inline=True)

@@ -21,8 +21,9 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     start_points,
 )
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK
+from lfssao.ao.kernels.ssao import offset_row, transform_offsets, turned_offset
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.projection import hold_inside, last_below, linear_row, texel_number
+from lfssao.optics.kernels.projection import MATRIX, Projection, hold_inside, last_below, linear_row, texel_number
 
 # Slots of this kernel's own, in place of those of the disk's frame.
 _MIRRORED = 4  # the linear rows of 2 R r, r the direction of reflection
@@ -78,33 +79,26 @@ def start_reach(seen, radius, thickness, first, n, slots):
 
 
 @kernel(inline=True)
-def turned_row(rows, k, x, y, z, cosine, sine):
-    """Linear row k of an offset (x, y, z) that is turned about world z."""
-    along, across = rows[4 * k] * x + rows[4 * k + 1] * y, rows[4 * k + 1] * x - rows[4 * k] * y
-    return (cosine * along + sine * across) + rows[4 * k + 2] * z
+def place_in_ball(ends, radius, offsets, s, turns, first, n, slots):
+    """The mapping's rows of P + R o'' into PLACE, o'' offset s after its turn, if any, and its reflections.
 
-
-@kernel(inline=True)
-def place_in_ball(rows, radius, offset, turns, first, n, slots):
-    """The mapping's rows of P + R o'' into PLACE, o'' the offset o after its turn, if any, and its reflections.
-
-    o' = o - 2 (o . r) r; o'' = o' - 2 (o' . n) n where o' . n < 0. turns: (2, H * W), cosines and sines, or None.
+    o' = o - 2 (o . r) r; o'' = o' - 2 (o' . n) n where o' . n < 0. ends: (n, 3, 4), those of ``transform_offsets``.
+    turns: (2, H * W), cosines and sines, or None.
     """
-    (a, b, z), zero = offset, type(radius)(0)
-    u, v = radius * linear_row(rows, 0, a, b, z), radius * linear_row(rows, 1, a, b, z)
-    q, w = radius * linear_row(rows, 2, a, b, z), radius * linear_row(rows, 3, a, b, z)
+    (a, b, z), zero = (offsets[s, 0], offsets[s, 1], offsets[s, 2]), type(radius)(0)
+    rows = radius * ends[s, 2, 0], radius * ends[s, 2, 1], radius * ends[s, 2, 2], radius * ends[s, 2, 3]
     for i in range(n):
-        x, y = a, b
+        texel = first + np.uint64(i)
+        x, y = turned_offset(a, b, turns, turns, texel)
         if turns is not None:
-            c, s = turns[0, first + np.uint64(i)], turns[1, first + np.uint64(i)]
-            x, y = a * c - b * s, a * s + b * c
-            u, v = radius * turned_row(rows, 0, a, b, z, c, s), radius * turned_row(rows, 1, a, b, z, c, s)
-            q, w = radius * turned_row(rows, 2, a, b, z, c, s), radius * turned_row(rows, 3, a, b, z, c, s)
+            u, v = offset_row(ends, s, 0, turns, turns, texel), offset_row(ends, s, 1, turns, turns, texel)
+            q, w = offset_row(ends, s, 2, turns, turns, texel), offset_row(ends, s, 3, turns, turns, texel)
+            rows = radius * u, radius * v, radius * q, radius * w
         mirror = (x * slots[slot(_MIRROR, i)] + y * slots[slot(_MIRROR + 1, i)]) + z * slots[slot(_MIRROR + 2, i)]
         above = (x * slots[slot(_NORMAL, i)] + y * slots[slot(_NORMAL + 1, i)]) + z * slots[slot(_NORMAL + 2, i)]
         above = above - mirror * slots[slot(_ACROSS, i)]
         lift = above if above < zero else zero
-        for k, row in ((0, u), (1, v), (2, q), (3, w)):
+        for k, row in ((0, rows[0]), (1, rows[1]), (2, rows[2]), (3, rows[3])):
             turned = (slots[slot(POINT + k, i)] + row) - mirror * slots[slot(_MIRRORED + k, i)]
             slots[slot(PLACE + k, i)] = turned - lift * slots[slot(_LIFTED + k, i)]
 
@@ -134,6 +128,7 @@ def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
     """
     size, fractions, offsets = occlusion.shape, occlusion.reshape(-1), ball.offsets
     height, width = size
+    ends = transform_offsets(offsets, Projection(MATRIX, seen.rows), turns)
     for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
         slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
@@ -145,8 +140,7 @@ def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
                 start_points(seen, first, n, slots)
                 clear_sums(n, missed, slots)
                 for s in range(offsets.shape[0]):
-                    offset = offsets[s, 0], offsets[s, 1], offsets[s, 2]
-                    place_in_ball(seen.rows, radius, offset, turns, first, n, slots)
+                    place_in_ball(ends, radius, offsets, s, turns, first, n, slots)
                     project(seen.kind, seen.lens, n, slots)
                     add_point(seen.depth, size, ball.weights[s], n, missed, slots)
                 for i in range(n):  # for finish_chunk; NaN in these slots before would cost vectors of the loops above

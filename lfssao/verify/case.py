@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.optics.kernels.directions import write_directions
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.optics.kernels.rays import Rays
-from lfssao.optics.view import KINDS, WorldToImage
+from lfssao.optics.view import KINDS, View, WorldToImage
 from lfssao.samples.rotation import texel_turns
 from lfssao.verify.bounds.bounds import Bounds
 
@@ -20,6 +18,9 @@ Parameters = Mapping[str, Any]
 
 # Stages that the kit does not have: a whole view of ``lfssao render``, and images with nothing known but their values.
 VIEW, IMAGES = "view", "images"
+
+# The kind of rays, in a kit, of an orthographic camera.
+ORTHOGRAPHIC = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +69,16 @@ def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float3
     )
 
 
-def described_directions(parameters: Parameters, inputs: Arrays) -> NDArray[np.float32] | None:
-    """The directions in which texels look: an input, or what a view's lens makes of them; None without either."""
-    given, view = inputs.get("directions"), parameters["view"]
-    if given is not None or "lens" not in view:
-        return given
-    made = np.empty((*inputs["depth"].shape, 3), np.float32)
-    write_directions(Rays(described_mapping(parameters).kind, view["lens"]), np.ravel(view["world_from_cast"]), made)
-    return made
+def described_view(parameters: Parameters) -> View:
+    """The view that a case's parameters describe; numbers of its rays may be null for infinity, as in JSON."""
+    described = dict(parameters["view"])
+    kind = described.pop("ray_kind", None)
+    lens = np.array([np.inf if number is None else number for number in described["lens"]])
+    if kind == ORTHOGRAPHIC:
+        lens[6] = 1.0
+    arrays = ("cast_from_world", "world_from_cast", "screen_to_world")
+    described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
+    return View(**{**described, "lens": lens}, world_to_image=described_mapping(parameters))
 
 
 def described_mapping(parameters: Parameters) -> WorldToImage:

@@ -12,7 +12,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.estimators.sao.kernels.reconstruct import TABLE
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.optics.view import KINDS
-from lfssao.verify.kit.views import described_rays
+from lfssao.verify.kit.views import view_numbers
 
 WILD = [0.0, -0.0, 0.5, -1.0, 2.0, 1e-30, -1e-30, 1e6, -1e30, 1e38]
 
@@ -81,14 +81,6 @@ def with_one_thread_and_two(make):
             yield make()
     finally:
         numba.set_num_threads(before)
-
-
-def view_numbers(view):
-    """A view as the kit's specification describes it to the reference."""
-    return {
-        **described_rays(view.rays),
-        "world_from_cast": view.world_from_cast.tolist(), "cast_from_world": view.cast_from_world.tolist(),
-    }  # fmt: skip
 
 
 def texel_table(view, dtype):

@@ -303,8 +303,7 @@ SMALL = ["render", "statue", "--display", "sample-a", "--modules", "4:5", "--res
 @pytest.mark.parametrize(
     ("estimator", "points", "option", "value", "code", "words"),
     [("hemisphere", 8, "range_check", "yes", 4, "range_check"),
-     # The directions in which texels look are no layer, and known of lines alone.
-     ("vo-points", 12, "thickness", 0.1, 2, "of estimator vo-points must have equal values"),
+     ("vo-points", 12, "thickness", "no", 4, "thickness"),
      ("vo-lines", 5, "thickness", "no", 4, "thickness")],
 )  # fmt: skip
 def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator, points, option, value, code, words):

@@ -23,8 +23,9 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels.pairs import exact
-from lfssao.verify.bounds.points import BOUNDED, LINES, NORMALS, Surfaces, is_bounded, point_bounds
+from lfssao.verify.bounds.points import BOUNDED, LINES, NORMALS, Surfaces, point_bounds
 from lfssao.verify.bounds.view import occlusion_bounds
+from lfssao.verify.kit.views import view_numbers
 
 RENDERERS = 40
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -310,13 +311,12 @@ def test_bounds_are_those_of_the_arguments(name):
     normals = unit(rng.normal(size=positions.shape)).astype(np.float32)
     options, weights = ESTIMATORS[name].parameters, rng.uniform(0.2, 3, 6)
     points = points[:, :2] / 2 if name in LINES else points
-    directions = np.broadcast_to(view.cast_from_world[2, :3], positions.shape).astype(np.float32)
     described = {
         "mapping": {"kind": "matrix", "numbers": view.world_to_image.numbers}, "estimator": name, "options": options,
-        "view": {"cast_from_world": view.cast_from_world, "world_from_cast": view.world_from_cast.tolist()},
+        "view": view_numbers(view),
     }  # fmt: skip
-    inputs = {"depth": depth, "positions": positions, "normals": normals, "points": points, "weights": weights,
-              "directions": directions}  # fmt: skip
+    inputs = {"depth": depth, "positions": positions, "normals": normals, "points": points, "weights": weights}
+    directions = Buffers(view, depth, positions).directions
     more = {"normals": normals, "directions": directions, "right": view.world_from_cast[:, 0]}
     given = Surfaces(depth, positions, view.world_to_image, view.cast_from_world, **more)
 
@@ -339,12 +339,9 @@ def test_estimators_that_count_points_have_bounds_if_their_textures_are_given():
     given = Surfaces(zeros[..., 0], zeros, view.world_to_image, view.cast_from_world), 0.1, np.zeros((1, 3)), None
     for name, estimator in ESTIMATORS.items():
         for thickness in (0.0, 0.1):
+            known = name in BOUNDED and name not in (*LINES, *NORMALS) and thickness == 0
             options = {**estimator.parameters, "thickness": thickness}
-            known = name in BOUNDED and name not in LINES and thickness == 0
-            assert is_bounded(name, options) == known
-            assert is_bounded(name, options, directions=True) == (name in BOUNDED)
-            assert (point_bounds(name, *given, options) is not None) == (known and name not in NORMALS)
-        assert is_bounded(name, {}) == (name in BOUNDED and name not in LINES)
+            assert (point_bounds(name, *given, options) is not None) == known
     assert {name for name in BOUNDED if ESTIMATORS[name].normals} == set(NORMALS)
     with pytest.raises(InputError, match="there is no error model 'loose'"):
         point_bounds("point", *given, ESTIMATORS["point"].parameters, "loose")

@@ -82,18 +82,12 @@ def point_bounds(
     VO; options are all of the estimator's parameters. InputError if there is no such model; an exact one has one right
     value and no bounds here.
     """
-    ways = surfaces.directions is not None and (name not in LINES or surfaces.right is not None)
-    if points is None or not is_bounded(name, options, ways):
+    if name not in BOUNDED or points is None or (name in NORMALS and surfaces.normals is None):
         return None
-    if name in NORMALS and surfaces.normals is None:
+    if surfaces.directions is None and (name in LINES or float(options.get("thickness", 0.0)) > 0):
         return None
     given = Problem(surfaces, np.asarray(points, np.float64), weights, options, find_model(model))
     return BOUNDED[name](given, radius)
-
-
-def is_bounded(name: str, options: Options, directions: bool = False) -> bool:
-    """Whether intervals of an estimator's occlusion are known; of lines, or a thickness, if directions are."""
-    return name in BOUNDED and (directions or not (name in LINES or float(options.get("thickness", 0.0)) > 0))
 
 
 def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:

@@ -19,6 +19,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
@@ -26,7 +27,7 @@ from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Parameters, described_directions, described_mapping, described_turns
+from lfssao.verify.case import Arrays, Parameters, described_mapping, described_turns, described_view
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
@@ -45,10 +46,10 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns)
     if name not in BOUNDED or model.exact or positions is None:
         return None
-    axes, options = np.array(parameters["view"]["cast_from_world"]), parameters["options"]
-    back, directions = parameters["view"].get("world_from_cast"), described_directions(parameters, inputs)
-    right = None if back is None else np.array(back)[:, 0]
-    surfaces = Surfaces(depth, positions, mapping, axes, inputs.get("normals"), directions, turns, right)
+    view, options = described_view(parameters), parameters["options"]
+    seen = Buffers(view, depth, positions, inputs.get("normals"), turns)
+    axes, right = view.cast_from_world, view.world_from_cast[:, 0]
+    surfaces = Surfaces(depth, positions, mapping, axes, seen.normals, seen.directions, turns, right)
     return point_bounds(name, surfaces, radius, inputs.get("points"), inputs.get("weights"), options, model)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
+from lfssao.verify.bounds.points import BOUNDED
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.diagnoser import Diagnoser
@@ -21,7 +22,6 @@ from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.storage import Storage
 from lfssao.verify.compare.surface import MeshBounds, Surface
 from lfssao.verify.compare.tolerance import Tolerance
-from lfssao.verify.compare.view_case import knows_occlusion
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
 from lfssao.verify.verdict import Verdict
@@ -155,7 +155,7 @@ class Comparison:
             shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
             entry = self._reference.entries[module]
             case = replace(case, bounds=MeshBounds(partial(self._surface.bounds, entry, shape, self._model)))
-            if not knows_occlusion(case.parameters):
+            if case.parameters["estimator"] not in ("lf", *BOUNDED):
                 self._unbounded = case.parameters["estimator"]
         wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
         try:

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.registry import check_samples, find_estimator, full_parameters
+from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
 from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 from lfssao.samples.rotation import check_rotation
-from lfssao.verify.bounds.points import BOUNDED, LINES, is_bounded
-from lfssao.verify.case import VIEW, Case, Parameters
+from lfssao.verify.case import VIEW, Case
+
+_TABLES = {"points": "samples", "weights": "weights"}  # a case's tables by the names of the settings
 
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
@@ -24,7 +25,7 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
     try:
         parameters = _parameters(manifest["settings"], entry["view"])
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))
-        return Case("", VIEW, "", parameters, _tables(manifest["settings"], parameters, entry["view"]), {})
+        return Case("", VIEW, "", parameters, _tables(manifest["settings"], parameters), {})
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise not_written(path, error) from error
 
@@ -38,22 +39,23 @@ def not_written(path: Path, error: Exception) -> InputError:
 def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a view, checked."""
     kind, numbers = view["world_to_image_kind"], _numbers(view["world_to_image"])
-    back = None if view["screen_to_world"] is None else _numbers(view["screen_to_world"])
     if settings["merge"] != "maximum":
         raise ValueError("merge is not the maximum")
-    sigma, guard, size = float(settings["blur_sigma"]), int(view["guard"]), min(view["width"], view["height"])
+    sigma, described = float(settings["blur_sigma"]), _view(view)
     if kind not in KINDS or numbers.shape != ((44,) if kind == "display" else (16,)):
         raise ValueError("world_to_image is of no kind or has the wrong length")
+    back = described["screen_to_world"]
     if (back is not None) != (kind == "matrix") or (back is not None and back.shape != (4, 4)):
         raise ValueError("screen_to_world does not fit world_to_image")
-    if not 0 <= sigma <= MAX_SIGMA or not 0 <= 2 * guard < size:
-        raise ValueError("blur or guard band is out of range")
+    if not 0 <= sigma <= MAX_SIGMA:
+        raise ValueError("blur_sigma is out of range")
     check_rotation(settings.get("rotation", "none"), settings.get("rotation_seed", 0))
     return {
         "mapping": {"kind": kind, "numbers": numbers},
         "screen_to_world": back,
         "sigma": sigma,
-        "guard": guard,
+        "guard": described["guard"],
+        "view": described,
         "radii": tuple(float(radius) for radius in settings["radii"]),
         "estimator": "lf with neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
@@ -62,27 +64,33 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
     }
 
 
-def _tables(
-    settings: Mapping[str, Any], parameters: dict[str, Any], view: Mapping[str, Any]
-) -> dict[str, NDArray[np.float64]]:
-    """The sample tables of a view; the parameters get what bounds of an estimator's occlusion need."""
+def _view(view: Mapping[str, Any]) -> dict[str, Any]:
+    """All of a view but its mapping, as cases have it, checked."""
+    width, height, guard = (int(view[name]) for name in ("width", "height", "guard"))
+    axes = {name: _numbers(view[name]) for name in ("cast_from_world", "world_from_cast")}
+    back, lens = view["screen_to_world"], _numbers(view["lens"])
+    if any(numbers.shape != (3, 4) for numbers in axes.values()):
+        raise ValueError("cast_from_world or world_from_cast is not 3 x 4")
+    if lens.shape != ((32,) if view["world_to_image_kind"] == "display" else (8,)):
+        raise ValueError("lens has the wrong length")
+    if not 0 <= 2 * guard < min(width, height):
+        raise ValueError("the guard band is out of range")
+    made = {"name": "", "width": width, "height": height, "guard": guard, "depth_kind": str(view["depth"])}
+    return {**made, **axes, "lens": lens, "screen_to_world": None if back is None else _numbers(back)}
+
+
+def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
+    """The sample tables of a view; the parameters get the estimator's options."""
     name = parameters["estimator"]
     if name == "lf":
         return {"samples": _numbers(settings["samples"])}
-    if name not in BOUNDED:
+    if name not in ESTIMATORS:  # with neighbours
         return {}
     estimator = find_estimator(name)
     parameters["options"] = full_parameters(estimator, settings["parameters"])
-    parameters["view"] = {"cast_from_world": _numbers(view["cast_from_world"]).reshape(3, 4)}
-    tables = {"points": _numbers(settings["samples"])}
-    if settings["weights"] is not None:
-        tables["weights"] = _numbers(settings["weights"])
-    check_samples(estimator, tables["points"], tables.get("weights"))
-    if name in LINES and "lens" in view:  # a manifest without it is of a time when lines had no intervals
-        back, lens = _numbers(view["world_from_cast"]), _numbers(view["lens"])
-        if back.shape != (3, 4) or lens.shape != ((32,) if view["world_to_image_kind"] == "display" else (8,)):
-            raise ValueError("world_from_cast or lens has the wrong length")
-        parameters["view"] |= {"world_from_cast": back, "lens": lens}
+    tables = {key: _numbers(settings[of]) for key, of in _TABLES.items() if settings[of] is not None}
+    if estimator.dimensions:
+        check_samples(estimator, tables["points"], tables.get("weights"))
     return tables
 
 
@@ -91,9 +99,3 @@ def _numbers(values: Any) -> NDArray[np.float64]:
     if not np.isfinite(array).all():
         raise ValueError("a number is not finite")
     return array
-
-
-def knows_occlusion(parameters: Parameters) -> bool:
-    """Whether intervals of the occlusion of a view's estimator are known."""
-    name, directions = parameters["estimator"], "lens" in parameters.get("view", {})
-    return name == "lf" or is_bounded(name, parameters["options"], directions)

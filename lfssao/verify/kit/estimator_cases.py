@@ -58,7 +58,7 @@ def _on_view(
         "options": {**estimator.parameters, **changes},
         "mapping": described(view.world_to_image),
         "viewer_distance": view.viewer_distance().tolist(),
-        "view": _view_numbers(view),
+        "view": views.view_numbers(view),
     }
     return parameters, inputs
 
@@ -84,21 +84,6 @@ def _wall_normals(view: View, depth: NDArray[np.float32]) -> NDArray[np.float32]
     length = sqrt((x * x + y * y) + z * z)
     unit = np.array([x / length, y / length, z / length], np.float32)
     return np.where(np.isfinite(depth)[..., None], unit, np.float32(0))
-
-
-def _view_numbers(view: View) -> dict[str, Any]:
-    """All of a view but its mapping, as JSON."""
-    return {
-        "name": view.name,
-        "width": view.width,
-        "height": view.height,
-        **views.described_rays(view.rays),
-        "cast_from_world": view.cast_from_world.tolist(),
-        "world_from_cast": view.world_from_cast.tolist(),
-        "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
-        "depth_kind": view.depth_kind,
-        "guard": view.guard,
-    }
 
 
 def _remap_problem() -> Problem:
@@ -238,7 +223,7 @@ def _endless(estimator: Estimator) -> Problem:
         depth_kind="screen space z: 0 at the near plane, 1 at infinity, perspective",
     )
     parameters, inputs = _on_view(estimator, view, CAMERA_SCENE, 0.5, {"packed": False}, {})
-    parameters |= {"mapping": described(endless.world_to_image), "view": _view_numbers(endless)}
+    parameters |= {"mapping": described(endless.world_to_image), "view": views.view_numbers(endless)}
     a, b, c, d = view.cast_from_world[2].tolist()
     x, y, z = (inputs["positions"][..., k].astype(np.float64) for k in range(3))
     with np.errstate(invalid="ignore"):  # where there is no surface

@@ -13,14 +13,12 @@ from lfssao.core import elementary, philox
 from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import View
 from lfssao.samples import make_samples, square_points, texel_angles, texel_turns
 from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
 from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds
-from lfssao.verify.case import Array, Arrays, Parameters, described_mapping
-from lfssao.verify.kit.views import described_lens
+from lfssao.verify.case import Array, Arrays, Parameters, described_mapping, described_view
 
 MODEL = "shader"  # of the bounds
 
@@ -127,19 +125,9 @@ def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"shaded": post.shade(without_guard(inputs["image"], guard), made["blurred"]), **made}
 
 
-def _view(parameters: Parameters) -> View:
-    """The view that ``lfssao.verify.kit.cases`` described."""
-    described = dict(parameters["view"])
-    described["lens"] = described_lens(described)
-    del described["ray_kind"]
-    arrays = ("cast_from_world", "world_from_cast", "screen_to_world")
-    described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
-    return View(**described, world_to_image=described_mapping(parameters))
-
-
 def _estimator(parameters: Parameters, inputs: Arrays) -> Outputs:
     more = inputs.get("normals"), inputs.get("turns")
-    buffers = Buffers(_view(parameters), inputs["depth"], inputs["positions"], *more)
+    buffers = Buffers(described_view(parameters), inputs["depth"], inputs["positions"], *more)
     chosen = parameters["estimator"], buffers, parameters["radius"], inputs.get("points"), inputs.get("weights")
     return _occlusion(estimate(*chosen, **parameters["options"]))
 

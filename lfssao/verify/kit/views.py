@@ -14,7 +14,7 @@ from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
 from lfssao.optics.kernels.rays import Rays
 from lfssao.optics.view import KINDS, View, WorldToImage
-from lfssao.verify.case import Arrays
+from lfssao.verify.case import ORTHOGRAPHIC, Arrays
 from lfssao.verify.kit.scenes import SCENE
 
 Problem = tuple[dict[str, Any], Arrays]
@@ -61,23 +61,29 @@ def described(to_image: WorldToImage) -> dict[str, Any]:
 
 
 _RAY_KINDS = {CROSSED_SLITS: 0, MATRIX: 1, DISPLAY: 3}
-_ORTHOGRAPHIC = 2
 
 
 def described_rays(rays: Rays) -> dict[str, Any]:
     """A view's rays as JSON: the number of their kind, and their own numbers, null for infinity."""
     kind, numbers = _RAY_KINDS[rays.kind], [number if isfinite(number) else None for number in rays.numbers.tolist()]
     if rays.kind == MATRIX and numbers[6] == 1.0:
-        kind, numbers[6] = _ORTHOGRAPHIC, 0.0
+        kind, numbers[6] = ORTHOGRAPHIC, 0.0
     return {"ray_kind": kind, "lens": numbers}
 
 
-def described_lens(view: dict[str, Any]) -> NDArray[np.float64]:
-    """The numbers of rays that ``described_rays`` made JSON of."""
-    lens = np.array([np.inf if number is None else number for number in view["lens"]])
-    if view["ray_kind"] == _ORTHOGRAPHIC:
-        lens[6] = 1.0
-    return lens
+def view_numbers(view: View) -> dict[str, Any]:
+    """All of a view but its mapping, as JSON."""
+    return {
+        "name": view.name,
+        "width": view.width,
+        "height": view.height,
+        **described_rays(view.rays),
+        "cast_from_world": view.cast_from_world.tolist(),
+        "world_from_cast": view.world_from_cast.tolist(),
+        "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
+        "depth_kind": view.depth_kind,
+        "guard": view.guard,
+    }
 
 
 def module_view(display: Display, guard: int = 0) -> View:

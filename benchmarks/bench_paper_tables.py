@@ -179,6 +179,7 @@ def vo_table(repeats: int, threads: int) -> dict[str, Any]:
 
 def sao_table(repeats: int, threads: int) -> dict[str, Any]:
     buffers, unit = buffers_of(1920, 1080, 190, threads)
+    buffers = buffers.turned("sao-hash")
     radius, z = SAO_RADIUS * unit, linear_z(buffers)
     lines = texel_rays(buffers.view, z.dtype)
     keys = scalable.keys_of(z, lines.origin, 0.0)

@@ -39,7 +39,7 @@ def filters(buffers, radius):
     """Errors of occlusion against no hierarchy, by filter, before averaging and blur."""
     seen = np.isfinite(buffers.depth)
     raw = {"quad_edge": 0.0, "gauss": 0.0}
-    ao = {how: estimate("sao", buffers, radius, mip=how, **raw).texture for how in scalable.FILTERS}
+    ao = {how: estimate("sao", buffers.turned("sao-hash"), radius, mip=how, **raw).texture for how in scalable.FILTERS}
     rows = {}
     print(f"table 1: occlusion against none, radius {radius:.3g}: root mean square, mean difference, worst")
     for how, texture in ao.items():

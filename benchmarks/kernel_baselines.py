@@ -61,8 +61,8 @@ def _fraction(a: Sequence[Any]) -> list[Any]:
 
 
 def _alchemy(a: Sequence[Any]) -> list[Any]:
-    seen, taps, _, projection, away, strength, occlusion, _ = a
-    given = [*seen, taps, projection.numbers, away, *strength[:4], occlusion]
+    seen, taps, turns, projection, away, strength, occlusion, _ = a
+    given = [*seen, taps, turns, projection.numbers, away, *strength[:4], occlusion]
     return [*_size(occlusion), len(taps), *given]
 
 
@@ -113,8 +113,6 @@ BASELINES = (
              lambda a: [*_size(a[0]), a[0], a[1].numbers, a[1].world, a[2]], (2,)),
     Baseline(ESTIMATORS + "sao.estimator.face_normals", "face normals", "face_normals",
              lambda a: [*_size(a[0]), a[0], a[1], a[2].numbers, a[2].world, a[3]], (3,)),
-    Baseline(ESTIMATORS + "sao.estimator.scalable.write_rotations", "SAO rotations (once a size)", "rotations",
-             lambda a: [a[1].shape[2], a[1].shape[1], a[1]], (1,)),
     Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (5,)),
     Baseline(ESTIMATORS + "sao.estimator.average_quads", "2x2 average", "quads", lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.packing.depth_keys", "bilateral keys", "depth_keys",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -93,6 +93,12 @@ def _camera_sheet(view: View) -> Buffers:
     return Buffers(view, depth, positions, positions)
 
 
+@cache
+def _turned(buffers: Buffers) -> Buffers:
+    """Textures with the turns that SAO and Alchemy have, made once: no estimator makes them."""
+    return buffers.turned("sao-hash")
+
+
 def _module(name: str, views: Views, **parameters: Any) -> Any:
     return estimate(name, views.module, RADIUS * views.size, **parameters)
 
@@ -102,28 +108,27 @@ def _samples(name: str, domain: str, n: int, views: Views, **parameters: Any) ->
     return estimate(name, views.module, RADIUS * views.size, table.points, table.weights, **parameters)
 
 
+def _alchemy(views: Views) -> Any:
+    return estimate("alchemy", _turned(views.module), RADIUS * views.size)
+
+
 def _lf_camera(views: Views) -> Any:
     return estimate("lf", views.camera, RADIUS * views.size)
 
 
 def sao(views: Views, name: str = "sao", share: float = SAO_RADIUS, **parameters: Any) -> Any:
     """A form of SAO before the camera; the radius as a share of the scene's size."""
-    return estimate(name, views.camera, share * views.size, **parameters)
+    return estimate(name, _turned(views.camera), share * views.size, **parameters)
 
 
 def _sao_module(views: Views) -> Any:
     """SAO on a display's module: positions and depth are read, not rebuilt."""
-    return estimate("sao", views.module, SAO_RADIUS * views.size)
+    return estimate("sao", _turned(views.module), SAO_RADIUS * views.size)
 
 
 def _filter(mip: str, views: Views) -> Any:
     z = linear_z(views.camera)
     return scalable.z_hierarchy(z, mip, 5, texel_rays(views.camera.view, z.dtype).origin)
-
-
-def _rotations(views: Views) -> Any:
-    """SAO's rotations, which an estimate makes once for a size of textures."""
-    return scalable._rotations.__wrapped__(*views.camera.depth.shape, 0, views.camera.depth.dtype)
 
 
 def _directions(views: Views) -> Any:
@@ -147,7 +152,7 @@ SETTINGS = (
     Setting("lf, 8, camera", _lf_camera),
     Setting("point, 8", partial(_module, "point"), ("points with options",)),
     Setting("hemisphere, 8", partial(_module, "hemisphere"), ("points with options",)),
-    Setting("alchemy, 12", partial(_module, "alchemy")),
+    Setting("alchemy, 12", _alchemy),
     Setting("vo-lines, 5", partial(_samples, "vo-lines", "disk", 5)),
     Setting("vo-lines, 9", partial(_samples, "vo-lines", "disk", 9), ("VO lines",)),
     Setting("vo-lines-normal, 5", partial(_samples, "vo-lines-normal", "disk", 5), ("VO lines",)),
@@ -161,7 +166,6 @@ SETTINGS = (
     Setting("multiresolution", partial(_module, "multiresolution")),
     Setting("viewing directions", _directions, (), False),
     Setting("depth along the axis", _axis_depth, (), False),
-    Setting("SAO's rotations", _rotations, (), False),
     Setting("sao, 9", sao),
     Setting("sao-equation-1, 9", partial(sao, name="sao-equation-1"), ("SAO taps",)),
     Setting("sao, 9, module", _sao_module, ("face normals", "SAO taps")),

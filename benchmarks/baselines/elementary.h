@@ -51,14 +51,3 @@ static inline double log2_(double x)
     y = (y * s2) * s + s;
     return (double)k + 2.8853900817779268 * y;
 }
-
-/* SAO equation 8 as the paper prints it, as an angle in half-turns. */
-static inline double hash_angle(int64_t x, int64_t y)
-{
-    const int64_t word = (int32_t)((30 * x) ^ (y + 10 * x * y));
-    const uint64_t size = (uint64_t)(word < 0 ? -word : word);
-    const uint64_t low = size * 0x7F09D5F4 + ((size * 0x7D4D3770) >> 32);
-    uint64_t turn = size * 0x28BE60DB9391054A + (low >> 32);
-    turn = word < 0 ? -turn : turn;
-    return (double)(turn >> 11) * 0x1p-52;
-}

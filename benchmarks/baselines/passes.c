@@ -168,16 +168,6 @@ void next_level(int width, int height, const float *source, int how, float origi
     }
 }
 
-void rotations(int width, int height, float *out)
-{
-    ROWS for (int i = 0; i < width; i++) {
-        double sine, cosine;
-        sincospi_(hash_angle(i, j), &sine, &cosine);
-        out[(int64_t)j * width + i] = (float)cosine;
-        out[(int64_t)(height + j) * width + i] = (float)sine;
-    }
-}
-
 void depth_keys(int width, int height, const float *z, float origin, float scale, float *keys)
 {
     ROWS for (int i = 0; i < width; i++) {

@@ -51,8 +51,8 @@ void share_behind(int width, int height, int n, const float *depth, const float 
 
 /* away: four numbers of the distance from the viewers. epsilon: squared world units; scale: 2 sigma / s; k is 1. */
 void alchemy(int width, int height, int n, const float *depth, const float *positions, const float *normals,
-             const float *directions, const float *taps, const float *m, const float *away, float radius, float beta,
-             float epsilon, float scale, float *ao)
+             const float *directions, const float *taps, const float *turns, const float *m, const float *away,
+             float radius, float beta, float epsilon, float scale, float *ao)
 {
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < height; j++)
@@ -62,9 +62,8 @@ void alchemy(int width, int height, int n, const float *depth, const float *posi
             ao[here] = 0;
             if (!(depth[here] < INFINITY))
                 continue;
-            double turn[2];
-            sincospi_(hash_angle(i, j), turn + 1, turn);
-            const float cosine = (float)turn[0], sine = (float)turn[1], sign = d[2] >= 0 ? 1 : -1, q = -1 / (sign + d[2]);
+            const float cosine = turns[here], sine = turns[(int64_t)width * height + here];
+            const float sign = d[2] >= 0 ? 1 : -1, q = -1 / (sign + d[2]);
             const float b = d[0] * d[1] * q;
             const float one[3] = {radius * (1 + sign * d[0] * d[0] * q), radius * (sign * b), radius * (-sign * d[0])};
             const float two[3] = {radius * b, radius * (sign + d[1] * d[1] * q), radius * -d[1]};

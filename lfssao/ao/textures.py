@@ -1,6 +1,6 @@
 """Input of all estimators, the textures of one view and its mapping, and checks of single textures."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.directions import write_directions
 from lfssao.optics.view import View
+from lfssao.samples.rotation import texel_turns
 
 Texture = NDArray[np.floating[Any]]
 
@@ -61,6 +62,10 @@ class Buffers:
         if gbuffer.positions is None:
             raise InputError("there are no positions, which estimators read")
         return cls(view, gbuffer.depth, gbuffer.positions, gbuffer.normals)
+
+    def turned(self, rotation: str, seed: int = 0) -> "Buffers":
+        """The same with the turns of a rotation (``lfssao.samples.texel_turns``, whose InputErrors it raises)."""
+        return replace(self, turns=texel_turns(rotation, *self.depth.shape, seed, self.depth.dtype))
 
     @cached_property
     def directions(self) -> Texture:

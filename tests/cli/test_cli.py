@@ -97,7 +97,7 @@ FILES = {
         (["statue", "--eye", "3,2,5"], "--eye, --target, --up and --fov place a camera: they need --camera"),
         (["statue", "--camera", "--eye", "3,2"], "--eye: '3,2' is not three numbers X,Y,Z"),
         (["statue", "--rotate", "hsh"], "there is no rotation 'hsh': the nearest is 'hash'"),
-        (["statue", "--rotate", "ign", "--estimator", "sao"], "rotation: samples of estimator sao do not turn by it"),
+        (["statue", "--rotate", "ign", "--estimator", "multiresolution"], "multiresolution do not turn by it"),
         (["statue", "--rotate", "ign", "--neighbours", "2", "--display", "c80"], "with neighbours samples do not turn"),
         (["teapot"], "teapot: there is no such file, and no embedded scene of that name (gallery, statue, "),
         (["teapot.obj"], "teapot.obj: there is no such file"),

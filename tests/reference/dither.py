@@ -7,6 +7,7 @@ import numpy as np
 
 from reference.elementary import exp
 from reference.philox import below, word
+from reference.spiral import half_turns, hash_word
 
 
 def bayer(side):
@@ -88,5 +89,7 @@ def angles(rotation, height, width, seed):
         "tiles": lambda j, i: bayer(4)[j % 4, i % 4] / 8.0,
         "ign": lambda j, i: 2 * gradient_noise(i, j),
         "blue-noise": lambda j, i: (blue_noise()[j % 64][i % 64] + 0.5) / 2048.0,
+        "sao-hash": lambda j, i: half_turns(hash_word(i, j, "paper")),
+        "common-hash": lambda j, i: half_turns(hash_word(i, j, "common")),
     }[rotation]
     return [[angle_of(j, i) for i in range(width)] for j in range(height)]

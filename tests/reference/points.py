@@ -17,7 +17,6 @@ from reference.mapping import (
     to_image,
     turn_at,
 )
-from reference.spiral import turn_of
 
 
 def point(parameters, inputs, hemisphere=False):
@@ -88,7 +87,7 @@ def alchemy(parameters, inputs):
         e, f = ([r * number for number in axis] for axis in axes_across(inputs["directions"][j, i]))
         sums = [affine_rows(kind, m, here), linear_rows(kind, m, e), linear_rows(kind, m, f)]
         bias = beta * max(affine_row(distance, 0, *here), dtype(0))
-        sine, cosine = turn_of(i, j, options["rotation"], dtype)
+        cosine, sine = turn_at(inputs.get("turns"), j, i) if "turns" in inputs else (dtype(1), dtype(0))
         total = dtype(0)
         for t_x, t_y in taps:
             v_x, v_y = t_x * cosine - t_y * sine, t_x * sine + t_y * cosine

@@ -10,7 +10,7 @@ import numpy as np
 from reference.elementary import dot, power
 from reference.mapping import affine_row, linear_row, rounded
 from reference.passes import blur_weights
-from reference.spiral import tap_of, turn_of, turns_of
+from reference.spiral import tap_of, turns_of
 
 MODULE, PERSPECTIVE, ORTHOGRAPHIC, TABLE = range(4)
 
@@ -153,7 +153,7 @@ def levels_of(z, mip, max_level, o):
     return levels
 
 
-def sample(view, z, places, options, radius, constants):
+def sample(view, z, places, options, radius, constants, turns):
     """A and outside."""
     dtype, (height, width) = view.dtype, z.shape
     scale, bias, depth_bias, falloff = constants
@@ -177,7 +177,7 @@ def sample(view, z, places, options, radius, constants):
 
     for j, i in np.argwhere(z < np.inf).tolist():
         r_u, r_v = view.radii(j, i, z[j, i], radius)
-        sine, cosine = turn_of(i, j, options["hashed"], dtype)
+        cosine, sine = (dtype(1), dtype(0)) if turns is None else turns[:, j, i]
         less = bias + depth_bias * (z[j, i] - o)
         total = dtype(0)
         for tap_x, tap_y, alpha in table:
@@ -281,7 +281,7 @@ def scalable(parameters, inputs, falloff):
         constants = (5 * options["intensity"]) / options["taps"], options["beta"], 0, 1
     else:
         constants = (2 * options["sigma"]) / options["taps"], 0, (options["beta"] * view.unit[2]) / radius, 0
-    a, outside = sample(view, z, places, options, radius, rounded(constants, dtype))
+    a, outside = sample(view, z, places, options, radius, rounded(constants, dtype), inputs.get("turns"))
     a = average(a, z, dtype((options["quad_edge"] * radius) / view.unit[2]))
     if options["gauss"] > 0:
         a = reconstructed(view, z, a, options)

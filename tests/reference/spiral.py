@@ -28,13 +28,6 @@ def half_turns(h):
     return (turn >> 11) * 2.0**-52
 
 
-def turn_of(i, j, variant, dtype):
-    """Sine and cosine of a texel's turn."""
-    if variant == "none":
-        return dtype(0), dtype(1)
-    return [dtype(number) for number in sincospi(half_turns(hash_word(i, j, variant)))]
-
-
 def turns_of(s):
     """Tau of s taps."""
     if s <= 99:

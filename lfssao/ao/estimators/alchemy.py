@@ -8,8 +8,8 @@ and occlusion is 1 - A. SAO says 's points distributed on a ball about C' and no
   mapped into the image, and Q_i is the positions texture's point at the texel it lands in. On a camera that is the disk
   of SAO equation 5, r' = R S' / -z_C texels, up to perspective's slant; on a module, where horizontally and vertically
   another denominator holds, it is an ellipse.
-- The disk's points are SAO's spiral (equations 6 and 7), turned at each texel by equation 8, which SAO says is
-  Alchemy's hash. Its radii are uniform, not its area.
+- The disk's points are SAO's spiral (equations 6 and 7). Its radii are uniform, not its area. The registry turns it by
+  equation 8 unless another rotation is asked for, as SAO says that this is Alchemy's hash.
 - -z_C is the distance from the viewers along the axis of depth (``View.viewer_distance``). A normal of 0 occludes
   nothing.
 - sigma and epsilon are given in units of R and R^2: v . n / (v . v) is one over a length, and what looks right in a
@@ -30,14 +30,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel, turns_of
 from lfssao.ao.estimators.kernels import alchemy as kernels
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
-
-ROTATIONS = {"paper": spiral.PAPER, "common": spiral.COMMON, "none": -1}
 
 
 @dataclass(frozen=True)
@@ -50,11 +48,6 @@ class AlchemyOptions(Options):
     )
     epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0, 1e6))
     k: float = option(1.0, "contrast: the exponent of A", limits=(0, 100))
-    rotation: str = option(
-        "paper",
-        "equation 8 as C reads it, as others ship it, or none: the same taps everywhere",
-        choices=tuple(ROTATIONS),
-    )
 
 
 def alchemy(
@@ -63,6 +56,7 @@ def alchemy(
     """Return 1 - A on points of the positions texture around each texel; points: (s, 2) taps; weights are not read."""
     depth, dtype, view = buffers.depth, buffers.depth.dtype.type, buffers.view
     assert buffers.normals is not None  # the registry has seen to it
+    turns = turns_of(buffers)  # before directions: angles take memory on the way
     textures = depth, buffers.positions, buffers.normals, buffers.directions
     seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
     with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
@@ -75,7 +69,7 @@ def alchemy(
         )
     taps, projection = np.ascontiguousarray(points, depth.dtype), view.world_to_image.as_type(depth.dtype)
     away = np.ascontiguousarray(view.viewer_distance(), depth.dtype)
-    return run_kernel(kernels.alchemy, depth, seen, taps, ROTATIONS[options.rotation], projection, away, strength)
+    return run_kernel(kernels.alchemy, depth, seen, taps, turns, projection, away, strength)
 
 
 def spiral_points(n: int) -> tuple[FloatArray, None]:
@@ -100,6 +94,8 @@ ENTRIES = (
         dimensions=2,
         count=12,
         normals=True,
-        texel_bytes=16,
+        texel_bytes=24,  # with turns of its own, where the buffers have none
+        turns=True,
+        rotation="sao-hash",
     ),
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.ssao import Occlusion
-from lfssao.ao.textures import Texture
+from lfssao.ao.textures import Buffers, Texture
 
 FloatArray = NDArray[np.float64]
 Value = float | int | str | bool
@@ -22,6 +22,13 @@ def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> 
     occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
     kernel(*arguments, occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
+
+
+def turns_of(buffers: Buffers) -> Texture:
+    """Cosine and sine of each texel's turn, (2, H * W) in depth's dtype, those of angle 0 where there are no turns."""
+    turns = (buffers.turned("none") if buffers.turns is None else buffers).turns
+    assert turns is not None
+    return np.ascontiguousarray(turns).reshape(2, -1)
 
 
 def option(

@@ -66,7 +66,8 @@ def estimate(
     name : str
         One of ``ESTIMATORS``.
     buffers : Buffers
-        The view's textures; their dtype is the arithmetic's.
+        The view's textures; their dtype is the arithmetic's. Samples turn by their ``turns`` and not without: for the
+        rotation that a render has by default, hand over ``buffers.turned(find_estimator(name).rotation)``.
     radius : float
         R, world units.
     points : (n, d) float64, optional

@@ -24,6 +24,10 @@ WHOLE_BALL = ("lf", "point", "vo-points", "vo-lines", "vo-area")
 # Falloff of ray-cast occlusion that is nearest to the estimator's own; the others' is constant.
 _FALLOFFS = dict.fromkeys(("multiresolution", "hbao", "sao", "sao-equation-1", "alchemy"), "quadratic")
 
+# The rotation of estimators whose taps are a spiral, few a texel: their papers have no other. All others' sets are
+# measured as they are, and turned by ``rotations``.
+SPIRAL = "sao-hash"
+
 # Points and weights, None where the estimator makes its own; and its parameters.
 Inputs = tuple[tuple[FloatArray | None, FloatArray | None], dict[str, Value]]
 
@@ -51,6 +55,11 @@ class BenchScene:
         """The mesh for rays."""
         return Occluders(self.mesh)
 
+    @cached_property
+    def _turned(self) -> dict[str, Buffers]:
+        """The textures with the turns of SAO's spiral, in each arithmetic."""
+        return {dtype: buffers.turned(SPIRAL) for dtype, buffers in self.buffers.items()}
+
     def truth(self, radius: float, falloff: str) -> GroundTruth:
         """Ray-cast occlusion; the radius is a fraction of the scene's diagonal, here and below."""
         if (radius, falloff) not in self._truth:
@@ -71,7 +80,8 @@ class BenchScene:
     def occlusion(self, estimator: Estimator, dtype: str, radius: float, inputs: Inputs) -> Texture:
         """Occlusion by an estimator."""
         (points, weights), parameters = inputs
-        return estimate(estimator.name, self.buffers[dtype], radius * self.unit, points, weights, **parameters).texture
+        buffers = (self._turned if estimator.rotation == SPIRAL else self.buffers)[dtype]
+        return estimate(estimator.name, buffers, radius * self.unit, points, weights, **parameters).texture
 
     def model_error(self, estimator: Estimator, radii: tuple[float, ...], texture: Texture) -> float:
         """RMSE against ray-cast occlusion, merged over the radii as the textures are."""

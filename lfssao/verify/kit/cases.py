@@ -213,8 +213,16 @@ def _numbers() -> Iterator[Recipe]:
         yield Recipe(f"samples_{name}", "samples", title, _samples_problem, method, n, seed, low, high)
 
 
+# Name, height, width.
+_ROTATIONS = (
+    *(("hash", 9, 12), ("tiles", 5, 7), ("ign", 12, 16), ("blue-noise", 66, 65)),
+    *(("sao-hash", 13, 11), ("common-hash", 13, 11)),
+)
+_TURNING = ("point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao", "alchemy", "sao")
+
+
 def _turned() -> Iterator[Recipe]:
-    for rotation, height, width in (("hash", 9, 12), ("tiles", 5, 7), ("ign", 12, 16), ("blue-noise", 66, 65)):
+    for rotation, height, width in _ROTATIONS:
         title = f"turns of a texture's samples: {ROTATIONS[rotation].title}"
         yield Recipe(f"turns_{rotation}", "turns", title, _turns_problem, rotation, height, width)
     small, convex = views.small_display(), views.DISPLAYS["convex"]
@@ -227,7 +235,7 @@ def _turned() -> Iterator[Recipe]:
     )
     for name, stage, problem in problems:
         yield Recipe(f"turned_{name}", stage, "samples that turn from texel to texel", turning, *problem)
-    for name in ("point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao"):
+    for name in _TURNING:
         yield Recipe(f"turned_{name}", "estimator", "samples that turn from texel to texel", turning,
                      estimator_problem, ESTIMATORS[name], name == "point", {})  # fmt: skip
 

@@ -143,7 +143,7 @@ def _option_recipes() -> Iterator[Recipe]:
 
 def _curved_recipes() -> Iterator[Recipe]:
     """Estimators over balls and disks where the mapping is any display's, and has no image of some of their places."""
-    changes: dict[str, Value] = {"surface": "positions", "range_check": True, "rotation": "common"}
+    changes: dict[str, Value] = {"surface": "positions", "range_check": True}
     for name in ("alchemy", "point", "hemisphere", "vo-points", "vo-points-normal"):
         estimator, view = ESTIMATORS[name], module_view(views.MISSED.with_resolution(16, 12))
         own = {option: value for option, value in changes.items() if option in estimator.parameters}

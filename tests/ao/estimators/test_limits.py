@@ -127,9 +127,7 @@ NEAR_THE_LIMIT = {
     "lf": (partial(shell, half=False), RADIUS, LF, {}, 0.012),
     "point": (partial(shell, half=False), RADIUS, LF, {}, 0.012),
     "hemisphere": (partial(shell, half=True), RADIUS, LF, {}, 0.02),
-    "alchemy": (
-        alchemy, RADIUS, even_radii(20, 32), {"sigma": SIGMA, "beta": 0.0, "epsilon": EPSILON, "rotation": "none"}, 0.01
-    ),
+    "alchemy": (alchemy, RADIUS, even_radii(20, 32), {"sigma": SIGMA, "beta": 0.0, "epsilon": EPSILON}, 0.01),
     "sao": (sao, RADIUS, None, {"intensity": SIGMA, "beta": BETA, **SPIRAL}, 0.02),
     "sao-equation-1": (sao_equation_1, RADIUS, None, {"sigma": SIGMA, "beta": BETA / 20, **SPIRAL}, 0.02),
     "multiresolution": (square_of_texels, RADIUS, None, {"levels": 1, "kernel": KERNEL}, 0.01),

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,8 +21,8 @@ from lfssao import (
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.cli.main import main
 from lfssao.rendering.settings import diagonal
-from lfssao.samples import texel_turns
 
+SPIRALS = ("sao", "sao-equation-1", "alchemy")
 SMALL = ["render", "ammonite", "--resolution", "24x18", "--radii", "2%"]
 
 
@@ -41,9 +40,9 @@ def ammonite():
 
 
 def buffers_of(gbuffer, view, name):
-    """Textures with the turns that are the default of LF's estimators."""
-    turns = texel_turns("hash", *gbuffer.depth.shape, 0, gbuffer.depth.dtype)
-    return replace(Buffers.of(gbuffer, view), turns=turns if name in ("lf", "point", "hemisphere") else None)
+    """Textures with the turns that are an estimator's default."""
+    rotations = dict.fromkeys(("lf", "point", "hemisphere"), "hash") | dict.fromkeys(SPIRALS, "sao-hash")
+    return Buffers.of(gbuffer, view).turned(rotations[name]) if name in rotations else Buffers.of(gbuffer, view)
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)

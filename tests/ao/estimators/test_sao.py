@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import scalable as reference
 from reference.passes import blur_weights
-from reference.spiral import turn_of
 
 from lfssao import Buffers, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
@@ -19,7 +18,6 @@ from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
 from lfssao.ao.estimators.sao.kernels.quad import average_quads
 from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
 from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
-from lfssao.samples.kernels import spiral
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 every_sight = pytest.mark.parametrize("sight", scenes.SIGHTS)
@@ -246,16 +244,6 @@ def test_passes_after_sampling_equal_the_reference_for_any_depths(name, dtype, d
         assert_same_bits(target, other(visibility, out, weights, stride, sharp))
 
 
-@both
-def test_rotations_are_the_hashs(dtype):
-    rotations = np.empty((2, 5, 7), dtype)
-    kernels.write_rotations(spiral.PAPER, rotations)
-    for j, i in np.ndindex(5, 7):
-        angle = np.float64((30 * i) ^ (j + 10 * i * j))
-        assert rotations[:, j, i] == pytest.approx([np.cos(angle), np.sin(angle)], abs=1e-6)
-        assert rotations[:, j, i].tolist() == turn_of(i, j, "paper", dtype)[::-1]
-
-
 # Formulas by hand
 
 
@@ -276,7 +264,7 @@ def test_the_appendix_by_hand():
     sight = scenes.SIGHTS["orthographic"](6, 6)  # 8 texels a unit
     depth = np.full((6, 6), 0.5)
     depth[:, 3:] = 0.5 - 0.05 / 2  # planes at 1 and 3: 0.05 nearer
-    buffers = Buffers(sight.view, depth, np.zeros((6, 6, 3)))
+    buffers = Buffers(sight.view, depth, np.zeros((6, 6, 3))).turned("sao-hash")
     z, rays = linear_z(buffers), texel_rays(sight.view, np.dtype(np.float64))
     radius = 0.5
     options = scalable.AppendixOptions(beta=0.01, epsilon=0.01, taps=1, turns=1, mip="none")

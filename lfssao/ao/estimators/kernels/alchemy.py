@@ -11,7 +11,7 @@ from numba import prange
 
 from lfssao.ao.estimators.kernels.slots import CHUNK, load, slot
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
-from lfssao.core.elementary import power, sincospi
+from lfssao.core.elementary import power
 from lfssao.core.jit import kernel
 from lfssao.core.vectors import disk_axes
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
@@ -26,7 +26,7 @@ from lfssao.optics.kernels.projection import (
     slits_of,
     texel_number,
 )
-from lfssao.samples.kernels.spiral import hash_angle, rotated
+from lfssao.samples.kernels.spiral import rotated
 
 # Slots: four numbers k + 0 to k + 3 are the mapping's rows, three are x, y and z.
 _POINT = 0
@@ -66,8 +66,8 @@ class Strength(NamedTuple):
 
 
 @kernel(inline=True)
-def start_texels(projection, away, strength, n, slots, found):
-    """Begin n texels, whose points and directions are in their slots."""
+def start_texels(projection, turns, first, away, strength, n, slots, found):
+    """Begin n texels from texel number ``first`` on, whose points and directions are in their slots."""
     (kind, m), radius = projection, strength.radius
     zero, last = type(radius)(0), 3 if kind == MATRIX else 2  # row 3 of M is a camera's
     for i in range(n):
@@ -82,7 +82,8 @@ def start_texels(projection, away, strength, n, slots, found):
         far = ((away[0] * x + away[1] * y) + away[2] * z) + away[3]
         slots[slot(_BIAS, i)] = strength.beta * max(far, zero)
         slots[slot(_TOTAL, i)] = zero
-        slots[slot(_SINE, i)], slots[slot(_COSINE, i)] = zero, type(radius)(1)
+        texel = np.uint64(first + i)
+        slots[slot(_COSINE, i)], slots[slot(_SINE, i)] = turns[0, texel], turns[1, texel]
         found[i] = 0
 
 
@@ -178,11 +179,11 @@ def finish_alchemy(depth, at, start, n, strength, slots, occlusion):
 
 
 @kernel(parallel=True)
-def alchemy(seen, taps, turn, projection, away, strength, occlusion, outside):
+def alchemy(seen, taps, turns, projection, away, strength, occlusion, outside):
     """Alchemy AO of every texel, 1 - A, into occlusion (H, W), as ``alchemy.alchemy`` describes it.
 
-    taps: (s, 2), points of the unit disk. turn: the form of equation 8 (``lfssao.samples.kernels.spiral``), -1 for
-    none. away: (4,), -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
+    taps: (s, 2), points of the unit disk. turns: (2, H W), cosine and sine by which each texel's taps are turned. away:
+    (4,), -z_C as an affine function of the point: ((a x + b y) + c z) + d, 0 where that is below 0.
     outside: (H,), out: taps of each row outside the texture or the mapping's domain; they add nothing.
     """
     size, samples, dtype = occlusion.shape, taps.shape[0], occlusion.dtype
@@ -203,11 +204,7 @@ def alchemy(seen, taps, turn, projection, away, strength, occlusion, outside):
                     load(seen.positions, start, n, slots, _POINT)
                     load(seen.normals, start, n, slots, _NORMAL)
                     load(seen.directions, start, n, slots, _LOOK)
-                    start_texels(projection, away, strength, n, slots, found)
-                    if turn >= 0:
-                        for i in range(n):
-                            sine, cosine = sincospi(hash_angle(start - j * width + i, j, turn))
-                            slots[slot(_SINE, i)], slots[slot(_COSINE, i)] = sine, cosine
+                    start_texels(projection, turns, start, away, strength, n, slots, found)
                     for s in range(samples):
                         move_taps(taps[s, 0], taps[s, 1], n, slots)
                         add_taps(projection, seen, size, strength.epsilon, n, slots, found)

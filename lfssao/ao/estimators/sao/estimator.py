@@ -26,8 +26,8 @@ is written for cameras and metres:
   features are desired', is the view's farthest surface unless given. k = 1 and the power is taken last.
 
 Limits for s -> infinity, texels -> 0, before averaging and blur are means over the spiral's radius alpha in (0, 1) and,
-over the hashed rotations, theta in (0, 2 pi). One texel's taps tend to a mean along its spiral, not over the disk. For
-a surface z = h(x, y) seen from straight above by an orthographic camera, u = (alpha cos t, alpha sin t, rise of h):
+over all turns, theta in (0, 2 pi). One texel's taps tend to a mean along its spiral, not over the disk. For a surface
+z = h(x, y) seen from straight above by an orthographic camera, u = (alpha cos t, alpha sin t, rise of h):
 
     occlusion = min(1, (5 intensity / (2 pi)) int_0^1 int_0^2pi max(1 - u.u, 0)^3 max(u.n - beta, 0)
                        / (u.u + epsilon) dt d alpha)
@@ -37,14 +37,13 @@ the top of a sphere, as u.n <= 0 for all taps.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from math import isfinite
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.estimator import Estimator, Options, option
+from lfssao.ao.estimators.estimator import Estimator, Options, option, turns_of
 from lfssao.ao.estimators.sao.kernels import packing, scalable, z_pyramid
 from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
 from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
@@ -65,7 +64,6 @@ FILTERS = {
     "min": z_pyramid.MIN,
     "max": z_pyramid.MAX,
 }
-HASHES = {"paper": spiral.PAPER, "common": spiral.COMMON}
 TAPS_RADIUS, STRIDE = 3, 3  # of a bilateral pass: seven taps, three texels apart
 _MOST = 1e6
 
@@ -76,7 +74,6 @@ class SaoOptions(Options):
 
     taps: int = option(9, "s, equation 6", limits=(1, 999))
     turns: int = option(7, "tau, equation 6; 0: the most even number", limits=(0, 999))
-    hashed: str = option("paper", "equation 8 as C reads it, or as other renderers ship it", choices=tuple(HASHES))
     mip: str = option("rotated", "filter of the z hierarchy, table 1, or none", choices=tuple(FILTERS))
     log_q: int = option(3, "log2 of q', equation 9", limits=(0, 15))
     max_level: int = option(5, "last level of the hierarchy", limits=(0, 15))
@@ -128,21 +125,13 @@ def z_hierarchy(z: Texture, mip: str, max_level: int, origin: float = 0.0) -> li
     return levels
 
 
-@lru_cache(maxsize=2)
-def _rotations(height: int, width: int, variant: int, dtype: np.dtype[Any]) -> Texture:
-    """Equation 8's rotations: they depend on nothing but the texel's place, so that a size's are made once."""
-    rotations = np.empty((2, height, width), dtype)
-    scalable.write_rotations(variant, rotations)
-    return rotations
-
-
 def sample(buffers: Buffers, z: Texture, rays: TexelRays, radius: float, options: SaoOptions) -> tuple[Texture, int]:
     """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
     dtype = z.dtype
     positions = positions_of(buffers, z, rays)
     normals = np.empty_like(positions)
     face_normals(z, positions, rays, normals)
-    surface = scalable.Surface(z, positions, normals, _rotations(*z.shape, HASHES[options.hashed], dtype))
+    surface = scalable.Surface(z, positions, normals, turns_of(buffers))
     levels = z_hierarchy(z, options.mip, options.max_level, rays.origin)
     first = np.cumsum([0, *(level.size for level in levels[:-1])]).astype(np.int32)
     hierarchy = scalable.Hierarchy(np.concatenate([level.ravel() for level in levels]), first, options.log_q)
@@ -259,6 +248,8 @@ ENTRIES = (
         options=AppendixOptions,
         dimensions=0,
         count=9,
+        turns=True,
+        rotation="sao-hash",
         texel_bytes=96,  # where a table has the texels' lines; 47 elsewhere
     ),
     Estimator(
@@ -273,6 +264,8 @@ ENTRIES = (
         options=Equation1Options,
         dimensions=0,
         count=9,
+        turns=True,
+        rotation="sao-hash",
         texel_bytes=96,
     ),
 )

@@ -2,7 +2,7 @@
 
 Lengths are in radii, u = v / r, so that nothing depends on the scene's unit. Order of operations, for one texel:
 
-    tap          (x, y) = (x', y') + (h_u cos, h_v sin), the hashed rotation applied to the table's cos and sin
+    tap          (x, y) = (x', y') + (h_u cos, h_v sin), the texel's turn applied to the table's cos and sin
     Q            the texel's ray (sao.kernels.reconstruct) at the hierarchy's z, moved to world space
     u            (Q - C) / r as a product with 1 / r; u.u = (x x + y y) + z z, u.n likewise
     term         f ((u.n - bias) / (u.u + epsilon)), f = ((1 - u.u)^2) (1 - u.u) or 1; only positive parts count
@@ -19,11 +19,11 @@ from numba import prange
 from lfssao.ao.estimators.kernels.slots import CHUNK, slot
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, ray_point, table_point
 from lfssao.ao.kernels.spans import ROWS_A_BLOCK
-from lfssao.core.elementary import power, sincospi
+from lfssao.core.elementary import power
 from lfssao.core.intrinsics import scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import linear_row
-from lfssao.samples.kernels.spiral import hash_angle, rotated
+from lfssao.samples.kernels.spiral import rotated
 
 # A screen radius is held below 2**20 texels: every tap that leaves a texture does so too then, and integers hold it.
 _FAR = 1048576.0
@@ -39,12 +39,12 @@ _SLOTS = 12
 
 
 class Surface(NamedTuple):
-    """The texels' surface: z of cast space and rotations, (2, H, W); C and n, world space, (H, W, 3); one dtype."""
+    """The texels' surface: z of cast space; C and n, world space, (H, W, 3); turns, (2, H W); one dtype."""
 
     z: np.ndarray
     positions: np.ndarray
     normals: np.ndarray
-    rotations: np.ndarray
+    turns: np.ndarray
 
 
 class Hierarchy(NamedTuple):
@@ -74,18 +74,6 @@ class Falloff(NamedTuple):
     depth_bias: np.floating
     epsilon: np.floating
     scale: np.floating
-
-
-@kernel(parallel=True)
-def write_rotations(variant, rotations):
-    """Cosine and sine of equation 8's angle at every texel, float64 rounded once; rotations: (2, H, W), out.
-
-    variant: lfssao.samples.kernels.spiral.PAPER or COMMON.
-    """
-    for j in prange(rotations.shape[1]):
-        for i in range(rotations.shape[2]):
-            sine, cosine = sincospi(hash_angle(i, j, variant))
-            rotations[0, j, i], rotations[1, j, i] = cosine, sine
 
 
 @kernel(inline=True)
@@ -232,8 +220,8 @@ def gather_texels(surface, rays, falloff, row, left, columns, values):
         z = surface.z[row, i]
         if z < np.inf:
             columns[n] = i
-            values[slot(_COSINE, n)] = surface.rotations[0, row, i]
-            values[slot(_SINE, n)] = surface.rotations[1, row, i]
+            texel = np.uint64(row) * np.uint64(width) + np.uint64(i)
+            values[slot(_COSINE, n)], values[slot(_SINE, n)] = surface.turns[0, texel], surface.turns[1, texel]
             for k in range(3):
                 values[slot(_C + k, n)] = surface.positions[row, i, k]
                 values[slot(_N + k, n)] = surface.normals[row, i, k]

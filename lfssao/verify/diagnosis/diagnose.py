@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
+from lfssao.ao.textures import Buffers
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Case, described_mapping, described_turns
+from lfssao.verify.case import Arrays, Case, described_mapping, described_turns, described_view
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.borders import Places
+from lfssao.verify.diagnosis.estimated import ROOM, Estimated, estimated_changes, estimated_problem
 from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
 from lfssao.verify.diagnosis.search import Candidate, Change, Found, Problem, Search, fits
 from lfssao.verify.verdict import Judgement, texels
@@ -250,7 +253,9 @@ class _View:
         estimator, options = parameters["estimator"], parameters["options"]
         positions, back = self.inputs.get("positions"), parameters["screen_to_world"]
         half = estimator == "hemisphere"
-        if estimator not in ("lf", "point", "hemisphere") or depth is None or (half and "normals" not in self.inputs):
+        if estimator not in ("lf", "point", "hemisphere"):
+            return self._estimated()
+        if depth is None or (half and "normals" not in self.inputs):
             return None
         mapping, guard, turns = described_mapping(parameters), self.guard, described_turns(parameters, self.inputs)
         by_matrix = estimator == "lf" and back is not None
@@ -294,6 +299,28 @@ class _View:
             return occlusion_changes(problem, self.known.mappings, self.known.cast_from_world)
 
         return make, changes, 4 * len(samples)
+
+    def _estimated(self) -> Made | None:
+        """Occlusion of one radius by running its estimator; None where it needs a texture that is not there."""
+        parameters, inputs, names = self.case.parameters, self.inputs, [f"ao_{k + 1}" for k in range(len(self._radii))]
+        name, guard = parameters["estimator"], self.guard
+        there = {"depth", "positions"} <= set(inputs) and (name in ESTIMATORS and self.name in names)
+        if not there or (find_estimator(name).normals and "normals" not in inputs):
+            return None
+        textures = inputs["depth"], inputs["positions"], inputs.get("normals"), described_turns(parameters, inputs)
+        buffers, radius = Buffers(described_view(parameters), *textures), self._radii[names.index(self.name)]
+        whole = estimated_problem(name, buffers, radius, parameters, inputs)
+
+        def make(i: Places, j: Places) -> Estimated:
+            own, room = self._taken(self.mine, i, j), self._room(i, j) + ROOM
+            return whole.changed(mine=own, columns=i + guard, rows=j + guard, room=room)
+
+        return make, lambda p: estimated_changes(p, parameters.get("rotation", "none")), 1
+
+    @property
+    def _radii(self) -> Sequence[float]:
+        radii: Sequence[float] = self.case.parameters["radii"]
+        return radii
 
     def merge(self) -> Made | None:
         """The merge of the layers."""

@@ -150,7 +150,8 @@ def occlusion_changes(
     for divisor in [d for d in range(1, 3 * n) if d != n][:_MOST_SAMPLES]:
         made.append(fixed(f"count divided by {divisor} in place of {n}", divisor=divisor))
     if n <= _MOST_SAMPLES:
-        made += [*_of_counts(n), *_of_tables(problem.samples)]
+        made += _of_counts(n)
+        made += [fixed(words, samples=table) for words, table in other_tables(problem.samples)]
     made += [fixed(f"the mapping of {name}", mapping=mapping) for name, mapping in others.items()]
     if cast_from_world is not None:
         linear, shift = cast_from_world[:, :3].T, cast_from_world[:, 3]
@@ -229,24 +230,24 @@ def _turned_by(name: str, problem: Occlusion) -> Occlusion:
     return problem.changed(turns=texel_turns(name, *how)[:, rows, columns].astype(np.float64))
 
 
-def _of_tables(samples: FloatArray) -> Iterator[Change]:
-    """Other tables of as many samples."""
-    n = len(samples)
+def other_tables(samples: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+    """Other tables, each with what is said of it, of as many samples in the ball, or disk."""
+    n, d = samples.shape
     tables = {
         f"samples of '{name}'": make_samples(name, n)
         for name, method in METHODS["ball"].items()
-        if method.most is None or n <= method.most
+        if d == 3 and (method.most is None or n <= method.most)
     }
-    for k, axis in enumerate("xyz"):
-        tables[f"samples mirrored in {axis}"] = samples * np.where(np.arange(3) == k, -1.0, 1.0)
-        tables[f"samples without {axis}"] = samples * np.where(np.arange(3) == k, 0.0, 1.0)
-    for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
-        tables[f"samples with {words} exchanged"] = samples[:, order]
+    for k, axis in enumerate("xyz"[:d]):
+        tables[f"samples mirrored in {axis}"] = samples * np.where(np.arange(d) == k, -1.0, 1.0)
+        tables[f"samples without {axis}"] = samples * np.where(np.arange(d) == k, 0.0, 1.0)
+    for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0]))[: 3 if d == 3 else 1]:
+        tables[f"samples with {words} exchanged"] = samples[:, order[:d]]
     length = np.linalg.norm(samples, axis=1, keepdims=True)
     tables["samples on the sphere of radius R"] = samples / np.where(length > 0, length, 1.0)
     for kind, table in tables.items():
         if not np.array_equal(table, samples):
-            yield fixed(kind, samples=table)
+            yield kind, table
 
 
 def _with_values(problem: Occlusion) -> list[Change]:

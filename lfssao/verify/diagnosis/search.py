@@ -198,7 +198,10 @@ class Search:
 
     def _tried(self, problem: Problem, changes: Sequence[Change], without: float) -> list[Found]:
         scale = _scale(problem)
-        trials = [self._on_grid(problem, change, scale) for change in changes]
+        trials = [self._on_grid(problem, change, scale) for change in changes if not change.grids]
+        if trials and 1.0 - max(trial.share for trial in trials) <= _NEARLY * (1.0 - without):
+            return _ranked(trials, without)  # a change with values would come after it
+        trials += [self._on_grid(problem, change, scale) for change in changes if change.grids]
         trials.sort(key=lambda trial: trial.cost)
         found = [self._refined(problem, trial, scale) for trial in trials[:_REFINED]] + trials[_REFINED:]
         return _ranked(found, without)

@@ -1,0 +1,154 @@
+"""Changes of any estimator's occlusion, found by running it: with other options, turns, samples, normals or textures.
+
+The reference's own kernels make each changed texture whole. That asks nothing of an estimator but to be registered, and
+costs some hundred runs; the interval of a changed texel is as wide as that of the reference there.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.estimator import Estimator, Value
+from lfssao.ao.estimators.registry import estimate, find_estimator
+from lfssao.ao.textures import Buffers, Texture
+from lfssao.samples import ROTATIONS, texel_turns
+from lfssao.verify.diagnosis.borders import Places
+from lfssao.verify.diagnosis.occlusion import other_tables
+from lfssao.verify.diagnosis.post import VALUES
+from lfssao.verify.diagnosis.search import FACTORS, Change, FloatArray, Problem, fixed, plain, scaled
+
+ROOM = 2e-5  # by which sums of a renderer in float32 are off, at least
+_SMALL = np.geomspace(1e-6, 1.0, 25)  # of an option's largest value, in place of 0
+_MOST_COUNT = 40  # of taps, turns and other whole numbers
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Estimated(Problem):
+    """K texels of an estimator's occlusion of somebody's textures."""
+
+    estimator: Estimator
+    buffers: Buffers
+    radius: float
+    points: FloatArray | None
+    weights: FloatArray | None
+    options: Mapping[str, Any]
+    columns: Places  # (K,), guard band included
+    rows: Places
+    room: FloatArray  # (K,), width of the reference's interval
+    seed: int  # of the rotation
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """The estimator's occlusion, with room for rounding."""
+        samples = self.points, self.weights
+        made = estimate(self.estimator.name, self.buffers, self.radius, *samples, **self.options).texture
+        values = made[self.rows, self.columns].astype(np.float64)
+        return values - self.room, values + self.room
+
+
+def estimated_changes(problem: Estimated, rotation: str) -> list[Change]:
+    """All changes that are tried, those without values first; ``rotation`` is the reference's."""
+    height, width = problem.buffers.depth.shape
+    made = [
+        *VALUES,
+        fixed("rows from below", rows=height - 1 - problem.rows),
+        fixed("columns from the right", columns=width - 1 - problem.columns),
+        *_of_options(problem),
+    ]
+    if problem.estimator.turns:
+        made += _of_turns(problem, rotation)
+    if problem.buffers.normals is not None:
+        made.append(_with_buffers("normals with the other sign", lambda b: {"normals": -b.normals}))
+        made.append(_with_buffers("normals made from positions", lambda b: {"normals": face_normals(b)}))
+    if problem.points is not None:
+        made += [fixed(words, points=table) for words, table in other_tables(problem.points)]
+    return [*made, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
+
+
+def _with_buffers(kind: str, changed: Any) -> Change:
+    return plain(kind, lambda p: p.changed(buffers=replace(p.buffers, **changed(p.buffers))))
+
+
+def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:
+    return problem.changed(options={**problem.options, name: value})
+
+
+def _of_options(problem: Estimated) -> Iterator[Change]:
+    """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
+    limits, choices = problem.estimator.limits, problem.estimator.choices
+    for name, value in problem.options.items():
+        others: list[Value] = list(choices.get(name, ()))
+        if isinstance(value, bool):
+            others = [not value]
+        elif isinstance(value, int) and name != "seed":
+            low, high = limits[name]
+            others = list(range(max(int(low), 0), min(int(high), max(2 * value, _MOST_COUNT)) + 1))
+        elif isinstance(value, float) and value != 0.0 and limits[name][0] <= 0.0:
+            others = [0.0]
+        for other in others:
+            if other != value:
+                words = f"{name} {_said(other)} in place of {_said(value)}"
+                yield plain(words, partial(_with_option, name, value=other))
+        if isinstance(value, float) and value != 0.0:
+            yield scaled(name, partial(_scaled_option, name, limits[name]), FACTORS)
+        elif isinstance(value, float) and limits[name][1] < np.inf:
+            words = f"{name} {{:.6g}} in place of {value:g}"
+            yield scaled(name, partial(_with_option, name), limits[name][1] * _SMALL, words)
+
+
+def _said(value: Value) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _scaled_option(name: str, limits: tuple[float, float], problem: Estimated, factor: float) -> Estimated:
+    return _with_option(name, problem, float(np.clip(problem.options[name] * factor, *limits)))
+
+
+def _of_turns(problem: Estimated, rotation: str) -> Iterator[Change]:
+    """Samples that turn from texel to texel otherwise, or not."""
+    if problem.buffers.turns is not None:
+        way = np.array([1, -1], problem.buffers.turns.dtype)[:, None, None]
+        yield _with_buffers("samples are not turned", lambda b: {"turns": None})
+        yield _with_buffers("samples turned the other way", lambda b: {"turns": b.turns * way})
+        yield _with_buffers("turns of rows from below", lambda b: {"turns": b.turns[:, ::-1]})
+    for name in ROTATIONS:
+        for step, words in ((1, ""), (-1, " of rows from below")) if ROTATIONS[name].tile != 1 else ():
+            if (name, step) != (rotation, 1) and (name, step) != (rotation, -1):
+                yield _with_buffers(f"samples turned by '{name}'{words}", partial(_turned_by, name, problem.seed, step))
+
+
+def _turned_by(name: str, seed: int, step: int, buffers: Buffers) -> dict[str, Texture]:
+    return {"turns": texel_turns(name, *buffers.depth.shape, seed, buffers.depth.dtype)[:, ::step]}
+
+
+def face_normals(buffers: Buffers) -> NDArray[Any]:
+    """Unit normals of the differences of the next positions, towards the viewer; 0 where there is no surface."""
+    with np.errstate(all="ignore"):
+        down, across = (np.gradient(buffers.positions.astype(np.float64), axis=axis) for axis in (0, 1))
+        normal = np.cross(down, across)
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        normal *= -np.sign(np.einsum("ijk,ijk->ij", normal, buffers.directions))[..., None]
+    return np.where(np.isfinite(normal), normal, 0).astype(buffers.depth.dtype)
+
+
+def estimated_problem(
+    name: str, buffers: Buffers, radius: float, parameters: Mapping[str, Any], tables: Mapping[str, NDArray[Any]]
+) -> Estimated:
+    """The problem of no texels of a case's estimator; its texels, their texture and room are added by ``changed``."""
+    none = np.empty(0, np.int64)
+    return Estimated(
+        mine=np.empty(0),
+        estimator=find_estimator(name),
+        buffers=buffers,
+        radius=radius,
+        points=tables.get("points"),
+        weights=tables.get("weights"),
+        options=parameters["options"],
+        columns=none,
+        rows=none,
+        room=np.empty(0),
+        seed=int(parameters.get("rotation_seed", 0)),
+    )

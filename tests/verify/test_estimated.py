@@ -1,0 +1,107 @@
+"""The diagnosis by running an estimator: changes planted in its occlusion, with noise as of float32, are named."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from compare_folders import changed
+
+import lfssao
+from lfssao.cli.main import main
+from lfssao.rendering.exr import read_exr
+from lfssao.samples import texel_turns
+from lfssao.verify.case import described_turns, described_view
+from lfssao.verify.compare.view_case import view_case
+from lfssao.verify.verdict import Verdict
+
+JOBS = {
+    "sao": ("--camera", "--parameter", "gauss=0", "--parameter", "quad_edge=0"),
+    "alchemy": ("--camera",),
+    "hbao": ("--display", "sample-a", "--modules", "9:10", "--rotate", "tiles"),
+    "vo-points": ("--display", "sample-a", "--modules", "9:10", "--rotate", "hash"),
+    "vo-lines": ("--display", "sample-a", "--modules", "9:10", "--rotate", "ign"),
+    "vo-area": ("--camera",),
+}
+
+
+@pytest.fixture(scope="module")
+def view(tmp_path_factory):
+    """The folder of an estimator's job, made when it is first asked for, its view's name, buffers and case."""
+
+    def rendered(name):
+        folder = tmp_path_factory.mktemp(name) / "reference"
+        layers = "--layers", "depth,positions,normals,ao", "--resolution", "96x72", "--radii", "6%"
+        assert main(["render", "statue", "--estimator", name, *JOBS[name], *layers, "-o", str(folder)]) == 0
+        manifest = json.loads((folder / "manifest.json").read_text())
+        (entry,) = manifest["views"]
+        case, parts = view_case(folder, manifest, entry), read_exr(folder / entry["file"])
+        depth, positions, normals = (np.squeeze(parts[layer].pixels) for layer in ("depth", "positions", "normals"))
+        turns = described_turns(case.parameters, {"depth": depth})
+        buffers = lfssao.Buffers(described_view(case.parameters), depth, positions, normals, turns)
+        return folder, entry["name"], buffers, case
+
+    made = {}
+    return lambda name: made[name] if name in made else made.setdefault(name, rendered(name))
+
+
+def occlusion(buffers, case, radius=1.0, samples=None, **options):
+    """The estimator's occlusion with changes, and noise of 3e-6."""
+    name, tables = case.parameters["estimator"], case.inputs
+    points = tables.get("points") if samples is None else samples
+    chosen = {**case.parameters["options"], **options}
+    made = lfssao.estimate(name, buffers, radius * case.parameters["radii"][0], points, tables.get("weights"), **chosen)
+    noise = np.random.default_rng(1).uniform(-3e-6, 3e-6, made.texture.shape)
+    return (made.texture + noise * (made.texture > 0)).astype(np.float32)
+
+
+def with_turns(buffers, turns):
+    return replace(buffers, turns=np.ascontiguousarray(turns, np.float32))
+
+
+def compared(folder, module, texture, target):
+    def change(parts):
+        parts["ao_1"] = replace(parts["ao_1"], pixels=texture[..., None])
+
+    (result,) = lfssao.compare(changed(folder, target / "mine", module, change), folder, layers=["ao_1"]).results
+    return result
+
+
+def other_hash(b):
+    return with_turns(b, texel_turns("common-hash", *b.depth.shape, 0, b.depth.dtype))
+
+
+@pytest.mark.parametrize(("name", "kind", "values", "make"), [
+    ("sao", "beta 0 in place of 0.01", (), lambda b, c: occlusion(b, c, beta=0.0)),
+    ("sao", "epsilon", (4.37,), lambda b, c: occlusion(b, c, epsilon=0.0437)),
+    ("sao", "intensity", (0.5113,), lambda b, c: occlusion(b, c, intensity=0.5113)),
+    ("sao", "taps 11 in place of 9", (), lambda b, c: occlusion(b, c, taps=11)),
+    ("sao", "log_q 0 in place of 3", (), lambda b, c: occlusion(b, c, log_q=0)),
+    ("alchemy", "sigma", (1.713,), lambda b, c: occlusion(b, c, sigma=1.713)),
+    ("alchemy", "radius", (0.931,), lambda b, c: occlusion(b, c, 0.931)),
+    ("alchemy", "normals with the other sign", (), lambda b, c: occlusion(replace(b, normals=-b.normals), c)),
+    ("hbao", "steps 5 in place of 8", (), lambda b, c: occlusion(b, c, steps=5)),
+    ("hbao", "samples are not turned", (), lambda b, c: occlusion(replace(b, turns=None), c)),
+    ("hbao", "turns of rows from below", (), lambda b, c: occlusion(with_turns(b, b.turns[:, ::-1]), c)),
+    ("hbao", "bias", (21.36,), lambda b, c: occlusion(b, c, bias=21.36)),
+    ("vo-points", "samples mirrored in y", (), lambda b, c: occlusion(b, c, samples=c.inputs["points"] * [1, -1, 1])),
+    ("vo-points", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),
+    ("vo-lines", "ao x {:.4f}", (0.83,), lambda b, c: np.float32(0.83) * occlusion(b, c)),
+    ("vo-lines", "randomize false in place of true", (), lambda b, c: occlusion(b, c, randomize=False)),
+    ("vo-area", "radius", (1.2345,), lambda b, c: occlusion(b, c, 1.2345)),
+])  # fmt: skip
+def test_a_planted_change_is_named(view, tmp_path, name, kind, values, make):
+    folder, module, buffers, case = view(name)
+    result = compared(folder, module, make(buffers, case), tmp_path)
+    found = result.diagnosis
+    best = found.candidates[0]
+    assert (best.kind, found.fits) == (kind.replace("ao x {:.4f}", "strength"), True), found.words("M")
+    assert best.values == pytest.approx(values, rel=0.01)
+
+
+def test_noise_gets_no_name(view, tmp_path):
+    folder, module, buffers, _ = view("alchemy")
+    noise = np.random.default_rng(2).random(buffers.depth.shape, np.float32)
+    result = compared(folder, module, np.where(np.isfinite(buffers.depth), noise, 0).astype(np.float32), tmp_path)
+    assert result.verdict in (Verdict.DIFFERENT, Verdict.OUTSIDE)
+    assert not result.diagnosis.fits

@@ -76,6 +76,7 @@ def other_hash(b):
     ("sao", "epsilon", (4.37,), lambda b, c: occlusion(b, c, epsilon=0.0437)),
     ("sao", "intensity", (0.5113,), lambda b, c: occlusion(b, c, intensity=0.5113)),
     ("sao", "taps 11 in place of 9", (), lambda b, c: occlusion(b, c, taps=11)),
+    ("sao", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),
     ("sao", "log_q 0 in place of 3", (), lambda b, c: occlusion(b, c, log_q=0)),
     ("alchemy", "sigma", (1.713,), lambda b, c: occlusion(b, c, sigma=1.713)),
     ("alchemy", "radius", (0.931,), lambda b, c: occlusion(b, c, 0.931)),

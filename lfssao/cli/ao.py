@@ -23,7 +23,6 @@ from lfssao.rendering.mapping_file import read_mapping
 from lfssao.rendering.output import occlusion_part
 from lfssao.rendering.passes import FloatTexture, turns_for
 from lfssao.rendering.settings import Settings
-from lfssao.samples.rotation import ROTATIONS
 from lfssao.verify.compare.layers import layers_of
 
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
@@ -54,8 +53,7 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     add("--samples", type=values.samples, metavar="N", help="samples of each texel and radius (default: 8)")
     add("--sampling", metavar="NAME", help=_METHODS)
     add("--seed", type=values.seed, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
-    rotations = f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed (default: hash)"
-    add("--rotate", metavar="NAME", help=rotations)
+    estimators.add_rotation(add, "hash")
     add("--blur", type=values.blur, default=1.0, metavar="SIGMA", help="sigma, texels; 0: none (default: 1)")
     add("-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to; made if not there")
 
@@ -68,7 +66,8 @@ def _ao(options: argparse.Namespace) -> None:
     """Check the options, read, compute, write."""
     wanted = options.sampling, options.samples, options.seed
     _, samples, _ = estimators.read_samples(find_estimator("lf"), *wanted)
-    settings = Settings(options.radii, samples, options.blur, rotation=options.rotate, rotation_seed=options.seed or 0)
+    rotation = estimators.read_rotation(options)
+    settings = Settings(options.radii, samples, options.blur, rotation=rotation, rotation_seed=options.seed or 0)
     target = options.output / f"{options.depth.stem}.exr"
     if target.resolve() in [path.resolve() for path in (options.depth, options.positions, options.image) if path]:
         raise InputError(f"--output: {target} is an input, give another folder")

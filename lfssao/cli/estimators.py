@@ -1,14 +1,18 @@
 """``lfssao estimators``: the estimators of occlusion and their parameters."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
+
+from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, full_parameters
 from lfssao.cli import values
 from lfssao.errors import InputError
-from lfssao.samples import make_samples
+from lfssao.rendering.image_file import ENDINGS, read_angles
+from lfssao.samples import ROTATIONS, make_samples
 
 
 def add_to(estimators: argparse.ArgumentParser) -> None:
@@ -63,6 +67,26 @@ def read_parameters(estimator: Estimator, given: list[tuple[str, str]] | None) -
         return full_parameters(estimator, read)
     except InputError as error:
         raise InputError(f"--parameter: {error}") from None
+
+
+def add_rotation(add: Callable[..., Any], default: str) -> None:
+    """Add the options of turned samples by a parser's ``add_argument``; default: what is said of no option."""
+    names = ", ".join(ROTATIONS)
+    words = f"turn each texel's samples: {names}; hash by the seed; or by the radians of a file (default: {default})"
+    add("--rotate", metavar="NAME|FILE", help=words)
+    rows = "where a file of angles begins (default: above)"
+    add("--rotate-rows", choices=("above", "below"), help=rows)
+
+
+def read_rotation(options: argparse.Namespace) -> str | NDArray[Any] | None:
+    """The rotation that the options of ``add_rotation`` ask for; InputError for a file without angles."""
+    name: str | None = options.rotate
+    rows = options.rotate_rows
+    if name is not None and name.lower().endswith(ENDINGS):
+        return read_angles(Path(name), rows == "below")
+    if rows is not None:
+        raise InputError(f"--rotate-rows is for a file of angles ({', '.join(ENDINGS)}), give it by --rotate")
+    return name
 
 
 def read_samples(

@@ -25,7 +25,6 @@ from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
 from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
-from lfssao.samples.rotation import ROTATIONS
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 
@@ -56,8 +55,6 @@ _HELP = {
     "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
     "(default: the estimator's own, LF's is latin)",
     "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
-    "--rotate": f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed (default: hash for "
-    "estimators lf, point and hemisphere without --neighbours, else none)",
     "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
@@ -98,7 +95,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--samples", type=values.samples, metavar="N")
     add("--sampling", metavar="NAME")
     add("--seed", type=values.seed, metavar="N")
-    add("--rotate", metavar="NAME")
+    estimators.add_rotation(command.add_argument, "the estimator's own, hash of LF's; none with --neighbours")
     add("--blur", type=values.blur, default=1.0, metavar="SIGMA")
     add("--filter", default="bilinear", metavar="NAME")
     add("--normals", nargs="?", const="geometric", metavar="KIND")
@@ -182,7 +179,7 @@ def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
         weights=weights,
         neighbours=options.neighbours,
         caster=options.caster,
-        rotation=options.rotate,
+        rotation=estimators.read_rotation(options),
         rotation_seed=options.seed or 0,
         layers=options.layers,
     )

@@ -165,6 +165,14 @@ def _read_npy(path: Path) -> ImagePart:
     return part_of(pixels)
 
 
+def read_angles(path: Path, below: bool) -> NDArray[Any]:
+    """The one channel of a file, (H, W), from the uppermost row on; below: whether the file begins with the lowest."""
+    planes = [plane for part in read_image_file(path) for plane in part.planes]
+    if len(planes) != 1:
+        raise InputError(f"{path}: it has {len(planes)} channels, angles are one")
+    return planes[0][::-1] if below else planes[0]
+
+
 def part_of(array: NDArray[Any]) -> ImagePart:
     """The part that an NPY file of an array (W,), (H, W) or (H, W, C) holds."""
     height, width = (1, *array.shape)[-2:] if array.ndim < 3 else array.shape[:2]

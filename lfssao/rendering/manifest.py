@@ -19,6 +19,7 @@ from lfssao.scene.mesh import Mesh, Paint
 
 FORMAT = 1
 MANIFEST = "manifest.json"
+ANGLES = "angles.npy"  # of texels, where they are no rotation that has a name
 _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")
 
 
@@ -57,7 +58,8 @@ def _digest_of_paint(paint: Paint) -> str:
 
 
 def describe_settings(settings: Settings) -> dict[str, Any]:
-    """All settings of the AO passes, the sample table included."""
+    """All settings of the AO passes, the sample table included; angles of texels are in a file of their own."""
+    angles = settings.rotation if isinstance(settings.rotation, np.ndarray) else None
     return {
         "estimator": settings.estimator,
         "parameters": dict(settings.parameters),
@@ -65,7 +67,8 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "radii": list(settings.radii),
         "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),
         "weights": None if settings.weights is None else np.asarray(settings.weights).tolist(),
-        "rotation": settings.rotation,
+        "rotation": settings.rotation if angles is None else "angles",
+        "angles_sha256": None if angles is None else digest(angles),
         "rotation_seed": settings.rotation_seed,
         "blur_sigma": settings.blur,
         "blur_weights": blur_weights(settings.blur).tolist(),

@@ -8,6 +8,7 @@ import json
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from lfssao.rendering import plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.manifest import FORMAT, MANIFEST, describe_view, digest
+from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest
 from lfssao.rendering.passes import Textures
 from lfssao.rendering.settings import Settings
 
@@ -184,6 +185,8 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     if job.has_sheet:
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
         write_whole(folder / SHEET, sheet.save)
+    if isinstance(job.settings.rotation, np.ndarray):
+        write_whole(folder / ANGLES, partial(np.save, arr=job.settings.rotation))
     texels = sum(view.width * view.height for view in job.views)
     left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
     left += plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))

@@ -23,7 +23,7 @@ from lfssao.optics.window import seen_rows
 from lfssao.rendering import contact
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
-from lfssao.samples.rotation import texel_turns
+from lfssao.samples.rotation import angle_turns, texel_turns
 from lfssao.scene.mesh import Mesh
 
 FloatTexture = NDArray[np.float32]
@@ -167,9 +167,14 @@ def _cast(caster: RayCaster, view: View, settings: Settings) -> GBuffer:
 
 def turns_for(settings: Settings, depth: Texture) -> Texture | None:
     """Cosine and sine by which each texel's samples are turned, (2, H, W) as depth; None where none turn."""
-    if settings.rotation in (None, "none"):
+    rotation = settings.rotation
+    if isinstance(rotation, np.ndarray):
+        if rotation.shape != depth.shape:
+            raise InputError(f"rotation: angles have shape {rotation.shape}, textures with guard {depth.shape}")
+        return angle_turns(rotation, depth.dtype)
+    if rotation in (None, "none"):
         return None
-    return texel_turns(settings.rotation, *depth.shape, settings.rotation_seed, depth.dtype)
+    return texel_turns(rotation, *depth.shape, settings.rotation_seed, depth.dtype)
 
 
 def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[Occlusion]:

@@ -3,18 +3,19 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.estimators.estimator import Value
+from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import check_samples, check_turning, find_estimator, full_parameters
 from lfssao.ao.ssao import check_radius
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
-from lfssao.samples.rotation import check_rotation
+from lfssao.samples.rotation import check_angles, check_rotation
 from lfssao.scene.mesh import Mesh
 
 # LF merges five radii and does not print them: fractions of the scene's diagonal, each 1.6 to 2 times the last.
@@ -64,10 +65,10 @@ class Settings:
         How many of a module's nearest modules are asked whether a sample lies in the open; for estimator 'lf' only.
     caster : str
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
-    rotation : str or None
-        How samples turn from texel to texel, a name of ``lfssao.samples.ROTATIONS``; 'none': all texels share
-        them. For estimators that know it, and without neighbours. None becomes the estimator's own, 'hash' of lf, point
-        and hemisphere, or with neighbours 'none'.
+    rotation : str, (H, W) float32 or float64, or None
+        How samples turn from texel to texel, a name of ``lfssao.samples.ROTATIONS`` or the angle of each texel, guard
+        band included, radians; 'none': all texels share them. For estimators that know it, and without neighbours. None
+        becomes the estimator's own, 'hash' of lf, point and hemisphere, or with neighbours 'none'.
     rotation_seed : int
         Seed of the rotation 'hash', 0 to 2**64 - 1.
     layers : tuple of str, or None
@@ -93,7 +94,7 @@ class Settings:
     weights: NDArray[np.float64] | None = None
     neighbours: int = 0
     caster: str = "exact"
-    rotation: str | None = None
+    rotation: str | NDArray[np.floating[Any]] | None = None
     rotation_seed: int = 0
     layers: tuple[str, ...] | None = None
 
@@ -116,17 +117,23 @@ class Settings:
             check_samples(estimator, self.samples, self.weights)
         if self.rotation is None:
             object.__setattr__(self, "rotation", "none" if self.neighbours else estimator.rotation)
-        check_rotation(str(self.rotation), self.rotation_seed)
-        if self.rotation != "none":
-            check_turning(estimator)
-            if self.neighbours:
-                raise InputError("rotation: with neighbours samples do not turn")
+        self._check_rotation(estimator)
         if self.neighbours < 0:
             raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
         if self.neighbours and self.estimator != "lf":
             raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
         if self.normals is None and (estimator.normals or "normals" in (self.layers or ())):
             object.__setattr__(self, "normals", "geometric")
+
+    def _check_rotation(self, estimator: Estimator) -> None:
+        if isinstance(self.rotation, str):
+            check_rotation(self.rotation, self.rotation_seed)
+        else:
+            check_angles(self.rotation)
+        if not isinstance(self.rotation, str) or self.rotation != "none":
+            check_turning(estimator)
+            if self.neighbours:
+                raise InputError("rotation: with neighbours samples do not turn")
 
     def _check_names(self) -> None:
         named = ("color_filter", COLOR_FILTERS), ("normals", (None, *NORMALS)), ("caster", CASTERS)

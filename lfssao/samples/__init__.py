@@ -10,14 +10,14 @@ from lfssao.core.late_names import late_names
 if TYPE_CHECKING:
     from lfssao.samples.registry import METHODS, find_method, make_samples, sample_set, square_points
     from lfssao.samples.repulsion import repulsion_table
-    from lfssao.samples.rotation import ROTATIONS, texel_angles, texel_turns
+    from lfssao.samples.rotation import ROTATIONS, angle_turns, texel_angles, texel_turns
     from lfssao.samples.sets import SampleSet
     from lfssao.samples.spiral import best_turns, spiral_discrepancy
 
 __getattr__, __dir__ = late_names(
     __name__,
     {
-        "samples.rotation": ("ROTATIONS", "texel_angles", "texel_turns"),
+        "samples.rotation": ("ROTATIONS", "angle_turns", "texel_angles", "texel_turns"),
         "samples.registry": ("METHODS", "find_method", "make_samples", "sample_set", "square_points"),
         "samples.repulsion": ("repulsion_table",),
         "samples.sets": ("SampleSet",),
@@ -26,6 +26,6 @@ __getattr__, __dir__ = late_names(
 )
 
 __all__ = [
-    "METHODS", "ROTATIONS", "SampleSet", "best_turns", "find_method", "make_samples", "repulsion_table",
-    "sample_set", "spiral_discrepancy", "square_points", "texel_angles", "texel_turns",
+    "METHODS", "ROTATIONS", "SampleSet", "angle_turns", "best_turns", "find_method", "make_samples",
+    "repulsion_table", "sample_set", "spiral_discrepancy", "square_points", "texel_angles", "texel_turns",
 ]  # fmt: skip

@@ -19,6 +19,7 @@ from lfssao.samples.method import fill
 from lfssao.samples.sets import FloatArray
 
 TILE = 64  # texels a side of the blue noise tile
+LARGEST_ANGLE = 2.0**32  # radians
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,7 @@ ROTATIONS = {
         Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_tile), 4),
         Rotation("ign", "interleaved gradient noise", "Jimenez 2014", _filled(dither.gradient_noise_angles), None),
         Rotation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
+        Rotation("r2", "the recurrence R2", "Roberts 2018", _filled(dither.recurrence_angles), None),
         Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(dither.hashed_angles, PAPER), None),
         Rotation(
             "common-hash",
@@ -103,7 +105,7 @@ def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArra
     Parameters
     ----------
     name : str
-        'none', 'hash', 'tiles', 'ign', 'blue-noise', 'sao-hash' or 'common-hash'.
+        A key of ``ROTATIONS``: 'none', 'hash', 'tiles', 'ign', 'blue-noise', 'r2', 'sao-hash' or 'common-hash'.
     height, width : int
         Texels, at least 1 each, the guard band included.
     seed : int
@@ -136,4 +138,44 @@ def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[A
     """
     turns = np.empty((2, height, width), dtype)
     dither.turns_of(texel_angles(name, height, width, seed), turns)
+    return turns
+
+
+def check_angles(radians: Any) -> None:
+    """Refuse, by an InputError, all but an array (H, W) of float32 or float64, from -2**32 to 2**32."""
+    if not isinstance(radians, np.ndarray) or radians.dtype not in (np.float32, np.float64) or radians.ndim != 2:
+        kind = f"{radians.dtype} {radians.shape}" if isinstance(radians, np.ndarray) else type(radians).__name__
+        raise InputError(f"rotation: angles are {kind}, expected radians (H, W) of float32 or float64")
+    if not (np.abs(radians) <= LARGEST_ANGLE).all():
+        raise InputError("rotation: an angle is not a number of radians from -2**32 to 2**32")
+
+
+def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDArray[np.floating[Any]]:
+    """Return cosine and sine of angles of one's own, a shader's hash for example: ``Buffers.turns``.
+
+    Parameters
+    ----------
+    radians : (H, W) float32 or float64
+        Angle of each texel, guard band included, from -2**32 to 2**32.
+    dtype : dtype
+        That of the depth texture, float32 or float64.
+
+    Returns
+    -------
+    (2, H, W) of the dtype
+        Each rounded once from float64, where it is off by 1e-15 at most.
+
+    Raises
+    ------
+    InputError
+        If the array is not one of these.
+
+    Examples
+    --------
+    >>> angle_turns(np.array([[0.0, 0.5]]), np.dtype(np.float64)).round(3).tolist()
+    [[[1.0, 0.878]], [[0.0, 0.479]]]
+    """
+    check_angles(radians)
+    turns = np.empty((2, *radians.shape), dtype)
+    dither.turns_of(fill(dither.radian_angles, radians.shape, np.ascontiguousarray(radians)), turns)
     return turns

@@ -7,6 +7,7 @@ import numpy as np
 
 from reference.elementary import exp
 from reference.philox import below, word
+from reference.sequences import ROBERTS
 from reference.spiral import half_turns, hash_word
 
 
@@ -89,6 +90,7 @@ def angles(rotation, height, width, seed):
         "tiles": lambda j, i: bayer(4)[j % 4, i % 4] / 8.0,
         "ign": lambda j, i: 2 * gradient_noise(i, j),
         "blue-noise": lambda j, i: (blue_noise()[j % 64][i % 64] + 0.5) / 2048.0,
+        "r2": lambda j, i: ((i * ROBERTS[2][0] + j * ROBERTS[2][1]) % 2**64 >> 11) * 2.0**-52,
         "sao-hash": lambda j, i: half_turns(hash_word(i, j, "paper")),
         "common-hash": lambda j, i: half_turns(hash_word(i, j, "common")),
     }[rotation]

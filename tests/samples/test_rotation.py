@@ -2,6 +2,7 @@
 
 import doctest
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 from reference import dither, spiral
 
 from lfssao.errors import InputError
-from lfssao.samples import ROTATIONS, rotation, texel_angles
+from lfssao.samples import ROTATIONS, angle_turns, rotation, texel_angles
 from lfssao.samples.kernels import dither as tiles
 
 
@@ -61,7 +62,7 @@ def test_void_and_cluster_equals_the_reference(height, width, seed):
 def test_the_example_runs():
     failed, run = doctest.testmod(rotation)
     assert failed == 0
-    assert run == 2
+    assert run == 3
 
 
 def low_power(pattern):
@@ -89,3 +90,24 @@ def test_the_blue_noise_tile_is_a_permutation_without_low_frequencies():
 def test_what_is_refused(arguments, words):
     with pytest.raises(InputError, match=words):
         texel_angles(*arguments)
+
+
+@settings(max_examples=30)
+@given(st.lists(st.floats(-(2.0**32), 2.0**32) | st.floats(-10, 10), min_size=1, max_size=20))
+def test_cosine_and_sine_of_radians_are_those_of_all_their_digits(values):
+    """Whole turns of 2 pi that float64 holds but for its last digit would be off by 1e-7 at 2**32."""
+    with mpmath.workdps(60):
+        want = [[float(f(mpmath.mpf(x))) for x in values] for f in (mpmath.cos, mpmath.sin)]
+    made = angle_turns(np.array([values]), np.dtype(np.float64))
+    np.testing.assert_allclose(made[:, 0], want, rtol=0, atol=1e-15)
+    single = angle_turns(np.array([values]), np.dtype(np.float32))
+    np.testing.assert_array_equal(single, made.astype(np.float32))
+
+
+@pytest.mark.parametrize("radians", [
+    [[0.0]], np.zeros(3), np.zeros((2, 2, 1)), np.zeros((2, 2), np.float16), np.array([[1, 2]]),
+    np.array([[0.0, np.nan]]), np.array([[np.inf]]), np.array([[-(2.0**32) * 1.001]]),
+])  # fmt: skip
+def test_angles_that_are_none_are_refused(radians):
+    with pytest.raises(InputError, match="rotation: an"):
+        angle_turns(radians, np.dtype(np.float32))

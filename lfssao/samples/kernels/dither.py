@@ -1,14 +1,20 @@
-"""Angles of texels: tiles of ranks, ordered 4 x 4 and blue noise by void and cluster (Ulichney 1993), hashes, noise."""
+"""Angles of texels: tiles of ranks, ordered 4 x 4 and blue noise by void and cluster (Ulichney 1993); hashes; noise.
+
+Angles in radians, of anybody, become half-turns here too.
+"""
 
 import numpy as np
 
-from lfssao.core.elementary import exp, sincospi
+from lfssao.core.elementary import PI, exp, sincospi
 from lfssao.core.jit import kernel
 from lfssao.core.philox import random_below, random_word
 from lfssao.samples.kernels.spiral import hash_angle
+from lfssao.samples.kernels.square import R2_1, R2_2
 
 _STREAM = 0
 _SIGMA = 1.5  # Ulichney's, texels
+# 2 pi in three parts: the first two have 23 bits, so that products with whole numbers below 2**30 are exact.
+_TURN = 6.2831850051879883, 3.0199157663446385e-07, 2.1561211432632476e-14
 _UNIT = 2.0**40  # energies are whole numbers, so that adding and taking away leaves no rounding error
 
 
@@ -129,6 +135,31 @@ def gradient_noise_angles(angles):
             slope = 0.06711056 * (x + 0.5) + 0.00583715 * (y + 0.5)
             noise = 52.9829189 * (slope - np.floor(slope))
             angles[y, x] = 2.0 * (noise - np.floor(noise))
+
+
+@kernel
+def recurrence_angles(angles):
+    """Fractions of a turn x a + y b modulo 1, of R2's constants; angles: (H, W), half-turns in [0, 2), out.
+
+    In integers modulo 2**64, cut to a multiple of 2**-53 of a turn.
+    """
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            turn = np.uint64(x) * R2_1 + np.uint64(y) * R2_2
+            angles[y, x] = np.float64(turn >> np.uint64(11)) * 2.0**-52
+
+
+@kernel
+def radian_angles(radians, angles):
+    """Radians up to 2**32 either way, (H, W), in half-turns of [-1, 1], (H, W) float64, out; off by 3e-16 at most.
+
+    Whole turns are taken off in three parts, the first two exactly.
+    """
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            angle = np.float64(radians[y, x])
+            turns = np.floor(angle / (2.0 * PI) + 0.5)
+            angles[y, x] = (((angle - turns * _TURN[0]) - turns * _TURN[1]) - turns * _TURN[2]) / PI
 
 
 @kernel

@@ -11,7 +11,9 @@ from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estima
 from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
-from lfssao.samples.rotation import check_rotation
+from lfssao.rendering.image_file import read_angles
+from lfssao.rendering.manifest import ANGLES
+from lfssao.samples.rotation import angle_turns, check_rotation
 from lfssao.verify.case import VIEW, Case
 
 _TABLES = {"points": "samples", "weights": "weights"}  # a case's tables by the names of the settings
@@ -25,7 +27,10 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
     try:
         parameters = _parameters(manifest["settings"], entry["view"])
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))
-        return Case("", VIEW, "", parameters, _tables(manifest["settings"], parameters), {})
+        tables: dict[str, NDArray[Any]] = {**_tables(manifest["settings"], parameters)}
+        if manifest["settings"].get("rotation") == "angles":
+            tables["turns"] = angle_turns(read_angles(path / ANGLES, False), np.dtype(np.float32))
+        return Case("", VIEW, "", parameters, tables, {})
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise not_written(path, error) from error
 
@@ -49,7 +54,9 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         raise ValueError("screen_to_world does not fit world_to_image")
     if not 0 <= sigma <= MAX_SIGMA:
         raise ValueError("blur_sigma is out of range")
-    check_rotation(settings.get("rotation", "none"), settings.get("rotation_seed", 0))
+    rotation = settings.get("rotation", "none")  # a manifest without it is of a time when nothing turned
+    rotation = "none" if rotation == "angles" else rotation  # turns are an input then
+    check_rotation(rotation, settings.get("rotation_seed", 0))
     return {
         "mapping": {"kind": kind, "numbers": numbers},
         "screen_to_world": back,
@@ -59,7 +66,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         "radii": tuple(float(radius) for radius in settings["radii"]),
         "estimator": "lf with neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
-        "rotation": settings.get("rotation", "none"),  # a manifest without it is of a time when nothing turned
+        "rotation": rotation,
         "rotation_seed": int(settings.get("rotation_seed", 0)),
     }
 

@@ -125,3 +125,56 @@ def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path
     assert "ssao" in kernels
     others = {"alchemy", "multiresolution", "point", "rows", "truth"}
     assert not kernels & others
+
+
+# Angles from a file
+
+
+@pytest.fixture(scope="module")
+def hashed_by_shader():
+    """SAO's hash as a shader in float32 makes it, 18 rows of 24 texels."""
+    rows, columns = np.mgrid[:18, :24]
+    return np.float32((30 * columns) ^ (rows + 10 * columns * rows))
+
+
+def test_whole_radians_of_a_file_turn_as_the_hash_of_that_name(tmp_path, hashed_by_shader):
+    np.save(tmp_path / "up.npy", hashed_by_shader)
+    np.save(tmp_path / "down.npy", hashed_by_shader[::-1])
+    sao = ["--estimator", "sao", "--layers", "depth,positions,ao", "--radii", "20%"]
+    _, named = render(tmp_path / "named", *sao)
+    for name, more in (("up", ()), ("up", ("--rotate-rows", "above")), ("down", ("--rotate-rows", "below"))):
+        manifest, parts = render(tmp_path / "out", *sao, "--rotate", str(tmp_path / f"{name}.npy"), *more)
+        assert np.abs(parts["ao_1"] - named["ao_1"]).max() == 0
+        assert manifest["settings"]["rotation"] == "angles"
+    wrong = render(tmp_path / "wrong", *sao, "--rotate", str(tmp_path / "down.npy"))[1]
+    assert not np.array_equal(wrong["ao_1"], named["ao_1"])
+
+
+def test_a_reference_with_angles_of_a_file_is_judged_by_them(tmp_path, hashed_by_shader, capsys):
+    """The same samples of lf, whose bounds are known, and the same not turned."""
+    np.save(tmp_path / "angles.npy", hashed_by_shader)
+    lf = ["--layers", "depth,positions,ao"]
+    render(tmp_path / "right", *lf, "--rotate", str(tmp_path / "angles.npy"))
+    render(tmp_path / "same", *lf, "--rotate", "sao-hash")
+    render(tmp_path / "other", *lf, "--rotate", "none")
+    assert main(["compare", str(tmp_path / "same"), str(tmp_path / "right")]) == 0
+    capsys.readouterr()
+    assert main(["compare", str(tmp_path / "other"), str(tmp_path / "right")]) == 2
+    assert "samples are not turned" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("angles", "options", "said"), [
+    (np.zeros((18, 23)), (), "angles have shape (18, 23), textures with guard (18, 24)"),
+    (np.zeros((18, 24, 2)), (), "it has 2 channels, angles are one"),
+    (np.full((18, 24), np.nan), (), "an angle is not a number of radians"),
+    (np.zeros((18, 24), np.uint8), (), "angles are uint8 (18, 24), expected radians"),
+    (np.zeros((18, 24)), ("--estimator", "multiresolution"), "samples of estimator multiresolution do not turn"),
+    (None, (), "angles.npy: there is no such file"),
+    (None, ("--rotate", "hash", "--rotate-rows", "below"), "--rotate-rows is for a file of angles"),
+])  # fmt: skip
+def test_angles_that_do_not_fit_are_refused(tmp_path, capsys, angles, options, said):
+    if angles is not None:
+        np.save(tmp_path / "angles.npy", angles)
+    assert main([*SMALL, "-o", str(tmp_path / "out"), "--rotate", str(tmp_path / "angles.npy"), *options]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -26,7 +26,8 @@ from lfssao.samples.kernels import ball, spiral
 from lfssao.verify.bounds import post
 from lfssao.verify.bounds import ssao as ssao_bounds
 from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
-from lfssao.verify.bounds.points import Surfaces, point_bounds
+from lfssao.verify.bounds.points import point_bounds
+from lfssao.verify.bounds.problem import Surfaces
 from lfssao.verify.kit.cases import RECIPES
 from lfssao.verify.kit.stages import STAGES
 

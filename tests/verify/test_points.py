@@ -23,7 +23,8 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels.pairs import exact
-from lfssao.verify.bounds.points import BOUNDED, LINES, NORMALS, Surfaces, point_bounds
+from lfssao.verify.bounds.points import BOUNDED, LINES, NORMALS, point_bounds
+from lfssao.verify.bounds.problem import Surfaces
 from lfssao.verify.bounds.view import occlusion_bounds
 from lfssao.verify.kit.views import view_numbers
 

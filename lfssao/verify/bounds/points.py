@@ -12,59 +12,26 @@ surface there differs. Each length lies between those that any texel gives where
 The other estimators sum distances, horizons and areas. No interval of them is known; they must have equal bits.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.ao.textures import check_fit
-from lfssao.core.affine import Matrix, sum_in_order
-from lfssao.optics.view import WorldToImage
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
+from lfssao.core.affine import sum_in_order
+from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import line_bounds as line_kernels
 from lfssao.verify.bounds.kernels import point_bounds as point_kernels
 from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.post import merge_bounds
+from lfssao.verify.bounds.problem import Options, Problem, Surfaces, Weights, contiguous, single
 from lfssao.verify.bounds.ssao import fraction_bounds, sample_inputs
-
-Options = Mapping[str, Value]
-Weights = NDArray[np.floating[Any]] | None
-_NOTHING = np.empty((0, 0, 3), np.float32)
-
-
-@dataclass(frozen=True, eq=False)
-class Surfaces:
-    """The float32 textures and the mapping that an estimator's points are decided by.
-
-    Renderers have the mapping's numbers, and those of ``cast_from_world`` that VO reads, rounded to float32.
-    """
-
-    depth: Texture  # (H, W): image z, +infinity where there is no surface
-    positions: Texture  # (H, W, 3): world coordinates
-    world_to_image: WorldToImage
-    cast_from_world: Matrix  # (3, 4)
-    normals: Texture | None = None  # (H, W, 3): unit normals, for estimators that read them
-    directions: Texture | None = None  # (H, W, 3): unit viewing directions, for VO's lines and thickness
-    turns: Texture | None = None  # (2, H, W): cosine and sine by which each texel's points are turned
-    right: FloatArray | None = None  # (3,): the view's rightward direction in the world, for VO's lines
-
-
-class Problem(NamedTuple):
-    """The arguments of ``point_bounds``, checked, but for the radius."""
-
-    surfaces: Surfaces
-    points: FloatArray
-    weights: Weights
-    options: Options
-    model: ErrorModel
 
 
 def point_bounds(
@@ -98,7 +65,7 @@ def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     point_kernels.write_surface_depths(inputs, model.errors, options["surface"] == "positions", low, high)
     normals, reach = surfaces.normals if half else None, float(radius) if options["range_check"] else np.inf
     point_kernels.count_hidden(
-        inputs, _contiguous(normals), low, high, reach, model.errors, surfaces.turns, fewest, most
+        inputs, contiguous(normals), low, high, reach, model.errors, surfaces.turns, fewest, most
     )
     lower, upper = fraction_bounds(len(given.points), model)
     if options.get("remap"):
@@ -134,16 +101,16 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds], 
 def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     """Bounds of VO by points at one radius."""
     surfaces, options, n = given.surfaces, given.options, len(given.points)
-    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, _single(given.points), radius)
+    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, single(given.points), radius)
     weights = np.ones(n) if given.weights is None else np.asarray(given.weights, np.float64)
     thickness = float(options["thickness"])
     mirrors = ball_mirrors(bool(options["randomize"]), int(options["seed"]), np.dtype(np.float32))
     ball = volume_kernels.Ball(
-        fractions=_single(weights / sum_in_order(weights.tolist())),
-        mirrors=_single(mirrors),
-        normals=_contiguous(surfaces.normals if tangent else None),
-        directions=_contiguous(surfaces.directions if thickness > 0 else None),
-        axis=_single(surfaces.cast_from_world[2]),
+        fractions=single(weights / sum_in_order(weights.tolist())),
+        mirrors=single(mirrors),
+        normals=contiguous(surfaces.normals if tangent else None),
+        directions=contiguous(surfaces.directions if thickness > 0 else None),
+        axis=single(surfaces.cast_from_world[2]),
         radius=float(radius),
         thickness=thickness,
     )
@@ -153,12 +120,12 @@ def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
 def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     """Bounds of VO by lines at one radius."""
     surfaces, options = given.surfaces, VolumeOptions(**given.options)  # type: ignore[arg-type]
-    normals, ways = _contiguous(surfaces.normals if tangent else None), _contiguous(surfaces.directions)
+    normals, ways = contiguous(surfaces.normals if tangent else None), contiguous(surfaces.directions)
     check_fit("directions", ways, surfaces.depth, 3)
     inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, np.zeros((1, 3)), radius)
     disk = make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32))
-    samples = [_single(numbers) for numbers in (disk.places, disk.half, disk.weights, disk.mirrors)]
-    axes = [_single(surfaces.cast_from_world[2]), _single(surfaces.right)]
+    samples = [single(numbers) for numbers in (disk.places, disk.half, disk.weights, disk.mirrors)]
+    axes = [single(surfaces.cast_from_world[2]), single(surfaces.right)]
     thickness = options.thickness / radius if options.thickness > 0 < radius else np.inf
     lines = line_kernels.Lines._make([*samples, normals, ways, *axes, float(radius), thickness])
     return _summed(line_kernels.sum_lengths, inputs, lines, given)
@@ -173,16 +140,6 @@ def _summed(kernel: Callable[..., None], inputs: Any, samples: Any, given: Probl
     relative = (n + 4) * errors.operation * (1 + n * errors.operation)
     lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
     return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
-
-
-def _single(numbers: Any) -> FloatArray:
-    """Numbers as a renderer has them: rounded to float32, held as float64."""
-    return np.asarray(numbers).astype(np.float32).astype(np.float64)
-
-
-def _contiguous(texture: Texture | None) -> Texture:
-    """A texture of vectors as kernels take it, of no texels for None."""
-    return _NOTHING if texture is None else np.ascontiguousarray(texture)
 
 
 # Estimators whose intervals are known, and those of them that read normals, or sum lines.

@@ -23,8 +23,9 @@ from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.points import BOUNDED, Surfaces, point_bounds
+from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
+from lfssao.verify.bounds.problem import Surfaces
 from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Parameters, described_mapping, described_turns, described_view

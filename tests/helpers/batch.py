@@ -19,6 +19,7 @@ from lfssao.ao.kernels import ssao, truth_batches
 from lfssao.ao.kernels.truth_rays import Cast
 from lfssao.ao.post import blur, merge, shade, shade_white
 from lfssao.ao.ssao import algorithm1, algorithm2
+from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
 from lfssao.gbuffer.kernels import triangle
 from lfssao.samples import METHODS, ROTATIONS, sample_set, texel_angles, texel_turns
@@ -27,7 +28,6 @@ from lfssao.verify.bounds import post
 from lfssao.verify.bounds import ssao as ssao_bounds
 from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.bounds.problem import Surfaces
 from lfssao.verify.kit.cases import RECIPES
 from lfssao.verify.kit.stages import STAGES
 
@@ -99,7 +99,7 @@ def accepted():
             found = ssao_bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
             kind = f"{view.world_to_image.kind} {back is None}"
             yield f"accepted {kind}", np.array([found.lower, found.upper, found.undecided])
-    given = Surfaces(depth, positions, general.world_to_image, general.cast_from_world)
+    given = Buffers(general, depth, positions)
     found = point_bounds("point", given, 0.4, samples, None, {"range_check": True, "surface": "positions"})
     yield "accepted points", np.array([found.lower, found.upper, found.undecided])
     blurred = post.blur_bounds(found, 0.7)

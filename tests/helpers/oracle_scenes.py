@@ -5,6 +5,7 @@ import random_renderer as rr
 from hypothesis import strategies as st
 
 from lfssao import Camera, Display, Module, fit_roi
+from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels import display as display_kernels
 
 ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
@@ -105,3 +106,25 @@ def assert_inside(values, bound, name):
     low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
     outside = ~((values >= low) & (values <= high))
     assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"
+
+
+def unit(vectors):
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return vectors / np.sqrt(x * x + y * y + z * z)[..., None]
+
+
+def seen_along(view, depth, positions, normals=None, turns=None, ways=None):
+    """Buffers whose texels look in directions of their own."""
+    made = Buffers(view, depth, positions, normals, turns)
+    vars(made)["directions"] = ways
+    return made
+
+
+@st.composite
+def drawn_problems(draw):
+    height, width = draw(st.sampled_from([(3, 4), (1, 11), (4, 4)]))
+    view = drawn_view(draw, height, width)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    model = draw(st.sampled_from(["shader", "shader", "nearest"]))
+    turning, radius = draw(st.booleans()), float(draw(st.sampled_from([0.01, 0.3, 1.0])))
+    return view, rng, model, radius, draw(st.sampled_from([1, 3, 6])), turning

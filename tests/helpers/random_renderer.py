@@ -280,7 +280,7 @@ def inside(depth, u, v, valid):
 @np.errstate(all="ignore")
 def points_behind(ar, given, samples, radius, options):
     """The estimators point and, with normals, hemisphere, of every renderer: (R, H, W)."""
-    kind, m, n = given.world_to_image.kind, single(given.world_to_image.numbers), len(samples)
+    (kind, m), n = mapping_of(given), len(samples)
     depth, normals = given.depth, given.normals
     point, offset = spread(ar, given.positions), offsets_of(ar, samples, radius)
     turn = None if given.turns is None else turn_of(ar, given.turns)
@@ -311,11 +311,26 @@ def points_behind(ar, given, samples, radius, options):
     return np.where(np.isfinite(depth), made, 0.0)
 
 
+def mapping_of(given):
+    """Kind and numbers of a view's mapping."""
+    return given.view.world_to_image.kind, single(given.view.world_to_image.numbers)
+
+
+def cast_depths(ar, given, point, axis, u, v, valid):
+    """Whether image points see a surface, the row and column that they read, and the surface's cast z."""
+    there, j, i = inside(given.depth, u, v, valid)
+    surface = ar.full(given.depth.astype(np.float64))
+    if given.view.world_to_image.kind == MATRIX:
+        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, STILL)[..., 0], np.inf)
+    seen = surface[np.arange(ar.renderers)[:, None, None, None], j, i]
+    return there & np.isfinite(given.depth[j, i]), j, i, seen
+
+
 @np.errstate(all="ignore")
 def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
     """VO's hidden fraction of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
-    kind, m, n = given.world_to_image.kind, single(given.world_to_image.numbers), len(points)
-    axis, depth = np.append(single(given.cast_from_world[2]), np.zeros(12)), given.depth
+    (kind, m), n = mapping_of(given), len(points)
+    axis, depth = np.append(single(given.view.cast_from_world[2]), np.zeros(12)), given.depth
     o = [ar.full(single(points)[None, None, :, k]) for k in range(3)]
     point, mirror, normal = (spread(ar, texture) for texture in (given.positions, mirrors, given.normals))
     rows, r = range(4 if kind == MATRIX else 3), single(radius)
@@ -342,12 +357,9 @@ def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
         sums, deep = [reflected(m, k) for k in rows], reflected(axis, 0)
     u, v, z, valid = project(ar, kind, m, *sums)
     z = deep if kind == MATRIX else z
-    there, j, i = inside(depth, u, v, valid)
-    surface = ar.full(depth.astype(np.float64))
-    if kind == MATRIX:
-        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, STILL)[..., 0], np.inf)
-    before = ar.subtract(z, surface[np.arange(ar.renderers)[:, None, None, None], j, i])
-    hidden = there & (before > 0) & np.isfinite(depth[j, i])
+    there, _, _, surface = cast_depths(ar, given, point, axis, u, v, valid)
+    before = ar.subtract(z, surface)
+    hidden = there & (before > 0)
     if thickness > 0:
         steep = ar.total(axis[:3], spread(ar, given.directions))
         reach = ar.choose(ar.lot(0.5), ar.multiply(ar.multiply(single(thickness / radius), r), steep),
@@ -359,20 +371,39 @@ def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
     return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)
 
 
+def near(ar, values, off):
+    """Numbers of float32 that are off by up to so much."""
+    return [single(k + ar.rng.uniform(-1, 1, k.shape) * (off - 2.0**-24)) for k in values]
+
+
+def across(ar, a, b):
+    """Cross product a x b."""
+    return [ar.fused(a[k - 2], b[k - 1], -ar.multiply(a[k - 1], b[k - 2])) for k in range(3)]
+
+
+def normalized(ar, a):
+    """Vectors over their lengths."""
+    length = ar.root(ar.total(a, a))
+    scale = ar.divide(1.0, length)
+    return [ar.choose(ar.lot(0.5), ar.multiply(b, scale), ar.divide(b, length)) for b in a]
+
+
+def right_of(ar, right, w):
+    """The rightward direction made orthogonal to w."""
+    g = ar.total(right, w)
+    return normalized(ar, [ar.fused(-g, b, c) for b, c in zip(w, right, strict=True)])
+
+
 @np.errstate(all="ignore")
 def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
     """VO's hidden fraction of the ball by lines, of every renderer: (R, H, W); without normals the whole ball."""
-    kind, m, depth, r = given.world_to_image.kind, single(given.world_to_image.numbers), given.depth, single(radius)
-    axis, rows = np.append(single(given.cast_from_world[2]), np.zeros(12)), range(4 if kind == MATRIX else 3)
-    point, w, right = spread(ar, given.positions), spread(ar, given.directions), single(given.right)
-    w = [single(k + ar.rng.uniform(-1, 1, k.shape) * (2.0**-20 - 2.0**-24)) for k in w]  # made by itself
+    (kind, m), depth, view, r = mapping_of(given), given.depth, given.view, single(radius)
+    axis, rows = np.append(single(view.cast_from_world[2]), np.zeros(12)), range(4 if kind == MATRIX else 3)
+    point, w, right = spread(ar, given.positions), spread(ar, given.directions), single(view.world_from_cast[:, 0])
+    w = near(ar, w, 2.0**-20)  # made by itself
     x, y = (ar.full(single(places)[None, None, :, k]) for k in range(2))
-    g = ar.total(right, w)
-    a = [ar.fused(-g, b, c) for b, c in zip(w, right, strict=True)]
-    length = ar.root(ar.total(a, a))
-    scale = ar.divide(1.0, length)
-    a = [ar.choose(ar.lot(0.5), ar.multiply(b, scale), ar.divide(b, length)) for b in a]
-    b = [ar.fused(w[k - 2], a[k - 1], -ar.multiply(w[k - 1], a[k - 2])) for k in range(3)]
+    a = right_of(ar, right, w)
+    b = across(ar, w, a)
     c, s = (ar.full(single(mirrors)[..., k, None]) for k in range(2))
     if given.turns is not None:
         turn = turn_of(ar, given.turns)
@@ -393,12 +424,9 @@ def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
         sums, deep = [place(m, k) for k in rows], place(axis, 0)
     u, v, z, valid = project(ar, kind, m, *sums)
     z = deep if kind == MATRIX else z
-    there, j, i = inside(depth, u, v, valid)
-    surface = ar.full(depth.astype(np.float64))
-    if kind == MATRIX:
-        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, STILL)[..., 0], np.inf)
+    there, _, _, surface = cast_depths(ar, given, point, axis, u, v, valid)
     deep = ar.multiply(r, ar.total(axis[:3], w))
-    before = ar.subtract(surface[np.arange(ar.renderers)[:, None, None, None], j, i], z)
+    before = ar.subtract(surface, z)
     d = ar.choose(ar.lot(0.5), ar.multiply(before, ar.divide(1.0, deep)), ar.divide(before, deep))
     half = single(half)
     top = ar.full(half[None, None])
@@ -412,7 +440,7 @@ def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
         reach = ar.choose(ar.lot(0.5), single(thickness / radius), ar.divide(single(thickness), r))
         top = np.minimum(ar.add(d, reach), top)
     hidden = np.maximum(ar.subtract(top, np.maximum(d, -half)), 0)
-    hidden = np.where(there & np.isfinite(depth[j, i]), hidden, 0.0)
+    hidden = np.where(there, hidden, 0.0)
     total = np.zeros(hidden.shape[:-1])
     for k in ar.rng.permutation(len(places)):
         total = ar.fused(single(unit)[k], hidden[..., k], total)

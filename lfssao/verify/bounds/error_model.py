@@ -8,6 +8,7 @@ that result. One ulp of an exact result x, 2^e <= abs(x) < 2^(e + 1), is 2^(e - 
     division                                2.5 ulp                   (the same three, for divisors of normal size)
     inverse square root                     2 ulp; sqrt is inherited from 1 / inversesqrt, 2 + 2.5 ulp
     exp                                     3 + 2 abs(x) ulp
+    sin, cos                                2^-11 in [-pi, pi], an absolute error (Vulkan; GLSL says nothing)
 
 All three allow numbers below 2^-126 to be flushed to zero, and a product and a sum to be fused (one rounding less, so
 each bound holds all the more). Two of them allow sums to be reordered. A correctly rounded result that is representable
@@ -23,6 +24,8 @@ A renderer is free to do more, in every model but ``strict``:
 - Weights of the blur may be the table, or the Gaussian recomputed with exp, normalised before or after the sum; the two
   passes may be made of float32 intermediate textures only.
 - rgb (1 - ao) may be rgb - rgb ao.
+- Taps of alchemy, sao and hbao may be turned by a cosine and a sine, or the angle may be added to theirs; the angles,
+  in [-pi, pi], are rounded before and after. Two and their sum are off by 2^-21 to nearest, a sine of 2 ulp by 2^-23.
 - Visibility, 1 - ao, may be merged (by the minimum), blurred and multiplied by, and subtracted from 1 to be written.
 
 It may not change its inputs: the numbers of the mapping and of ``screen_to_world``, each rounded once to
@@ -55,6 +58,8 @@ class ErrorModel:
     # from its centre at which a texel's surface may be seen (precision of rays or rasteriser).
     coordinate: float = 0.0
     centre: float = 2.0**-8
+    # Absolute error of sine and cosine, of an angle in [-pi, pi] that a renderer adds to a tap's own and rounds.
+    angle: float = 2.0**-11 + 2.0**-19
     smallest: float = 2.0**-126  # numbers below it may be flushed to zero
 
     @property
@@ -65,7 +70,7 @@ class ErrorModel:
     @property
     def errors(self) -> Errors:
         """The numbers as kernels take them."""
-        return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate)
+        return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate, self.angle)
 
 
 _MODELS = (
@@ -81,6 +86,7 @@ _MODELS = (
         root=0.5 * ULP,
         exponential=(2.0 * ULP, 0.0),
         centre=2.0**-12,
+        angle=2.0**-20,
     ),
     ErrorModel("strict", "+ - * / sqrt rounded to nearest in the written order: equal bits", exact=True),
 )

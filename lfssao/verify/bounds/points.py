@@ -9,7 +9,9 @@ go through. VO's points have weights, whose sum takes the place of the count.
 surface there differs. Each length lies between those that any texel gives where the look-up may fall
 (``kernels.line_bounds``).
 
-The other estimators sum distances, horizons and areas. No interval of them is known; they must have equal bits.
+``alchemy`` sums terms of the points that taps land on (``sums``).
+
+The other estimators sum horizons and areas. No interval of them is known; they must have equal bits.
 """
 
 from collections.abc import Callable
@@ -19,9 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
-from lfssao.ao.textures import check_fit
+from lfssao.ao.textures import Buffers
 from lfssao.core.affine import sum_in_order
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
@@ -30,43 +33,41 @@ from lfssao.verify.bounds.kernels import point_bounds as point_kernels
 from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.post import merge_bounds
-from lfssao.verify.bounds.problem import Options, Problem, Surfaces, Weights, contiguous, single
+from lfssao.verify.bounds.problem import Options, Problem, Weights, contiguous, single
 from lfssao.verify.bounds.ssao import fraction_bounds, sample_inputs
+from lfssao.verify.bounds.sums import alchemy
 
 
 def point_bounds(
     name: str,
-    surfaces: Surfaces,
+    seen: Buffers,
     radius: float,
     points: NDArray[np.floating[Any]] | None,
     weights: Weights,
     options: Options,
     model: str | ErrorModel = "shader",
 ) -> Bounds | None:
-    """Bounds of an estimator's occlusion; None if none are known, or a texture that it reads is missing.
+    """Bounds of an estimator's occlusion; None if none are known, or it reads normals and there are none.
 
-    R is in world units; points are (n, 3) in the unit ball or, of lines, (n, 2) in the unit disk, weights (n,), read by
-    VO; options are all of the estimator's parameters. InputError if there is no such model; an exact one has one right
-    value and no bounds here.
+    Textures are float32; renderers have the numbers of mapping and view rounded to float32. R is in world units; points
+    are (n, 3) in the unit ball or (n, 2) in the unit disk, weights (n,), read by VO; options are all of the estimator's
+    parameters. InputError if there is no such model; an exact one has one right value and no bounds here.
     """
-    if name not in BOUNDED or points is None or (name in NORMALS and surfaces.normals is None):
+    if name not in BOUNDED or (find_estimator(name).normals and seen.normals is None):
         return None
-    if surfaces.directions is None and (name in LINES or float(options.get("thickness", 0.0)) > 0):
-        return None
-    given = Problem(surfaces, np.asarray(points, np.float64), weights, options, find_model(model))
+    samples = np.asarray([] if points is None else points, np.float64)
+    given = Problem(seen, samples, weights, options, find_model(model))
     return BOUNDED[name](given, radius)
 
 
 def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     """Bounds of ``point``, or with ``half`` of ``hemisphere``."""
-    surfaces, options, model = given.surfaces, given.options, given.model
-    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, given.points, radius)
-    low, high, fewest, most = (np.empty(surfaces.depth.shape, dtype) for dtype in ("f8", "f8", "i4", "i4"))
+    seen, options, model = given.seen, given.options, given.model
+    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, given.points, radius)
+    low, high, fewest, most = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4", "i4"))
     point_kernels.write_surface_depths(inputs, model.errors, options["surface"] == "positions", low, high)
-    normals, reach = surfaces.normals if half else None, float(radius) if options["range_check"] else np.inf
-    point_kernels.count_hidden(
-        inputs, contiguous(normals), low, high, reach, model.errors, surfaces.turns, fewest, most
-    )
+    normals, reach = seen.normals if half else None, float(radius) if options["range_check"] else np.inf
+    point_kernels.count_hidden(inputs, contiguous(normals), low, high, reach, model.errors, seen.turns, fewest, most)
     lower, upper = fraction_bounds(len(given.points), model)
     if options.get("remap"):
         lower, upper = _remapped(lower, model, -1), _remapped(upper, model, 1)
@@ -100,17 +101,17 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds], 
 
 def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     """Bounds of VO by points at one radius."""
-    surfaces, options, n = given.surfaces, given.options, len(given.points)
-    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, single(given.points), radius)
+    seen, options, n = given.seen, given.options, len(given.points)
+    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, single(given.points), radius)
     weights = np.ones(n) if given.weights is None else np.asarray(given.weights, np.float64)
     thickness = float(options["thickness"])
     mirrors = ball_mirrors(bool(options["randomize"]), int(options["seed"]), np.dtype(np.float32))
     ball = volume_kernels.Ball(
         fractions=single(weights / sum_in_order(weights.tolist())),
         mirrors=single(mirrors),
-        normals=contiguous(surfaces.normals if tangent else None),
-        directions=contiguous(surfaces.directions if thickness > 0 else None),
-        axis=single(surfaces.cast_from_world[2]),
+        normals=contiguous(seen.normals if tangent else None),
+        directions=contiguous(seen.directions if thickness > 0 else None),
+        axis=single(seen.view.cast_from_world[2]),
         radius=float(radius),
         thickness=thickness,
     )
@@ -119,13 +120,12 @@ def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
 
 def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     """Bounds of VO by lines at one radius."""
-    surfaces, options = given.surfaces, VolumeOptions(**given.options)  # type: ignore[arg-type]
-    normals, ways = contiguous(surfaces.normals if tangent else None), contiguous(surfaces.directions)
-    check_fit("directions", ways, surfaces.depth, 3)
-    inputs = sample_inputs(surfaces.depth, surfaces.positions, surfaces.world_to_image, np.zeros((1, 3)), radius)
+    seen, options = given.seen, VolumeOptions(**given.options)  # type: ignore[arg-type]
+    normals, ways = contiguous(seen.normals if tangent else None), contiguous(seen.directions)
+    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
     disk = make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32))
     samples = [single(numbers) for numbers in (disk.places, disk.half, disk.weights, disk.mirrors)]
-    axes = [single(surfaces.cast_from_world[2]), single(surfaces.right)]
+    axes = [single(seen.view.cast_from_world[2]), single(seen.view.world_from_cast[:, 0])]
     thickness = options.thickness / radius if options.thickness > 0 < radius else np.inf
     lines = line_kernels.Lines._make([*samples, normals, ways, *axes, float(radius), thickness])
     return _summed(line_kernels.sum_lengths, inputs, lines, given)
@@ -136,13 +136,13 @@ def _summed(kernel: Callable[..., None], inputs: Any, samples: Any, given: Probl
     errors, n, shape = given.model.errors, len(given.points), inputs.depth.shape
     low, high, fewest, most, undecided = (np.empty(shape, dtype) for dtype in ("f8", "f8", "f8", "f8", "i4"))
     volume_kernels.write_cast_depths(inputs, samples.axis, errors, low, high)
-    kernel(inputs, samples, low, high, errors, given.surfaces.turns, fewest, most, undecided)
+    kernel(inputs, samples, low, high, errors, given.seen.turns, fewest, most, undecided)
     relative = (n + 4) * errors.operation * (1 + n * errors.operation)
     lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
     return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
 
 
-# Estimators whose intervals are known, and those of them that read normals, or sum lines.
+# Estimators whose intervals are known.
 BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "point": partial(_hidden_points, half=False),
     "hemisphere": partial(_hidden_points, half=True),
@@ -150,5 +150,5 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-points-normal": partial(_hidden_volume, at=_points_at, tangent=True),
     "vo-lines": partial(_hidden_volume, at=_lines_at, tangent=False),
     "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
+    "alchemy": alchemy,
 }
-NORMALS, LINES = ("hemisphere", "vo-points-normal", "vo-lines-normal"), ("vo-lines", "vo-lines-normal")

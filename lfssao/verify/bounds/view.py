@@ -25,7 +25,6 @@ from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bo
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
-from lfssao.verify.bounds.problem import Surfaces
 from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Parameters, described_mapping, described_turns, described_view
@@ -47,11 +46,9 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns)
     if name not in BOUNDED or model.exact or positions is None:
         return None
-    view, options = described_view(parameters), parameters["options"]
-    seen = Buffers(view, depth, positions, inputs.get("normals"), turns)
-    axes, right = view.cast_from_world, view.world_from_cast[:, 0]
-    surfaces = Surfaces(depth, positions, mapping, axes, seen.normals, seen.directions, turns, right)
-    return point_bounds(name, surfaces, radius, inputs.get("points"), inputs.get("weights"), options, model)
+    seen = Buffers(described_view(parameters), depth, positions, inputs.get("normals"), turns)
+    points, weights = inputs.get("points"), inputs.get("weights")
+    return point_bounds(name, seen, radius, points, weights, parameters["options"], model)
 
 
 class ViewBounds:

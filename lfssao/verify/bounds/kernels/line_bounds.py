@@ -12,7 +12,7 @@ from numba import prange
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.disk_bounds import frame_of, offset_of
+from lfssao.verify.bounds.kernels.disk_bounds import deep_of, frame_of, image_of, offset_of, place_of, way_of
 from lfssao.verify.bounds.kernels.pairs import (
     FLUSHED,
     SAFETY,
@@ -21,14 +21,11 @@ from lfssao.verify.bounds.kernels.pairs import (
     divide,
     dot,
     exact,
-    is_positive,
     multiply,
     subtract,
 )
-from lfssao.verify.bounds.kernels.projection_bounds import TURNED, point_row, project, rows_of_point, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, vector
-
-_LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, point_row
+from lfssao.verify.bounds.kernels.ssao_bounds import box_of, vector
 
 
 class Lines(NamedTuple):
@@ -44,20 +41,6 @@ class Lines(NamedTuple):
     right: Any  # (3,): the view's rightward direction
     radius: float  # world units
     thickness: float  # in radii, infinite for none
-
-
-@kernel(inline=True)
-def image_of(inputs, lines, here, offset, by):
-    """The image point of P + R o, P exact and o three pairs, and its cast z."""
-    r, flushed = lines.radius, 8.0 * FLUSHED
-    place = (
-        Pair(here[0].value + r * offset[0].value, r * offset[0].error + flushed),
-        Pair(here[1].value + r * offset[1].value, r * offset[1].error + flushed),
-        Pair(here[2].value + r * offset[2].value, r * offset[2].error + flushed),
-    )
-    image = project(mapping_of(inputs), rows_of_point(mapping_of(inputs), place, by.operation, TURNED), by)
-    z = point_row(lines.axis, 0, place, by.operation, TURNED) if inputs.kind == MATRIX else image.z
-    return widen(image, by), z
 
 
 @kernel(inline=True)
@@ -119,17 +102,16 @@ def sum_lengths(inputs, lines, low, high, by, turns, fewest, most, undecided):
     for j in prange(inputs.depth.shape[0]):
         for i in range(inputs.depth.shape[1]):
             fewest[j, i], most[j, i], undecided[j, i] = 0.0, 0.0, 0
-            a, r, w = lines.axis, lines.right, lines.directions[j, i]
-            axis, right = (exact(a[0]), exact(a[1]), exact(a[2])), (exact(r[0]), exact(r[1]), exact(r[2]))
-            way = Pair(np.float64(w[0]), _LOOK), Pair(np.float64(w[1]), _LOOK), Pair(np.float64(w[2]), _LOOK)
-            deep = multiply(Pair(lines.radius, by.operation * lines.radius), dot(axis, way, by), by)
-            may, must = is_positive(deep)
+            way, r = way_of(lines.directions, j, i), lines.right
+            deep, may, must = deep_of(lines, way, by)
             if not (may and inputs.depth[j, i] < np.inf):
                 continue
-            frame, steep = frame_of(right, way, by), divide(exact(1.0), deep, by)
+            frame, steep = frame_of((exact(r[0]), exact(r[1]), exact(r[2])), way, by), divide(exact(1.0), deep, by)
             for s in range(lines.half.shape[0]):
-                offset = offset_of(lines, s, frame, turns, i, j, by)
-                image, z = image_of(inputs, lines, vector(inputs.positions, j, i), offset, by)
+                offset = offset_of(lines, s, frame, turns, i, j, 0.0, by)
+                place = place_of(lines.radius, vector(inputs.positions, j, i), offset)
+                image = image_of(inputs, place, by)
+                z = point_row(lines.axis, 0, place, by.operation, TURNED) if inputs.kind == MATRIX else image.z
                 tops = tops_of(lines, i, j, way, offset, lines.half[s], by)
                 least, longest, sure = hidden_length(inputs, lines, s, image, z, steep, tops, low, high, by)
                 fewest[j, i] += max(lines.units[s] * least - FLUSHED, 0.0) if must else 0.0

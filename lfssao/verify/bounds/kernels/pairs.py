@@ -30,13 +30,17 @@ class Pair(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Relative errors of + - *, of quotients, roots and sample offsets; how far look-ups may miss, in texels."""
+    """Relative errors of + - *, of quotients, roots and sample offsets; how far look-ups may miss, in texels.
+
+    ``angle`` is the absolute error of sine and cosine of an angle by which a renderer turns its taps.
+    """
 
     operation: float
     quotient: float
     root: float
     offset: float
     coordinate: float
+    angle: float
 
 
 @kernel(inline=True)
@@ -112,6 +116,35 @@ def dot(x, y, by):
         return exact(value)
     r = by.operation
     return Pair(value, own + 3.0 * (1.0 + 3.0 * r) * r * size + FLUSHED * flushed)
+
+
+@kernel(inline=True)
+def apart(a, b, by):
+    """Difference a - b of two triples."""
+    return subtract(a[0], b[0], by), subtract(a[1], b[1], by), subtract(a[2], b[2], by)
+
+
+@kernel(inline=True)
+def times(a, x, by):
+    """Triple a times x."""
+    return multiply(a[0], x, by), multiply(a[1], x, by), multiply(a[2], x, by)
+
+
+@kernel(inline=True)
+def cross(a, b, by):
+    """Cross product of two triples."""
+    return (
+        subtract(multiply(a[1], b[2], by), multiply(a[2], b[1], by), by),
+        subtract(multiply(a[2], b[0], by), multiply(a[0], b[2], by), by),
+        subtract(multiply(a[0], b[1], by), multiply(a[1], b[0], by), by),
+    )
+
+
+@kernel(inline=True)
+def positive_part(x):
+    """The larger of x and 0."""
+    least, largest = max(x.value - x.error * SAFETY, 0.0), max(x.value + x.error * SAFETY, 0.0)
+    return Pair(0.5 * (least + largest), 0.5 * (largest - least))
 
 
 @kernel(inline=True)

@@ -1,0 +1,60 @@
+"""Bounds of ``alchemy``, which sums terms of the surface around a point and takes what a power of 1 less the sum lacks.
+
+Each term lies between those that any texel gives where its tap may land (``kernels.obscurance_bounds``); occlusion
+grows with each.
+"""
+
+import numpy as np
+
+from lfssao.core.elementary import power
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
+from lfssao.verify.bounds.error_model import ULP, ErrorModel
+from lfssao.verify.bounds.kernels import obscurance_bounds as kernels
+from lfssao.verify.bounds.kernels.pairs import SAFETY
+from lfssao.verify.bounds.problem import Problem, contiguous, single
+from lfssao.verify.bounds.ssao import sample_inputs
+
+Ends = tuple[FloatArray, FloatArray]
+
+
+def alchemy(given: Problem, radius: float) -> Bounds:
+    """Bounds of ``alchemy``."""
+    seen, options, model = given.seen, given.options, given.model
+    normals, ways, n = contiguous(seen.normals), contiguous(seen.directions), len(given.points)
+    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
+    beta, epsilon = float(single(options["beta"])), float(options["epsilon"]) * radius * radius
+    mirrors, away = np.array([[[1.0]], [[0.0]]]), single(seen.view.viewer_distance())
+    taps = kernels.Taps(single(given.points), mirrors, normals, ways, away, float(radius), beta, epsilon)
+    low, high, undecided = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4"))
+    kernels.sum_terms(inputs, taps, model.errors, seen.turns, low, high, undecided)
+    light = _left((low, high), 2 * float(options["sigma"]) * radius / n, n, model)
+    return _lacking(light, float(options["k"]), undecided, model)
+
+
+def _left(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:
+    """Ends of max(0, 1 - scale sum), of n terms added in any order and a scale made by a quotient and products."""
+    relative = ((n + 4) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
+    low, high = scale * sums[0] * (1 - relative), scale * sums[1] * (1 + relative)
+    least = np.where(high > 0, np.maximum(1 - high, 0) * (1 - model.operation * SAFETY), 1.0)
+    return least, np.minimum(np.maximum(1 - low, 0) * (1 + model.operation * SAFETY), 1)
+
+
+def _lacking(light: Ends, k: float, undecided: np.ndarray, model: ErrorModel) -> Bounds:
+    """Bounds of 1 - A^k, A in [0, 1] between ends."""
+    off = model.operation * SAFETY
+    low, high = 1 - _raised(light[1], k, 1, model), 1 - _raised(light[0], k, -1, model)
+    return Bounds(up_to_single(low * (1 - off)), down_to_single(np.minimum(high * (1 + off), 1)), undecided)
+
+
+def _raised(light: FloatArray, k: float, sign: int, model: ErrorModel) -> FloatArray:
+    """Lower (sign -1) or upper (1) ends of A^k, exp2(k log2 A): log2 is off by 2^-21, and by 3 ulp below 1/2 (Vulkan).
+
+    k = 1 takes no power.
+    """
+    if k == 1:
+        return light
+    constant, slope = model.exponential
+    steps = k * (1 - np.frexp(light)[1])  # k |log2 A| at most
+    relative = constant + k * 2.0**-21 + steps * (slope + 5 * ULP)
+    made = np.array([power(a, k) for a in light.ravel().tolist()]).reshape(light.shape)
+    return np.clip(made * (1 + sign * relative), 0, 1) if k else made

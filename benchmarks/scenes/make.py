@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from ammonite import ammonite
 from armadillo import armadillo
+from corner import corner
 from gallery import boxes, clay
 from numpy.typing import NDArray
 from statue import statue
@@ -35,7 +36,7 @@ def main() -> None:
     parser.add_argument("folder", nargs="?", type=Path, default=MESHES, help="default: where lfssao reads them")
     folder = parser.parse_args().folder
     creature = armadillo()
-    for mesh in (statue(), ammonite(), creature):
+    for mesh in (statue(), ammonite(), creature, corner()):
         np.savez_compressed(folder / f"{mesh.name}.npz", **arrays(mesh))
     np.savez_compressed(folder / "gallery.npz", clay=clay(creature), **arrays(boxes()))
 

@@ -25,15 +25,15 @@ from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
 from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
-from lfssao.scene.builtin import BUILTIN, builtin_scene
+from lfssao.scene.builtin import BUILTIN, TEST_VIEW, builtin_scene
 from lfssao.scene.mesh import Mesh
 
 CAMERA_RESOLUTION = (1024, 768)
 _PLACED = ("eye", "target", "up", "fov")  # of a camera
 
 _HELP = {
-    "scene": "a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, statue, ammonite, armadillo "
-    "(default: gallery)",
+    "scene": "a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, statue, ammonite, armadillo, "
+    "corner (default: gallery)",
     "--output": "folder to write to; made if not there, files replaced",
     "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
     "--display": "a preset, such as sample-a ('lfssao display' lists them), or a .toml file (default: virtual)",
@@ -236,7 +236,10 @@ def _views(
 ) -> tuple[list[View], list[tuple[View, ...]]]:
     """The views that are rendered, and for each module those of the modules that it asks."""
     if options.camera is not None:
-        camera = Camera.placed(bounds, options.camera, *(getattr(options, name) for name in _PLACED))
+        place = [getattr(options, name) for name in _PLACED]
+        if options.scene == "corner" and place == [None] * 4:
+            place = [*TEST_VIEW[:3], TEST_VIEW[3] if options.camera == "perspective" else None]
+        camera = Camera.placed(bounds, options.camera, *place)
         width, height = options.resolution or CAMERA_RESOLUTION
         check_positions(bounds, height / camera.extent)
         return [camera.view(width, height, options.guard)], []

@@ -1,6 +1,7 @@
 """The embedded scenes: their size, that they are closed, how they stand, and that they are modelled with these bits."""
 
 import hashlib
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -9,20 +10,23 @@ import numpy as np
 import pytest
 
 import lfssao
+from lfssao.cli.main import main
 from lfssao.errors import InputError
+from lfssao.rendering.exr import read_exr
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 
 MAKE = Path(__file__).resolve().parents[2] / "benchmarks" / "scenes" / "make.py"
 MESHES = Path(lfssao.__file__).parent / "scene" / "meshes"
 
 MODELS = ("statue", "ammonite", "armadillo")
-ALL = ("gallery", *MODELS)
+ALL = ("gallery", *MODELS, "corner")
 
 # After a wanted change of a scene, write the new ones down.
 DIGESTS = {
     "statue": "55fb4fc0aaf582c40124b7fc6763c6910b7c22349257123b4850935addb3b2c3",
     "ammonite": "9cb46cefbc185d1b900902581db92baa190d5d60498ee12059358f4bac94b383",
     "armadillo": "53d903642a85f69bc877b5c05b86f4c78d85dc83c7b5f1e0b42005f7c518ef12",
+    "corner": "7225c68dd66046c4b465064175ef47e56853c09a420aeb52029bc9da5f5ae90e",
     "gallery": "cf5c0888f925abb38ee2d9f69a288732fa5bb01482a762f5db7ac7e3e62fd9a0",
 }
 
@@ -88,7 +92,21 @@ def test_gallery_holds_all_models_and_three_boxes_that_look_outwards(scenes):
         assert volume(gallery.vertices, faces) == pytest.approx(size, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["gallery", "statue", "ammonite"])
+def test_corner_fills_the_test_view_and_has_slivers_contacts_and_a_wall_behind(scenes, tmp_path):
+    """A tilted view: no background, in the middle neither, and a surface within R of another's edge."""
+    corner = scenes["corner"]
+    a, b, c = (corner.vertices[corner.faces[:, k]] for k in range(3))
+    area, longest = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2, np.linalg.norm(c - b, axis=1)
+    assert (area / longest < 0.004).sum() == 24  # height over the longest side
+    assert main(["render", "corner", "--camera", "--resolution", "64x48", "--layers", "depth", "--normals", "geometric",
+                 "-o", str(tmp_path)]) == 0  # fmt: skip
+    described = json.loads((tmp_path / "manifest.json").read_text())["views"][0]["view"]
+    linear = np.array(described["cast_from_world"])[:, :3]
+    assert (np.abs(linear) > 0.04).all()  # each axis of the world is seen in all three of the view
+    assert np.isfinite(read_exr(tmp_path / "camera.exr")["depth"].pixels).all()
+
+
+@pytest.mark.parametrize("name", ["gallery", "statue", "ammonite", "corner"])
 def test_paint_is_a_colour_at_each_vertex(scenes, name):
     mesh = scenes[name]
     colors = mesh.paint.vertex_colors
@@ -120,5 +138,5 @@ def test_modelling_makes_the_same_arrays_again(tmp_path):
 def test_the_names_are_those_that_are_documented(scenes):
     assert set(BUILTIN) == set(ALL)
     assert digest(builtin_scene()) == digest(scenes["gallery"])
-    with pytest.raises(InputError, match=r"'teapot'.*gallery, statue, ammonite, armadillo"):
+    with pytest.raises(InputError, match=r"'teapot'.*gallery, statue, ammonite, armadillo, corner"):
         builtin_scene("teapot")

@@ -15,8 +15,8 @@ WIDTH, HEIGHT = 160, 120
 DISPLAYS = ("c80", "convex", "picoarray", "sample-a", "sample-b", "virtual")
 SCENES = ("ammonite", "armadillo", "gallery", "statue")
 ESTIMATORS = (
-    "alchemy", "hbao", "hemisphere", "lf", "multiresolution", "point", "sao", "sao-equation-1", "vo-area",
-    "vo-area-normal", "vo-lines", "vo-lines-normal", "vo-points", "vo-points-normal",
+    "alchemy", "hbao", "hemisphere", "lf", "multiresolution", "oriented-hemisphere", "point", "sao", "sao-equation-1",
+    "vo-area", "vo-area-normal", "vo-lines", "vo-lines-normal", "vo-points", "vo-points-normal",
 )  # fmt: skip
 SAMPLINGS = ("random", "rejection", "jittered", "latin", "poisson", "sobol", "halton")
 scene = functools.cache(lfssao.builtin_scene)

@@ -107,6 +107,7 @@ ESTIMATORS = {
     "point": points.point, "hemisphere": partial(points.point, hemisphere=True), "alchemy": points.alchemy,
     "sao": partial(scalable.scalable, falloff=True), "sao-equation-1": partial(scalable.scalable, falloff=False),
     "multiresolution": multiresolution, "hbao": volumetric.hbao,
+    "oriented-hemisphere": volumetric.oriented_hemisphere,
 }  # fmt: skip
 for name, function in (("points", volumetric.points), ("lines", volumetric.lines), ("area", volumetric.areas)):
     ESTIMATORS |= {f"vo-{name}": partial(function, normal=False), f"vo-{name}-normal": partial(function, normal=True)}

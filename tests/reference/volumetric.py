@@ -1,4 +1,4 @@
-"""The estimators `vo-...` and `hbao`: section 17 of the specification.
+"""The estimators `vo-...`, `hbao` and `oriented-hemisphere`: section 17 of the specification.
 
 Each takes the parameters and inputs of a case; arithmetic is that of the depth texture's numbers.
 """
@@ -347,5 +347,43 @@ def hbao(parameters, inputs):
             total, lost = march(frame, horizon, start, (u - start[0], v - start[1]), total)
             outside += lost
         return total / dtype(count), outside
+
+    return scene.solve(value_of)
+
+
+def oriented_hemisphere(parameters, inputs):
+    scene, view, options = Scene(parameters, inputs), parameters["view"], parameters["options"]
+    dtype, (a, b, c, _) = scene.dtype, view["cast_from_world"][2]
+    far = parameters["radius"] * math.sqrt((a * a + b * b) + c * c)
+    r, reach, bias = rounded([parameters["radius"], far, options["bias"] * far], dtype)
+    up, table = np.array(rounded([row[1] for row in view["world_from_cast"]], dtype)), inputs["points"].astype(dtype)
+
+    def weight(z, z_q):
+        d = abs(z - z_q)
+        if options["range_check"] == "none":
+            return dtype(1)
+        if options["range_check"] == "distance":
+            return dtype(d < reach)
+        x = reach / d if d > reach else dtype(1)
+        return (x * x) * (3 - (x + x))
+
+    def value_of(j, i):
+        n, (c, s) = inputs["normals"][j, i], (1, 0) if scene.turns is None else turn_at(scene.turns, j, i)
+        side = c * scene.right + s * up
+        t = side - dot(n, side) * n
+        t = t * (1 / np.sqrt(dot(t, t)))
+        here, axes = scene.affine(scene.positions[j, i]), [r * scene.linear(axis) for axis in (t, cross(n, t), n)]
+        total, outside = dtype(0), 0
+        for x, y, z in table:
+            place = ((here + x * axes[0]) + y * axes[1]) + abs(z) * axes[2]
+            q = scene.texel(scene.image(place))
+            outside += q is None
+            if q is None:
+                continue
+            if scene.z[q] == np.inf:
+                total = total + dtype(options["background"] == "occludes" and options["range_check"] == "none")
+            elif place[3] - scene.z[q] >= bias:
+                total = total + weight(here[3], scene.z[q])
+        return total / dtype(len(table)), outside
 
     return scene.solve(value_of)

@@ -20,6 +20,7 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "multiresolution": ("multiresolution",),
     "vo.estimator": ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal"),
     "horizon": ("hbao",),
+    "oriented": ("oriented-hemisphere",),
 }
 
 

@@ -218,7 +218,10 @@ _ROTATIONS = (
     *(("hash", 9, 12), ("tiles", 5, 7), ("ign", 12, 16), ("blue-noise", 66, 65)),
     *(("sao-hash", 13, 11), ("common-hash", 13, 11), ("r2", 9, 12)),
 )
-_TURNING = ("point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao", "alchemy", "sao")
+_TURNING = (
+    "point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao", "alchemy", "sao",
+    "oriented-hemisphere",
+)  # fmt: skip
 
 
 def _turned() -> Iterator[Recipe]:

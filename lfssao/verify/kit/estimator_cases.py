@@ -105,16 +105,22 @@ def estimator_recipes() -> Iterator[Recipe]:
     yield from _pass_recipes()
 
 
-def _more(estimator: Estimator, option: str, value: float) -> float:
-    """Another value of an option."""
-    return min(1.5 * value, estimator.limits.get(option, (0.0, inf))[1])
+def _other(estimator: Estimator, option: str, value: Value) -> Value:
+    """Another value of an option that is a number."""
+    most, other = estimator.limits.get(option, (0.0, inf))[1], _OTHER.get(option)
+    return min(1.5 * float(value), most) if other is None or other > most else other
 
 
-# Options that are off by default, or take no multiple of it, and what cases set them to.
-_OTHER: dict[str, Value] = {"thickness": 0.3, "second": 0.5, "seed": 7, "bias": 20.0, "directions": 5, "steps": 3}
+# Options that are off by default, or take no multiple of it, and what cases set them to where they can.
+_OTHER: dict[str, float] = {"thickness": 0.3, "second": 0.5, "seed": 7, "bias": 20.0, "directions": 5, "steps": 3}
 
 # Options that show nothing unless another one is set.
-_WITH = {"combine": "second"}
+_WITH: dict[str, dict[str, Value]] = {"combine": {"second": 0.5}, "background": {"range_check": "none"}}
+
+
+def _own(estimator: Estimator, changes: Mapping[str, Value]) -> dict[str, Value]:
+    """Those of some options that an estimator has, with values of that type."""
+    return {o: v for o, v in changes.items() if type(estimator.parameters.get(o)) is type(v)}
 
 
 def _option_recipes() -> Iterator[Recipe]:
@@ -127,12 +133,10 @@ def _option_recipes() -> Iterator[Recipe]:
             if isinstance(default, bool):
                 variants.append((f"_{option}", False, {option: not default}))
             others = [choice for choice in estimator.choices.get(option, ()) if choice != default]
-            needed = {o: _OTHER[o] for o in estimator.parameters if o == _WITH.get(option)}
+            needed = _own(estimator, _WITH.get(option, {}))
             variants += [(f"_{option}_{choice}", False, {**needed, option: choice}) for choice in others]
         numbers: dict[str, Value] = {
-            o: _OTHER[o] if o in _OTHER else _more(estimator, o, float(v))
-            for o, v in estimator.parameters.items()
-            if o in _OTHER or isinstance(v, float)
+            o: _other(estimator, o, v) for o, v in estimator.parameters.items() if o in _OTHER or isinstance(v, float)
         }
         if numbers:
             variants.append(("_numbers", False, numbers))
@@ -144,10 +148,9 @@ def _option_recipes() -> Iterator[Recipe]:
 def _curved_recipes() -> Iterator[Recipe]:
     """Estimators over balls and disks where the mapping is any display's, and has no image of some of their places."""
     changes: dict[str, Value] = {"surface": "positions", "range_check": True}
-    for name in ("alchemy", "point", "hemisphere", "vo-points", "vo-points-normal"):
+    for name in ("alchemy", "point", "hemisphere", "oriented-hemisphere", "vo-points", "vo-points-normal"):
         estimator, view = ESTIMATORS[name], module_view(views.MISSED.with_resolution(16, 12))
-        own = {option: value for option, value in changes.items() if option in estimator.parameters}
-        build = _on_view, estimator, view, SCENE, 1.2, own, _own_tables(estimator)
+        build = _on_view, estimator, view, SCENE, 1.2, _own(estimator, changes), _own_tables(estimator)
         yield Recipe(f"curved_{name}", "estimator", f"{estimator.title}: convex screen", *build)
 
 
@@ -162,9 +165,8 @@ def _disk_recipes() -> Iterator[Recipe]:
     for name in ("vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal", "hbao"):
         estimator = ESTIMATORS[name]
         for suffix, changes, tables in ways if estimator.dimensions else alone:
-            options = {o: v for o, v in changes.items() if o in estimator.parameters}
             title, case = f"{estimator.title}: convex screen", f"disk_{name}_{suffix}".rstrip("_")
-            yield Recipe(case, "estimator", title, _disk_problem, estimator, options, tables)
+            yield Recipe(case, "estimator", title, _disk_problem, estimator, _own(estimator, changes), tables)
 
 
 # Passes over texels: views, whole numbers and places that the cases of single options do not reach.

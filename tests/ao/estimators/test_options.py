@@ -42,6 +42,7 @@ def ammonite():
 def buffers_of(gbuffer, view, name):
     """Textures with the turns that are an estimator's default."""
     rotations = dict.fromkeys(("lf", "point", "hemisphere"), "hash") | dict.fromkeys(SPIRALS, "sao-hash")
+    rotations["oriented-hemisphere"] = "tiles"
     return Buffers.of(gbuffer, view).turned(rotations[name]) if name in rotations else Buffers.of(gbuffer, view)
 
 

@@ -19,7 +19,7 @@ from lfssao.errors import InputError
 from lfssao.optics.view import WorldToImage
 from lfssao.rendering.exr import Part, write_exr
 from lfssao.rendering.image_file import read_image_file
-from lfssao.rendering.mapping_file import read_mapping
+from lfssao.rendering.view_file import read_mapping
 from lfssao.rendering.output import occlusion_part
 from lfssao.rendering.passes import FloatTexture, turns_for
 from lfssao.rendering.settings import Settings

@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lfssao import InputError
-from lfssao.rendering.mapping_file import read_mapping
+from lfssao.rendering.view_file import read_mapping
 
 ROWS = [[700.5, 1, 2, 3], [4, 5, 6.25, 7], [8, 9, -1, 0.1]]
 CAMERA = [*ROWS, [0, 0, 1, 3.0]]

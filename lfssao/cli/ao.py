@@ -1,60 +1,56 @@
 """``lfssao ao``: AO, merge, blur and shading of the textures of somebody's own renderer."""
 
 import argparse
-from dataclasses import replace
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lfssao.ao import post
-from lfssao.ao.estimators.registry import find_estimator
-from lfssao.ao.ssao import algorithm1, algorithm2
-from lfssao.ao.textures import check_fit
-from lfssao.cli import estimators, values
-from lfssao.cli.terminal import printable, progress
-from lfssao.core.affine import Matrix
-from lfssao.core.files import check_folder, output_folder
+from lfssao.cli import values
+from lfssao.cli.job_options import add_ao_options, ao_settings
+from lfssao.cli.terminal import printable
+from lfssao.core.files import check_folder, output_folder, write_text
 from lfssao.errors import InputError
-from lfssao.optics.view import WorldToImage
-from lfssao.rendering.exr import Part, write_exr
+from lfssao.gbuffer.caster import GBuffer
+from lfssao.rendering.conversion import Single, buffers_of, upright
+from lfssao.rendering.exr import write_exr
 from lfssao.rendering.image_file import read_image_file
-from lfssao.rendering.view_file import read_mapping
-from lfssao.rendering.output import occlusion_part
-from lfssao.rendering.passes import FloatTexture, turns_for
-from lfssao.rendering.settings import Settings
+from lfssao.rendering.manifest import FORMAT, MANIFEST, describe_machine, describe_settings
+from lfssao.rendering.output import entry_of, exr_parts
+from lfssao.rendering.passes import finish_view
+from lfssao.rendering.settings import LAYERS
+from lfssao.rendering.view_file import Size, read_description
 from lfssao.verify.compare.layers import layers_of
 
+# Layer of each option's file, and its number of channels.
+_TEXTURES = {"depth": ("depth", 1), "positions": ("positions", 3), "normals": ("normals", 3), "image": ("color", 3)}
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
-_MAPPING = (
-    "the mapping world -> image: a .toml file with kind = 'matrix', 'crossed slits' or 'display' and the arguments of "
-    "lfssao.WorldToImage.matrix, .crossed_slits or .display, or a folder that 'lfssao render' wrote"
+_BUFFERS = (
+    "how they were seen and what they hold: a .toml file (README has all its keys), or a folder that 'lfssao render' "
+    "wrote"
 )
-_METHODS = "any method of the ball that 'lfssao samples make' lists (default: latin)"
 
 
 def add_to(ao: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     ao.description = (
-        "Compute LF's ambient occlusion of another renderer's textures, merge, blur and shade, and write an EXR file "
-        "with the parts of 'lfssao render' under the name of the depth's. Textures are EXR, TIFF or NPY files, float32 "
-        "or half; where there is no surface, depth is +infinity. A data window that begins at (-N, -N) has a guard "
-        "band of N texels, which AO looks into and the output has not."
+        "Compute the ambient occlusion of another renderer's textures by any estimator, merge, blur and shade, and "
+        "write what 'lfssao render' writes, under the name of the depth's file: a reference for 'lfssao compare'. "
+        "Textures are EXR, TIFF or NPY files, float32 or half. A data window that begins at (-N, -N) has a guard band "
+        "of N texels, which AO looks into and the output has not."
     )
     ao.set_defaults(run=_ao)
     add = ao.add_argument
-    add("--depth", **_FILE, required=True, help="image z: the layer depth (Z), or the only one of one channel")
-    positions = "world coordinates: the layer positions (P.X P.Y P.Z), or the only one of three channels; without them "
-    add("--positions", **_FILE, help=f"{positions}AO is Algorithm 1, which needs a matrix")
+    add("--depth", **_FILE, required=True, help="the layer depth (Z), or the only one of one channel")
+    positions = "the layer positions (P.X P.Y P.Z), or the only one of three channels (default: rebuilt from depth)"
+    add("--positions", **_FILE, help=positions)
+    add("--normals", **_FILE, help="the layer normals (N.X N.Y N.Z), or the only one of three channels, or of two")
     add("--image", **_FILE, help="linear colour, the layer color or the only one of three channels, to be shaded too")
-    add("--mapping", **_FILE, required=True, help=_MAPPING)
+    add("--buffers", **_FILE, required=True, help=_BUFFERS)
     add("--view", metavar="NAME", help="the view of such a folder (default: that of the name of the depth's file)")
     add("--radii", type=_radii, required=True, metavar="R,R,...", help="radii of the sampling ball, world units")
-    add("--samples", type=values.samples, metavar="N", help="samples of each texel and radius (default: 8)")
-    add("--sampling", metavar="NAME", help=_METHODS)
-    add("--seed", type=values.seed, metavar="N", help="seed of the samples, 0 to 2**64 - 1 (default: 0)")
-    estimators.add_rotation(add, "hash")
-    add("--blur", type=values.blur, default=1.0, metavar="SIGMA", help="sigma, texels; 0: none (default: 1)")
+    add_ao_options(ao)
     add("-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to; made if not there")
 
 
@@ -64,70 +60,60 @@ def _radii(text: str) -> tuple[float, ...]:
 
 def _ao(options: argparse.Namespace) -> None:
     """Check the options, read, compute, write."""
-    wanted = options.sampling, options.samples, options.seed
-    _, samples, _ = estimators.read_samples(find_estimator("lf"), *wanted)
-    rotation = estimators.read_rotation(options)
-    settings = Settings(options.radii, samples, options.blur, rotation=rotation, rotation_seed=options.seed or 0)
+    given: dict[str, Path] = {name: getattr(options, name) for name in _TEXTURES if getattr(options, name) is not None}
+    left_out = {"color", "shaded"} if "image" not in given else set()
+    layers = tuple(name for name in LAYERS if name not in left_out)
+    kind = "geometric" if "normals" in given else None
+    sampling, settings = ao_settings(options, options.radii, normals=kind, layers=layers)
     target = options.output / f"{options.depth.stem}.exr"
-    if target.resolve() in [path.resolve() for path in (options.depth, options.positions, options.image) if path]:
+    if target.resolve() in [path.resolve() for path in given.values()]:
         raise InputError(f"--output: {target} is an input, give another folder")
     check_folder(options.output)
-    mapping, back = read_mapping(options.mapping, options.view or options.depth.stem)
-    if options.positions is None and back is None:
-        raise InputError(f"--positions: they are missing, and the mapping of {options.mapping} is not a matrix")
-    depth, guard = _read("--depth", options.depth, "depth", 1)
-    read = {"--depth": depth}
-    for option, path, layer in (("--positions", options.positions, "positions"), ("--image", options.image, "color")):
-        if path is not None:
-            read[option], _ = _read(option, path, layer, 3)
-            check_fit(option, read[option], depth, 3)
-    for option, texture in read.items():
-        if not np.isfinite(texture[depth != np.inf]).all():
-            raise InputError(f"{option}: a number is not finite where there is a surface")
-    inside = slice(guard, -guard or None)
+    depth, guard = _read("depth", options.depth)
+    size = Size(depth.shape[1], depth.shape[0], guard)
+    said = read_description(options.buffers, options.view or options.depth.stem, size)
+    textures = {"depth": depth}
+    for name, path in list(given.items())[1:]:
+        textures[name], _ = _read(name, path, 2 if name == "normals" and "octahedral" in said.normals_kind else None)
+        if textures[name].shape[:2] != depth.shape:
+            shape, wanted = (f"{t.shape[1]}x{t.shape[0]}" for t in (textures[name], depth))
+            raise InputError(f"--{name}: {path} has {shape} texels, depth has {wanted}")
+    buffers = buffers_of(textures, said)
+    color = upright(textures, said).get("image")
+    surface = np.where(np.isfinite(buffers.depth), 0, -1).astype(np.int32)
+    gbuffer = GBuffer(buffers.depth, buffers.positions, color, surface, buffers.normals)
+    made = finish_view(gbuffer, buffers.view, settings)
     with output_folder(options.output):
-        parts = _parts(read, mapping, back, settings)
-        write_exr(target, [replace(part, pixels=part.pixels[inside, inside]) for part in parts])
+        parts = exr_parts(made, settings)
+        write_exr(target, parts)
+        head = {
+            "format": FORMAT,
+            "machine": describe_machine(1, options.command),
+            "scene": {"name": options.depth.name, "colored": color is not None},
+            "display": None,
+            "sampling": sampling,
+            "settings": describe_settings(settings),
+        }
+        entry = {**entry_of(buffers.view, target, parts, made.seconds), "name": target.stem, "rows": said.rows}
+        write_text(options.output / MANIFEST, json.dumps({**head, "views": [entry]}, indent=1, allow_nan=False) + "\n")
     print(printable(str(target)), flush=True)
 
 
-def _read(option: str, path: Path, name: str, count: int) -> tuple[FloatTexture, int]:
+def _read(option: str, path: Path, channels: int | None = None) -> tuple[Single, int]:
     """A layer of a file, (H, W) or (H, W, count), and the width of its guard band; alpha is left out."""
+    name, count = _TEXTURES[option][0], channels or _TEXTURES[option][1]
     found = layers_of(read_image_file(path))
     layers = {layer: len(layer.channels) - (layer.channels[3:] in (("A",), (f"{layer.name}.A",))) for layer in found}
     fitting = [layer for layer in layers if layer.name == name] or [each for each, n in layers.items() if n == count]
     if len(fitting) != 1 or layers[fitting[0]] != count:
         held = "; ".join(f"{layer.name} of {', '.join(layer.channels)}" for layer in layers)
-        raise InputError(f"{option}: {path}: expected a layer {name} or just one of {count} channels, it holds {held}")
+        wanted = f"expected a layer {name} or just one of {count} channels"
+        raise InputError(f"--{option}: {path}: {wanted}, it holds {held}")
     planes, (x, y) = fitting[0].planes[:count], fitting[0].origin or (0, 0)
     if {str(plane.dtype) for plane in planes} - {"float16", "float32"}:
-        raise InputError(f"{option}: {path}: it is of {planes[0].dtype}, expected float32 or half")
+        raise InputError(f"--{option}: {path}: it is of {planes[0].dtype}, expected float32 or half")
     if x != y or x > 0 or -2 * x >= min(planes[0].shape):
         reason = f"its data window begins at ({x}, {y}), expected (0, 0), or (-N, -N) for a guard band"
-        raise InputError(f"{option}: {path}: {reason}")
+        raise InputError(f"--{option}: {path}: {reason}")
     texture = np.stack(planes, axis=-1).astype(np.float32)
     return texture[..., 0] if count == 1 else texture, -x
-
-
-def _parts(read: dict[str, FloatTexture], mapping: WorldToImage, back: Matrix | None, settings: Settings) -> list[Part]:
-    """All passes, and their textures as parts of a file."""
-    depth, parts, ao, samples = read["--depth"], [], [], settings.samples
-    turns = turns_for(settings, depth)
-    assert samples is not None
-    with progress(settings.radii, unit="radius", postfix="the first run compiles kernels") as bar:
-        for radius in bar:
-            if "--positions" in read:
-                made = algorithm2(depth, read["--positions"], mapping, samples, radius, turns)
-            else:
-                assert back is not None
-                made = algorithm1(depth, back, mapping.numbers.reshape(4, 4), samples, radius, turns)
-            bar.set_postfix_str("", refresh=False)
-            ao.append(made.texture)
-            more = {"radius": radius, "outside": str(made.outside)}
-            parts.append(occlusion_part(f"ao_{len(ao)}", made.texture, more))
-    merged = post.merge(ao)
-    blurred = post.blur(merged, settings.blur)
-    parts += [occlusion_part("merged", merged, {}), occlusion_part("blurred", blurred, {"sigma": settings.blur})]
-    if "--image" in read:
-        parts.insert(0, Part("shaded", ("R", "G", "B"), post.shade(read["--image"], blurred)))
-    return parts

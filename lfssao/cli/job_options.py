@@ -70,6 +70,15 @@ _HELP = {
     "must see the same folder",
 }
 
+_AO_OPTIONS: dict[str, dict[str, Any]] = {
+    "--estimator": {"default": "lf", "metavar": "NAME"},
+    "--parameter": {"type": values.parameter, "action": "append", "metavar": "NAME=VALUE"},
+    "--samples": {"type": values.samples, "metavar": "N"},
+    "--sampling": {"metavar": "NAME"},
+    "--seed": {"type": values.seed, "metavar": "N"},
+    "--blur": {"type": values.blur, "default": 1.0, "metavar": "SIGMA"},
+}
+
 
 def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     """Add the options of a job to a command; the output folder is required for ``output``."""
@@ -89,14 +98,8 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--resolution", type=values.resolution, metavar="WxH")
     add("--guard", type=values.guard, default=0, metavar="N")
     add("--radii", type=values.radii, metavar="R,R,...")
-    add("--estimator", default="lf", metavar="NAME")
-    add("--parameter", type=values.parameter, action="append", metavar="NAME=VALUE")
+    add_ao_options(command)
     add("--neighbours", type=values.neighbours, default=0, metavar="K")
-    add("--samples", type=values.samples, metavar="N")
-    add("--sampling", metavar="NAME")
-    add("--seed", type=values.seed, metavar="N")
-    estimators.add_rotation(command.add_argument, "the estimator's own, hash of LF's; none with --neighbours")
-    add("--blur", type=values.blur, default=1.0, metavar="SIGMA")
     add("--filter", default="bilinear", metavar="NAME")
     add("--normals", nargs="?", const="geometric", metavar="KIND")
     add("--layers", type=values.layers, metavar="NAME,...")
@@ -105,6 +108,13 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--frames", type=values.frames, metavar="N|FILE")
     add("--resume", action="store_true")
     add("--scheduler", type=values.scheduler, metavar="ADDRESS")
+
+
+def add_ao_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of AO and blur, but for the radii, to a command."""
+    for name, more in _AO_OPTIONS.items():
+        command.add_argument(name, help=_HELP[name], **more)
+    estimators.add_rotation(command.add_argument, "the estimator's own, hash of LF's; none with neighbours")
 
 
 def job_of(options: argparse.Namespace, threads: int) -> Job:
@@ -160,6 +170,12 @@ def _display(options: argparse.Namespace) -> Display:
 
 def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
     """The manifest's entry of the samples, and the settings but for the radii, which depend on the scene."""
+    names = "normals", "neighbours", "caster", "layers"
+    return ao_settings(options, (0.0,), color_filter=options.filter, **{name: getattr(options, name) for name in names})
+
+
+def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: Any) -> tuple[dict[str, Any], Settings]:
+    """The manifest's entry of the samples, and the settings of ``add_ao_options``'s options, and of ``more``."""
     try:
         estimator = find_estimator(options.estimator)
     except InputError as error:
@@ -169,19 +185,15 @@ def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
     seed = None if turning and options.sampling is None and estimator.sampling is None else options.seed
     sampling, samples, weights = estimators.read_samples(estimator, options.sampling, options.samples, seed)
     return sampling, Settings(
-        radii=(0.0,),
+        radii=radii,
         samples=samples,
         blur=options.blur,
-        color_filter=options.filter,
-        normals=options.normals,
         estimator=estimator.name,
         parameters=parameters,
         weights=weights,
-        neighbours=options.neighbours,
-        caster=options.caster,
         rotation=estimators.read_rotation(options),
         rotation_seed=options.seed or 0,
-        layers=options.layers,
+        **more,
     )
 
 

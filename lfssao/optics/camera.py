@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
+from lfssao.core.affine import Matrix, determinant, invert_affine, multiply, to_4x4
 from lfssao.core.elementary import sincospi
 from lfssao.errors import InputError
 from lfssao.optics.kernels import projection as mapping
@@ -137,26 +137,12 @@ class Camera:
     def view(self, width: int, height: int, guard: int = 0) -> View:
         """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side."""
         eye_from_world = self._eye_from_world()
-        world_from_eye = invert_affine(eye_from_world)
         perspective = self.projection == "perspective"
         distance = _length(np.subtract(self.target, self.eye)) if perspective else 1.0
         focal = height / self.extent * distance
         c_u, c_v = width / 2 + guard, height / 2 + guard
         lens = np.array([focal, focal, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
-        screen_from_eye, eye_from_screen = (_perspective if perspective else _orthographic)(lens)
-        matrix = multiply(screen_from_eye, to_4x4(eye_from_world))
-        return View(
-            name="camera",
-            width=width + 2 * guard,
-            height=height + 2 * guard,
-            lens=lens,
-            cast_from_world=eye_from_world,
-            world_from_cast=world_from_eye,
-            world_to_image=WorldToImage(mapping.MATRIX, matrix.ravel()),
-            screen_to_world=multiply(to_4x4(world_from_eye), eye_from_screen),
-            depth_kind=f"screen space z: 0 at the near plane, 1 at the far plane, {self.projection}",
-            guard=guard,
-        )
+        return _view(lens, eye_from_world, width + 2 * guard, height + 2 * guard, guard)
 
     def _eye_from_world(self) -> Matrix:
         """World -> eye space: x right, y up, z forward."""
@@ -166,6 +152,76 @@ class Camera:
         right = right / _length(right)
         linear = np.array([right, np.cross(right, forward), forward])
         return np.hstack([linear, -multiply(linear, np.reshape(self.eye, (3, 1)))])
+
+
+def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis: Matrix | None = None) -> View:
+    """The view of a camera from its mapping: (a, b, c, q) = matrix (x, y, z, 1), u = a / q, v = b / q, depth = c / q.
+
+    Parameters
+    ----------
+    matrix : (4, 4) float64
+        World to texels of the whole texture, u right and v down; depth is 0 at the near and 1 at the far plane; q > 0
+        before the viewer. Lenses may be off the axis and texels not square; the world may have either handedness.
+    width, height, guard : int
+        Size of the texture, texels, the guard band included, and the width of that band.
+    axis : (4,) float64, optional
+        Distance along an orthographic camera's axis as an affine function of the point, world units; from the near
+        plane by default. A far plane at infinity stands at 2**60 times the near plane's distance.
+
+    Raises
+    ------
+    InputError
+        If the matrix is singular, skewed, or of other planes.
+    """
+    rows = np.asarray(matrix, np.float64)
+    perspective = bool(rows[3, :3].any())
+    a, b, c, q = rows / (_length(rows[3]) if perspective else rows[3, 3] or 1.0)
+    with np.errstate(all="ignore"):  # refused below
+        if perspective:
+            forward, c_u, c_v, slope = q, _dot(a, q), _dot(b, q), _dot(c, q)
+            offset = slope * q[3] - c[3]
+            near, far = offset / slope, offset / (slope - 1) if slope > 1 else _ENDLESS * offset
+            off_axis = c - slope * q
+        else:
+            slope, c_u, c_v = np.float64(_length(c)), width / 2, height / 2
+            forward = c / slope if axis is None else axis
+            near = forward[3] - c[3] / slope
+            far, off_axis = near + 1 / slope, c / slope - forward
+        x, y = a - c_u * q, c_v * q - b
+        f_u, f_v = _length(x), _length(y)
+        eye_from_world = np.array([x / f_u, y / f_v, forward])
+    skews = *(_dot(*eye_from_world[list(pair)]) for pair in ((0, 1), (0, 2), (1, 2))), *off_axis[:3]
+    if not np.isfinite(eye_from_world).all() or not abs(determinant(eye_from_world)) > _SKEW:
+        raise InputError("the matrix of the view is singular")
+    if not max(map(abs, skews)) < _SKEW:
+        raise InputError("the view is skewed: right, down and depth must be at right angles")
+    if not (near > 0 or not perspective) or not near < far < np.inf or slope < perspective * (1 - 1e-6):
+        raise InputError(f"the planes of the view are {near:g} and {far:g}, they must be 0 < near < far")
+    lens = np.array([f_u, f_v, c_u, c_v, near, far, float(not perspective), 0.0])
+    return _view(lens, eye_from_world, width, height, guard)
+
+
+_SKEW = 1e-4  # cosine of an angle; matrices of float32 are off by 1e-7
+_ENDLESS = 2.0**60  # so far away that depth has the bits of an infinite far plane's
+
+
+def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height: int, guard: int) -> View:
+    """The view of a camera's numbers."""
+    world_from_eye, orthographic = invert_affine(eye_from_world), lens[6] != 0
+    screen_from_eye, eye_from_screen = (_orthographic if orthographic else _perspective)(lens)
+    kind = PROJECTIONS[int(orthographic)]
+    return View(
+        name="camera",
+        width=width,
+        height=height,
+        lens=lens,
+        cast_from_world=eye_from_world,
+        world_from_cast=world_from_eye,
+        world_to_image=WorldToImage(mapping.MATRIX, multiply(screen_from_eye, to_4x4(eye_from_world)).ravel()),
+        screen_to_world=multiply(to_4x4(world_from_eye), eye_from_screen),
+        depth_kind=f"screen space z: 0 at the near plane, 1 at the far plane, {kind}",
+        guard=guard,
+    )
 
 
 def _perspective(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
@@ -186,5 +242,9 @@ def _orthographic(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
     return forth, back
 
 
+def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    return float((a[0] * b[0] + a[1] * b[1]) + a[2] * b[2])
+
+
 def _length(a: NDArray[np.float64]) -> float:
-    return sqrt((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2])
+    return sqrt(_dot(a, a))

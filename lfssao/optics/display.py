@@ -18,6 +18,8 @@ from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import DIFFUSERS, View, WorldToImage
 
+PHYSICAL_Z = "physical z: metres from the screen plane, away from the viewers"
+
 
 @dataclass(frozen=True)
 class Module:
@@ -310,7 +312,7 @@ class Display:
             world_from_cast=invert_affine(physical_from_world),
             world_to_image=world_to_image,
             screen_to_world=None,
-            depth_kind="physical z: metres from the screen plane, away from the viewers",
+            depth_kind=PHYSICAL_Z,
             guard=guard,
         )
 

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from PIL.Image import Image
 from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
 from lfssao.errors import InputError
+from lfssao.optics.view import View
 from lfssao.rendering import plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
 from lfssao.rendering.exr import Part, read_exr, write_exr
@@ -60,15 +62,16 @@ def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
     for k, texture in enumerate(textures.ao):
         # As text: EXR's numbers are 32 bits wide.
         radius, outside = float(settings.radii[k]), str(textures.outside[k])
-        parts.append(occlusion_part(f"ao_{k + 1}", texture, {"radius": radius, "outside": outside}))
+        parts.append(_occlusion_part(f"ao_{k + 1}", texture, {"radius": radius, "outside": outside}))
     if textures.merged is not None:
-        parts.append(occlusion_part("merged", textures.merged, {}))
+        parts.append(_occlusion_part("merged", textures.merged, {}))
     if textures.blurred is not None:
-        parts.append(occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
-    return parts
+        parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
+    parts = [_with(part, sha256=digest(part.pixels), channels=" ".join(part.channels)) for part in parts]
+    return [_with(parts[0], surface_texels=textures.surface_texels), *parts[1:]]
 
 
-def occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[str, float | str]) -> Part:
+def _occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[str, float | str]) -> Part:
     """A layer of occlusion, (H, W), as a part."""
     return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
 
@@ -77,14 +80,14 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     """Write an item's file, with digests and identity; InputError if it cannot be written."""
     begin = time.perf_counter()
     parts = exr_parts(textures, job.settings)
-    parts = [_with(part, sha256=digest(part.pixels), channels=" ".join(part.channels)) for part in parts]
-    parts[0] = _with(parts[0], made_from=json.dumps(job.identity(item)), surface_texels=textures.surface_texels)
+    parts[0] = _with(parts[0], made_from=json.dumps(job.identity(item)))
     hashed = time.perf_counter()
     write_exr(job.path(item), parts)
     written = time.perf_counter()
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
-    return Result(_entry(job, item, parts, {**textures.seconds, **seconds}), picture)
+    entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds})
+    return Result(entry, picture)
 
 
 def recover_view(job: Job, item: Item) -> Result | None:
@@ -97,7 +100,7 @@ def recover_view(job: Job, item: Item) -> Result | None:
         parts = [_in_order(part) for part in read_exr(path).values()]
         made_from = json.loads(parts[0].attributes["made_from"])
         whole = [digest(part.pixels) for part in parts] == [part.attributes["sha256"] for part in parts]
-        entry = _entry(job, item, parts, {})
+        entry = entry_of(job.views[item.view], path, parts, {})
     except (InputError, KeyError, ValueError, IndexError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = job.identity(item)
@@ -139,9 +142,8 @@ def _inside(part: Part) -> NDArray[np.float32]:
     return part.pixels[part.guard : height - part.guard, part.guard : width - part.guard]
 
 
-def _entry(job: Job, item: Item, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
+def entry_of(view: View, path: Path, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
     """The view's entry in the manifest, from its parts alone, so that a file taken up again has the same."""
-    view, path = job.views[item.view], job.path(item)
     return {
         "name": view.name,
         "file": path.name,

@@ -109,9 +109,20 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
     neighbours : sequence of (WorldToImage, (H, W) float32)
         Mapping and depth texture of each other module that is asked.
     """
-    computed, kept = settings.computed, settings.kept
     seconds: dict[str, float] = {}
     gbuffer = _timed(seconds, "ray_cast", lambda: _cast(caster, view, settings))
+    return finish_view(gbuffer, view, settings, seconds, neighbours)
+
+
+def finish_view(
+    gbuffer: GBuffer,
+    view: View,
+    settings: Settings,
+    seconds: dict[str, float] | None = None,
+    neighbours: Sequence[Neighbour] = (),
+) -> Textures:
+    """Run the passes after the first for a view; ``seconds`` has the time of the first, others as ``render_view``."""
+    computed, kept, seconds = settings.computed, settings.kept, {} if seconds is None else seconds
     surface_texels = int(np.count_nonzero(gbuffer.triangle >= 0))
 
     def run(name: str, work: Callable[[], Made], blank: Made) -> Made:

@@ -1,84 +1,217 @@
-"""The mapping world -> image of somebody's own renderer: a TOML file, or one of a folder that ``render`` wrote."""
+"""How somebody's textures were seen and what they hold: a TOML file, or a view of a folder that ``render`` wrote."""
 
-from fractions import Fraction
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from lfssao.core.affine import Matrix
+from lfssao.core.affine import Matrix, determinant, invert_affine, multiply, to_4x4
 from lfssao.errors import InputError, no_such
-from lfssao.optics.display_file import parse_toml, read_text
-from lfssao.optics.kernels.projection import DISPLAY, MATRIX
-from lfssao.optics.view import KINDS, WorldToImage, finite_numbers
+from lfssao.optics.camera import view_of_matrix
+from lfssao.optics.display import PHYSICAL_Z
+from lfssao.optics.display_file import find_display, parse_toml, read_text
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, Slits
+from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
 from lfssao.rendering.folder import load_manifest
 from lfssao.rendering.manifest import MANIFEST
 
+CHOICES = {
+    "rows": ("above", "below"),
+    "depth_kind": ("image", "window", "window-gl", "reversed", "linear", "view-z"),
+    "positions_space": ("world", "view"),
+    "normals_space": ("world", "view"),
+    "normals_kind": ("xyz", "unorm", "octahedral", "octahedral unorm"),
+}
+CLIPS = ("opengl", "d3d", "vulkan", "opengl reversed", "d3d reversed", "vulkan reversed")
+LAYOUTS = ("rows", "columns")
+_RIGID = 1e-4
 
-def read_mapping(path: Path, view: str) -> tuple[WorldToImage, Matrix | None]:
-    """A mapping and, of a matrix, its inverse; InputError, with the file and the key, if a value is wrong.
 
-    ``path`` is a folder that 'lfssao render' wrote, of which ``view`` is taken, or a TOML file: ``kind``, one of
-    ``KINDS``, and the arguments of ``WorldToImage``'s method of that name; a matrix may have ``screen_to_world``, too.
+class Size(NamedTuple):
+    """Size of a texture, its guard band included, and the band's width, texels."""
+
+    width: int
+    height: int
+    guard: int
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """How textures are to be read.
+
+    Attributes
+    ----------
+    view : View
+        How they were seen.
+    eye : (3, 4) float64 or None
+        World to the renderer's own eye space, rigid; None where it is not known.
+    rows : str
+        Where row 0 is: 'above' or 'below', as OpenGL reads them back.
+    depth_kind : str
+        'image' (``View.depth_kind``); of a camera also 'window' (0 near, 1 far), 'window-gl' (-1 near, 1 far),
+        'reversed' (1 near, 0 far), 'linear' (distance along the axis) or 'view-z' (z of the eye space).
+    positions_space, normals_space : str
+        'world' or 'view', the eye space.
+    normals_kind : str
+        'xyz', 'unorm' (n / 2 + 1 / 2), or two numbers of -1 to 1, 'octahedral', or of 0 to 1, 'octahedral unorm'.
+    """
+
+    view: View
+    eye: Matrix | None = None
+    rows: str = "above"
+    depth_kind: str = "image"
+    positions_space: str = "world"
+    normals_space: str = "world"
+    normals_kind: str = "xyz"
+
+    def __post_init__(self) -> None:
+        for name, choices in CHOICES.items():
+            _choose(name, getattr(self, name), choices)
+        if self.view.screen_to_world is None and self.depth_kind != "image":
+            raise InputError(f"depth_kind is '{self.depth_kind}', a module's depth is 'image'")
+        if self.eye is None and "view" in (self.positions_space, self.normals_space, self.depth_kind.partition("-")[0]):
+            raise InputError("the renderer's eye space is not known: give kind = 'camera' with view and projection")
+
+
+def _choose(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise InputError(f"{name} is {value!r:.40}, it must be one of {', '.join(choices)}")
+
+
+def read_description(path: Path, name: str, size: Size) -> Description:
+    """How textures of a size are to be read; InputError, with the file and the key, if a value is wrong.
+
+    ``path`` is a folder that 'lfssao render' wrote, of which the view ``name`` is taken, or a TOML file with the fields
+    of ``Description`` and ``kind``: one of ``KINDS`` with the arguments of ``WorldToImage``'s method of that name, or
+
+    - 'camera': ``view`` (world -> eye) and ``projection``, 4 x 4, rows as written for columns x, y, z, 1, or the
+      transposes of these by ``layout`` 'columns', and ``clip``, one of ``CLIPS``: depth from -1 ('opengl') or 0 to 1, y
+      up or ('vulkan') down;
+    - 'module': ``display``, a preset or a TOML file, ``module``, its number, and ``physical_from_world``, 3 x 4;
+    - 'folder': ``folder`` and ``name`` of a view of a rendered one.
     """
     if path.is_dir() or path.name == MANIFEST:
-        return _of_view(path if path.is_dir() else path.parent, view)
+        return Description(_folder(size, str(path if path.is_dir() else path.parent), name))
     values = parse_toml(read_text(path), str(path))
     try:
-        return _of_values(values)
+        said = {field.name: values.pop(field.name) for field in fields(Description)[2:] if field.name in values}
+        view = _made(values, size)
+        eye = _rigid(values["view"], values.get("layout", LAYOUTS[0])) if "projection" in values else None
+        return Description(view, eye, **said)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _of_values(values: dict[str, Any]) -> tuple[WorldToImage, Matrix | None]:
-    """The mapping that the values of a TOML file describe."""
-    kind, back = values.pop("kind", None), None
-    if kind not in KINDS:
-        raise InputError(f"kind is {kind!r:.40}, it must be one of {', '.join(KINDS)}")
-    if kind == KINDS[MATRIX] and "screen_to_world" in values:
-        back = finite_numbers("screen_to_world", values.pop("screen_to_world"), 4, 4)
-    make = getattr(WorldToImage, kind.replace(" ", "_"))
-    parameters = signature(make).parameters
+def _made(values: dict[str, Any], size: Size) -> View:
+    """The view that the values of a TOML file describe."""
+    own: dict[str, Callable[..., View]] = {"camera": _camera, "module": _module, "folder": _folder}
+    kind = values.pop("kind", None)
+    _choose("kind", kind, (*own, *KINDS))
+    make: Callable[..., Any] = own.get(kind) or getattr(WorldToImage, kind.replace(" ", "_"))
+    parameters = {name: p.default for name, p in signature(make).parameters.items() if name != "size"}
     for name in values:
         if name not in parameters:
-            raise no_such("key", name, ("kind", *parameters, *["screen_to_world"] * (kind == KINDS[MATRIX])))
-    for name, parameter in parameters.items():
-        if parameter.default is Parameter.empty and name not in values:
+            raise no_such("key", name, ("kind", *parameters, *CHOICES))
+    for name, default in parameters.items():
+        if default is Parameter.empty and name not in values:
             raise InputError(f"{name} is missing")
-    mapping: WorldToImage = make(**values)
-    return mapping, _inverse(mapping) if kind == KINDS[MATRIX] and back is None else back
+    return own[kind](size, **values) if kind in own else _of_mapping(size, make(**values))
 
 
-def _of_view(folder: Path, name: str) -> tuple[WorldToImage, Matrix | None]:
-    """The mapping of a view of a rendered folder, by the numbers of its manifest."""
-    manifest = load_manifest(folder)
+def _of_mapping(size: Size, mapping: WorldToImage) -> View:
+    """The view of a mapping; that of slits has a physical space in which the lens is at x = 0, the observers at y = 0.
+
+    InputError if the mapping is singular, or a camera's that no view expresses.
+    """
+    if mapping.kind == MATRIX:
+        return view_of_matrix(mapping.numbers.reshape(4, 4), *size)
+    cast, lens = mapping.numbers[:12].reshape(3, 4), mapping.numbers[12:]
+    if mapping.kind == CROSSED_SLITS:
+        z_m, z_o, u_0, v_0 = Slits(*lens.tolist())
+        if not z_o < 0 < z_m:
+            raise InputError(f"z_o is {z_o:g} and z_m is {z_m:g}, they must be z_o < 0 < z_m, the screen's z")
+        lens = np.array([0.0, z_m, 0.0, z_o, 1 / z_m, u_0, 1 / z_o, v_0])
+    if determinant(cast) == 0:
+        raise InputError("M has no inverse")
+    width, height, guard = size
+    return View("", width, height, lens, cast, invert_affine(cast), mapping, None, PHYSICAL_Z, guard)
+
+
+def _rigid(view: ArrayLike, layout: str) -> Matrix:
+    """World -> eye, (3, 4); InputError if it is not rigid."""
+    matrix = finite_numbers("view", view, 4, 4)
+    rows = matrix if layout == LAYOUTS[0] else matrix.T
+    if rows[3].tolist() != [0, 0, 0, 1]:
+        other = LAYOUTS[layout == LAYOUTS[0]]
+        fits = f": layout = '{other}' fits" if matrix.T[3].tolist() == [0, 0, 0, 1] or layout == other else ""
+        raise InputError(f"view: its last row, with layout = '{layout}', is not 0 0 0 1{fits}")
+    if not np.abs(multiply(rows[:3, :3], rows[:3, :3].T) - np.eye(3)).max() < _RIGID:
+        raise InputError("view: it scales or skews, expected a rotation, or a reflection, and a translation")
+    return rows[:3]
+
+
+def _camera(size: Size, view: ArrayLike, projection: ArrayLike, clip: str, layout: str = LAYOUTS[0]) -> View:
+    """The view of two matrices."""
+    _choose("clip", clip, CLIPS)
+    _choose("layout", layout, LAYOUTS)
+    eye, matrix = _rigid(view, layout), finite_numbers("projection", projection, 4, 4)
+    x, y, z, w = multiply(matrix if layout == LAYOUTS[0] else matrix.T, to_4x4(eye))
+    width, height, guard = size
+    system, _, backwards = clip.partition(" ")
+    depth = z if system != "opengl" else 0.5 * z + 0.5 * w
+    depth, y = w - depth if backwards else depth, y if system == "vulkan" else -y
+    inner = width / 2 - guard, height / 2 - guard
+    rows = np.array([inner[0] * x + width / 2 * w, inner[1] * y + height / 2 * w, depth, w])
+    facing = np.sign(multiply(depth[None, :3], eye[2:, :3].T)[0, 0])
+    if w[:3].any():
+        along, square = (multiply(a[None, :3], w[:3, None])[0, 0] for a in (depth, w))
+        if not along * w[3] - depth[3] * square > 0:
+            other = clip.removesuffix(" reversed") if backwards else f"{clip} reversed"
+            raise InputError(f"projection: depth falls with the distance by clip = '{clip}': give '{other}'")
+        return view_of_matrix(rows, *size)
+    return view_of_matrix(rows, *size, axis=facing * eye[2])
+
+
+def _module(size: Size, display: str, module: int, physical_from_world: ArrayLike) -> View:
+    """The view of a display's module."""
+    affine = finite_numbers("physical_from_world", physical_from_world, 3, 4)
+    if determinant(affine) == 0:
+        raise InputError("physical_from_world has no inverse")
+    width, height, guard = size
+    found = find_display(str(display)).with_resolution(width - 2 * guard, height - 2 * guard)
+    if not isinstance(module, int) or not 0 <= module < len(found.modules):
+        raise InputError(f"module is {module!r:.40}, {display} has 0 to {len(found.modules) - 1}")
+    return found.view(module, affine, guard)
+
+
+def _folder(size: Size, folder: str, name: str) -> View:
+    """A view of a rendered folder, by the numbers of its manifest."""
+    manifest = load_manifest(Path(folder))
     try:
         views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
         if name not in views:
             raise no_such("view", name, views)
         described = views[name]
         kind, back = KINDS.index(described["world_to_image_kind"]), described["screen_to_world"]
-        numbers = finite_numbers("world_to_image", described["world_to_image"], 44 if kind == DISPLAY else 16)
+        lens, numbers = (
+            finite_numbers(key, described[key], own if kind == DISPLAY else few)
+            for key, own, few in (("lens", 32, 8), ("world_to_image", 44, 16))
+        )
+        cast, world = (finite_numbers(key, described[key], 3, 4) for key in ("cast_from_world", "world_from_cast"))
+        if (back is None) == (kind == MATRIX):
+            raise ValueError("screen_to_world does not fit world_to_image")
         back = None if back is None else finite_numbers("screen_to_world", back, 4, 4)
-        return WorldToImage(kind, numbers), back
+        there = Size(*(int(described[key]) for key in Size._fields))
+        if there != size:
+            told = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (there, size)]
+            raise InputError(f"its view {name} has {told[0]} the textures have {told[1].rstrip(',')}")
+        mapping, meaning = WorldToImage(kind, numbers), str(described["depth"])
+        return View(name, *size[:2], lens, cast, world, mapping, back, meaning, size.guard)
     except InputError as error:
         raise InputError(f"{folder}: {error}") from None
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{folder / MANIFEST}: it is not what 'lfssao render' writes ({error!r:.80})") from error
-
-
-def _inverse(mapping: WorldToImage) -> Matrix:
-    """The inverse of a matrix by exact fractions, each entry rounded once, so that it is the same on every machine."""
-    identity = np.eye(4, dtype=int).tolist()
-    rows = [[*map(Fraction, m), *i] for m, i in zip(mapping.numbers.reshape(4, 4).tolist(), identity, strict=True)]
-    for k in range(4):
-        rows[k:] = sorted(rows[k:], key=lambda row: row[k] == 0)  # one that is not 0 there, if any, comes first
-        if rows[k][k] == 0:
-            raise InputError("M has no inverse")
-        pivot = rows[k] = [entry / rows[k][k] for entry in rows[k]]
-        rows = [r if r is pivot else [a - r[k] * b for a, b in zip(r, pivot, strict=True)] for r in rows]
-    try:
-        return np.array([[float(entry) for entry in row[4:]] for row in rows])
-    except OverflowError:
-        raise InputError("M has no inverse of finite numbers") from None
+        raise InputError(f"{Path(folder) / MANIFEST}: it is not what 'lfssao render' writes ({error!r:.80})") from error

@@ -1,21 +1,25 @@
-"""Mappings of somebody's own renderer: TOML files, views of rendered folders, and what is refused."""
+"""Views of somebody's own renderer: TOML files, views of rendered folders, and what is refused."""
 
 import json
 import re
 
-import mpmath
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from jobs import manifest_of, render
 
-from lfssao import InputError
-from lfssao.rendering.view_file import read_mapping
+from lfssao import Camera, InputError, find_display, fit_roi
+from lfssao.optics.kernels import rays
+from lfssao.rendering.manifest import describe_view
+from lfssao.rendering.view_file import Size, read_description
 
+SIZE = Size(40, 30, 3)
 ROWS = [[700.5, 1, 2, 3], [4, 5, 6.25, 7], [8, 9, -1, 0.1]]
-CAMERA = [*ROWS, [0, 0, 1, 3.0]]
 SLITS = {"kind": "crossed slits", "M": ROWS, "z_m": 0.7, "z_o": -2, "u_0": 512.5, "v_0": 384}
-MATRIX = {"kind": "matrix", "M": CAMERA}
+MATRIX = {"kind": "matrix", "M": [[30.0, 0, -20, 0], [0, -30, -15, 0], [0, 0, -1.25, -1.25], [0, 0, -1, 0]]}
+MODULE = {"kind": "module", "display": "convex", "module": 2, "physical_from_world": ROWS}
+EYE = np.eye(4).tolist()
+LENS = [[1.5, 0, 0.1, 0], [0, 2, -0.2, 0], [0, 0, -1.5, -2.5], [0, 0, -1, 0]]
+CAMERA = {"kind": "camera", "view": EYE, "projection": LENS, "clip": "opengl"}
 PLACE = {
     "m_x": 0.1,
     "m_y": 0,
@@ -24,6 +28,7 @@ PLACE = {
     "z_o": -2,
     "homography": [900.0, 1, 500, 2, -900, 250, 0, 0.01, 1],
 }
+BOX = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
 DISPLAY = {"kind": "display", "M": ROWS, **PLACE}
 
 
@@ -34,35 +39,85 @@ def written(folder, values):
     return path
 
 
-@given(st.lists(st.one_of(st.sampled_from([0.0, 1.0, -2.5, 1e-9]), st.floats(-1e6, 1e6)), min_size=16, max_size=16))
-def test_the_inverse_of_a_matrix_is_the_exact_one_rounded_once(tmp_path_factory, numbers):
-    matrix = np.reshape(numbers, (4, 4)).tolist()
-    with mpmath.workprec(9000):
-        assume(mpmath.det(mpmath.matrix(matrix)) != 0)
-        wanted = [[float(entry) for entry in row] for row in (mpmath.matrix(matrix) ** -1).tolist()]
-    assume(np.isfinite(wanted).all())
-    path = written(tmp_path_factory.mktemp("matrix"), {"kind": "matrix", "M": matrix})
-    assert read_mapping(path, "")[1].tolist() == wanted
+@pytest.mark.parametrize("words", [["--camera"], ["--display", "convex", "--modules", "2:3"], ["--display", "virtual"]])
+def test_a_view_of_a_folder_is_the_one_that_was_rendered(tmp_path, words, monkeypatch):
+    render(tmp_path, "statue", *words, "--resolution", "34x24", "--guard", "3", "--layers", "depth")
+    entry = manifest_of(tmp_path)["views"][0]
+    monkeypatch.chdir(tmp_path.parent)
+    described = [{"kind": "folder", "folder": tmp_path.name, "name": entry["name"]}]
+    if entry["name"] == "module_002":
+        affine = entry["view"]["cast_from_world"]
+        described += [{"kind": "module", "display": "convex", "module": 2, "physical_from_world": affine}]
+    for path in (tmp_path, *(written(tmp_path, values) for values in described)):
+        assert describe_view(read_description(path, entry["name"], SIZE).view) == entry["view"]
 
 
-def test_an_inverse_that_is_given_is_taken(tmp_path):
-    back = np.arange(16.0).reshape(4, 4).tolist()
-    assert read_mapping(written(tmp_path, {**MATRIX, "screen_to_world": back}), "")[1].tolist() == back
+@pytest.mark.parametrize("make", [
+    lambda: Camera("perspective", (1, 2, 5), (0, 0, 0), (0, 1, 0), 2.0, 1.0, 9.0).view(34, 24, 3),
+    lambda: Camera("orthographic", (1, 2, 5), (0, 0, 0), (0, 1, 0), 2.0, 1.0, 9.0).view(34, 24, 3),
+    lambda: find_display("virtual").with_resolution(34, 24).view(0, fit_roi(BOX, find_display("virtual").roi), 3),
+    lambda: find_display("convex").with_resolution(34, 24).view(3, fit_roi(BOX, find_display("convex").roi), 3),
+])  # fmt: skip
+def test_a_mapping_gives_the_rays_back(tmp_path, make):
+    """The points of each ray land on its texel, at the depth that the mapping says; world directions are the view's."""
+    view = make()
+    arguments = json.loads(
+        re.sub(r"(\w+)=", r'"\1": ', repr(view.world_to_image).partition("(")[2][:-1].join("{}")).replace("'", '"')
+    )
+    kind = repr(view.world_to_image).partition("(")[0].rpartition(".")[2].replace("_", " ")
+    made = read_description(written(tmp_path, {"kind": kind, **arguments}), "", SIZE).view
+    assert (made.screen_to_world is None) == (view.screen_to_world is None)
+    for u, v, share in ((0.5, 0.5, 0.2), (20.0, 15.0, 0.7), (38.5, 3.5, 0.4)):
+        ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(made.rays, u, v)
+        z = near + share * (far - near)
+        world = made.world_from_cast @ [ox + z * dx, oy + z * dy, oz + z * dz, 1.0]
+        np.testing.assert_allclose(view.world_to_image(world)[:2], [u, v], rtol=0, atol=1e-8)
+        assert made.world_to_image(world) == pytest.approx(view.world_to_image(world), abs=1e-8)
+        own, theirs = (w.world_from_cast[:, :3] @ rays.texel_ray(w.rays, u, v)[3:6] for w in (made, view))
+        np.testing.assert_allclose(np.cross(own, theirs), 0, atol=1e-9)
+        assert own @ theirs > 0
+
+
+def test_matrices_of_float32_off_the_axis_make_a_view(tmp_path):
+    turned = np.float32([[0.6, 0, 0.8, 0.1], [0, 1, 0, 0.2], [-0.8, 0, 0.6, -5], [0, 0, 0, 1]]).astype(float).tolist()
+    view = read_description(written(tmp_path, {**CAMERA, "view": turned}), "", SIZE).view
+    point = np.array([0.3, -0.2, 0.4, 1.0])
+    x, y, z, w = np.array(LENS) @ turned @ point
+    texel = [3 + 34 * (x / w + 1) / 2, 3 + 24 * (1 - y / w) / 2, (z / w + 1) / 2]
+    np.testing.assert_allclose(view.world_to_image(point[:3]), texel, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize(("values", "changes", "reason"), [
-    (SLITS, {"kind": None}, "kind is None, it must be one of crossed slits, matrix, display"),
-    (SLITS, {"kind": "slits"}, "kind is 'slits', it must be one of crossed slits, matrix, display"),
+    (SLITS, {"kind": None}, "kind is None, it must be one of camera, module, folder, crossed slits, matrix, display"),
+    (SLITS, {"kind": "slits"}, "kind is 'slits', it must be one of camera, module, folder, crossed"),
     (SLITS, {"z_m": None}, "z_m is missing"),
-    (SLITS, {"zo": 1}, "there is no key 'zo': the nearest is 'z_o' of kind, M, z_m, z_o, u_0, v_0"),
-    (SLITS, {"screen_to_world": CAMERA}, "there is no key 'screen_to_world': choose one of kind, M, z_m"),
+    (SLITS, {"zo": 1}, "there is no key 'zo': the nearest is 'z_o' of kind, M, z_m, z_o, u_0, v_0, rows"),
     (SLITS, {"z_o": 0.7}, "z_o is 0.7 and z_m is 0.7, they must be z_o < z_m"),
     *((SLITS, {"u_0": wrong}, "u_0 is ") for wrong in ("1", True, [1.0], float("nan"), 10**400)),
-    *((SLITS, {"M": wrong}, "M is ") for wrong in (3, CAMERA, [[1], [2, 3]], np.ravel(ROWS).tolist())),
+    *((SLITS, {"M": wrong}, "M is ") for wrong in (3, EYE, [[1], [2, 3]], np.ravel(ROWS).tolist())),
+    (SLITS, {"z_o": 0.1}, "z_o is 0.1 and z_m is 0.7, they must be z_o < 0 < z_m"),
+    (SLITS, {"M": [ROWS[0], ROWS[0], ROWS[2]]}, "M has no inverse"),
+    (SLITS, {"depth_kind": "window"}, "depth_kind is 'window', a module's depth is 'image'"),
+    (SLITS, {"positions_space": "view"}, "the renderer's eye space is not known: give kind = 'camera'"),
+    (SLITS, {"rows": "up"}, "rows is 'up', it must be one of above, below"),
     (MATRIX, {"M": ROWS}, "M is [[700.5, 1, 2, 3], [4, 5, 6.25, 7], [8, 9, -1, 0.1]], it must be 4 x 4 finite numbers"),
-    (MATRIX, {"M": [[1, 2, 3, 4]] * 4}, "M has no inverse"),
-    (MATRIX, {"M": (1e-320 * np.eye(4)).tolist()}, "M has no inverse of finite numbers"),
-    (MATRIX, {"screen_to_world": ROWS}, "screen_to_world is [["),
+    (MATRIX, {"M": [[1, 2, 3, 4]] * 4}, "the matrix of the view is singular"),
+    (MATRIX, {"M": np.eye(4)[[0, 1, 3, 2]].tolist()}, "the planes of the view are "),
+    (CAMERA, {"clip": "gl"}, "clip is 'gl', it must be one of opengl, d3d, vulkan, opengl reversed"),
+    (CAMERA, {"clip": "opengl reversed"}, "projection: depth falls with the distance by clip = 'opengl reversed'"),
+    (CAMERA, {"layout": "columns"}, "the view is skewed"),
+    (CAMERA, {"projection": [*LENS[:2], [0, 0, -1.5, 2.5], LENS[3]]}, "projection: depth falls with the distance"),
+    (CAMERA, {"projection": np.zeros((4, 4)).tolist()}, "the matrix of the view is singular"),
+    (CAMERA, {"layout": "row"}, "layout is 'row', it must be one of rows, columns"),
+    (CAMERA, {"view": np.eye(4)[[0, 1, 3, 2]].tolist()}, "view: its last row, with layout = 'rows', is not 0 0 0 1"),
+    (CAMERA, {"view": (np.eye(4) + np.eye(4, k=-3)).tolist()}, "view: its last row, with layout = 'rows'"),
+    (CAMERA, {"view": np.diag([2, 1, 1, 1]).tolist()}, "view: it scales or skews"),
+    (CAMERA, {"projection": [[1.5, 0.3, 0.1, 0], *LENS[1:]]}, "the view is skewed: right, down and depth must be at"),
+    (CAMERA, {"projection": [*LENS[:2], [0.2, 0, -1.5, -2.5], LENS[3]]}, "the view is skewed: right, down and depth"),
+    (CAMERA, {"fov": 3}, "there is no key 'fov': choose one of kind, view, projection, clip, layout, rows"),
+    (MODULE, {"module": 99}, "module is 99, convex has 0 to "),
+    (MODULE, {"display": "round"}, "there is no display 'round'"),
+    (MODULE, {"physical_from_world": [ROWS[0]] * 3}, "physical_from_world has no inverse"),
     (DISPLAY, {"homography": None}, "homography is missing"),
     (DISPLAY, {"homography": [1, 0, 0, 0, 1, 0, 1, 0, 0]}, "the homography is singular"),
     (DISPLAY, {"homography": [1, 0, 0]}, "homography is [1, 0, 0], it must be 9 finite numbers"),
@@ -74,18 +129,20 @@ def test_an_inverse_that_is_given_is_taken(tmp_path):
 def test_a_wrong_value_is_refused_in_a_sentence_with_file_and_key(tmp_path, values, changes, reason):
     path = written(tmp_path, {name: value for name, value in {**values, **changes}.items() if value is not None})
     with pytest.raises(InputError, match=rf"^{re.escape(f'{path}: {reason}')}.{{,150}}\Z"):
-        read_mapping(path, "")
+        read_description(path, "", SIZE)
 
 
 @pytest.mark.parametrize(("view", "changes", "reason"), [
     ("camra", {}, "there is no view 'camra': the nearest is 'camera'"),
     ("camera", {"world_to_image": [1.0] * 12}, "world_to_image is [1.0, 1.0"),
-    ("camera", {"screen_to_world": ROWS}, "screen_to_world is [[700.5"),
+    ("camera", {"screen_to_world": ROWS}, "screen_to_world is [["),
+    ("camera", {"screen_to_world": None}, "it is not what 'lfssao render' writes"),
     ("camera", {"world_to_image_kind": "lens"}, "it is not what 'lfssao render' writes"),
+    ("camera", {"width": 41}, "its view camera has 41x30 texels, 3 of them a guard band on each side, the textures"),
 ])  # fmt: skip
 def test_a_folder_without_the_view_is_refused(tmp_path, view, changes, reason):
-    right = {"world_to_image_kind": "matrix", "world_to_image": np.ravel(CAMERA).tolist(), "screen_to_world": None}
-    text = json.dumps({"format": 1, "views": [{"name": "camera", "view": {**right, **changes}}]})
+    camera = Camera("perspective", (1, 2, 5), (0, 0, 0), (0, 1, 0), 2.0, 1.0, 9.0).view(34, 24, 3)
+    text = json.dumps({"format": 1, "views": [{"name": "camera", "view": {**describe_view(camera), **changes}}]})
     (tmp_path / "manifest.json").write_text(text)
     with pytest.raises(InputError, match=re.escape(reason)):
-        read_mapping(tmp_path, view)
+        read_description(tmp_path, view, SIZE)

@@ -138,7 +138,7 @@ class Comparison:
         described = self._reference.described(module)
         try:
             reference, case = self._reference.read(module, described)
-            parts = self._mine.parts(module)
+            parts = self._mine.parts(module, self._reference.entries.get(module, {}).get("rows") == "below")
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return

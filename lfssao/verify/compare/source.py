@@ -168,9 +168,10 @@ class Mine:
         strange = [f for f in others if reference.manifest is None or f in claimed or _pattern(f.stem) in alike]
         return cls(path, files, tuple(f.name for f in strange if f not in shared))
 
-    def parts(self, module: str) -> list[ImagePart]:
-        """All parts of a module's files; InputError if a file cannot be read."""
-        return [part for file in self.files[module] for part in file.parts(module, list(self.files))]
+    def parts(self, module: str, upwards: bool = False) -> list[ImagePart]:
+        """All parts of a module's files; InputError if a file cannot be read. ``upwards``: row 0 is below in them."""
+        parts = [part for file in self.files[module] for part in file.parts(module, list(self.files))]
+        return [replace(part, planes=tuple(p[:: -1 if upwards else 1] for p in part.planes)) for part in parts]
 
 
 def _pattern(name: str) -> str:

@@ -1,7 +1,6 @@
 """``lfssao ao``: AO, merge, blur and shading of the textures of somebody's own renderer."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +9,14 @@ import numpy as np
 from lfssao.cli import values
 from lfssao.cli.job_options import add_ao_options, ao_settings
 from lfssao.cli.terminal import printable
-from lfssao.core.files import check_folder, output_folder, write_text
+from lfssao.core.files import check_folder, output_folder
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.rendering.conversion import Single, buffers_of, upright
 from lfssao.rendering.exr import write_exr
 from lfssao.rendering.image_file import read_image_file
-from lfssao.rendering.manifest import FORMAT, MANIFEST, describe_machine, describe_settings
-from lfssao.rendering.output import entry_of, exr_parts
+from lfssao.rendering.manifest import FORMAT, describe_machine, describe_settings
+from lfssao.rendering.output import entry_of, exr_parts, write_manifest
 from lfssao.rendering.passes import finish_view
 from lfssao.rendering.settings import LAYERS
 from lfssao.rendering.view_file import Size, read_description
@@ -95,7 +94,7 @@ def _ao(options: argparse.Namespace) -> None:
             "settings": describe_settings(settings),
         }
         entry = {**entry_of(buffers.view, target, parts, made.seconds), "name": target.stem, "rows": said.rows}
-        write_text(options.output / MANIFEST, json.dumps({**head, "views": [entry]}, indent=1, allow_nan=False) + "\n")
+        write_manifest(options.output, {**head, "views": [entry]}, settings)
     print(printable(str(target)), flush=True)
 
 

@@ -187,8 +187,6 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     if job.has_sheet:
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
         write_whole(folder / SHEET, sheet.save)
-    if isinstance(job.settings.rotation, np.ndarray):
-        write_whole(folder / ANGLES, partial(np.save, arr=job.settings.rotation))
     texels = sum(view.width * view.height for view in job.views)
     left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
     left += plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))
@@ -205,4 +203,11 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
         },
         "views": entries,
     }
+    write_manifest(folder, manifest, job.settings)
+
+
+def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:
+    """Write a manifest, and the angles that it speaks of."""
+    if isinstance(settings.rotation, np.ndarray):
+        write_whole(folder / ANGLES, partial(np.save, arr=settings.rotation))
     write_text(folder / MANIFEST, json.dumps(manifest, indent=1, allow_nan=False) + "\n")

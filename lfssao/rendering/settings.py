@@ -122,7 +122,7 @@ class Settings:
             raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
         if self.neighbours and self.estimator != "lf":
             raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
-        if self.normals is None and (estimator.normals or "normals" in (self.layers or ())):
+        if self.normals is None and (self._reads_normals or "normals" in (self.layers or ())):
             object.__setattr__(self, "normals", "geometric")
 
     def _check_rotation(self, estimator: Estimator) -> None:
@@ -148,6 +148,10 @@ class Settings:
                 raise InputError(f"layers: there is no '{name}': choose some of {', '.join(LAYERS)}")
 
     @property
+    def _reads_normals(self) -> bool:
+        return find_estimator(self.estimator).reads_normals(self.parameters)
+
+    @property
     def kept(self) -> tuple[str, ...]:
         """The layers that are kept, in the order of ``LAYERS``."""
         wanted = LAYERS if self.layers is None else self.layers
@@ -160,6 +164,6 @@ class Settings:
         for name in reversed(LAYERS):
             if name in needed:
                 needed.update(_READS.get(name, ()))
-        if "ao" in needed and find_estimator(self.estimator).normals:
+        if "ao" in needed and self._reads_normals:
             needed.add("normals")
         return tuple(name for name in LAYERS if name in needed)

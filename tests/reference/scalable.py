@@ -13,6 +13,7 @@ from reference.passes import blur_weights
 from reference.spiral import tap_of, turns_of
 
 MODULE, PERSPECTIVE, ORTHOGRAPHIC, TABLE = range(4)
+LANDED = {"floor": lambda d: d, "truncate": np.trunc, "nearest": lambda d: np.floor(d + d.dtype.type(0.5))}
 
 
 @np.errstate(all="ignore")
@@ -153,14 +154,17 @@ def levels_of(z, mip, max_level, o):
     return levels
 
 
-def sample(view, z, places, options, radius, constants, turns):
+def sample(view, z, places, options, radius, constants, turns, buffer):
     """A and outside."""
     dtype, (height, width) = view.dtype, z.shape
     scale, bias, depth_bias, falloff = constants
     inverse, epsilon, o = dtype(1 / radius), dtype(options["epsilon"]), dtype(view.origin)
-    levels, normals = levels_of(z, options["mip"], options["max_level"], o), view.normals(z, places)
+    levels = levels_of(z, options["mip"], options["max_level"], o)
+    normals = buffer if options["normals"] == "buffer" else view.normals(z, places)
+    landed = LANDED[options["landing"]]
     s, tau = options["taps"], options["turns"]
-    table = [rounded(tap_of(t, s, tau if tau != 0 else turns_of(s)), dtype) for t in range(s)]
+    tau, turn = tau if tau != 0 else turns_of(s), options["full_turn"]
+    table = [rounded(tap_of(t, s, tau, full_turn=turn), dtype) for t in range(s)]
     made, outside = np.ones_like(z), 0
 
     def term_of(j, i, row, column, h, less):
@@ -182,8 +186,8 @@ def sample(view, z, places, options, radius, constants, turns):
         total = dtype(0)
         for tap_x, tap_y, alpha in table:
             h_u, h_v = r_u * alpha, r_v * alpha
-            x = dtype(i) + h_u * (tap_x * cosine - tap_y * sine)
-            y = dtype(j) + h_v * (tap_x * sine + tap_y * cosine)
+            x = dtype(i) + landed(h_u * (tap_x * cosine - tap_y * sine))
+            y = dtype(j) + landed(h_v * (tap_x * sine + tap_y * cosine))
             if not (x >= 0 and x < width and y >= 0 and y < height):
                 outside += 1
             elif (int(y), int(x)) != (j, i):
@@ -281,7 +285,9 @@ def scalable(parameters, inputs, falloff):
         constants = (5 * options["intensity"]) / options["taps"], options["beta"], 0, 1
     else:
         constants = (2 * options["sigma"]) / options["taps"], 0, (options["beta"] * view.unit[2]) / radius, 0
-    a, outside = sample(view, z, places, options, radius, rounded(constants, dtype), inputs.get("turns"))
+    a, outside = sample(
+        view, z, places, options, radius, rounded(constants, dtype), inputs.get("turns"), inputs.get("normals")
+    )
     a = average(a, z, dtype((options["quad_edge"] * radius) / view.unit[2]))
     if options["gauss"] > 0:
         a = reconstructed(view, z, a, options)

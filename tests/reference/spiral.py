@@ -36,9 +36,13 @@ def turns_of(s):
     return min((n for n in range(1, s) if math.gcd(n, s) == 1), key=lambda n: (abs(n - middle), n))
 
 
-def tap_of(t, s, tau, angle=0.0):
+def tap_of(t, s, tau, angle=0.0, full_turn="exact"):
     """Cosine, sine and alpha."""
-    sine, cosine = sincospi((((2 * t + 1) * tau) % (2 * s)) / s + angle)
+    if full_turn == "6.28":
+        angle = (3.14 * (((2 * t + 1) * tau) / s)) / 3.141592653589793
+    else:
+        angle = (((2 * t + 1) * tau) % (2 * s)) / s + angle
+    sine, cosine = sincospi(angle)
     return cosine, sine, (t + 0.5) / s
 
 

@@ -11,6 +11,8 @@ def test_layers_that_are_kept_and_normals_that_they_need():
     assert Settings((0.1,)).kept == tuple(name for name in LAYERS if name != "normals")
     assert Settings((0.1,), normals="smooth").kept == LAYERS
     assert Settings((0.1,), estimator="hbao").kept == LAYERS
+    assert Settings((0.1,), estimator="sao", parameters={"normals": "buffer"}).kept == LAYERS
+    assert "normals" not in Settings((0.1,), estimator="sao").kept
     asked = Settings((0.1,), layers=("shaded", "normals", "shaded"))
     assert asked.kept == ("normals", "shaded")
     assert asked.normals == "geometric"

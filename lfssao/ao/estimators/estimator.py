@@ -1,6 +1,6 @@
 """An estimator as the registry knows it; its options are the fields of a frozen dataclass, each said once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -64,7 +64,7 @@ class Estimator:
     samples: Callable[[int], tuple[FloatArray, FloatArray | None]] | None = None
     dimensions: int = 3  # coordinates of a sample: 3 in the ball, 2 in the disk, 0 where it takes none
     count: int = 8  # the paper's number of samples, the default n
-    normals: bool = False  # whether it reads the normals texture
+    normals: bool = False  # whether it reads the normals texture whatever its options are
     # Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
     # kept with the view, the most over all views and parameters.
     texel_bytes: int = 4
@@ -77,6 +77,10 @@ class Estimator:
     def parameters(self) -> dict[str, Value]:
         """Names and default values of its options."""
         return {each.name: getattr(self.options, each.name) for each in fields(self.options)}
+
+    def reads_normals(self, parameters: Mapping[str, Value]) -> bool:
+        """Whether it reads the normals texture with these parameters."""
+        return self.normals or parameters.get("normals") == "buffer"
 
     @property
     def meanings(self) -> dict[str, str]:

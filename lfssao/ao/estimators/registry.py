@@ -105,7 +105,7 @@ def estimate_radii(
     for radius in radii:
         check_radius(radius)
     options = estimator.options(**full_parameters(estimator, parameters))
-    if estimator.normals and buffers.normals is None:
+    if estimator.reads_normals(parameters) and buffers.normals is None:
         raise InputError(f"estimator {name} reads normals, and there is no normals texture")
     if buffers.turns is not None:
         check_turning(estimator)

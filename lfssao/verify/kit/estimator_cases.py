@@ -49,7 +49,7 @@ def _on_view(
     depth = exact + noise(9, *exact.shape) * np.float32(0.02)  # so that it matters which of the two is read
     inputs: dict[str, NDArray[Any]] = {"depth": depth, "positions": positions}
     inputs["directions"] = Buffers(view, depth, positions).directions
-    if estimator.normals:
+    if estimator.reads_normals(changes):
         inputs["normals"] = _wall_normals(view, depth)
     inputs |= tables
     parameters = {

@@ -1,5 +1,7 @@
 """Scalable Ambient Obscurance: each pass against the reference, formulas by hand, limits."""
 
+from dataclasses import replace
+
 import analytic_scenes as scenes
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from hypothesis import strategies as st
 from reference import scalable as reference
 from reference.passes import blur_weights
 
-from lfssao import Buffers, estimate
+from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels import face_normals, packing, reconstruct
 from lfssao.ao.estimators.sao.kernels import scalable as kernels
@@ -279,6 +281,39 @@ def test_the_appendix_by_hand():
     square = v @ v / radius**2
     a = 1 - 5 * (1 - square) ** 3 * max((v @ n / radius - 0.01) / (square + 0.01), 0)
     assert made[4, 2] == pytest.approx(a)
+
+
+# Conventions of published shaders
+
+
+@both
+def test_offsets_of_taps_are_rounded_as_shaders_do(dtype):
+    offsets = [-2.5, -1.75, -0.5, -0.25, 0.0, 0.5, 1.75, 2.5]
+    wanted = {0: [-2, -1, 0, 0, 0, 0, 1, 2], 1: [-2, -2, 0, 0, 0, 1, 2, 3], None: offsets}
+    for landing, want in wanted.items():
+        assert [kernels.landed(dtype(offset), landing) for offset in offsets] == want
+
+
+def test_an_approximate_turn_leaves_each_tap_behind_by_its_share():
+    """6.28 is 0.0031853 radians short of a turn, of which tap i makes (i + 1/2) / s tau."""
+    exact, short = (scalable._spiral(scalable.AppendixOptions(full_turn=k), np.dtype(float)) for k in ("exact", "6.28"))
+    behind = np.arctan2(
+        *np.einsum("ijk,jk->ik", [[exact[:, 1], -exact[:, 0]], [exact[:, 0], exact[:, 1]]], short.T[:2])
+    )
+    assert behind == pytest.approx((2 * np.pi - 6.28) * exact[:, 2] * 7, abs=1e-14)
+    np.testing.assert_array_equal(exact[:, 2], short[:, 2])
+
+
+@every_sight
+def test_normals_of_the_buffer_take_the_place_of_the_faces(sight):
+    buffers = seen("sphere on a plane", sight, size=(40, 30))
+    _, faces = normals_of(buffers)
+    same = estimate("sao", replace(buffers, normals=faces), 0.2, normals="buffer").texture
+    assert_same_bits(same, estimate("sao", replace(buffers, normals=None), 0.2).texture)
+    away = estimate("sao", replace(buffers, normals=-faces), 0.2, normals="buffer").texture
+    assert not np.array_equal(away, same)
+    with pytest.raises(InputError, match="reads normals"):
+        estimate("sao", replace(buffers, normals=None), 0.2, normals="buffer")
 
 
 # Limits

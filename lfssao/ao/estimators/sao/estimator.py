@@ -21,6 +21,8 @@ is written for cameras and metres:
   the tapped texel's own ray at the hierarchy's z, which takes the place of equation 3. The ball's image is an ellipse
   there: equation 5 with a texel's length across and down at C's depth. Distances from the viewer are counted from the
   observers.
+- Published shaders land taps otherwise, read n from a texture and write 6.28 for 2 pi: ``landing``, ``normals`` and
+  ``full_turn``.
 - The paper prints no MAX_MIP (5 here), neither the 2x2 average's threshold (0.02 r of depth) nor the Gaussian's width
   (three taps). q' = 2^3 is the least of the range it found equivalent. z_min, 'the farthest plane at which sharp
   features are desired', is the view's farthest surface unless given. k = 1 and the power is taken last.
@@ -53,6 +55,7 @@ from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_ra
 from lfssao.ao.kernels.post import gaussian_weights
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Texture
+from lfssao.core.elementary import PI, sincospi
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
 
@@ -64,6 +67,7 @@ FILTERS = {
     "min": z_pyramid.MIN,
     "max": z_pyramid.MAX,
 }
+LANDINGS = {"floor": None, "truncate": 0, "nearest": 1}
 TAPS_RADIUS, STRIDE = 3, 3  # of a bilateral pass: seven taps, three texels apart
 _MOST = 1e6
 
@@ -74,6 +78,13 @@ class SaoOptions(Options):
 
     taps: int = option(9, "s, equation 6", limits=(1, 999))
     turns: int = option(7, "tau, equation 6; 0: the most even number", limits=(0, 999))
+    landing: str = option(
+        "floor",
+        "a tap's texel: x' + h u cut down, as in equation 10; or h u cut towards 0, or at the nearest whole number",
+        choices=tuple(LANDINGS),
+    )
+    normals: str = option("face", "n: equation 4's, or that of the normals texture", choices=("face", "buffer"))
+    full_turn: str = option("exact", "2 pi in equation 6, or what shaders write for it", choices=("exact", "6.28"))
     mip: str = option("rotated", "filter of the z hierarchy, table 1, or none", choices=tuple(FILTERS))
     log_q: int = option(3, "log2 of q', equation 9", limits=(0, 15))
     max_level: int = option(5, "last level of the hierarchy", limits=(0, 15))
@@ -129,18 +140,32 @@ def sample(buffers: Buffers, z: Texture, rays: TexelRays, radius: float, options
     """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
     dtype = z.dtype
     positions = positions_of(buffers, z, rays)
-    normals = np.empty_like(positions)
-    face_normals(z, positions, rays, normals)
+    if options.normals == "face":
+        normals = np.empty_like(positions)
+        face_normals(z, positions, rays, normals)
+    else:
+        assert buffers.normals is not None  # the registry has seen to it
+        normals = np.ascontiguousarray(buffers.normals)
     surface = scalable.Surface(z, positions, normals, turns_of(buffers))
     levels = z_hierarchy(z, options.mip, options.max_level, rays.origin)
     first = np.cumsum([0, *(level.size for level in levels[:-1])]).astype(np.int32)
     hierarchy = scalable.Hierarchy(np.concatenate([level.ravel() for level in levels]), first, options.log_q)
-    taps = np.empty((options.taps, 3), dtype)
-    spiral.unit_taps(options.turns or best_turns(options.taps), taps)
     falloff = _falloff(options, rays, radius, dtype)
     visibility, outside = np.empty_like(z), np.empty(z.shape[0], np.int64)
-    scalable.scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, outside)
+    scalable.scalable_visibility(
+        surface, hierarchy, _spiral(options, dtype), LANDINGS[options.landing], rays, falloff, visibility, outside
+    )
     return visibility, int(outside.sum())
+
+
+def _spiral(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:
+    """Taps at angle 0 (equations 6 and 7)."""
+    taps, tau = np.empty((options.taps, 3), dtype), options.turns or best_turns(options.taps)
+    spiral.unit_taps(tau, taps)
+    if options.full_turn == "6.28":
+        angles = (3.14 * ((2 * i + 1) * tau / options.taps) / PI for i in range(options.taps))
+        taps[:, :2] = [sincospi(angle)[::-1] for angle in angles]
+    return taps
 
 
 def _falloff(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dtype[Any]) -> scalable.Falloff:

@@ -2,7 +2,8 @@
 
 Lengths are in radii, u = v / r, so that nothing depends on the scene's unit. Order of operations, for one texel:
 
-    tap          (x, y) = (x', y') + (h_u cos, h_v sin), the texel's turn applied to the table's cos and sin
+    tap          (x, y) = (x', y') + (h_u cos, h_v sin), the texel's turn applied to the table's cos and sin; the two
+                 products may be rounded to whole numbers first (``landed``)
     Q            the texel's ray (sao.kernels.reconstruct) at the hierarchy's z, moved to world space
     u            (Q - C) / r as a product with 1 / r; u.u = (x x + y y) + z z, u.n likewise
     term         f ((u.n - bias) / (u.u + epsilon)), f = ((1 - u.u)^2) (1 - u.u) or 1; only positive parts count
@@ -125,6 +126,14 @@ def ray_gap(rays, depth, one, other):
 
 
 @kernel(inline=True)
+def landed(offset, landing):
+    """An offset in texels as it is (None), cut towards 0 (0), or the nearest whole number (1)."""
+    if landing is None:
+        return offset
+    return np.floor(offset + type(offset)(0.5)) if landing == 1 else np.trunc(offset)
+
+
+@kernel(inline=True)
 def tap_place(x, y, h, width, wide, high, bits, top):
     """Equations 9 and 10: the texel of the hierarchy that a tap at (x, y), h texels from its own, reads.
 
@@ -159,10 +168,10 @@ def tap_term(a, b, c, nx, ny, nz, less, falloff):
 
 
 @kernel(inline=True)
-def add_taps(kind, hierarchy, taps, rays, falloff, size, row, n, columns, values):
+def add_taps(kind, hierarchy, taps, landing, rays, falloff, size, row, n, columns, values):
     """Sum all taps of n texels of a row, whose columns and slots are given; return how many are outside the texture.
 
-    kind: that of the rays, a constant. size: (height, width).
+    kind: that of the rays, a constant. landing: that of ``landed``. size: (height, width).
     """
     total, missed, m, width = scratch(values.dtype), scratch(np.int32), rays.world, np.int32(size[1])
     dtype = values.dtype.type
@@ -176,7 +185,8 @@ def add_taps(kind, hierarchy, taps, rays, falloff, size, row, n, columns, values
         for i in range(n):
             u, v = rotated(tap_x, tap_y, values[slot(_COSINE, i)], values[slot(_SINE, i)])
             across, down = values[slot(_ACROSS, i)] * alpha, values[slot(_DOWN, i)] * alpha
-            x, y, h = dtype(columns[i]) + across * u, dtype(row) + down * v, across if across > down else down
+            x, y = dtype(columns[i]) + landed(across * u, landing), dtype(row) + landed(down * v, landing)
+            h = across if across > down else down
             inside, column, line, level, place = tap_place(x, y, h, width, wide, high, bits, top)
             depth = z[np.uint32(first[np.uint32(level)] + place) & np.uint32(0x7FFFFFFF)]
             if kind == SEPARABLE:
@@ -200,15 +210,15 @@ def add_taps(kind, hierarchy, taps, rays, falloff, size, row, n, columns, values
 
 
 @kernel
-def add_separable_taps(hierarchy, taps, rays, falloff, size, row, n, columns, values):
+def add_separable_taps(hierarchy, taps, landing, rays, falloff, size, row, n, columns, values):
     """``add_taps`` of SEPARABLE rays; a function of its own, as LLVM makes vectors of one of two such loops only."""
-    return add_taps(SEPARABLE, hierarchy, taps, rays, falloff, size, row, n, columns, values)
+    return add_taps(SEPARABLE, hierarchy, taps, landing, rays, falloff, size, row, n, columns, values)
 
 
 @kernel
-def add_table_taps(hierarchy, taps, rays, falloff, size, row, n, columns, values):
+def add_table_taps(hierarchy, taps, landing, rays, falloff, size, row, n, columns, values):
     """``add_taps`` of rays in a TABLE."""
-    return add_taps(TABLE, hierarchy, taps, rays, falloff, size, row, n, columns, values)
+    return add_taps(TABLE, hierarchy, taps, landing, rays, falloff, size, row, n, columns, values)
 
 
 @kernel(inline=True)
@@ -234,7 +244,7 @@ def gather_texels(surface, rays, falloff, row, left, columns, values):
 
 
 @kernel(parallel=True)
-def scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, outside):
+def scalable_visibility(surface, hierarchy, taps, landing, rays, falloff, visibility, outside):
     """A of every texel by the appendix's falloff or equation 1, before averaging.
 
     Readings. Equation 10 is the hierarchy's texel ((x', y') + h_i u_i) >> m_i, its '/ 2^m' the shift, h_i is h'_i and
@@ -243,8 +253,8 @@ def scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, out
     the texel itself: v is 0 there, and on a module, whose C is read from the positions texture, rounding is not. On a
     module the ball's image is an ellipse: h is h_u across and h_v down, and the larger one chooses the level.
 
-    taps: (s, 3), by ``lfssao.samples.kernels.spiral.unit_taps``. visibility: (H, W), out, A, 1 where there is no
-    surface. outside: (H,), out: taps of each row that lie outside the texture.
+    taps: (s, 3), by ``lfssao.samples.kernels.spiral.unit_taps``. landing: that of ``landed``. visibility: (H, W), out,
+    A, 1 where there is no surface. outside: (H,), out: taps of each row that lie outside the texture.
     """
     height, width = visibility.shape
     dtype = visibility.dtype.type
@@ -257,9 +267,9 @@ def scalable_visibility(surface, hierarchy, taps, rays, falloff, visibility, out
             for left in range(0, width, CHUNK):
                 n = gather_texels(surface, rays, falloff, j, left, columns, values)
                 if rays.kind == SEPARABLE:
-                    missed += add_separable_taps(hierarchy, taps, rays, falloff, size, j, n, columns, values)
+                    missed += add_separable_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
                 else:
-                    missed += add_table_taps(hierarchy, taps, rays, falloff, size, j, n, columns, values)
+                    missed += add_table_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
                 for i in range(n):
                     a = one - falloff.scale * values[slot(_TOTAL, i)]
                     visibility[j, columns[i]] = a if a > zero else zero

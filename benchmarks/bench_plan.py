@@ -1,4 +1,4 @@
-"""Time saved by leaving out what a scene does not need.
+"""Time saved by leaving out what a scene does not need: ``python benchmarks/bench_plan.py``, JSON beside the table.
 
 All passes of one view run in one thread as planned, and in turn with one thing done that the plan leaves out:
 
@@ -10,11 +10,15 @@ Processor time is measured, so that other work on the machine counts little; a r
 Textures with all rows and all radii are compared with those of the plan: leaving something out must not change a bit.
 """
 
+import argparse
+import json
+import sys
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from math import sqrt
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -25,7 +29,9 @@ from lfssao.ao.textures import Buffers
 from lfssao.bench.times import turns
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
+from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View
+from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.passes import Textures, occlusions, render_view
 from lfssao.rendering.plan import other_radii, without_background
 from lfssao.rendering.settings import Settings, default_radii
@@ -173,3 +179,25 @@ def as_text(saving: Saving) -> str:
     each = "".join(f"{saving.ratios[name][1]:12.2f}" for name in RULES)
     line = f"{saving.scene:36s}{100 * saving.cover:5.0f} % seen {saving.milliseconds:9.1f}"
     return f"{line:61s}{middle:6.2f}  {low:.2f} to {high:.2f} {each}{'' if saving.same else '  BITS DIFFER'}"
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="one embedded scene and the wall")
+    parser.add_argument("--display", default="virtual")
+    parser.add_argument("--repeats", type=int, default=25)
+    parser.add_argument("--json", type=Path, default=Path(__file__).parent / "results" / "plan.json")
+    options = parser.parse_args(arguments)
+    display, made = find_display(options.display), []
+    print(HEAD, flush=True)
+    for saving in savings(cases(display, options.quick), display, options.repeats):
+        print(as_text(saving), flush=True)
+        made.append(saving)
+    result = {"machine": describe_machine(1, sys.argv), "scenes": [asdict(saving) for saving in made]}
+    options.json.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n")
+    if not all(saving.same for saving in made):
+        raise SystemExit("leaving something out changed bits")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,1 +1,1 @@
-"""Benches of the command ``lfssao bench``: error against run time, numerical stability, savings of the plan."""
+"""Benches of the command ``lfssao bench``: error against run time, numerical stability."""

@@ -3,7 +3,6 @@
 import argparse
 
 BENCHES = {
-    "plan": "what leaving out what a scene does not need saves, by scene and rule",
     "stability": "stiff and extreme cases, against exact arithmetic",
     "work-precision": "error against run time, of every estimator",
     "advise": "which setting to take for an error or a time",

@@ -188,7 +188,8 @@ class Comparison:
                 continue
             judged = judgements[name]
             reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
-            result = result_of(module, found[name], right, judged, self._tolerance, reason)
+            depth = case.outputs.get("depth")
+            result = result_of(module, found[name], right, judged, self._tolerance, reason, depth)
             result, judged = replace(result, stored=str(stored.get(name, ""))), replace(judged, verdict=result.verdict)
             if self._diagnoser is not None:
                 how = stored.get(name)

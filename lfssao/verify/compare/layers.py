@@ -67,6 +67,11 @@ def stage_order(name: str) -> tuple[int, int]:
     return (_STAGES.index(stage) if stage in _STAGES else len(_STAGES)), number
 
 
+def is_occlusion(name: str) -> bool:
+    """Whether a layer of that name is one of occlusion."""
+    return re.fullmatch("ao_[0-9]+|merged|blurred", name) is not None
+
+
 @dataclass(frozen=True, eq=False)
 class _Channel:
     """A channel of the other renderer: its part, its name in it and, as title, with it, its values."""

@@ -109,6 +109,7 @@ class Report:
         failing = [r for r in self.results if self.code(r) > WARNING and not _is_missing(r)]
         for result in failing[:_MOST_LINES]:
             yield f"{_place(result)}: {_sentence(result)}"
+            yield from (f"  {found.words(part)}" for part, found in result.agreement.items())
             if result.diagnosis is not None:
                 yield f"  {result.diagnosis.words(result.module)}"
         if len(failing) > _MOST_LINES:

@@ -1,15 +1,16 @@
 """A report's result on one texture of one module: its verdict, its figures, its worst texels."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from lfssao.verify.compare.layers import Layer
+from lfssao.verify.compare.agreement import Agreement, agreements
+from lfssao.verify.compare.layers import Layer, is_occlusion
 from lfssao.verify.compare.metrics import Metrics, difference, measure
 from lfssao.verify.compare.tolerance import Tolerance
 from lfssao.verify.diagnosis.diagnose import Diagnosis
-from lfssao.verify.verdict import Flags, Judgement, Planes, Verdict, texels
+from lfssao.verify.verdict import Flags, Judgement, Plane, Planes, Verdict, texels
 
 WORST = 10
 Reason = Callable[[tuple[int, int]], str]
@@ -43,13 +44,24 @@ class Result:
     interval: bool = False  # whether one is known; it is not asked for where bits are equal
     worst: tuple[Texel, ...] = ()  # at most ten, the worst first
     diagnosis: Diagnosis | None = None  # which change of the reference explains it; None if right or not diagnosed
+    # Figures of occlusion that differs, by ``lfssao.verify.compare.agreement.PARTS``; empty if depth is not known.
+    agreement: Mapping[str, Agreement] = field(default_factory=dict)
     stored: str = ""  # such as 'stored as unorm8', by which the interval is wider; '' for float32
 
 
 def result_of(
-    module: str, mine: Layer, reference: Layer, judged: Judgement, tolerance: Tolerance, reason: Reason
+    module: str,
+    mine: Layer,
+    reference: Layer,
+    judged: Judgement,
+    tolerance: Tolerance,
+    reason: Reason,
+    depth: Plane | None = None,
 ) -> Result:
-    """The result of a texture that was judged; ``reason`` says why a texel, (column, row), is what it is."""
+    """The result of a texture that was judged; ``reason`` says why a texel, (column, row), is what it is.
+
+    ``depth``, (H, W) or more by a guard band, tells where surfaces are; None if that is not known.
+    """
     metrics = measure(mine.planes, reference.planes)
     if judged.verdict is Verdict.EQUAL_BITS:
         return Result(module, reference.name, judged.verdict, metrics=metrics)
@@ -65,7 +77,11 @@ def result_of(
         lower, upper = interval or (None, None)
         worst.append(Texel(i, j, own, right, lower, upper, bool(outside[j, i]), reason((i, j))))
     verdict, beyond = tolerance.judge(judged, mine.planes, reference.planes)
-    return Result(module, reference.name, verdict, "", metrics, int(outside.sum()), beyond, known, tuple(worst))
+    agreement = {}
+    if depth is not None and depth.ndim == 2 and is_occlusion(reference.name):
+        agreement = agreements(mine.planes[0], reference.planes[0], depth)
+    counts = int(outside.sum()), beyond, known
+    return Result(module, reference.name, verdict, "", metrics, *counts, tuple(worst), agreement=agreement)
 
 
 def _planes(texture: np.ndarray, like: Flags) -> Planes:

@@ -1,0 +1,81 @@
+"""How occlusion agrees on the surface: means, correlation and regression, inside of surfaces and at silhouettes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from lfssao.verify.verdict import Flags, Plane
+
+PARTS = ("interiors", "silhouettes")
+_STEP = 0.01  # of the range of depths
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Two textures on some texels, those that are finite in both."""
+
+    texels: int
+    mean: float  # of the other renderer's
+    reference_mean: float
+    # The least squares mine = slope reference + offset; None where the reference, for the first either, is constant
+    correlation: float | None
+    slope: float | None
+    offset: float | None
+    within_1e5: float  # share of texels that are off by at most 1e-5
+    within_code: float  # by at most 1/255, a code of 8 bits
+
+    def words(self, part: str) -> str:
+        """All of it in a sentence; ``part``, one of ``PARTS``, says on which texels."""
+        line = "" if self.slope is None else f"mine = {self.slope:.4g} reference {self.offset:+.4g}, "
+        alike = "" if self.correlation is None else f"correlation {self.correlation:.4f}, "
+        shares = f"{100 * self.within_1e5:.4g} % within 1e-5, {100 * self.within_code:.4g} % within 1/255"
+        return (
+            f"{part}: {self.texels} texels, mean {self.mean:.4g} for {self.reference_mean:.4g}, {alike}{line}{shares}"
+        )
+
+
+def agreements(mine: Plane, reference: Plane, depth: NDArray[np.float32]) -> dict[str, Agreement]:
+    """How a layer of occlusion, (H, W), agrees inside of surfaces and at silhouettes, where there are any.
+
+    Depth may have a guard band more. A texel is of a silhouette if one of the 3 x 3 around it sees no surface, or if
+    depth bends there, along its row or column, by more than 1 % of the texture's range: planes do not bend in a
+    camera's depth.
+    """
+    edges, surface = _silhouettes(depth), np.isfinite(depth)
+    guard = (depth.shape[0] - mine.shape[0]) // 2
+    inside = slice(guard, -guard or None), slice(guard, -guard or None)
+    made = {}
+    for part, flags in zip(PARTS, (~edges, edges), strict=True):
+        chosen = (flags & surface)[inside] & np.isfinite(mine) & np.isfinite(reference)
+        if chosen.any():
+            made[part] = _agreement(mine[chosen].astype(np.float64), reference[chosen].astype(np.float64))
+    return made
+
+
+def _silhouettes(depth: NDArray[np.float32]) -> Flags:
+    surface, wide = np.isfinite(depth), depth.astype(np.float64)
+    edges: Flags = np.asarray(sliding_window_view(np.pad(~surface, 1), (3, 3)).any(axis=(2, 3)))
+    step = _STEP * np.ptp(wide[surface]) if surface.any() else 0.0
+    with np.errstate(invalid="ignore"):  # no surface
+        edges[1:-1] |= np.abs(np.diff(wide, 2, axis=0)) > step
+        edges[:, 1:-1] |= np.abs(np.diff(wide, 2, axis=1)) > step
+    return edges
+
+
+def _agreement(mine: NDArray[np.float64], reference: NDArray[np.float64]) -> Agreement:
+    off, mean, right = np.abs(mine - reference), float(mine.mean()), float(reference.mean())
+    x, y = reference - right, mine - mean
+    xx, xy, yy = (float((a * b).sum()) for a, b in ((x, x), (x, y), (y, y)))
+    slope = xy / xx if xx > 0 else None
+    return Agreement(
+        texels=mine.size,
+        mean=mean,
+        reference_mean=right,
+        correlation=xy / (xx * yy) ** 0.5 if xx * yy > 0 else None,
+        slope=slope,
+        offset=None if slope is None else mean - slope * right,
+        within_1e5=float((off <= 1e-5).mean()),
+        within_code=float((off <= 1 / 255).mean()),
+    )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.textures import Buffers
-from lfssao.core.affine import Matrix, invert_affine, multiply, transform_points
+from lfssao.core.affine import invert_affine, multiply, transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.kernels.surface import write_surface
 from lfssao.optics.kernels.directions import write_directions
@@ -103,11 +103,11 @@ def upright(textures: Mapping[str, Single], said: Description) -> dict[str, Sing
 def _fault(textures: Mapping[str, Single], said: Description) -> str:
     """A sentence on textures that do not fit what is said of them, or each other; '' if they do."""
     view, there = said.view, upright(textures, said)
-    for j, i in np.argwhere(np.isnan(_distance(textures["depth"], said)))[:1]:
-        stored = f"{textures['depth'][j, i]:g} at column {i}, row {j}"
-        planes = f" between planes at {view.lens[4]:g} and {view.lens[5]:g}" if view.screen_to_world is not None else ""
-        return f"depth: {stored} is no depth of depth_kind = '{said.depth_kind}'{planes}"
     z = _distance(there["depth"], said)
+    for j, i in np.argwhere(np.isnan(z))[:1]:
+        planes = f" between planes at {view.lens[4]:g} and {view.lens[5]:g}" if view.screen_to_world is not None else ""
+        stored = f"{there['depth'][j, i]:g} at column {i}, row {j} from above"
+        return f"depth: {stored} is no depth of depth_kind = '{said.depth_kind}'{planes}"
     surface = np.isfinite(z)
     for name, texture in there.items():
         if not np.isfinite(texture[surface]).all():
@@ -164,18 +164,14 @@ def _distance(depth: Single, said: Description) -> Double:
     near, far, orthographic = view.lens[4:7].tolist()
     with np.errstate(all="ignore"):
         if kind in ("linear", "view-z"):
-            z = d if said.eye is None or kind == "linear" else d * _sign(view.cast_from_world, said.eye)
+            forward = view.cast_from_world[2:, :3]
+            z = d if said.eye is None or kind == "linear" else d * np.sign(multiply(forward, said.eye[2:, :3].T))
             z = np.where((z == 0) | (z >= far * (1 - 2.0**-22)), np.inf, z)
             return np.where(z >= near * (1 - _EDGE), z, np.nan)
         share = 0.5 * d + 0.5 if kind == "window-gl" else 1 - d if kind == "reversed" else d
         z = near + share * (far - near) if orthographic else near / (1 - share * (1 - near / far))
     background = np.isposinf(d) | ((share == 1) & (kind != "image"))
     return np.where(background, np.inf, np.where((share > 0) & (share < 1), z, np.nan))
-
-
-def _sign(cast: Matrix, eye: Matrix) -> float:
-    """1 where z of the eye space grows away from the viewer, else -1."""
-    return float(np.sign(multiply(cast[2:, :3], eye[2:, :3].T)[0, 0]))
 
 
 def _points(stored: Single, said: Description) -> Double:
@@ -194,13 +190,11 @@ def _normals(stored: Single, surface: NDArray[np.bool_], said: Description) -> S
 
 
 def _directions(stored: Single, said: Description) -> Double:
-    """Unit normals in world space, (n, 3)."""
+    """Unit normals in world space, (n, 3); those that are stored as they are wanted stay what they are."""
     n = _decoded(stored, said.normals_kind)
     if said.eye is not None and said.normals_space == "view":
-        n = multiply(n, invert_affine(said.eye)[:, :3].T)
-    elif said.normals_kind == "xyz":
-        return n
-    return n / np.maximum(_lengths(n), np.finfo(np.float64).tiny)[:, None]
+        return _units(multiply(n, invert_affine(said.eye)[:, :3].T))
+    return n if said.normals_kind == "xyz" else _units(n)
 
 
 def _decoded(stored: Single, kind: str) -> Double:
@@ -212,7 +206,10 @@ def _decoded(stored: Single, kind: str) -> Double:
     x, y = n[:, 0], n[:, 1]
     z = (1 - np.abs(x)) - np.abs(y)
     fold = np.maximum(-z, 0)
-    n = np.stack([x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=-1)
+    return _units(np.stack([x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=-1))
+
+
+def _units(n: Double) -> Double:
     return n / np.maximum(_lengths(n), np.finfo(np.float64).tiny)[:, None]
 
 

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from lfssao import __version__
 from lfssao.ao.post import blur_weights
-from lfssao.optics.view import KINDS, View
+from lfssao.optics.kernels.projection import DISPLAY, MATRIX
+from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
 from lfssao.rendering.settings import Settings
 from lfssao.scene.mesh import Mesh, Paint
 
@@ -94,6 +95,23 @@ def describe_view(view: View) -> dict[str, Any]:
         "world_to_image": view.world_to_image.numbers.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
     }
+
+
+def view_of(name: str, described: Mapping[str, Any]) -> View:
+    """The view of a name that ``describe_view`` described; KeyError, TypeError or ValueError if it did not."""
+    kind, back = KINDS.index(described["world_to_image_kind"]), described["screen_to_world"]
+    sizes = {"lens": (32 if kind == DISPLAY else 8,), "world_to_image": (44 if kind == DISPLAY else 16,)}
+    shapes: dict[str, tuple[int, ...]] = {**sizes, "cast_from_world": (3, 4), "world_from_cast": (3, 4)}
+    shapes |= {"screen_to_world": (4, 4)} if back is not None else {}
+    if (back is None) == (kind == MATRIX):
+        raise ValueError("screen_to_world does not fit world_to_image")
+    numbers: dict[str, Any] = {key: finite_numbers(key, described[key], *shape) for key, shape in shapes.items()}
+    mapping = WorldToImage(kind, numbers.pop("world_to_image"))
+    size = {key: int(described[key]) for key in ("width", "height", "guard")}
+    if not 0 <= 2 * size["guard"] < min(size["width"], size["height"]):
+        raise ValueError("the guard band is out of range")
+    more = {"screen_to_world": None, "depth_kind": str(described["depth"]), "world_to_image": mapping}
+    return View(name, **{**more, **numbers, **size})
 
 
 def describe_machine(threads: int, command: Sequence[str] = ()) -> dict[str, Any]:

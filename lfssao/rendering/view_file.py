@@ -14,10 +14,10 @@ from lfssao.errors import InputError, no_such
 from lfssao.optics.camera import view_of_matrix
 from lfssao.optics.display import PHYSICAL_Z
 from lfssao.optics.display_file import find_display, parse_toml, read_text
-from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, Slits
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Slits
 from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
 from lfssao.rendering.folder import load_manifest
-from lfssao.rendering.manifest import MANIFEST
+from lfssao.rendering.manifest import MANIFEST, view_of
 
 CHOICES = {
     "rows": ("above", "below"),
@@ -190,28 +190,19 @@ def _module(size: Size, display: str, module: int, physical_from_world: ArrayLik
 
 def _folder(size: Size, folder: str, name: str) -> View:
     """A view of a rendered folder, by the numbers of its manifest."""
-    manifest = load_manifest(Path(folder))
+    path, name = Path(str(folder)), str(name)
+    manifest = load_manifest(path)
     try:
         views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
         if name not in views:
             raise no_such("view", name, views)
-        described = views[name]
-        kind, back = KINDS.index(described["world_to_image_kind"]), described["screen_to_world"]
-        lens, numbers = (
-            finite_numbers(key, described[key], own if kind == DISPLAY else few)
-            for key, own, few in (("lens", 32, 8), ("world_to_image", 44, 16))
-        )
-        cast, world = (finite_numbers(key, described[key], 3, 4) for key in ("cast_from_world", "world_from_cast"))
-        if (back is None) == (kind == MATRIX):
-            raise ValueError("screen_to_world does not fit world_to_image")
-        back = None if back is None else finite_numbers("screen_to_world", back, 4, 4)
-        there = Size(*(int(described[key]) for key in Size._fields))
+        view = view_of(name, views[name])
+        there = Size(view.width, view.height, view.guard)
         if there != size:
             told = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (there, size)]
             raise InputError(f"its view {name} has {told[0]} the textures have {told[1].rstrip(',')}")
-        mapping, meaning = WorldToImage(kind, numbers), str(described["depth"])
-        return View(name, *size[:2], lens, cast, world, mapping, back, meaning, size.guard)
+        return view
     except InputError as error:
         raise InputError(f"{folder}: {error}") from None
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{Path(folder) / MANIFEST}: it is not what 'lfssao render' writes ({error!r:.80})") from error
+        raise InputError(f"{path / MANIFEST}: it is not what 'lfssao render' writes ({error!r:.80})") from error

@@ -148,7 +148,7 @@ def test_half_is_widened_exactly(inputs):
     ({"--positions": "hole.npy"}, "positions: a number is not finite where there is a surface"),
     ({"--depth": "double.npy"}, "--depth: double.npy: it is of float64, expected float32 or half"),
     ({"--depth": "whole.npy"}, "--depth: whole.npy: it is of uint16, expected float32 or half"),
-    ({"--depth": "nan.npy"}, "depth: nan at column 0, row 0 is no depth of depth_kind = 'image'"),
+    ({"--depth": "nan.npy"}, "depth: nan at column 0, row 0 from above is no depth of depth_kind = 'image'"),
     ({"--depth": "moved.exr"}, "--depth: moved.exr: its data window begins at (2, 3), expected (0, 0), or (-N, -N)"),
     ({"--depth": "narrow.exr"}, "--depth: narrow.exr: its data window begins at (-3, -3)"),
     ({"--depth": "two.exr"}, "--depth: two.exr: expected a layer depth or just one of 1 channels, it holds a of a; b"),

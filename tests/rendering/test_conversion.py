@@ -19,15 +19,7 @@ class Seen:
     """A camera's G-buffer in float64 and its place, by the manifest's numbers alone."""
 
     def __init__(self, folder, projection):
-        place = [
-            "--eye=-3,2,4",
-            "--up=0.2,1,0",
-            "--guard",
-            str(GUARD),
-            "--normals",
-            "--layers",
-            "depth,positions,normals",
-        ]
+        place = ["--eye=-3,2,4", "--up=0.2,1,0", "--guard", "3", "--normals", "--layers", "depth,positions,normals"]
         render(folder, "statue", "--camera", projection, *CAMERAS[projection], *place, "--resolution", "40x30")
         self.parts = {name: part.pixels for name, part in read_exr(folder / "camera.exr").items()}
         self.folder = folder

@@ -53,8 +53,6 @@ def test_rays_are_cast_only_where_depth_or_colour_differ(tmp_path, monkeypatch, 
         (("scene", "name"), "ammonite", 1),  # another version's scene of that name: as if there were none
         (("scene", "name"), [], 4),
         (("scene",), None, 4),
-        (("display", "modules"), [], 4),
-        (("display", "screen_width"), "x", 4),
         (("views", 1, "view", "cast_from_world"), [[1]], 4),
         (("views", 1, "view", "width"), 10**9, 1),
         (("frame",), {"world_from_scene": 5}, 4),

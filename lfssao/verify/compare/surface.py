@@ -12,11 +12,8 @@ from numba import config
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError, MissingPackageError
 from lfssao.gbuffer.caster import RayCaster
-from lfssao.optics.camera import Camera
-from lfssao.optics.view import View
 from lfssao.rendering.animation import moved
-from lfssao.rendering.folder import display_of
-from lfssao.rendering.manifest import describe_scene
+from lfssao.rendering.manifest import describe_scene, view_of
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.verify.bounds.bounds import Bounds
@@ -87,16 +84,13 @@ class Surface:
     def bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
         """Bounds of a view's depth and colour.
 
-        They are left out where the mesh is not at hand or has other colours, where rays cannot be cast here, and where
-        the manifest's numbers do not make the view again. ``shape`` is the depth texture's. InputError if the manifest
-        does not describe the scene and the view.
+        They are left out where the mesh is not at hand or has other colours, and where rays cannot be cast here.
+        ``shape`` is the depth texture's. InputError if the manifest does not describe the scene and the view.
         """
         with self._reading():
             if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
                 return {}
-            view = self._view(self.mesh, entry)
-            if not np.array_equal(view.world_to_image.numbers, entry["view"]["world_to_image"]):
-                return {}
+            view = view_of(entry["name"], entry["view"])
             try:
                 threads = int(config.NUMBA_NUM_THREADS)
                 self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, threads)
@@ -107,17 +101,6 @@ class Surface:
                 chosen = self._manifest["settings"]["color_filter"]
                 made["color"] = color_bounds(self._caster, view, chosen, model)
             return made
-
-    def _view(self, mesh: Mesh, entry: dict[str, Any]) -> View:
-        """The view of a manifest's entry."""
-        described = entry["view"]
-        guard = described["guard"]
-        if self._manifest["display"] is None:
-            camera = Camera.looking_at(mesh.bounds, self._manifest["camera"])
-            return camera.view(described["width"] - 2 * guard, described["height"] - 2 * guard, guard)
-        index = int(entry["name"].removeprefix("module_"))
-        display = display_of(self._manifest["display"], {index: entry})
-        return display.view(index, _affine(described["cast_from_world"]), guard)
 
 
 def _affine(values: Any) -> Matrix:

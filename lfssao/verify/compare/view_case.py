@@ -12,7 +12,7 @@ from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 from lfssao.rendering.image_file import read_angles
-from lfssao.rendering.manifest import ANGLES
+from lfssao.rendering.manifest import ANGLES, view_of
 from lfssao.samples.rotation import angle_turns, check_rotation
 from lfssao.verify.case import VIEW, Case
 
@@ -43,47 +43,26 @@ def not_written(path: Path, error: Exception) -> InputError:
 
 def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a view, checked."""
-    kind, numbers = view["world_to_image_kind"], _numbers(view["world_to_image"])
     if settings["merge"] != "maximum":
         raise ValueError("merge is not the maximum")
-    sigma, described = float(settings["blur_sigma"]), _view(view)
-    if kind not in KINDS or numbers.shape != ((44,) if kind == "display" else (16,)):
-        raise ValueError("world_to_image is of no kind or has the wrong length")
-    back = described["screen_to_world"]
-    if (back is not None) != (kind == "matrix") or (back is not None and back.shape != (4, 4)):
-        raise ValueError("screen_to_world does not fit world_to_image")
+    sigma, made = float(settings["blur_sigma"]), view_of("", view)
     if not 0 <= sigma <= MAX_SIGMA:
         raise ValueError("blur_sigma is out of range")
     rotation = settings.get("rotation", "none")  # a manifest without it is of a time when nothing turned
     rotation = "none" if rotation == "angles" else rotation  # turns are an input then
     check_rotation(rotation, settings.get("rotation_seed", 0))
     return {
-        "mapping": {"kind": kind, "numbers": numbers},
-        "screen_to_world": back,
+        "mapping": {"kind": KINDS[made.world_to_image.kind], "numbers": made.world_to_image.numbers},
+        "screen_to_world": made.screen_to_world,
         "sigma": sigma,
-        "guard": described["guard"],
-        "view": described,
+        "guard": made.guard,
+        "view": {name: value for name, value in vars(made).items() if name != "world_to_image"},
         "radii": tuple(float(radius) for radius in settings["radii"]),
         "estimator": "lf with neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
         "rotation": rotation,
         "rotation_seed": int(settings.get("rotation_seed", 0)),
     }
-
-
-def _view(view: Mapping[str, Any]) -> dict[str, Any]:
-    """All of a view but its mapping, as cases have it, checked."""
-    width, height, guard = (int(view[name]) for name in ("width", "height", "guard"))
-    axes = {name: _numbers(view[name]) for name in ("cast_from_world", "world_from_cast")}
-    back, lens = view["screen_to_world"], _numbers(view["lens"])
-    if any(numbers.shape != (3, 4) for numbers in axes.values()):
-        raise ValueError("cast_from_world or world_from_cast is not 3 x 4")
-    if lens.shape != ((32,) if view["world_to_image_kind"] == "display" else (8,)):
-        raise ValueError("lens has the wrong length")
-    if not 0 <= 2 * guard < min(width, height):
-        raise ValueError("the guard band is out of range")
-    made = {"name": "", "width": width, "height": height, "guard": guard, "depth_kind": str(view["depth"])}
-    return {**made, **axes, "lens": lens, "screen_to_world": None if back is None else _numbers(back)}
 
 
 def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str, NDArray[np.float64]]:

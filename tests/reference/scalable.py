@@ -180,7 +180,7 @@ def sample(view, z, places, options, radius, constants, turns, buffer):
         return term if above > 0 and left > 0 and term > 0 else 0
 
     for j, i in np.argwhere(z < np.inf).tolist():
-        r_u, r_v = view.radii(j, i, z[j, i], radius)
+        r_u, r_v = view.radii(j, i, z[j, i], options["reach"] * radius)
         cosine, sine = (dtype(1), dtype(0)) if turns is None else turns[:, j, i]
         less = bias + depth_bias * (z[j, i] - o)
         total = dtype(0)

@@ -92,8 +92,13 @@ def _of_options(problem: Estimated) -> Iterator[Change]:
             if other != value:
                 words = f"{name} {_said(other)} in place of {_said(value)}"
                 yield plain(words, partial(_with_option, name, value=other))
+        if name == "reach":
+            for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
+                words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
+                yield plain(words, partial(_with_option, name, value=value * factor))
         if isinstance(value, float) and value != 0.0:
-            yield scaled(name, partial(_scaled_option, name, limits[name]), FACTORS)
+            words = f"{'radius in texels' if name == 'reach' else name} x {{:.4f}}"
+            yield scaled(name, partial(_scaled_option, name, limits[name]), FACTORS, words)
         elif isinstance(value, float) and limits[name][1] < np.inf:
             words = f"{name} {{:.6g}} in place of {value:g}"
             yield scaled(name, partial(_with_option, name), limits[name][1] * _SMALL, words)

@@ -84,6 +84,7 @@ class SaoOptions(Options):
         choices=tuple(LANDINGS),
     )
     normals: str = option("face", "n: equation 4's, or that of the normals texture", choices=("face", "buffer"))
+    reach: float = option(1.0, "radius of the taps in the image over that of equation 5", limits=(0.0, _MOST))
     full_turn: str = option("exact", "2 pi in equation 6, or what shaders write for it", choices=("exact", "6.28"))
     mip: str = option("rotated", "filter of the z hierarchy, table 1, or none", choices=tuple(FILTERS))
     log_q: int = option(3, "log2 of q', equation 9", limits=(0, 15))
@@ -179,8 +180,8 @@ def _falloff(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dtyp
     units = rays.units if rays.kind == SEPARABLE else np.ones(3)
     with np.errstate(over="ignore", under="ignore", divide="ignore"):  # of radii that the dtype does not hold
         return scalable.Falloff(
-            reach_u=one(radius / units[0]),
-            reach_v=one(radius / units[1]),
+            reach_u=one(options.reach * radius / units[0]),
+            reach_v=one(options.reach * radius / units[1]),
             inverse=one(1 / radius) if isfinite(1 / radius) else one(np.inf),
             cubed=one(cubed),
             bias=one(bias),

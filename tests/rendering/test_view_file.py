@@ -87,6 +87,17 @@ def test_matrices_of_float32_off_the_axis_make_a_view(tmp_path):
     np.testing.assert_allclose(view.world_to_image(point[:3]), texel, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("slope", [-1.0, -1.0 + 2.0**-22])
+def test_a_far_plane_at_infinity(tmp_path, slope):
+    """Depth is 1 - near / z, and with the small number that Lengyel (2007) takes off the slope almost."""
+    endless = [*LENS[:2], [0, 0, slope, -2.0], LENS[3]]
+    view = read_description(written(tmp_path, {**CAMERA, "projection": endless}), "", SIZE).view
+    for z in (2.0, 1e3, 1e12):
+        assert view.world_to_image(np.array([0.0, 0.0, -z]))[2] == pytest.approx(
+            1 - 1 / z, rel=1e-6 if slope > -1 else 1e-15
+        )
+
+
 @pytest.mark.parametrize(("values", "changes", "reason"), [
     (SLITS, {"kind": None}, "kind is None, it must be one of camera, module, folder, crossed slits, matrix, display"),
     (SLITS, {"kind": "slits"}, "kind is 'slits', it must be one of camera, module, folder, crossed"),

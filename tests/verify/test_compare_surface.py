@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from compare_folders import changed, compare, different, poke, remade, single, with_entry, without_scene
+from jobs import render
 
 import lfssao
 from lfssao.gbuffer.caster import RayCaster
@@ -36,6 +37,14 @@ def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
     assert "ammonite is not the scene that the reference was rendered of, statue" in capsys.readouterr().err
     assert compare(near / "module_003.exr", near / "module_004.exr", "--mesh", "statue") == 4
     assert "is not what 'lfssao render' writes" in capsys.readouterr().err
+
+
+def test_a_placed_camera_is_judged_by_the_mesh(tmp_path):
+    folder = tmp_path / "reference"
+    render(folder, "statue", "--camera", "--eye=-3,2,4", "--resolution", "48x32", "--layers", "depth")
+    seen = np.argwhere(np.isfinite(single(folder, "camera", "depth")[..., 0]))[40]
+    report = lfssao.compare(changed(folder, tmp_path / "mine", "camera", poke("depth", tuple(seen), 0.9)), folder)
+    assert "nine rays into the mesh" in report.first_failure.worst[0].reason
 
 
 def test_rays_are_cast_only_where_depth_or_colour_differ(tmp_path, monkeypatch, reference):

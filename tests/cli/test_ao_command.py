@@ -55,7 +55,7 @@ def test_the_textures_of_render_give_its_bits(rendered, tmp_path):
 
 
 def test_files_of_other_renderers_give_the_same_bits(rendered, tmp_path, monkeypatch):
-    """README's command, on channels of other names and the numbers of the mapping as TOML; rows from below."""
+    """README's command, on channels of other names and the numbers of the mapping as TOML."""
     folder, name = rendered
     monkeypatch.chdir(tmp_path)
     reference, view = read_exr(folder / f"{name}.exr"), manifest_of(folder)["views"][0]["view"]

@@ -136,10 +136,7 @@ def test_buffers_of_any_convention_are_those_of_render(seen, tmp_path, conventio
 
 @pytest.mark.parametrize("name", ["sao", "alchemy", "hbao", "hemisphere", "lf"])
 def test_exact_conventions_give_the_occlusion_of_render(seen, tmp_path, name):
-    """Window depth is image z, and world positions and normals keep their bits; of the view's numbers the last may not.
-
-    An eye space with z backwards, and matrices that say where the texels are.
-    """
+    """Window depth is image z, and world positions and normals keep theirs; numbers of the view may lose a bit."""
     made, path, size = in_convention(seen, tmp_path, rows="below")
     mine = buffers_of(made, read_description(path, "", size))
     own = {"depth": seen.parts["depth"][..., 0], "positions": seen.parts["positions"], "normals": seen.parts["normals"]}

@@ -39,7 +39,9 @@ def _meanings(estimator: Estimator) -> Iterator[str]:
         taken = ", ".join(estimator.choices.get(name, ()))
         if name in estimator.limits:
             taken = "{:.10g} to {:.10g}".format(*estimator.limits[name])
-        yield f"    {name}={estimator.parameters[name]}: {meaning}{taken and f' ({taken})'}"
+        power = estimator.powers.get(name)
+        unit = f"; {name} R{'' if power == 1 else f'^{power}'} with --units world" if power else ""
+        yield f"    {name}={estimator.parameters[name]}: {meaning}{taken and f' ({taken})'}{unit}"
 
 
 def _line(estimator: Estimator) -> str:

@@ -50,6 +50,7 @@ _HELP = {
     "(default: 1%%,2%%,3.5%%,6%%,10%%)",
     "--estimator": "how occlusion is estimated; 'lfssao estimators' lists the names (default: lf)",
     "--parameter": "a parameter of the estimator in place of its default; may be given several times",
+    "--units": "of parameters that are lengths, their defaults too: radii, or world for scene units (default: radii)",
     "--neighbours": "count a sample as occluded only if none of the K nearest modules sees it in the open (default: 0)",
     "--samples": f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8)",
     "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
@@ -75,6 +76,7 @@ _AO_OPTIONS: dict[str, dict[str, Any]] = {
     "--parameter": {"type": values.parameter, "action": "append", "metavar": "NAME=VALUE"},
     "--samples": {"type": values.samples, "metavar": "N"},
     "--sampling": {"metavar": "NAME"},
+    "--units": {"default": "radii", "metavar": "NAME"},
     "--seed": {"type": values.seed, "metavar": "N"},
     "--blur": {"type": values.blur, "default": 1.0, "metavar": "SIGMA"},
 }
@@ -190,6 +192,7 @@ def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: A
         blur=options.blur,
         estimator=estimator.name,
         parameters=parameters,
+        units=options.units,
         weights=weights,
         rotation=estimators.read_rotation(options),
         rotation_seed=options.seed or 0,

@@ -64,6 +64,7 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
     return {
         "estimator": settings.estimator,
         "parameters": dict(settings.parameters),
+        "units": settings.units,
         "neighbours": settings.neighbours,
         "radii": list(settings.radii),
         "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),

@@ -209,7 +209,9 @@ def _estimate(
     if neighbours and settings.samples is not None:
         around = buffers.depth, buffers.positions, buffers.view.world_to_image, neighbours, settings.samples
         return [algorithm2_with_neighbours(*around, radius) for radius in radii]
-    return estimate_radii(settings.estimator, buffers, radii, settings.samples, settings.weights, **settings.parameters)
+    points, weights = settings.samples, settings.weights
+    parameters = {**settings.parameters, "units": settings.units}
+    return estimate_radii(settings.estimator, buffers, radii, points, weights, **parameters)
 
 
 def _shade(gbuffer: GBuffer, blurred: FloatTexture) -> FloatTexture:

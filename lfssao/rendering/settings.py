@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.estimators.estimator import Estimator, Value
+from lfssao.ao.estimators.estimator import UNITS, Estimator, Value
 from lfssao.ao.estimators.registry import check_samples, check_turning, find_estimator, full_parameters
 from lfssao.ao.ssao import check_radius
 from lfssao.errors import InputError
@@ -59,6 +59,8 @@ class Settings:
         Name of the estimator of occlusion (``lfssao estimators`` lists them).
     parameters : mapping
         The estimator's parameters by name; made complete with their defaults.
+    units : str
+        'radii', or 'world' for parameters that are lengths, their defaults too, in world units.
     weights : (n,) float64 or None
         Weights of the samples; as ``samples``.
     neighbours : int
@@ -91,6 +93,7 @@ class Settings:
     normals: str | None = None
     estimator: str = "lf"
     parameters: Mapping[str, Value] = field(default_factory=dict)
+    units: str = "radii"
     weights: NDArray[np.float64] | None = None
     neighbours: int = 0
     caster: str = "exact"
@@ -136,7 +139,7 @@ class Settings:
                 raise InputError("rotation: with neighbours samples do not turn")
 
     def _check_names(self) -> None:
-        named = ("color_filter", COLOR_FILTERS), ("normals", (None, *NORMALS)), ("caster", CASTERS)
+        named = ("color_filter", COLOR_FILTERS), ("normals", (None, *NORMALS)), ("caster", CASTERS), ("units", UNITS)
         for name, choices in named:
             value = getattr(self, name)
             if value not in choices:

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.estimator import Value
+from lfssao.ao.estimators.registry import find_estimator
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import KINDS, View, WorldToImage
 from lfssao.samples.rotation import texel_turns
@@ -79,6 +81,12 @@ def described_view(parameters: Parameters) -> View:
     arrays = ("cast_from_world", "world_from_cast", "screen_to_world")
     described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
     return View(**{**described, "lens": lens}, world_to_image=described_mapping(parameters))
+
+
+def described_options(parameters: Parameters, radius: float) -> dict[str, Value]:
+    """The options of a case's estimator for a radius, lengths in radii; InputError if their units are none."""
+    estimator, units = find_estimator(parameters["estimator"]), parameters.get("units", "radii")
+    return estimator.in_radii(parameters["options"], radius, units)
 
 
 def described_mapping(parameters: Parameters) -> WorldToImage:

@@ -41,6 +41,7 @@ def test_default_radii_are_fractions_of_the_diagonal():
     ({"caster": "vulkan"}, "caster is 'vulkan': choose one of exact, embree"),
     ({"neighbours": -1}, "neighbours is -1, it must be at least 0"),
     ({"neighbours": 1, "estimator": "sao"}, "neighbours are for estimator lf, not for sao"),
+    ({"units": "feet"}, "units is 'feet': choose one of radii, world"),
     ({"layers": ()}, "layers: at least one"),
     ({"layers": ("ao_1",)}, "layers: there is no 'ao_1'"),
     ({"layers": ("depth", "best")}, "layers: there is no 'best'"),

@@ -42,11 +42,11 @@ from lfssao.samples.kernels import spiral
 class AlchemyOptions(Options):
     """Options of ``alchemy``."""
 
-    sigma: float = option(1.0, "strength, in radii", limits=(0, 1e6))
+    sigma: float = option(1.0, "strength, in radii", limits=(0, 1e6), power=1)
     beta: float = option(
         1e-4, "how steeply a surface must rise to occlude, a fraction of the distance from the viewers", limits=(0, 1)
     )
-    epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0, 1e6))
+    epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0, 1e6), power=2)
     k: float = option(1.0, "contrast: the exponent of A", limits=(0, 100))
 
 

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Texture
+from lfssao.errors import InputError
 
 FloatArray = NDArray[np.float64]
 Value = float | int | str | bool
+UNITS = "radii", "world"  # in which options that are lengths are counted
 
 # run(buffers, radius, points, weights, options)
 Run = Callable[..., Occlusion]
@@ -32,13 +34,19 @@ def turns_of(buffers: Buffers) -> Texture:
 
 
 def option(
-    default: Value, meaning: str, *, limits: tuple[float, float] | None = None, choices: tuple[str, ...] = ()
+    default: Value,
+    meaning: str,
+    *,
+    limits: tuple[float, float] | None = None,
+    choices: tuple[str, ...] = (),
+    power: int = 0,
 ) -> Any:
     """Return a field of an ``Options`` class, whose values have the type of the default.
 
-    meaning: one line for ``lfssao estimators NAME``; limits: least and greatest value of a number; choices: of a str.
+    meaning: one line for ``lfssao estimators NAME``; limits: least and greatest value of a number; choices: of a str;
+    power: that of the length in which it is counted, radii (``Estimator.in_radii``).
     """
-    metadata = {"meaning": meaning, "limits": limits, "choices": choices}
+    metadata = {"meaning": meaning, "limits": limits, "choices": choices, "power": power}
     return field(default=default, metadata={key: value for key, value in metadata.items() if value})
 
 
@@ -96,6 +104,23 @@ class Estimator:
     def choices(self) -> dict[str, tuple[str, ...]]:
         """The values of each option that is a str."""
         return self._metadata("choices")
+
+    @property
+    def powers(self) -> dict[str, int]:
+        """The power of the radius that each option with a unit of length is counted in."""
+        return self._metadata("power")
+
+    def in_radii(self, parameters: Mapping[str, Value], radius: float, units: Value = "world") -> dict[str, Value]:
+        """Parameters of ``UNITS``, defaults too, as the estimator takes them: world units over the radius' power.
+
+        They stay as they are where that is 0. Raises InputError for another unit.
+        """
+        if units not in UNITS:
+            raise InputError(f"units is '{units}': choose one of {', '.join(UNITS)}")
+        made = {**self.parameters, **parameters}
+        for name, power in self.powers.items() if units == "world" else ():
+            made[name] = float(made[name]) / (radius**power or 1.0)
+        return made
 
     def _metadata(self, key: str) -> dict[str, Any]:
         return {each.name: each.metadata[key] for each in fields(self.options) if key in each.metadata}

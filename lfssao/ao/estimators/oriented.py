@@ -40,7 +40,7 @@ class OrientedOptions(Options):
     """Options of ``oriented-hemisphere``; the defaults are LearnOpenGL's, whose R is 0.5 and bias 0.025."""
 
     bias: float = option(
-        0.05, "by how much a surface must be nearer than a point to hide it, in radii", limits=(0.0, 4.0)
+        0.05, "by how much a surface must be nearer than a point to hide it, in radii", limits=(0.0, 4.0), power=1
     )
     range_check: str = option(
         "smoothstep",

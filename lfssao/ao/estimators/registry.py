@@ -58,6 +58,7 @@ def estimate(
     radius: float,
     points: FloatArray | None = None,
     weights: FloatArray | None = None,
+    units: Value = "radii",
     **parameters: Value,
 ) -> Occlusion:
     """Return ambient occlusion of one view by the estimator of a name.
@@ -75,6 +76,8 @@ def estimate(
         Samples in the unit ball (d = 3) or disk (d = 2); the estimator's own set of its paper's size otherwise.
     weights : (n,) float64, optional
         The samples' weights, for estimators that read them; they need not sum to 1.
+    units : str
+        'radii', or 'world' for options that are lengths, defaults too, in world units.
     parameters : numbers or str
         The estimator's options by name, in place of their defaults (``lfssao estimators NAME`` lists them).
 
@@ -89,7 +92,7 @@ def estimate(
         If the name, a sample set, a parameter or the radius is wrong, normals are needed and not there, or samples
         that cannot are to turn.
     """
-    return estimate_radii(name, buffers, (radius,), points, weights, **parameters)[0]
+    return estimate_radii(name, buffers, (radius,), points, weights, units, **parameters)[0]
 
 
 def estimate_radii(
@@ -98,13 +101,15 @@ def estimate_radii(
     radii: Sequence[float],
     points: FloatArray | None = None,
     weights: FloatArray | None = None,
+    units: Value = "radii",
     **parameters: Value,
 ) -> list[Occlusion]:
     """Return ``estimate`` of each of several radii; together they may take less time."""
     estimator = find_estimator(name)
     for radius in radii:
         check_radius(radius)
-    options = estimator.options(**full_parameters(estimator, parameters))
+    parameters = full_parameters(estimator, parameters)
+    options = [estimator.options(**estimator.in_radii(parameters, radius, units)) for radius in radii]
     if estimator.reads_normals(parameters) and buffers.normals is None:
         raise InputError(f"estimator {name} reads normals, and there is no normals texture")
     if buffers.turns is not None:
@@ -113,9 +118,9 @@ def estimate_radii(
         points, weights = estimator.default_samples()
     else:
         check_samples(estimator, points, weights)
-    if estimator.run_radii is not None and len(radii) > 1:
-        return estimator.run_radii(buffers, radii, points, weights, options)
-    return [estimator.run(buffers, radius, points, weights, options) for radius in radii]
+    if estimator.run_radii is not None and len(set(options)) == 1 < len(radii):
+        return estimator.run_radii(buffers, radii, points, weights, options[0])
+    return [estimator.run(buffers, r, points, weights, own) for r, own in zip(radii, options, strict=True)]
 
 
 def check_turning(estimator: Estimator) -> None:

@@ -27,7 +27,14 @@ from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Parameters, described_mapping, described_turns, described_view
+from lfssao.verify.case import (
+    Arrays,
+    Parameters,
+    described_mapping,
+    described_options,
+    described_turns,
+    described_view,
+)
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
@@ -48,7 +55,7 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
         return None
     seen = Buffers(described_view(parameters), depth, positions, inputs.get("normals"), turns)
     points, weights = inputs.get("points"), inputs.get("weights")
-    return point_bounds(name, seen, radius, points, weights, parameters["options"], model)
+    return point_bounds(name, seen, radius, points, weights, described_options(parameters, radius), model)
 
 
 class ViewBounds:

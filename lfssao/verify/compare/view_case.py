@@ -60,6 +60,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         "radii": tuple(float(radius) for radius in settings["radii"]),
         "estimator": "lf with neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
+        "units": settings.get("units", "radii"),
         "rotation": rotation,
         "rotation_seed": int(settings.get("rotation_seed", 0)),
     }

@@ -305,7 +305,7 @@ class _View:
         parameters, inputs, names = self.case.parameters, self.inputs, [f"ao_{k + 1}" for k in range(len(self._radii))]
         name, guard = parameters["estimator"], self.guard
         there = {"depth", "positions"} <= set(inputs) and (name in ESTIMATORS and self.name in names)
-        if not there or (find_estimator(name).normals and "normals" not in inputs):
+        if not there or (find_estimator(name).reads_normals(parameters["options"]) and "normals" not in inputs):
             return None
         textures = inputs["depth"], inputs["positions"], inputs.get("normals"), described_turns(parameters, inputs)
         buffers, radius = Buffers(described_view(parameters), *textures), self._radii[names.index(self.name)]

@@ -16,6 +16,7 @@ from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import estimate, find_estimator
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.samples import ROTATIONS, texel_turns
+from lfssao.verify.case import described_options
 from lfssao.verify.diagnosis.borders import Places
 from lfssao.verify.diagnosis.occlusion import other_tables
 from lfssao.verify.diagnosis.post import VALUES
@@ -89,7 +90,8 @@ def _of_options(problem: Estimated) -> Iterator[Change]:
         elif isinstance(value, float) and value != 0.0 and limits[name][0] <= 0.0:
             others = [0.0]
         for other in others:
-            if other != value:
+            blind = problem.buffers.normals is None and problem.estimator.reads_normals({name: other})
+            if other != value and not blind:
                 words = f"{name} {_said(other)} in place of {_said(value)}"
                 yield plain(words, partial(_with_option, name, value=other))
         if name == "reach":
@@ -151,7 +153,7 @@ def estimated_problem(
         radius=radius,
         points=tables.get("points"),
         weights=tables.get("weights"),
-        options=parameters["options"],
+        options=described_options(parameters, radius),
         columns=none,
         rows=none,
         room=np.empty(0),

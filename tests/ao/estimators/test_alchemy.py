@@ -34,6 +34,9 @@ def test_one_tap_by_hand():
     j, i, at = scenes.nearest(seen, -0.03)
     radius, sigma, beta, epsilon = 8 / 48, 0.1, 0.01, 0.02
     made = estimate("alchemy", seen, radius, np.array([[0.5, 0.0]]), sigma=sigma, beta=beta, epsilon=epsilon)
+    world = {"sigma": sigma * radius, "beta": beta, "epsilon": epsilon * radius**2, "units": "world"}
+    in_world = estimate("alchemy", seen, radius, np.array([[0.5, 0.0]]), **world)
+    assert in_world.texture[j, i] == pytest.approx(made.texture[j, i], rel=1e-12)
     above, square = 0.125 - beta * (2 - at[2]), (4 / 48) ** 2 + 0.125**2
     expected = 2 * sigma * radius * above / (square + epsilon * radius**2)
     assert made.texture[j, i] == pytest.approx(expected, rel=1e-12)

@@ -128,6 +128,28 @@ def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path
     assert not kernels & others
 
 
+def test_lengths_in_world_units_are_said_and_used(ammonite, tmp_path, capsys):
+    assert main(["estimators", "sao"]) == 0
+    lines = {line.split("=")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
+    assert lines["beta"].endswith("; beta R with --units world")
+    assert lines["epsilon"].endswith("; epsilon R^2 with --units world")
+    assert not lines["gauss"].endswith("world")
+    radius = 0.2 * diagonal(ammonite[0])
+    world = {"beta": 0.02 * radius, "intensity": 0.7 * radius, "epsilon": 0.03 * radius**2, "quad_edge": 0.02 * radius}
+    given = [word for name, value in world.items() for word in ("--parameter", f"{name}={value!r}")]
+    sao = ["--estimator", "sao", "--radii", "20%"]
+    manifest, parts = render(tmp_path / "world", *sao, "--units", "world", *given)
+    assert manifest["settings"]["units"] == "world"
+    assert manifest["settings"]["parameters"]["beta"] == world["beta"]
+    given = [word for text in ("beta=0.02", "intensity=0.7", "epsilon=0.03") for word in ("--parameter", text)]
+    _, expected = render(tmp_path / "radii", *sao, *given)
+    np.testing.assert_allclose(
+        parts["ao_1"], expected["ao_1"], atol=0.01
+    )  # a step of packing, where rounding crosses it
+    assert np.mean(parts["ao_1"] == expected["ao_1"]) > 0.9
+    assert expected["ao_1"].max() > 0.1
+
+
 # Angles from a file
 
 

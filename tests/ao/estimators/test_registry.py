@@ -32,7 +32,7 @@ NUMBERS = {
     "quad_edge": [0.02, 0.0, 10.0], "gauss": [3.0, 0.0, 0.5], "sharpness": [2048.0, 20.0], "z_min": [0.0, 1.0],
     "levels": range(1, 6), "kernel": [1, 2], "thickness": [0.0, 0.02, 0.3], "second": [0.0, 0.5],
     "seed": [0, 1, 12345, 2**32 - 1], "half_width": [0.0, 1.0, 3**0.5], "directions": range(1, 6),
-    "steps": range(1, 5), "bias": [0.0, 0.05, 0.5, 10.0, 45.0, 90.0],
+    "steps": range(1, 5), "bias": [0.0, 0.05, 0.5, 10.0, 45.0, 90.0], "reach": [1.0, 0.0, 2.5],
 }  # fmt: skip
 
 
@@ -178,6 +178,32 @@ def test_several_radii_at_once_are_those_one_by_one(name, sight, dtype):
         assert found.outside == alone.outside
     assert len({found.texture.tobytes() for found in at_once}) > 1
     assert estimate_radii(name, buffers, ()) == []
+
+
+@pytest.mark.parametrize("name", [name for name, entry in ESTIMATORS.items() if entry.powers])
+def test_a_scene_in_another_unit_with_lengths_in_that_unit_is_the_same(name):
+    """Everything 8 times as large, which rounds nothing, so that lengths are and their squares are 64 times."""
+    seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["perspective"](20, 15))
+    view, size = seen.view, np.array([8, 8, 8, 1])
+    large = replace(
+        view,
+        cast_from_world=view.cast_from_world / size,
+        world_from_cast=view.world_from_cast * 8,
+        screen_to_world=view.screen_to_world * size[:, None],
+        world_to_image=replace(view.world_to_image, numbers=view.world_to_image.numbers / np.tile(size, 4)),
+    )
+    larger = Buffers(large, seen.depth, 8 * seen.positions, seen.normals)
+    entry = ESTIMATORS[name]
+    own = {key: 0.7 * entry.parameters[key] + 0.1 for key in entry.powers}
+    scaled = {key: (64 if key == "epsilon" else 8) * value for key, value in own.items()}
+    one, two = estimate(name, seen, 0.3, units="world", **own), estimate(name, larger, 2.4, units="world", **scaled)
+    assert one.texture == pytest.approx(two.texture, abs=1e-9)
+    assert np.abs(one.texture - estimate(name, seen, 0.3, **own).texture).max() > 1e-3
+    both = estimate_radii(name, seen, (0.3, 0.0), units="world", **own)
+    assert np.array_equal(both[0].texture, one.texture)
+    assert np.array_equal(both[1].texture, estimate(name, seen, 0.0, **own).texture)
+    with pytest.raises(InputError, match="units is 'feet': choose one of radii, world"):
+        estimate(name, seen, 0.3, units="feet")
 
 
 def extreme_buffers(view, dtype):

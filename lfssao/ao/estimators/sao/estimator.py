@@ -89,7 +89,7 @@ class SaoOptions(Options):
     mip: str = option("rotated", "filter of the z hierarchy, table 1, or none", choices=tuple(FILTERS))
     log_q: int = option(3, "log2 of q', equation 9", limits=(0, 15))
     max_level: int = option(5, "last level of the hierarchy", limits=(0, 15))
-    quad_edge: float = option(0.02, "depth edge of the 2x2 average, in radii; 0: no average", limits=(0.0, _MOST))
+    quad_edge: float = option(0.02, "depth edge of the 2x2 average, in radii; 0: none", limits=(0.0, _MOST), power=1)
     gauss: float = option(3.0, "standard deviation of the bilateral passes, taps; 0: none", limits=(0.0, 100.0))
     sharpness: float = option(2048.0, "constant of their depth weight", limits=(0.0, 1e9))
     z_min: float = option(
@@ -100,17 +100,17 @@ class SaoOptions(Options):
 
 @dataclass(frozen=True)
 class _Appendix(Options):
-    intensity: float = option(1.0, "strength, in radii", limits=(0.0, _MOST))
-    beta: float = option(0.01, "bias, in radii", limits=(0.0, _MOST))
-    epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0.0, _MOST))
+    intensity: float = option(1.0, "strength, in radii", limits=(0.0, _MOST), power=1)
+    beta: float = option(0.01, "bias, in radii", limits=(0.0, _MOST), power=1)
+    epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0.0, _MOST), power=2)
 
 
 @dataclass(frozen=True)
 class _Equation1(Options):
-    sigma: float = option(1.0, "strength, in radii", limits=(0.0, _MOST))
+    sigma: float = option(1.0, "strength, in radii", limits=(0.0, _MOST), power=1)
     beta: float = option(1e-4, "bias, a fraction of the distance from the viewer", limits=(0.0, _MOST))
     k: float = option(1.0, "contrast: the exponent of A", limits=(0.0, 100.0))
-    epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0.0, _MOST))
+    epsilon: float = option(0.01, "guards the division, in squared radii", limits=(0.0, _MOST), power=2)
 
 
 @dataclass(frozen=True)

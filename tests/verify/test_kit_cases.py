@@ -19,7 +19,10 @@ from lfssao.verify.kit.stages import STAGES
 DIGESTS = json.loads(kit_digests.PATH.read_text())
 # As section 15 of the specification has it.
 BOUNDED = ("algorithm1", "algorithm2", "blur", "shade", "frame")
-BOUNDED_ESTIMATORS = ("point", "hemisphere", "vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "alchemy")
+BOUNDED_ESTIMATORS = (
+    "point", "hemisphere", "vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "alchemy",
+    "oriented-hemisphere",
+)  # fmt: skip
 
 
 # The specification suffices, and the bits are the same on every machine

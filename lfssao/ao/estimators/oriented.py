@@ -12,7 +12,8 @@ z_C with z_Q, which in a module is no distance along a ray. Differences to the t
 - A point outside the texture, or without image, is not hidden; a sampler would clamp or repeat the border's texels.
 - Background hides nothing by default. In a buffer of positions that is cleared to 0 it lies at the eye and hides all
   (``background`` 'occludes'); its distance from C is taken as infinite, so that range checks give it weight 0.
-- There is no frame if n is along r, and then no point has an image.
+- There is no frame if n is along r, and then no point has an image. Tiles of whole multiples of pi / 8 have that on
+  floors and walls along the view's axes, in a texel of 8: the default is a turn of each texel's own.
 
 The limit for many points that fill the ball evenly, texels that shrink, bias 0 and range check 'none', is the fraction
 of the half ball above the tangent plane that lies behind the surface, as of ``hemisphere``: with
@@ -57,11 +58,20 @@ def oriented_hemisphere(
     buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: OrientedOptions
 ) -> Occlusion:
     """Return the mean weight of hidden points; points: (n, 3) in the unit ball; weights are not read."""
+    seen, half = seen_surface(buffers), half_ball(buffers, radius, points, options)
+    surface = seen.depth
+    if options.background == "occludes":
+        surface = np.where(surface < np.inf, surface, half.reach.dtype.type(-np.inf))
+    return run_kernel(oriented_occlusion, buffers.depth, seen, surface, half, flat_turns(buffers))
+
+
+def half_ball(buffers: Buffers, radius: float, points: FloatArray, options: OrientedOptions) -> Hemisphere:
+    """Return the points and lengths that the kernel takes, in the textures' dtype."""
     view, dtype = buffers.view, buffers.depth.dtype.type
-    seen, (a, b, c, _) = seen_surface(buffers), view.cast_from_world[2].tolist()
+    a, b, c, _ = view.cast_from_world[2].tolist()
     reach = float(radius) * sqrt((a * a + b * b) + c * c)
     table = np.ascontiguousarray(points, dtype)
-    half = Hemisphere(
+    return Hemisphere(
         points=np.concatenate([table[:, :2], np.abs(table[:, 2:])], axis=1),
         up=np.ascontiguousarray(view.world_from_cast[:, 1], dtype),
         radius=dtype(radius),
@@ -69,10 +79,6 @@ def oriented_hemisphere(
         bias=dtype(options.bias * reach),
         range_check=RANGE_CHECKS[options.range_check],
     )
-    surface = seen.depth
-    if options.background == "occludes":
-        surface = np.where(surface < np.inf, surface, dtype(-np.inf))
-    return run_kernel(oriented_occlusion, buffers.depth, seen, surface, half, flat_turns(buffers))
 
 
 def _ball(n: int) -> tuple[FloatArray, None]:
@@ -96,6 +102,6 @@ ENTRIES = (
         normals=True,
         texel_bytes=24,
         turns=True,
-        rotation="tiles",
+        rotation="hash",
     ),
 )

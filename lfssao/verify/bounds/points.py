@@ -9,6 +9,8 @@ go through. VO's points have weights, whose sum takes the place of the count.
 surface there differs. Each length lies between those that any texel gives where the look-up may fall
 (``kernels.line_bounds``).
 
+``oriented-hemisphere`` sums weights of points likewise (``kernels.oriented_bounds``).
+
 ``alchemy`` sums terms of the points that taps land on (``sums``).
 
 The other estimators sum horizons and areas. No interval of them is known; they must have equal bits.
@@ -21,6 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.oriented import OrientedOptions, half_ball
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
@@ -29,6 +32,7 @@ from lfssao.core.affine import sum_in_order
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import line_bounds as line_kernels
+from lfssao.verify.bounds.kernels import oriented_bounds as oriented_kernels
 from lfssao.verify.bounds.kernels import point_bounds as point_kernels
 from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
@@ -131,6 +135,19 @@ def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     return _summed(line_kernels.sum_lengths, inputs, lines, given)
 
 
+def _oriented(given: Problem, radius: float) -> Bounds:
+    """Bounds of ``oriented-hemisphere``."""
+    seen, options = given.seen, OrientedOptions(**given.options)  # type: ignore[arg-type]
+    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
+    half, back = half_ball(seen, radius, given.points, options), seen.view.world_from_cast
+    axes = [single(axis) for axis in (back[:, 0], back[:, 1], seen.view.cast_from_world[2])]
+    lengths = float(half.radius), float(half.reach), float(half.bias)
+    hides = options.background == "occludes" and options.range_check == "none"
+    samples = single(half.points), contiguous(seen.normals)
+    made = oriented_kernels.HalfBall._make([*samples, *axes, *lengths, half.range_check, float(hides)])
+    return _summed(oriented_kernels.sum_weights, inputs, made, given)
+
+
 def _summed(kernel: Callable[..., None], inputs: Any, samples: Any, given: Problem) -> Bounds:
     """Bounds of sums of a kernel: they are added in any order, and what is above 1 is 1."""
     errors, n, shape = given.model.errors, len(given.points), inputs.depth.shape
@@ -151,4 +168,5 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-lines": partial(_hidden_volume, at=_lines_at, tangent=False),
     "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
     "alchemy": alchemy,
+    "oriented-hemisphere": _oriented,
 }

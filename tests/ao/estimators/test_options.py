@@ -41,8 +41,8 @@ def ammonite():
 
 def buffers_of(gbuffer, view, name):
     """Textures with the turns that are an estimator's default."""
-    rotations = dict.fromkeys(("lf", "point", "hemisphere"), "hash") | dict.fromkeys(SPIRALS, "sao-hash")
-    rotations["oriented-hemisphere"] = "tiles"
+    balls = ("lf", "point", "hemisphere", "oriented-hemisphere")
+    rotations = dict.fromkeys(balls, "hash") | dict.fromkeys(SPIRALS, "sao-hash")
     return Buffers.of(gbuffer, view).turned(rotations[name]) if name in rotations else Buffers.of(gbuffer, view)
 
 

@@ -2,7 +2,6 @@
 
 Turn, reflection and place on the disk may be applied in any order: no term of an offset f a + g b, a and b the frame's
 pairs, is rounded more than 21 times on its way into a row. A row's own roundings, 10 of P and the offset o, are counted
-LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 for their sum, abs(P) + abs(o) <= abs(P + o) + 2 abs(o).
 """
 
@@ -26,7 +25,7 @@ from lfssao.verify.bounds.kernels.pairs import (
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, project, rows_of_point, widen
 from lfssao.verify.bounds.kernels.ssao_bounds import mapping_of, turn_of
 
-_ROUNDINGS = 48  # 21 and twice 10 if they are counted
+ROUNDINGS = 48  # 21 and twice 10 if they are counted
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 
 
@@ -57,7 +56,7 @@ def frame_of(right, way, by):
 @kernel(inline=True)
 def offset_of(disk, s, frame, turns, column, row, angle, by):
     """The place of sample s from the middle of a texel's disk, in radii: three pairs; angle: error of the turn."""
-    (a, b), tile, k = frame, disk.mirrors.shape[1], _ROUNDINGS * by.operation
+    (a, b), tile, k = frame, disk.mirrors.shape[1], ROUNDINGS * by.operation
     x, y = disk.places[s, 0], disk.places[s, 1]
     c, d = disk.mirrors[0, row % tile, column % tile], disk.mirrors[1, row % tile, column % tile]
     cosine, sine, more, less = c, d, abs(c), abs(d)

@@ -1,0 +1,106 @@
+"""Bounds of the normal-oriented hemisphere: float32 renderers stay inside, and what is wrong falls outside."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_problems, random_turns, unit
+from random_oriented import hidden_weights, weights
+
+from lfssao import Buffers, builtin_scene, find_display, make_samples, module_views
+from lfssao.ao.estimators.oriented import OrientedOptions, half_ball
+from lfssao.ao.estimators.registry import estimate
+from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.kernels import oriented_bounds as kernels
+from lfssao.verify.bounds.kernels.pairs import Pair
+from lfssao.verify.bounds.points import point_bounds
+
+NAME, RENDERERS = "oriented-hemisphere", 40
+pytestmark = pytest.mark.usefixtures("one_thread")
+
+
+def check(drawn, options):
+    """Renderers against the bounds; half of the scenes have points that are as deep as surface and bias."""
+    view, rng, name, radius, n, turning = drawn
+    shape = view.height, view.width
+    turns = random_turns(rng, shape) if turning else None
+    normals = unit(rng.normal(size=(*shape, 3))).astype(np.float32)
+    c, s = (1, 0) if turns is None else turns[..., None].astype(float)
+    side = c * view.world_from_cast[:, 0] + s * view.world_from_cast[:, 1]
+    near = rng.random(shape) < 0.2  # to a normal without a frame
+    normals[near] = unit(np.broadcast_to(side, normals.shape)[near] * (1 + rng.normal(size=3) * 1e-6))
+    up = normals.astype(float)
+    t = unit(side - np.einsum("ijk,ijk->ij", up, np.broadcast_to(side, up.shape))[..., None] * up + 1e-12)
+    b = np.cross(up, t)
+    deep = np.sqrt((view.cast_from_world[2, :3] ** 2).sum()) * view.world_from_cast[:, 2] * (rng.random() < 0.5)
+
+    def moved(samples, number):
+        x, y, z = np.moveaxis(samples[number], -1, 0)[..., None]
+        return (x * t + y * b + abs(z) * up) - options["bias"] * deep
+
+    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    normals[~np.isfinite(depth)] = 0
+    seen = Buffers(view, depth, positions, normals, turns)
+    made = hidden_weights(arithmetic(name, rng, RENDERERS), seen, samples, radius, options)
+    found = point_bounds(NAME, seen, radius, samples, None, options, name)
+    assert_inside(made, found, "weights")
+    assert not found.outside(estimate(NAME, seen, radius, samples, **options).texture).any()
+    return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
+
+
+@pytest.mark.slow
+@settings(max_examples=30)
+@given(
+    drawn_problems(), st.sampled_from([0.0, 0.05, 0.5]), st.sampled_from(["none", "distance", "smoothstep"]),
+    st.sampled_from(["open", "occludes"]),
+)  # fmt: skip
+def test_no_renderer_leaves_its_bounds(drawn, bias, range_check, background):
+    check(drawn, {"bias": bias, "range_check": range_check, "background": background})
+
+
+def test_renderers_differ_where_points_are_undecided():
+    display = find_display("sample-a").with_resolution(4, 3)
+    view = module_views(builtin_scene("statue"), display, range(4, 5))[0]
+    options = {"bias": 0.05, "range_check": "none", "background": "open"}
+    drawn = [(view, np.random.default_rng(seed), "shader", 1.0, 3, seed % 2 == 1) for seed in range(12)]
+    undecided, differing = np.sum([check(problem, options) for problem in drawn], axis=0)
+    assert undecided >= differing > 10
+
+
+@pytest.mark.parametrize("range_check", ["distance", "smoothstep"])
+def test_weights_of_differences_next_to_the_radius_and_far_beyond(range_check):
+    rng, reach, n = np.random.default_rng(3), float(np.float32(0.3)), 300
+    far = np.concatenate([reach * (1 + rng.uniform(-4e-7, 4e-7, n)), reach * rng.uniform(0, 30, n)]).astype(np.float32)
+    view = module_views(builtin_scene("statue"), find_display("virtual").with_resolution(2, 2))[0]
+    seen = Buffers(view, np.zeros((2, 2), np.float32), np.zeros((2, 2, 3), np.float32))
+    half = half_ball(seen, 1.0, np.zeros((1, 3)), OrientedOptions(range_check=range_check))
+    ball = kernels.HalfBall(*[np.zeros((1, 3))] * 5, 1.0, reach, 0.0, half.range_check, 0.0)
+    for name in ("shader", "nearest"):
+        ar = arithmetic(name, rng, RENDERERS)
+        off = ar.within(far[None, None, None].astype(float), 1.0)  # a difference is rounded
+        made = weights(ar, range_check, reach, off)[:, 0, 0]
+        pairs = (Pair(float(x), float(x) * 2.0**-22) for x in far)
+        low, high = np.array([kernels.weight_of(ball, pair, MODELS[name].errors) for pair in pairs]).T
+        assert ((low <= made) & (made <= high)).all()
+        assert (high - low)[n:].max() < 1e-5
+        assert (made.max(0) > made.min(0)).sum() > n / 10
+
+
+def test_few_points_are_undecided_and_what_is_wrong_falls_outside(seen):
+    points = make_samples("latin", 64, r_min=0.0)
+    for still, radius in seen:
+        shown, there = still.turned("hash"), still.depth < np.inf
+        for options in ({}, {"range_check": "none", "background": "occludes"}):
+            found = point_bounds(NAME, shown, radius, points, None, {**vars(OrientedOptions()), **options})
+            undecided = found.undecided[there]
+            assert not found.outside(estimate(NAME, shown, radius, points, **options).texture).any()
+            assert undecided.mean() / 64 < 0.001
+            assert (undecided == 0).mean() > 0.95
+            assert np.median((found.upper - found.lower)[there]) < 2e-5
+        found = point_bounds(NAME, shown, radius, points, None, vars(OrientedOptions()))
+        for r, table, changes in (
+            (1.05 * radius, points, {}), (radius, points[:-1], {}), (radius, points, {"bias": 0.0}),
+            (radius, points, {"range_check": "none"}), (radius, points * [1, 1, 0.95], {}),
+        ):  # fmt: skip
+            assert found.outside(estimate(NAME, shown, r, table, **changes).texture).any()
+        assert found.outside(estimate(NAME, still, radius, points).texture).any()

@@ -8,6 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.estimators.published import find_published, published_names, published_text
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, full_parameters
 from lfssao.cli import values
 from lfssao.errors import InputError
@@ -19,7 +20,8 @@ def add_to(estimators: argparse.ArgumentParser) -> None:
     """Describe the command and its argument."""
     estimators.description = (
         "List the estimators that 'lfssao render --estimator NAME' knows: what each computes, after which paper, its "
-        "number of samples, its parameters with their defaults. With a NAME say its formula and its parameters."
+        "number of samples, its parameters with their defaults. With a NAME say its formula and its parameters, or "
+        "print the file of a published shader that --like knows."
     )
     estimators.add_argument("name", nargs="?", metavar="NAME", help="an estimator whose parameters are explained")
     estimators.set_defaults(run=_list)
@@ -28,6 +30,9 @@ def add_to(estimators: argparse.ArgumentParser) -> None:
 def _list(options: argparse.Namespace) -> None:
     if options.name is None:
         print("\n".join(_line(estimator) for estimator in ESTIMATORS.values()))
+        print(f"--like: {', '.join(published_names())}")
+    elif options.name in published_names():
+        print(published_text(options.name), end="")
     else:
         estimator = find_estimator(options.name)
         print("\n".join([_line(estimator).splitlines()[0], f"    {estimator.formula}", *_meanings(estimator)]))
@@ -55,8 +60,26 @@ def _line(estimator: Estimator) -> str:
     return f"{estimator.name}: {estimator.title} ({estimator.source})\n    {'; '.join(facts)}"
 
 
-def read_parameters(estimator: Estimator, given: list[tuple[str, str]] | None) -> dict[str, Value]:
-    """The values of ``--parameter NAME=VALUE`` in the types of the estimator's defaults, checked (InputError)."""
+def take_published(options: argparse.Namespace) -> dict[str, Value]:
+    """Set what ``--like`` says of options that are not given; return its parameters (InputError)."""
+    if options.like is None:
+        options.estimator = options.estimator or "lf"
+        return {}
+    shader = find_published(options.like)
+    if options.estimator not in (None, shader.estimator):
+        raise InputError(f"--estimator: {options.estimator}, and --like {options.like} is {shader.estimator}")
+    options.estimator, options.rotate = shader.estimator, options.rotate or shader.rotate
+    options.samples = options.samples or shader.samples
+    return shader.parameters_in(options.units)
+
+
+def read_parameters(
+    estimator: Estimator, given: list[tuple[str, str]] | None, others: dict[str, Value]
+) -> dict[str, Value]:
+    """The values of ``--parameter NAME=VALUE`` in the types of the estimator's defaults, checked (InputError).
+
+    ``others`` take the place of its defaults.
+    """
     read: dict[str, Value] = {}
     for name, text in given or ():
         if name in read:
@@ -66,7 +89,7 @@ def read_parameters(estimator: Estimator, given: list[tuple[str, str]] | None) -
         except argparse.ArgumentTypeError as error:
             raise InputError(f"--parameter {name}: {error}") from None
     try:
-        return full_parameters(estimator, read)
+        return full_parameters(estimator, {**others, **read})
     except InputError as error:
         raise InputError(f"--parameter: {error}") from None
 

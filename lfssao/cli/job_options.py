@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.published import published_names
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
@@ -49,6 +50,8 @@ _HELP = {
     "--radii": "radii of the sampling ball in scene units, or with %% in per cent of the scene's diagonal "
     "(default: 1%%,2%%,3.5%%,6%%,10%%)",
     "--estimator": "how occlusion is estimated; 'lfssao estimators' lists the names (default: lf)",
+    "--like": "estimator, parameters, turns and samples of a published shader, in place of their defaults: "
+    f"{', '.join(published_names())}, or a .toml file like 'lfssao estimators {published_names()[0]}' prints",
     "--parameter": "a parameter of the estimator in place of its default; may be given several times",
     "--units": "of parameters that are lengths, their defaults too: radii, or world for scene units (default: radii)",
     "--neighbours": "count a sample as occluded only if none of the K nearest modules sees it in the open (default: 0)",
@@ -72,7 +75,8 @@ _HELP = {
 }
 
 _AO_OPTIONS: dict[str, dict[str, Any]] = {
-    "--estimator": {"default": "lf", "metavar": "NAME"},
+    "--estimator": {"metavar": "NAME"},
+    "--like": {"metavar": "NAME"},
     "--parameter": {"type": values.parameter, "action": "append", "metavar": "NAME=VALUE"},
     "--samples": {"type": values.samples, "metavar": "N"},
     "--sampling": {"metavar": "NAME"},
@@ -178,11 +182,12 @@ def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
 
 def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: Any) -> tuple[dict[str, Any], Settings]:
     """The manifest's entry of the samples, and the settings of ``add_ao_options``'s options, and of ``more``."""
+    others = estimators.take_published(options)
     try:
         estimator = find_estimator(options.estimator)
     except InputError as error:
         raise InputError(f"--estimator: {error}") from None
-    parameters = estimators.read_parameters(estimator, options.parameter)
+    parameters = estimators.read_parameters(estimator, options.parameter, others)
     turning = options.rotate == "hash"  # takes the seed, where samples do not
     seed = None if turning and options.sampling is None and estimator.sampling is None else options.seed
     sampling, samples, weights = estimators.read_samples(estimator, options.sampling, options.samples, seed)

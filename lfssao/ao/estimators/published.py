@@ -1,0 +1,82 @@
+"""Parameters of published shaders, in the names of the estimators here: TOML files, with the source of each value."""
+
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from lfssao.ao.estimators.estimator import Value
+from lfssao.ao.estimators.registry import find_estimator, full_parameters
+from lfssao.errors import InputError, no_such
+from lfssao.optics.display_file import parse_toml, read_text
+
+_KEYS = {"estimator": str, "rotate": str, "radius": float, "samples": int, "parameters": dict}
+
+
+@dataclass(frozen=True)
+class Published:
+    """What a shader computes.
+
+    Attributes
+    ----------
+    estimator : str
+        The estimator's name.
+    radius : float
+        The shader's own radius R, world units, to which its lengths belong.
+    parameters : dict
+        All parameters of the estimator, lengths in world units.
+    rotate : str or None
+        How samples turn, a name of ``lfssao.samples.ROTATIONS``; None: as the estimator's own do.
+    samples : int or None
+        Number of samples; None: the estimator's own.
+    """
+
+    estimator: str
+    radius: float
+    parameters: dict[str, Value]
+    rotate: str | None = None
+    samples: int | None = None
+
+    def parameters_in(self, units: str) -> dict[str, Value]:
+        """The parameters with lengths in 'world' units or in 'radii' of the shader's own radius."""
+        if units == "world":
+            return self.parameters
+        return find_estimator(self.estimator).in_radii(self.parameters, self.radius)
+
+
+def published_names() -> list[str]:
+    """Names of the shaders whose parameters are known."""
+    files = resources.files("lfssao.ao.estimators").joinpath("shaders").iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in files)
+
+
+def published_text(name: str) -> str:
+    """The TOML file of a shader, each value with its source; InputError if there is none of that name."""
+    if name not in published_names():
+        raise no_such("shader", name, published_names())
+    return resources.files("lfssao.ao.estimators").joinpath("shaders", f"{name}.toml").read_text(encoding="utf-8")
+
+
+def find_published(name: str) -> Published:
+    """A shader by its name, or by a file whose name ends in .toml; InputError if a key or value is wrong."""
+    text = read_text(Path(name)) if name.endswith(".toml") else published_text(name)
+    values: dict[str, Any] = parse_toml(text, name)
+    try:
+        for key, value in values.items():
+            if key not in _KEYS:
+                raise no_such("key", key, _KEYS)
+            if type(value) is not _KEYS[key]:
+                raise InputError(f"{key} is {value!r:.40}, it must be of type {_KEYS[key].__name__}")
+        for key in ("estimator", "radius"):
+            if key not in values:
+                raise InputError(f"{key} is missing")
+        if not 0 < values["radius"] < float("inf"):
+            raise InputError(f"radius is {values['radius']:g}, it must be positive")
+        estimator = find_estimator(values["estimator"])
+        # Defaults are in radii, those of the file in world units.
+        units = {name: values["radius"] ** power for name, power in estimator.powers.items()}
+        defaults = {name: float(estimator.parameters[name]) * unit for name, unit in units.items()}
+        parameters = full_parameters(estimator, {**defaults, **values.get("parameters", {})})
+        return Published(**{**values, "parameters": parameters})
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None

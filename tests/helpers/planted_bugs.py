@@ -96,8 +96,8 @@ class Renderer:
     def points(self, radius=1.0, seed=None, **wrong):
         """Occlusion by ``point``, or by ``hemisphere`` where there are normals."""
         given = SimpleNamespace(
-            world_to_image=SimpleNamespace(kind=self.mapping[0], numbers=self.mapping[1]), depth=self.depth,
-            turns=wrong.pop("turns", self.turns),
+            view=SimpleNamespace(world_to_image=SimpleNamespace(kind=self.mapping[0], numbers=self.mapping[1])),
+            depth=self.depth, turns=wrong.pop("turns", self.turns),
             positions=self.positions, normals=wrong.pop("normals", self.textures.get("normals")),
         )  # fmt: skip
         options = self.options | wrong

@@ -26,7 +26,7 @@ _NEARLY = 0.005
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SCANNED = 13
 _SECTIONS = 30  # each narrows the bracket to 0.62 of it: to the rounding of float32
-_REFINED = 6  # changes, the best on the grid
+_REFINED = 5  # changes with values, the best on the grid
 
 # Values to try first. None is a round number: a renderer's own value is found by refinement.
 FACTORS = np.concatenate([np.geomspace(0.11, 0.83, 7), np.linspace(0.871, 1.137, 7), np.geomspace(1.21, 9.3, 7)])
@@ -201,10 +201,10 @@ class Search:
         trials = [self._on_grid(problem, change, scale) for change in changes if not change.grids]
         if trials and 1.0 - max(trial.share for trial in trials) <= _NEARLY * (1.0 - without):
             return _ranked(trials, without)  # a change with values would come after it
-        trials += [self._on_grid(problem, change, scale) for change in changes if change.grids]
-        trials.sort(key=lambda trial: trial.cost)
-        found = [self._refined(problem, trial, scale) for trial in trials[:_REFINED]] + trials[_REFINED:]
-        return _ranked(found, without)
+        graded = [self._on_grid(problem, change, scale) for change in changes if change.grids]
+        graded.sort(key=lambda trial: trial.cost)
+        refined = [self._refined(problem, trial, scale) for trial in graded[:_REFINED]]
+        return _ranked([*trials, *refined, *graded[_REFINED:]], without)
 
     def _on_grid(self, problem: Problem, change: Change, scale: float) -> Found:
         """The change with the best values of its grid."""

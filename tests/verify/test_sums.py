@@ -10,10 +10,21 @@ import pytest
 import random_sums as rs
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_problems, random_turns, seen_along, unit
+from oracle_scenes import (
+    arithmetic,
+    assert_inside,
+    critical_scene,
+    drawn_problems,
+    random_turns,
+    seen_along,
+    unit,
+    world_points,
+)
 
 from lfssao import builtin_scene, find_display, module_views
 from lfssao.ao.estimators.registry import estimate, find_estimator
+from lfssao.ao.estimators.sao.texel_rays import texel_rays
+from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.points import point_bounds
 
@@ -69,16 +80,66 @@ def test_no_renderer_of_alchemy_leaves_its_bounds(drawn, sigma, beta, epsilon, k
     check_alchemy(drawn, {"sigma": sigma, "beta": beta, "epsilon": epsilon, "k": k})
 
 
-@pytest.mark.parametrize(("error", "value"), [("angle", 0.0), ("operation", 0.0)])
-def test_with_an_error_left_out_renderers_leave_the_bounds(error, value):
+def check_sao(drawn, options, alter=lambda model: model):
+    """Renderers of the sampling pass against the bounds: taps land next to texels' edges, and at edges of levels."""
+    view, rng, name, radius, n, _ = drawn
+    shape, rays, n = (view.height, view.width), texel_rays(view, np.dtype(np.float32)), n + 2
+    camera = view.screen_to_world is not None
+    depth = (rng.choice([0.3, 0.35, 0.5], shape) + rng.uniform(0, 0.02, shape) - (0 if camera else 0.4)).astype("f4")
+    depth[rng.random(shape) < 0.1] = np.inf
+    z = 2.0 if camera or not (depth < 9).any() else float(depth[depth < 9][0])
+    depth[(rng.random(shape) < 0.4) & (z < 2)] = z
+    j, i = np.indices(shape)
+    positions = world_points(view, i + 0.5, j + 0.5, np.where(depth < 9, depth, 0).astype(float)).astype("f4")
+    if rays.kind == 0:  # the last tap is two texels away, or four, at that depth
+        texel = min(abs(rays.numbers[k + 2] + z * rays.numbers[k + 4]) * rays.units[k // 5] for k in (0, 5))
+        radius = float(rng.choice([2, 4]) / (1 - 0.5 / n) * texel)
+    phi = np.pi * (2 * rng.integers(0, n, shape) + 1) / n
+    angles = rng.choice([0, 0.5, 1, 1.5], shape) * np.pi - phi + rng.uniform(-1, 1, shape) * MODELS[name].angle
+    turns = np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32)
+    towards = unit(rng.normal(size=(*shape, 3)) - 2 * unit(view.cast_from_world[2, :3])).astype(np.float32)
+    shown, ar, model = Buffers(view, depth, positions, towards, turns), arithmetic(name, rng, RENDERERS), MODELS[name]
+    estimator = "sao" if "intensity" in options else "sao-equation-1"
+    options = {**find_estimator(estimator).parameters, **options, "taps": n, "turns": 1}
+    made = rs.sao(ar, shown, rays, radius, options, model.angle)
+    found = point_bounds(estimator, shown, radius, None, None, options, alter(model))
+    assert_inside(made, found, "sao")
+    return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
+
+
+CHOICES = {
+    "mip": ["rotated", "min", "max"], "log_q": [0, 1], "beta": [0.0, 0.01], "quad_edge": [0.0, 0.3],
+    "gauss": [0.0, 0.0, 1.0, 3.0], "packed": [False, True], "sharpness": [10.0], "normals": ["face", "buffer"],
+    "landing": ["floor", "truncate", "nearest"], "full_turn": ["exact", "6.28"],
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@settings(max_examples=60)
+@given(drawn_problems())
+def test_no_renderer_of_sao_leaves_its_bounds(drawn):
+    rng, strengths = drawn[1], [{"intensity": 0.3}, {"intensity": 2.0}, {"sigma": 0.5}, {"sigma": 1.0, "k": 2.0}]
+    options = {name: values[rng.integers(len(values))] for name, values in CHOICES.items()}
+    check_sao(drawn, strengths[rng.integers(4)] | options)
+
+
+PLAIN = {
+    check_alchemy: {"sigma": 0.3, "beta": 1e-4, "epsilon": 0.01, "k": 1.0},
+    check_sao: {"intensity": 0.3, "log_q": 0, "quad_edge": 0.0, "gauss": 0.0},
+}
+
+
+@pytest.mark.parametrize("check", PLAIN)
+@pytest.mark.parametrize("error", ["angle", "operation"])
+def test_with_an_error_left_out_renderers_leave_the_bounds(check, error):
     """They come near enough to the bounds to tell, and differ where taps are undecided."""
     view = module_views(builtin_scene("statue"), find_display("sample-a").with_resolution(4, 3), range(4, 5))[0]
-    options, refused, found = {"sigma": 0.3, "beta": 1e-4, "epsilon": 0.01, "k": 1.0}, 0, []
+    refused, found = 0, []
     for seed in range(12):
         drawn = view, np.random.default_rng(seed), "shader", 1.0, 3, seed % 2 == 1
-        found.append(check_alchemy(drawn, options))
+        found.append(check(drawn, dict(PLAIN[check])))
         try:
-            check_alchemy(drawn, options, lambda model: replace(model, **{error: value}))
+            check(drawn, dict(PLAIN[check]), lambda model: replace(model, **{error: 0.0}))
         except AssertionError:
             refused += 1
     undecided, differing = np.sum(found, axis=0)
@@ -86,23 +147,29 @@ def test_with_an_error_left_out_renderers_leave_the_bounds(error, value):
     assert refused > 2
 
 
-# By estimator: the largest median width, and of changes that renderers get wrong, each number doing some harm
-SHARP = {"alchemy": 3e-6}
-WRONG = {"alchemy": ({"beta": 0.0}, {"sigma": 12 / 13}, {"k": 1.001})}
+# By estimator: the largest median width on a module and by a camera, whose z rounds, and how much of the surface the
+# least change that renderers get wrong must harm.
+SHARP = {"alchemy": (3e-6, 3e-6, 0.7), "sao": (2e-5, 2e-3, 0.25), "sao-equation-1": (5e-5, 5e-3, 0.2)}
+RAW = {"quad_edge": 0.0, "gauss": 0.0}
 
 
 @pytest.mark.parametrize("name", SHARP)
 def test_bounds_are_narrow_and_tell_what_is_wrong(name, seen):
     """The radius 1 % too large, another hash, the bias forgotten, the sum divided by a number too many."""
-    estimator = find_estimator(name)
+    estimator, (module, camera, harm) = find_estimator(name), SHARP[name]
     points, _ = estimator.default_samples()
-    for still, radius in seen:
+    strength = "intensity" if name == "sao" else "sigma"
+    forgotten = {"beta": 0.0}, {strength: 12 / 13}
+    for still, less in seen:
+        radius = 3 * less  # some texels
         shown, there = still.turned("sao-hash"), still.depth < np.inf
-        found = point_bounds(name, shown, radius, points, None, estimator.parameters)
-        assert not found.outside(estimate(name, shown, radius, points).texture).any()
-        assert np.median((found.upper - found.lower)[there]) < SHARP[name]
-        assert (found.undecided[there] == 0).mean() > 0.8
-        wrong = [(shown, radius, changes) for changes in WRONG[name]]
-        for other, r, changes in (*wrong, (still.turned("common-hash"), radius, {}), (shown, 1.01 * radius, {})):
-            made = estimate(name, other, r, points, **changes).texture
-            assert found.outside(made)[there].mean() > 0.3, (r, changes)
+        for own in ({}, RAW) if "gauss" in estimator.parameters else ({},):
+            found = point_bounds(name, shown, radius, points, None, {**estimator.parameters, **own})
+            assert not found.outside(estimate(name, shown, radius, points, **own).texture).any()
+            median = np.median((found.upper - found.lower)[there])
+            assert median < (module if shown.view.screen_to_world is None else camera)
+            assert (found.undecided[there] == 0).mean() > 0.8
+            wrong = [(shown, radius, changes) for changes in forgotten]
+            for other, r, changes in (*wrong, (still.turned("common-hash"), radius, {}), (shown, 1.01 * radius, {})):
+                made = estimate(name, other, r, points, **{**own, **changes}).texture
+                assert found.outside(made)[there].mean() > harm, (r, changes)

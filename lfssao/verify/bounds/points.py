@@ -11,7 +11,7 @@ surface there differs. Each length lies between those that any texel gives where
 
 ``oriented-hemisphere`` sums weights of points likewise (``kernels.oriented_bounds``).
 
-``alchemy`` sums terms of the points that taps land on (``sums``).
+``alchemy`` and ``sao`` sum terms of the points that taps land on (``sums``, ``sao``).
 
 The other estimators sum horizons and areas. No interval of them is known; they must have equal bits.
 """
@@ -38,6 +38,7 @@ from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, contiguous, single
+from lfssao.verify.bounds.sao import sao
 from lfssao.verify.bounds.ssao import fraction_bounds, sample_inputs
 from lfssao.verify.bounds.sums import alchemy
 
@@ -57,7 +58,7 @@ def point_bounds(
     are (n, 3) in the unit ball or (n, 2) in the unit disk, weights (n,), read by VO; options are all of the estimator's
     parameters. InputError if there is no such model; an exact one has one right value and no bounds here.
     """
-    if name not in BOUNDED or (find_estimator(name).normals and seen.normals is None):
+    if name not in BOUNDED or (find_estimator(name).reads_normals(options) and seen.normals is None):
         return None
     samples = np.asarray([] if points is None else points, np.float64)
     given = Problem(seen, samples, weights, options, find_model(model))
@@ -169,4 +170,6 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
     "alchemy": alchemy,
     "oriented-hemisphere": _oriented,
+    "sao": sao,
+    "sao-equation-1": sao,
 }

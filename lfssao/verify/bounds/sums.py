@@ -5,6 +5,7 @@ grows with each.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lfssao.core.elementary import power
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
@@ -27,11 +28,11 @@ def alchemy(given: Problem, radius: float) -> Bounds:
     taps = kernels.Taps(single(given.points), mirrors, normals, ways, away, float(radius), beta, epsilon)
     low, high, undecided = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4"))
     kernels.sum_terms(inputs, taps, model.errors, seen.turns, low, high, undecided)
-    light = _left((low, high), 2 * float(options["sigma"]) * radius / n, n, model)
-    return _lacking(light, float(options["k"]), undecided, model)
+    light = left_of((low, high), 2 * float(options["sigma"]) * radius / n, n, model)
+    return lacking(light, float(options["k"]), undecided, model)
 
 
-def _left(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:
+def left_of(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:
     """Ends of max(0, 1 - scale sum), of n terms added in any order and a scale made by a quotient and products."""
     relative = ((n + 4) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
     low, high = scale * sums[0] * (1 - relative), scale * sums[1] * (1 + relative)
@@ -39,11 +40,11 @@ def _left(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:
     return least, np.minimum(np.maximum(1 - low, 0) * (1 + model.operation * SAFETY), 1)
 
 
-def _lacking(light: Ends, k: float, undecided: np.ndarray, model: ErrorModel) -> Bounds:
-    """Bounds of 1 - A^k, A in [0, 1] between ends."""
-    off = model.operation * SAFETY
+def lacking(light: Ends, k: float, undecided: NDArray[np.int32], model: ErrorModel) -> Bounds:
+    """Bounds of 1 - A^k, A between ends, 1 but for rounding at most."""
     low, high = 1 - _raised(light[1], k, 1, model), 1 - _raised(light[0], k, -1, model)
-    return Bounds(up_to_single(low * (1 - off)), down_to_single(np.minimum(high * (1 + off), 1)), undecided)
+    off = model.operation * SAFETY
+    return Bounds(up_to_single(low - off * np.abs(low)), down_to_single(np.minimum(high * (1 + off), 1)), undecided)
 
 
 def _raised(light: FloatArray, k: float, sign: int, model: ErrorModel) -> FloatArray:
@@ -55,6 +56,6 @@ def _raised(light: FloatArray, k: float, sign: int, model: ErrorModel) -> FloatA
         return light
     constant, slope = model.exponential
     steps = k * (1 - np.frexp(light)[1])  # k |log2 A| at most
-    relative = constant + k * 2.0**-21 + steps * (slope + 5 * ULP)
-    made = np.array([power(a, k) for a in light.ravel().tolist()]).reshape(light.shape)
-    return np.clip(made * (1 + sign * relative), 0, 1) if k else made
+    relative = constant + k * 2.0**-21 + steps * (slope + 5 * ULP) + 2 * k * np.maximum(light - 1, 0)
+    made = np.array([power(min(a, 1.0), k) for a in light.ravel().tolist()]).reshape(light.shape)
+    return np.maximum(made * (1 + sign * relative), 0) if k else made

@@ -151,15 +151,15 @@ def sample(buffers: Buffers, z: Texture, rays: TexelRays, radius: float, options
     levels = z_hierarchy(z, options.mip, options.max_level, rays.origin)
     first = np.cumsum([0, *(level.size for level in levels[:-1])]).astype(np.int32)
     hierarchy = scalable.Hierarchy(np.concatenate([level.ravel() for level in levels]), first, options.log_q)
-    falloff = _falloff(options, rays, radius, dtype)
+    falloff = falloff_of(options, rays, radius, dtype)
     visibility, outside = np.empty_like(z), np.empty(z.shape[0], np.int64)
     scalable.scalable_visibility(
-        surface, hierarchy, _spiral(options, dtype), LANDINGS[options.landing], rays, falloff, visibility, outside
+        surface, hierarchy, spiral_taps(options, dtype), LANDINGS[options.landing], rays, falloff, visibility, outside
     )
     return visibility, int(outside.sum())
 
 
-def _spiral(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:
+def spiral_taps(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:
     """Taps at angle 0 (equations 6 and 7)."""
     taps, tau = np.empty((options.taps, 3), dtype), options.turns or best_turns(options.taps)
     spiral.unit_taps(tau, taps)
@@ -169,7 +169,7 @@ def _spiral(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:
     return taps
 
 
-def _falloff(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dtype[Any]) -> scalable.Falloff:
+def falloff_of(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dtype[Any]) -> scalable.Falloff:
     """Numbers of a term, made in float64."""
     one, taps = dtype.type, options.taps
     if isinstance(options, Equation1Options):

@@ -1,0 +1,229 @@
+"""The sampling pass of ``sao`` and ``sao-equation-1`` on pairs, from linear z to the sums of its terms.
+
+A tap may read any texel that it may land in, at any level that its distance may have: a term is one of those, and 0
+where it may lie outside. A camera's z has ends of its own, and so have the points and face normals made of it. Shaders
+may make these in eye space, where coordinates are of other sizes, and so are their roundings: vectors between a
+camera's points are off by as much in all directions (``vector_to``).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import prange
+
+from lfssao.ao.estimators.sao.kernels.face_normals import partner
+from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE
+from lfssao.ao.estimators.sao.kernels.scalable import landed, mip_level
+from lfssao.core.jit import kernel
+from lfssao.verify.bounds.kernels import pairs
+from lfssao.verify.bounds.kernels.obscurance_bounds import LIMITLESS, term_of
+from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, divide, dot, exact, is_positive, multiply, times
+from lfssao.verify.bounds.kernels.projection_bounds import Projected, point_row, widen
+from lfssao.verify.bounds.kernels.ssao_bounds import box_of, turn_of, vector
+
+_FAR = 2.0**20  # texels to which a radius is held
+
+
+class Pass(NamedTuple):
+    """The inputs of the sampling pass; numbers are float32 ones, held as float64, but z, which has ends."""
+
+    kind: int  # of the rays, with their ``numbers``, ``table`` and ``world``, as of ``reconstruct.TexelRays``
+    numbers: Any
+    table: Any
+    world: Any
+    origin: float
+    z_low: Any  # the levels of z one after the other, (N,)
+    z_high: Any
+    first: Any  # place of each level's first texel
+    log_q: int
+    positions: Any  # (H W, 3) of a module; (0, 3) of a camera, whose points are made of z
+    normals: Any  # (H, W, 3) float32; (0, 0, 3) for face normals
+    taps: Any  # (n, 3): unit vector and distance of each
+    reach_u: float  # these numbers are those of ``scalable.Falloff``
+    reach_v: float
+    inverse: float
+    cubed: float
+    bias: float
+    depth_bias: float
+    epsilon: float
+
+
+@kernel(inline=True)
+def line_of(m, k, at, by):
+    """Start and slope of a SEPARABLE ray's coordinate, numbers from m[k] on: products may be multiplied out."""
+    off, size, r = at - m[k], at + abs(m[k]), 6.0 * by.operation
+    start = Pair(m[k + 1] + m[k + 2] * off, r * (abs(m[k + 1]) + abs(m[k + 2]) * size))
+    return start, Pair(m[k + 3] + m[k + 4] * off, r * (abs(m[k + 3]) + abs(m[k + 4]) * size))
+
+
+@kernel(inline=True)
+def ray_of(given, width, texel, by):
+    """Starts and slopes of x and y along a texel's ray."""
+    if given.kind == SEPARABLE:
+        a, c = line_of(given.numbers, 0, texel % width + 0.5, by)
+        b, d = line_of(given.numbers, 5, texel // width + 0.5, by)
+        return a, b, c, d
+    t = given.table
+    return exact(t[0, texel]), exact(t[2, texel]), exact(t[1, texel]), exact(t[3, texel])
+
+
+@kernel
+def point_of(given, width, texel, place, by):
+    """World coordinates of the point of a texel's ray at the hierarchy's z of a place."""
+    z = Pair(0.5 * (given.z_low[place] + given.z_high[place]), 0.5 * (given.z_high[place] - given.z_low[place]))
+    a, b, c, d = ray_of(given, width, texel, by)
+    at, r = (add(a, multiply(z, c, by), by), add(b, multiply(z, d, by), by), z), by.operation
+    return point_row(given.world, 0, at, r), point_row(given.world, 1, at, r), point_row(given.world, 2, at, r)
+
+
+@kernel
+def surface_of(given, width, texel, by):
+    """World coordinates of a texel's surface."""
+    if given.positions.shape[0] == 0:
+        return point_of(given, width, texel, texel, by)
+    x, y, z = given.positions[texel]
+    return exact(x), exact(y), exact(z)
+
+
+@kernel(inline=True)
+def vector_to(given, there, here, by):
+    """Vector between two points, and of a camera its error in any axes: roundings of dot products are part of it."""
+    v = pairs.apart(there, here, by)
+    if given.positions.shape[0] != 0:
+        return v
+    size, own = abs(v[0].value) + abs(v[1].value) + abs(v[2].value), v[0].error + v[1].error + v[2].error
+    e = own + 4.0 * by.operation * (size + own)
+    return Pair(v[0].value, e), Pair(v[1].value, e), Pair(v[2].value, e)
+
+
+@kernel(inline=True)
+def to_world(m, v, by):
+    """World coordinates of a vector of cast space."""
+    x = dot((exact(m[0]), exact(m[1]), exact(m[2])), v, by)
+    y = dot((exact(m[4]), exact(m[5]), exact(m[6])), v, by)
+    return x, y, dot((exact(m[8]), exact(m[9]), exact(m[10])), v, by)
+
+
+@kernel
+def normal_of(given, shape, row, column, here, by):
+    """A texel's normal, and whether its neighbours and its side are sure."""
+    if given.normals.shape[0] != 0:
+        return vector(given.normals, row, column), True
+    (height, width), texel = shape, row * shape[1] + column
+    across = partner(given.z_high, texel, 1, column & 1, column > 0, column + 1 < width)
+    down = partner(given.z_high, texel, width, row & 1, row > 0, row + 1 < height)
+    sure = across == partner(given.z_low, texel, 1, column & 1, column > 0, column + 1 < width)
+    sure &= down == partner(given.z_low, texel, width, row & 1, row > 0, row + 1 < height)
+    _, _, c, d = ray_of(given, width, texel, by)
+    way = to_world(given.world, (c, d, exact(1.0)), by)
+    normal = way
+    if texel not in (across, down):
+        a = vector_to(given, surface_of(given, width, across, by), here, by)
+        normal = pairs.cross(a, vector_to(given, surface_of(given, width, down, by), here, by), by)
+    scale = divide(exact(1.0), pairs.root(dot(normal, normal, by), by), by)
+    # It may be divided by its largest coordinate before it is divided by its length.
+    normal = times(normal, Pair(scale.value, scale.error + 3.0 * by.quotient * scale.value), by)
+    may, away = is_positive(dot(normal, way, by))
+    sure &= (away or not may) and normal[0].error + normal[1].error + normal[2].error < np.inf
+    return times(normal, exact(-1.0 if away else 1.0), by), sure
+
+
+@kernel(inline=True)
+def gap(table, k, one, other, by):
+    """Difference of a number of two rays."""
+    return pairs.subtract(exact(table[k, other]), exact(table[k, one]), by)
+
+
+@kernel(inline=True)
+def texels_of(given, reach, k, one, other, z, by):
+    """Texels in a radius, across (k 0) or down (5), with three more roundings; other: the next texel's number."""
+    m, t = given.numbers, given.table
+    if given.kind == SEPARABLE:
+        length = add(exact(m[k + 2]), multiply(z, exact(m[k + 4]), by), by)
+    else:
+        a, b = gap(t, 0, one, other, by), gap(t, 1, one, other, by)
+        c, d = gap(t, 2, one, other, by), gap(t, 3, one, other, by)
+        v = to_world(given.world, (add(a, multiply(z, b, by), by), add(c, multiply(z, d, by), by), exact(0.0)), by)
+        length = pairs.root(dot(v, v, by), by)
+    texels = divide(Pair(reach, 3.0 * by.operation * reach), Pair(abs(length.value), length.error), by)
+    return exact(_FAR) if texels.value - texels.error >= _FAR else texels
+
+
+@kernel(inline=True)
+def reaches_of(given, shape, row, column, z, by):
+    """Texels in a radius across and down."""
+    (height, width), one = shape, row * shape[1] + column
+    right = one + 1 if column + 1 < width else one - min(column, 1)
+    below = one + width if row + 1 < height else one - width * min(row, 1)
+    return texels_of(given, given.reach_u, 0, one, right, z, by), texels_of(given, given.reach_v, 5, one, below, z, by)
+
+
+@kernel(inline=True)
+def tap_coordinate(at, off, landing, by):
+    """A tap's coordinate from its texel's and its offset; of offsets that become whole numbers, the texel's middle."""
+    if landing is None:
+        return add(exact(float(at)), off, by)
+    error = off.error * SAFETY + by.operation
+    low, high = landed(off.value - error, landing), landed(off.value + error, landing)
+    return Pair(at + 0.5 * (low + high) + 0.5, 0.5 * (high - low))
+
+
+@kernel
+def tap_range(given, landing, shape, texel, s, reach, turn, here, normal, less, by):
+    """The least and largest term of a tap, and whether it lies in one texel of one level, or in none, for sure."""
+    (row, column), (c, d), x, y = texel, turn, given.taps[s, 0], given.taps[s, 1]
+    alpha, off = Pair(given.taps[s, 2], by.quotient * given.taps[s, 2]), 3.0 * (by.operation + by.angle)
+    across, down = multiply(reach[0], alpha, by), multiply(reach[1], alpha, by)
+    u = tap_coordinate(column, multiply(across, Pair(x * c - y * d, off), by), landing, by)
+    v = tap_coordinate(row, multiply(down, Pair(x * d + y * c, off), by), landing, by)
+    box = box_of(shape, widen(Projected(u, v, exact(0.0), True, True), by))
+    if not (box.may and box.known):
+        return 0.0, LIMITLESS if box.may else 0.0, not box.may
+    bits, top = np.int32(given.log_q), np.int32(given.first.shape[0] - 1)
+    near = max(across.value - across.error * SAFETY, down.value - down.error * SAFETY, 0.0)
+    far = min(max(across.value + across.error * SAFETY, down.value + down.error * SAFETY), 2.0 * _FAR)
+    low, high = mip_level(near, bits, top), mip_level(far, bits, top)
+    inverse = Pair(given.inverse, 2.0 * by.quotient * given.inverse)
+    least, most, epsilon = LIMITLESS if box.must else 0.0, 0.0, exact(given.epsilon)
+    for level in range(low, high + 1):
+        span = (shape[1] + (1 << level) - 1) >> level
+        for j in range(box.j0, box.j1 + 1):
+            for i in range(box.i0, box.i1 + 1):
+                a, b, place = 0.0, 0.0, given.first[level] + (j >> level) * span + (i >> level)
+                if given.z_low[place] < np.inf and not (j == row and i == column):
+                    b = LIMITLESS
+                    if given.z_high[place] < np.inf:
+                        v = vector_to(given, point_of(given, shape[1], j * shape[1] + i, place, by), here, by)
+                        a, b = term_of(times(v, inverse, by), normal, less, epsilon, given.cubed != 0.0, by)
+                least, most = min(least, a), max(most, b)
+    return least, most, box.must and box.i0 == box.i1 and box.j0 == box.j1 and low == high
+
+
+@kernel(parallel=True)
+def sum_taps(given, landing, turns, by, fewest, most, undecided):
+    """Write the least and largest sum of every texel's terms, (H, W) float64, and the number of taps in doubt, int32.
+
+    All taps of a texel are in doubt where its normal is. Sums are not rounded yet.
+    """
+    height, width = fewest.shape
+    for row in prange(height):
+        j = np.int64(row)
+        for i in range(width):
+            texel, shape = j * width + i, (height, width)
+            low, high = given.z_low[texel], given.z_high[texel]
+            fewest[j, i], most[j, i], undecided[j, i] = 0.0, LIMITLESS if low < np.inf else 0.0, given.taps.shape[0]
+            if not high < np.inf:
+                continue
+            z, here = Pair(0.5 * (low + high), 0.5 * (high - low)), surface_of(given, width, texel, by)
+            normal, known = normal_of(given, shape, j, i, here, by)
+            slope = Pair(given.depth_bias, 3.0 * by.operation * given.depth_bias)
+            less = add(exact(given.bias), multiply(slope, pairs.subtract(z, exact(given.origin), by), by), by)
+            reach, turn = reaches_of(given, shape, j, i, z, by), (1.0, 0.0)
+            if turns is not None:
+                turn = turn_of(turns, i, j)
+            if known:
+                most[j, i], undecided[j, i] = 0.0, 0
+                for s in range(given.taps.shape[0]):
+                    a, b, sure = tap_range(given, landing, shape, (j, i), s, reach, turn, here, normal, less, by)
+                    fewest[j, i], most[j, i] = fewest[j, i] + a, most[j, i] + b
+                    undecided[j, i] += np.int32(not sure)

@@ -1,0 +1,194 @@
+"""Bounds of ``sao`` and ``sao-equation-1``, pass by pass.
+
+The sampling pass is ``kernels.sao_bounds``. Averages grow with the numbers that go in, and bytes with those packed into
+them. An average over a depth edge in doubt may be made or not; weights of bilateral passes have ends.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.ao.estimators.sao.estimator import (
+    LANDINGS,
+    STRIDE,
+    TAPS_RADIUS,
+    AppendixOptions,
+    Equation1Options,
+    SaoOptions,
+    falloff_of,
+    spiral_taps,
+    z_hierarchy,
+)
+from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
+from lfssao.ao.estimators.sao.kernels.scalable import Falloff
+from lfssao.ao.estimators.sao.texel_rays import plane_constants, texel_rays
+from lfssao.ao.kernels.post import gaussian_weights
+from lfssao.optics.kernels.rays import Pinhole
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, exactly
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.kernels import sao_bounds as kernels
+from lfssao.verify.bounds.problem import Problem, contiguous, single
+from lfssao.verify.bounds.sums import Ends, lacking, left_of
+
+Layers = list[NDArray[Any]]
+
+
+def sao(given: Problem, radius: float) -> Bounds:
+    """Bounds of ``sao`` and ``sao-equation-1``."""
+    seen, model = given.seen, given.model
+    options = (AppendixOptions if "intensity" in given.options else Equation1Options)(**given.options)  # type: ignore[arg-type]
+    if radius == 0:
+        return exactly(np.zeros_like(seen.depth))
+    rays, z = texel_rays(seen.view, np.dtype(np.float32)), _linear_z(given)
+    falloff = falloff_of(options, rays, radius, np.dtype(np.float32))
+    sums, undecided = _sampled(given, options, rays, falloff, z)
+    light = left_of(sums, float(falloff.scale), options.taps, model)
+    light = _averaged(light, z, options.quad_edge * radius / float(rays.units[2]), model)
+    if options.gauss > 0:
+        weights = np.empty(2 * TAPS_RADIUS + 1)
+        gaussian_weights(options.gauss, TAPS_RADIUS, weights)
+        keys = _keys(z, float(single(rays.origin)), options.z_min, model)
+        light = _reconstructed(light, keys, single(weights), options, model)
+    return lacking(light, options.k if isinstance(options, Equation1Options) else 1.0, undecided, model)
+
+
+def _sampled(
+    given: Problem, options: SaoOptions, rays: TexelRays, falloff: Falloff, z: Ends
+) -> tuple[Ends, NDArray[np.int32]]:
+    """Ends of each texel's sum of terms, and its taps in doubt."""
+    seen, model = given.seen, given.model
+    camera = seen.view.screen_to_world is not None
+    tables = rays.kind, single(rays.numbers), single(rays.table), single(rays.world), float(single(rays.origin))
+    places = np.empty((0, 3)) if camera else single(seen.positions).reshape(-1, 3)
+    normals = contiguous(seen.normals if options.normals == "buffer" else None)
+    taps, numbers = single(spiral_taps(options, np.dtype(np.float32))), [float(number) for number in falloff[:-1]]
+    levels = *_hierarchy(z, rays.origin, options, model), options.log_q
+    whole = kernels.Pass._make([*tables, *levels, places, normals, taps, *numbers])
+    fewest, most, undecided = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4"))
+    kernels.sum_taps(whole, LANDINGS[options.landing], seen.turns, model.errors, fewest, most, undecided)
+    return (fewest, most), undecided
+
+
+def _linear_z(given: Problem) -> Ends:
+    """Ends of linear z: a module's depth, or what a camera's division makes of it."""
+    seen, errors = given.seen, given.model.errors
+    depth, there = seen.depth.astype(np.float64), seen.depth < np.inf
+    if seen.view.screen_to_world is None:
+        return depth, depth
+    camera = Pinhole(*seen.view.lens.tolist())
+    near, far, d = camera.near, camera.far, np.where(there, depth, 0.0)
+    c = (0.0, far - near, near) if camera.orthographic else plane_constants(near, far)
+    below, off = d * c[1] + c[2], 6 * errors.operation * (np.abs(d * c[1]) + abs(c[2]))
+    if camera.orthographic:
+        return np.where(there, below - off, np.inf), np.where(there, below + off, np.inf)
+    slack = errors.quotient + 2 * errors.operation
+    low = np.where(there & (below > -off), c[0] * (1 - slack) / np.abs(below + off), np.inf)
+    return low, np.where(there & (below > off), c[0] * (1 + slack) / np.abs(below - off), np.inf)
+
+
+def _hierarchy(
+    z: Ends, origin: float, options: SaoOptions, model: ErrorModel
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Ends of the levels of z, one after the other, and the place of each level's first texel.
+
+    A level grows with the one before, whatever the filter; means round, sums of inverse distances most.
+    """
+    mip, made = options.mip, []
+    size = max(float(np.max(np.abs(end), initial=0, where=end < np.inf)) for end in z) + abs(origin)
+    off = (2 * model.quotient + 8 * model.operation) * size if mip in ("arithmetic", "harmonic") else 0.0
+    for end, sign in zip(z, (-1, 1), strict=True):
+        levels = z_hierarchy(np.ascontiguousarray(end), mip, options.max_level, origin)
+        made.append(np.concatenate([(level + sign * k * off).ravel() for k, level in enumerate(levels)]))
+    return made[0], made[1], np.cumsum([0, *(level.size for level in levels[:-1])])
+
+
+@np.errstate(invalid="ignore")  # of two texels without a surface
+def _averaged(light: Ends, z: Ends, edge: float, model: ErrorModel) -> Ends:
+    """Ends of the 2x2 average: of pairs in rows, then in columns."""
+    made, r = (light[0].copy(), light[1].copy()), 4 * model.operation
+    for axis in (1, 0):
+        (a, b), (c, d) = (_halves(end, axis) for end in made)
+        (p, q), (s, t) = (_halves(end, axis) for end in z)
+        may = np.maximum(np.maximum(q - s, p - t), 0) * (1 - r) < edge * (1 + r)
+        must = np.maximum(s - q, t - p) * (1 + r) < edge * (1 - r)
+        least, most = (a + b) * (0.5 - r), np.minimum((c + d) * (0.5 + r), 1)
+        for low, high in ((a, c), (b, d)):
+            low[...] = np.where(must, least, np.where(may, np.minimum(low, least), low))
+            high[...] = np.where(must, most, np.where(may, np.maximum(high, most), high))
+    return made
+
+
+def _halves(texture: FloatArray, axis: int) -> Iterator[FloatArray]:
+    """The first and the second of each pair of texels along an axis, as parts of the texture."""
+    lines = np.moveaxis(texture, axis, 0)
+    return (lines[k : len(lines) // 2 * 2 : 2] for k in (0, 1))
+
+
+def _keys(z: Ends, origin: float, z_min: float, model: ErrorModel) -> Ends:
+    """Ends of the bilateral passes' keys: 0 at the origin to 1 at z_min or the farthest surface, +infinity for none."""
+    r, away = model.quotient + 6 * model.operation, [np.maximum(end - origin, 0) for end in z]
+    far = [z_min or float(np.max(end, initial=0, where=end < np.inf)) for end in away]
+    far = [each if each > 0 else 1.0 for each in far]
+    low, high = away[0] / far[1] * (1 - r), away[1] / far[0] * (1 + r)
+    return np.where(z[0] < np.inf, np.minimum(low, 1), np.inf), np.where(z[1] < np.inf, np.minimum(high, 1), np.inf)
+
+
+def _stored(light: Ends, keys: Ends, model: ErrorModel) -> tuple[Ends, Ends]:
+    """Ends of A and keys after their three bytes."""
+    r, made = model.quotient + 4 * model.operation, []
+    for a, key, sign in zip(light, keys, (-1, 1), strict=True):
+        byte = np.floor(np.clip(a * 255 + 0.5 + sign * 256 * r, 0, 255))
+        moved = np.clip(np.where(key < np.inf, key, 0) + sign * r / 64, 0, 1) * 256
+        high = np.minimum(np.floor(moved), 255)
+        low = np.minimum(np.floor((moved - high) * 255 + 0.5), np.where(high == 255, 254, 255))
+        stored = np.where(key < np.inf, (high + low / 255) / 256 * (1 + sign * r), np.inf)
+        made.append((byte / 255 * (1 + sign * r), stored))
+    (a, p), (b, q) = made
+    return (a, b), (p, q)
+
+
+@np.errstate(invalid="ignore")  # of texels without a surface
+def _reconstructed(light: Ends, keys: Ends, weights: FloatArray, options: SaoOptions, model: ErrorModel) -> Ends:
+    """Ends of A after both bilateral passes.
+
+    A weighted mean is largest where the largest numbers have their largest weights, and the others their least.
+    """
+    r, sharpness = 4 * model.operation, float(single(options.sharpness))
+    for axis in (1, 0):
+        if options.packed:
+            light, keys = _stored(light, keys, model)
+        least, most = [], []
+        for tap, weight in enumerate(weights.tolist()):
+            off = STRIDE * (tap - TAPS_RADIUS)
+            low, high = (_shifted(end, off, axis) for end in keys)
+            near = np.fmax(np.fmax(low - keys[1], keys[0] - high), 0) * (off != 0)
+            far = np.fmax(high - keys[0], keys[1] - low) if off else near
+            most.append(weight * np.maximum(1 - sharpness * near * (1 - r) + r, 0))
+            least.append(weight * np.maximum(1 - sharpness * far * (1 + r) - r, 0))
+        ends = []
+        for sign, end in zip((-1, 1), light, strict=True):
+            numbers = [_shifted(end, STRIDE * k, axis, 1.0) for k in range(-TAPS_RADIUS, TAPS_RADIUS + 1)]
+            means = [_mean(numbers, [sign * (a - edge) >= 0 for a in numbers], least, most) for edge in numbers]
+            mean = sign * np.max(sign * np.array(means), axis=0) * (1 + sign * (model.quotient + 24 * model.operation))
+            ends.append(np.where(keys[0] < np.inf, np.maximum(mean, 0), 1.0))
+        light = ends[0], ends[1]
+    return light
+
+
+def _mean(numbers: Layers, heavy: Layers, least: Layers, most: Layers) -> FloatArray:
+    """Mean of layers, each of its largest weight where it is heavy, else of its least."""
+    total, weight = np.zeros_like(numbers[0]), np.zeros_like(numbers[0])
+    for number, is_heavy, low, high in zip(numbers, heavy, least, most, strict=True):
+        w = np.where(is_heavy, high, low)
+        total, weight = total + w * number, weight + w
+    return total / weight
+
+
+def _shifted(texture: FloatArray, off: int, axis: int, beyond: float = np.inf) -> FloatArray:
+    """The texels so many places on along an axis, and a number beyond the border."""
+    lines, made = np.moveaxis(texture, axis, 0), np.full_like(texture, beyond)
+    to, n = np.moveaxis(made, axis, 0), max(len(lines) - abs(off), 0)
+    to[max(-off, 0) : max(-off, 0) + n] = lines[max(off, 0) : max(off, 0) + n]
+    return made

@@ -250,3 +250,43 @@ def reconstructed(ar, light, away, options):
             total, weight = ar.fused(w, np.take(light, other, axis), total), ar.add(weight, w)
         light = np.where(weight > 0, ar.divide(total, weight), 1.0)
     return light
+
+
+@np.errstate(all="ignore")
+def hbao(ar, given, around, mirrors, radius, options, angle):
+    """Horizon-based AO, of every renderer: (R, H, W); mirrors (H, W, 2)."""
+    (kind, m), depth, r, (i, j) = rr.mapping_of(given), given.depth, single(radius), np.indices(given.depth.shape)[::-1]
+    point, normal, w = (spread(ar, texture) for texture in (given.positions, given.normals, given.directions))
+    w = near(ar, w, 2.0**-20)
+    a = rr.right_of(ar, single(given.view.world_from_cast[:, 0]), w)
+    b, (c, s) = rr.across(ar, w, a), (ar.full(single(mirrors)[..., k, None]) for k in range(2))
+    if given.turns is not None:
+        turn = turn_of(ar, given.turns, angle)
+        c, s = ar.total(turn, [c, s]), ar.total(turn, [s, -c])
+    e, f = ([ar.total(by, of) for of in zip(a, b, strict=True)] for by in ((c, s), (s, -c)))
+    x, y = (ar.full(single(around)[None, None, :, k]) for k in range(2))
+    sums = placed(ar, m, range(4 if kind == rr.MATRIX else 3), point, x, y, r, (e, f))
+    u, v, _, valid = rr.project(ar, kind, m, *sums)
+    steep = np.maximum(-ar.total(normal, w), 2.0**-20)
+    tau = ar.total([x, y], [ar.divide(ar.total(normal, axis), steep) for axis in (e, f)])
+    cosine = ar.divide(1.0, ar.root(ar.fused(tau, tau, 1.0)))
+    bias, sine = np.radians(options["bias"]), -ar.multiply(tau, cosine)
+    up, along = single([np.sin(bias), np.cos(bias)])
+    over = ar.subtract(ar.multiply(cosine, along), ar.multiply(sine, up)) > 0
+    horizon = np.where(over, ar.total([sine, cosine], [along, up]), 1.0)
+    total, of = np.zeros_like(horizon), np.arange(ar.renderers)[:, None, None, None]
+    for step in range(1, options["steps"] + 1):
+        part = ar.divide(float(step), float(options["steps"]))
+        at = [ar.fused(part, ar.subtract(end, k[..., None] + 0.5), k[..., None] + 0.5) for end, k in ((u, i), (v, j))]
+        there, row_of, column_of = rr.inside(depth, *at, valid)
+        d = [ar.subtract(p[of, row_of, column_of, 0], p) for p in point]
+        length = ar.root(ar.total(d, d))
+        far, met = ar.divide(length, r), -ar.divide(ar.total(d, w), length)
+        fall = {"none": 0.0, "linear": far, "quadratic": ar.multiply(far, far)}[options["attenuation"]]
+        shown = there & np.isfinite(depth[row_of, column_of]) & (far < 1) & (length > 0)
+        higher = np.where(shown & (met > horizon), met, horizon)
+        total = ar.fused(ar.subtract(1.0, fall), ar.subtract(higher, horizon), total)
+        horizon = higher
+    made = np.clip(ar.divide(summed(ar, total), float(len(around))), 0, 1)
+    deep = ar.total(single(given.view.cast_from_world[2, :3]), w)[..., 0]
+    return np.where(np.isfinite(depth) & (deep > 0), made, 0.0)

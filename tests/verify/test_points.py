@@ -297,7 +297,7 @@ def test_bounds_are_those_of_the_arguments(name):
     assert same(point_bounds(name, given, 0.3, points, weights, options), right[0])
     behind = replace(view, cast_from_world=-view.cast_from_world)
     away = seen_along(behind, depth, positions, normals, ways=given.directions)
-    reads = name in ("alchemy", "oriented-hemisphere") or name.startswith("vo-")
+    reads = name in ("alchemy", "hbao", "oriented-hemisphere") or name.startswith("vo-")
     assert same(right[0], point_bounds(name, away, 0.3, points, weights, options)) == (not reads)
 
 

@@ -15,6 +15,7 @@ jitters the steps too; that is left out. Elevations are compared and subtracted 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -47,12 +48,17 @@ class HorizonOptions(Options):
 
 def hbao(buffers: Buffers, radius: float, points: None, weights: None, options: HorizonOptions) -> Occlusion:
     """Return horizon-based AO; it takes no samples."""
-    seen, dtype = seen_surface(buffers), buffers.depth.dtype
+    dtype = buffers.depth.dtype
+    fan, turns = fan_of(options, dtype), flat_turns(buffers)
+    return run_kernel(horizon_occlusion, buffers.depth, seen_surface(buffers), fan, turns, dtype.type(radius))
+
+
+def fan_of(options: HorizonOptions, dtype: np.dtype[Any]) -> Horizons:
+    """Return directions and attenuation in the arithmetic's dtype."""
     around = np.array([sincospi((2 * k + 1) / options.directions)[::-1] for k in range(options.directions)])
     mirrors = disk_mirrors(options.randomize, options.seed, dtype)
     scalars = (*sincospi(options.bias / 180.0), *_ATTENUATION[options.attenuation])
-    fan = Horizons(around.astype(dtype), mirrors, options.steps, *(dtype.type(number) for number in scalars))
-    return run_kernel(horizon_occlusion, buffers.depth, seen, fan, flat_turns(buffers), dtype.type(radius))
+    return Horizons(around.astype(dtype), mirrors, options.steps, *(dtype.type(number) for number in scalars))
 
 
 ENTRIES = (

@@ -11,9 +11,9 @@ surface there differs. Each length lies between those that any texel gives where
 
 ``oriented-hemisphere`` sums weights of points likewise (``kernels.oriented_bounds``).
 
-``alchemy`` and ``sao`` sum terms of the points that taps land on (``sums``, ``sao``).
+``alchemy`` and ``sao`` sum terms of the points that taps land on, ``hbao`` rises of horizons (``sums``, ``sao``).
 
-The other estimators sum horizons and areas. No interval of them is known; they must have equal bits.
+The other estimators sum areas, or mean levels of detail. No interval of them is known; they must have equal bits.
 """
 
 from collections.abc import Callable
@@ -40,7 +40,7 @@ from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, contiguous, single
 from lfssao.verify.bounds.sao import sao
 from lfssao.verify.bounds.ssao import fraction_bounds, sample_inputs
-from lfssao.verify.bounds.sums import alchemy
+from lfssao.verify.bounds.sums import alchemy, hbao
 
 
 def point_bounds(
@@ -170,6 +170,7 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
     "alchemy": alchemy,
     "oriented-hemisphere": _oriented,
+    "hbao": hbao,
     "sao": sao,
     "sao-equation-1": sao,
 }

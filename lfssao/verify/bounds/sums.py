@@ -1,15 +1,17 @@
-"""Bounds of ``alchemy``, which sums terms of the surface around a point and takes what a power of 1 less the sum lacks.
+"""Bounds of ``alchemy`` and ``hbao``, which sum terms of the surface around a point.
 
-Each term lies between those that any texel gives where its tap may land (``kernels.obscurance_bounds``); occlusion
-grows with each.
+Each term of ``alchemy`` lies between those that any texel gives where its tap may land (``kernels.obscurance_bounds``);
+occlusion, a power of 1 less the sum, grows with each. ``hbao`` sums rises of horizons (``kernels.horizon_bounds``).
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
 from lfssao.core.elementary import power
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
+from lfssao.verify.bounds.kernels import horizon_bounds as horizon_kernels
 from lfssao.verify.bounds.kernels import obscurance_bounds as kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.problem import Problem, contiguous, single
@@ -30,6 +32,22 @@ def alchemy(given: Problem, radius: float) -> Bounds:
     kernels.sum_terms(inputs, taps, model.errors, seen.turns, low, high, undecided)
     light = left_of((low, high), 2 * float(options["sigma"]) * radius / n, n, model)
     return lacking(light, float(options["k"]), undecided, model)
+
+
+def hbao(given: Problem, radius: float) -> Bounds:
+    """Bounds of ``hbao``."""
+    seen, model, options = given.seen, given.model, HorizonOptions(**given.options)  # type: ignore[arg-type]
+    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
+    around, mirrors, steps, *numbers = fan_of(options, np.dtype(np.float32))
+    vectors = contiguous(seen.normals), contiguous(seen.directions)
+    axes = single(seen.view.cast_from_world[2]), single(seen.view.world_from_cast[:, 0])
+    parts = [single(around), single(mirrors), steps, *map(float, numbers), *vectors, *axes, float(radius)]
+    low, high, undecided = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4"))
+    horizon_kernels.sum_rises(inputs, horizon_kernels.Fan._make(parts), model.errors, seen.turns, low, high, undecided)
+    n = options.directions * options.steps
+    relative = ((n + 2) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
+    low, high = low / options.directions * (1 - relative), high / options.directions * (1 + relative)
+    return Bounds(up_to_single(np.minimum(low, 1)), down_to_single(np.minimum(high, 1)), undecided)
 
 
 def left_of(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:

@@ -7,9 +7,11 @@ for their sum, abs(P) + abs(o) <= abs(P + o) + 2 abs(o).
 
 import numpy as np
 
+from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels.pairs import (
     FLUSHED,
+    SAFETY,
     Pair,
     add,
     apart,
@@ -55,16 +57,15 @@ def frame_of(right, way, by):
 
 @kernel(inline=True)
 def offset_of(disk, s, frame, turns, column, row, angle, by):
-    """The place of sample s from the middle of a texel's disk, in radii: three pairs; angle: error of the turn."""
+    """The place of sample s from the middle of a texel's disk, in radii: three pairs; angle: error of its own."""
     (a, b), tile, k = frame, disk.mirrors.shape[1], ROUNDINGS * by.operation
     x, y = disk.places[s, 0], disk.places[s, 1]
     c, d = disk.mirrors[0, row % tile, column % tile], disk.mirrors[1, row % tile, column % tile]
     cosine, sine, more, less = c, d, abs(c), abs(d)
-    turned = 0.0
+    turned = angle * (abs(c) + abs(d)) * (abs(x) + abs(y))
     if turns is not None:
         p, q = turn_of(turns, column, row)
         cosine, sine, more, less = c * p + d * q, d * p - c * q, abs(c * p) + abs(d * q), abs(d * p) + abs(c * q)
-        turned = angle * (abs(c) + abs(d)) * (abs(x) + abs(y))
     f = Pair(x * cosine + y * sine, k * (1.0 + k) * (abs(x) * more + abs(y) * less) + turned + 8.0 * FLUSHED)
     g = Pair(x * sine - y * cosine, k * (1.0 + k) * (abs(x) * less + abs(y) * more) + turned + 8.0 * FLUSHED)
     return (
@@ -90,3 +91,12 @@ def image_of(inputs, place, by):
     """The image point of a place on a disk."""
     mapping = mapping_of(inputs)
     return widen(project(mapping, rows_of_point(mapping, place, by.operation, TURNED), by), by)
+
+
+@kernel(inline=True)
+def plane_of(normal, way, offset, by):
+    """Height of a tangent plane over an offset across the viewing direction, in radii."""
+    towards = dot(normal, way, by)
+    near = max(-towards.value - towards.error * SAFETY, EDGE_ON)
+    far = max(-towards.value + towards.error * SAFETY, EDGE_ON)
+    return divide(dot(normal, offset, by), Pair(0.5 * (near + far), 0.5 * (far - near)), by)

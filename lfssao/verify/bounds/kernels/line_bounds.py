@@ -9,17 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.disk_bounds import deep_of, frame_of, image_of, offset_of, place_of, way_of
+from lfssao.verify.bounds.kernels.disk_bounds import deep_of, frame_of, image_of, offset_of, place_of, plane_of, way_of
 from lfssao.verify.bounds.kernels.pairs import (
     FLUSHED,
     SAFETY,
     Pair,
     add,
     divide,
-    dot,
     exact,
     multiply,
     subtract,
@@ -48,11 +46,7 @@ def tops_of(lines, column, row, way, offset, half, by):
     """The least and largest end of a line: at the tangent plane, or half the ball's extent."""
     if lines.normals.shape[0] == 0:
         return half, half
-    normal = vector(lines.normals, row, column)
-    towards, height = dot(normal, way, by), dot(normal, offset, by)
-    near = max(-towards.value - towards.error * SAFETY, EDGE_ON)
-    far = max(-towards.value + towards.error * SAFETY, EDGE_ON)
-    plane = divide(height, Pair(0.5 * (near + far), 0.5 * (far - near)), by)
+    plane = plane_of(vector(lines.normals, row, column), way, offset, by)
     error = plane.error * SAFETY
     return min(plane.value - error, half), min(plane.value + error, half)
 

@@ -115,7 +115,7 @@ def sum_terms(inputs, taps, by, turns, fewest, most, undecided):
                     continue
                 axes, low, high, doubt = axes_of(way, sign, by), 0.0, 0.0, 0
                 for s in range(taps.places.shape[0]):
-                    offset = offset_of(taps, s, axes, turns, i, j, by.angle, by)
+                    offset = offset_of(taps, s, axes, turns, i, j, by.angle if turns is not None else 0.0, by)
                     image = image_of(inputs, place_of(taps.radius, here, offset), by)
                     least, largest, sure = tap_range(inputs, taps, image, here, normal, less, i, j, by)
                     low, high, doubt = low + least, high + largest, doubt + int(not sure)

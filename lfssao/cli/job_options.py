@@ -258,8 +258,9 @@ def _views(
     if options.camera is not None:
         place = [getattr(options, name) for name in _PLACED]
         if options.scene == "corner" and place == [None] * 4:
-            place = [*TEST_VIEW[:3], TEST_VIEW[3] if options.camera == "perspective" else None]
-        camera = Camera.placed(bounds, options.camera, *place)
+            camera = Camera(options.camera, *TEST_VIEW)
+        else:
+            camera = Camera.placed(bounds, options.camera, *place)
         width, height = options.resolution or CAMERA_RESOLUTION
         check_positions(bounds, height / camera.extent)
         return [camera.view(width, height, options.guard)], []

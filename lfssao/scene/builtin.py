@@ -14,8 +14,9 @@ from lfssao.scene.mesh import Mesh, Paint
 
 BUILTIN = ("gallery", "statue", "ammonite", "armadillo", "corner")
 
-# The camera of the test view, in the scene ``corner``: tilted, surface up to all four borders. eye, target, up, fov
-TEST_VIEW = (1.8, 2.5, 2.7), (-0.3, 0.55, -0.9), (0.16, 1.0, 0.05), 52.0
+# The camera of the test view, in the scene ``corner``: tilted, surface up to all four borders. Eye, target, up, extent,
+# near and far plane.
+TEST_VIEW = (1.8, 2.5, 2.7), (-0.3, 0.55, -0.9), (0.16, 1.0, 0.05), 4.5, 0.9, 9.0
 
 # Models of the gallery with their positions and the sine and cosine of their turns about y. A Pythagorean triple
 # gives a turn of about 16 degrees. The ammonite's ribs touch its block, 0.34 high, in points: it is sunk in a little.

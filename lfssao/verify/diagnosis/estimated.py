@@ -1,7 +1,8 @@
 """Changes of any estimator's occlusion, found by running it: with other options, turns, samples, normals or textures.
 
 The reference's own kernels make each changed texture whole. That asks nothing of an estimator but to be registered, and
-costs some hundred runs; the interval of a changed texel is as wide as that of the reference there.
+costs some hundred runs. The search takes the interval of a changed texel to be as wide as that of the reference there;
+the share of the best changes is counted by bounds of their own.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,6 +17,8 @@ from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import estimate, find_estimator
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.samples import ROTATIONS, texel_turns
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.case import described_options
 from lfssao.verify.diagnosis.borders import Places
 from lfssao.verify.diagnosis.occlusion import other_tables
@@ -41,10 +44,16 @@ class Estimated(Problem):
     rows: Places
     room: FloatArray  # (K,), width of the reference's interval
     seed: int  # of the rotation
+    model: ErrorModel | None = None  # bounds of this model, where some are known, in place of the room
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
         samples = self.points, self.weights
+        if self.model is not None:
+            found = point_bounds(self.estimator.name, self.buffers, self.radius, *samples, self.options, self.model)
+            if found is not None:
+                low, high = (end[self.rows, self.columns].astype(np.float64) for end in (found.lower, found.upper))
+                return low - ROOM, high + ROOM
         made = estimate(self.estimator.name, self.buffers, self.radius, *samples, **self.options).texture
         values = made[self.rows, self.columns].astype(np.float64)
         return values - self.room, values + self.room

@@ -43,8 +43,9 @@ def _occlusion_reason(
     parameters = case.parameters
     if parameters["estimator"] != "lf":
         undecided = None if bounds is None else bounds.undecided
-        points = len(case.inputs.get("points", ()))
-        return "" if undecided is None else f"{undecided[texel[1], texel[0]]} of {points} points are undecided"
+        points = case.inputs.get("points")
+        which = "taps" if points is None else f"of {len(points)} points"
+        return "" if undecided is None else f"{undecided[texel[1], texel[0]]} {which} are undecided"
     guard, back = parameters["guard"], parameters["screen_to_world"]
     depth, positions = (_first_whole(name, mine, case.outputs) for name in ("depth", "positions"))
     if depth is None or (positions is None and back is None):

@@ -1,0 +1,102 @@
+"""Shaders of ordinary AO, ``tests/glsl``, written from the kit's specification, on the G-buffers of a rendered camera.
+
+They compute as shaders do: in eye or world space and world units, with their own sines, cosines and square roots.
+"""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+from reference import dither
+from reference.scalable import turns_of
+
+from lfssao.rendering.exr import read_exr
+
+SHADERS = Path(__file__).resolve().parents[1] / "glsl"
+GROUP = 8
+
+
+class Frame:
+    """A camera's view that ``lfssao render`` made: its textures and the numbers that a shader's host hands over."""
+
+    def __init__(self, folder):
+        manifest = json.loads((folder / "manifest.json").read_text())
+        (entry,), self.settings = manifest["views"], manifest["settings"]
+        self.folder, self.name, self.view = folder, entry["name"], entry["view"]
+        parts = read_exr(folder / entry["file"])
+        self.textures = {name: np.squeeze(part.pixels) for name, part in parts.items()}
+        self.options, (self.radius,) = self.settings["parameters"], self.settings["radii"]
+        rotation, seed = self.settings["rotation"], self.settings["rotation_seed"]
+        self.angles = np.zeros_like(self.textures["depth"])
+        if rotation == "angles":
+            self.angles = np.load(folder / "angles.npy")
+        elif rotation != "none":
+            self.angles = np.pi * np.array(dither.angles(rotation, *self.textures["depth"].shape, seed))
+
+    @property
+    def size(self):
+        height, width = self.textures["depth"].shape
+        return width, height
+
+    def uniforms(self):
+        """Numbers that all shaders read, by name."""
+        back = np.array(self.view["world_from_cast"])
+        right, up = (back[:, k] / np.linalg.norm(back[:, k]) for k in (0, 1))
+        return {
+            "size": self.size, "radius": self.radius, "right": right, "up": up, "eye": back[:, 3],
+            "axis": self.view["cast_from_world"][2], "lens": self.view["lens"][:4], "planes": self.view["lens"][4:6],
+        }  # fmt: skip
+
+    def arrays(self):
+        """Textures and tables, by the names of the shaders' buffers."""
+        textures = {name.capitalize(): self.textures[name] for name in ("depth", "positions", "normals")}
+        samples = self.settings["samples"]
+        return textures | {
+            "Angles": self.angles, "Axes": np.array(self.view["cast_from_world"])[:, :3],
+            "Mapping": np.array(self.view["world_to_image"]), "Samples": np.zeros(1) if samples is None else samples,
+        }  # fmt: skip
+
+
+def levels_of(frame):
+    """How many levels SAO's hierarchy has."""
+    count, (width, height) = 1, frame.size
+    while count <= frame.options["max_level"] and max(width, height) > 1:
+        width, height, count = -(-width // 2), -(-height // 2), count + 1
+    return count if frame.options["mip"] != "none" else 1
+
+
+def numbers_of(frame):
+    """The uniforms of each shader's estimator, in world units."""
+    o, r = frame.options, 1.0 if frame.settings["units"] == "world" else frame.radius
+    if frame.settings["estimator"] == "sao":
+        made = {"intensity": o["intensity"] * r, "beta": o["beta"] * r, "epsilon": o["epsilon"] * r * r}
+        turns = o["turns"] or turns_of(o["taps"])
+        return made | {"taps": o["taps"], "turns": turns, "log_q": o["log_q"], "levels": levels_of(frame)}
+    if frame.settings["estimator"] == "hbao":
+        return {"bias": np.radians(o["bias"]), "around": o["directions"], "steps": o["steps"]}
+    return {"bias": o["bias"] * r, "count": len(frame.settings["samples"])}
+
+
+def draw(context, name, frame, defines, change=None, **other):
+    """Occlusion by a shader; ``change`` is (pattern, replacement) in its text, ``other`` uniforms and arrays."""
+    text = (SHADERS / f"{name}.comp").read_text()
+    if change is not None:
+        text, count = re.subn(*change, text)
+        assert count, f"nothing in {name}.comp is like {change[0]}"
+    lines = "".join(f"#define {key} {value}\n" for key, value in defines.items())
+    program = context.compute_shader(f"#version 430\n{lines}{text}")
+    names = re.findall(r"binding = \d+\) \w+ buffer (\w+)", text)
+    arrays = {**frame.arrays(), "Occlusion": np.zeros_like(frame.textures["depth"]), **other}
+    buffers = {key: context.buffer(np.ascontiguousarray(arrays[key], np.float32).tobytes()) for key in names}
+    for binding, key in enumerate(names):
+        buffers[key].bind_to_storage_buffer(binding)
+    for key, value in {**frame.uniforms(), **numbers_of(frame), **other}.items():
+        if key in program:
+            program[key] = tuple(value) if np.ndim(value) else value
+    program.run(*(-(-n // GROUP) for n in frame.size))
+    context.memory_barrier()
+    made = np.frombuffer(buffers["Occlusion"].read(), np.float32).reshape(frame.textures["depth"].shape).copy()
+    for each in (*buffers.values(), program):
+        each.release()
+    return made

@@ -297,6 +297,8 @@ def points_behind(ar, given, samples, radius, options):
         surface = np.where(np.isfinite(surface), again[..., 0], np.inf)
     of = np.arange(ar.renderers)[:, None, None, None]
     hidden = there & (ar.flush(surface[of, j, i]) < ar.flush(z)) & np.isfinite(depth[j, i])
+    if options.get("background") == "occludes" and not options["range_check"]:
+        hidden |= there & ~np.isfinite(depth[j, i])
     if options["range_check"]:
         away = [ar.subtract(p[of, j, i, 0], p) for p in point]
         square = ar.total(away, away)

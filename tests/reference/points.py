@@ -35,7 +35,9 @@ def point(parameters, inputs, hemisphere=False):
         return z / q if q > 0 else dtype(np.inf)
 
     def occluded(texel, z, here):
-        if not (depth[texel] < np.inf and surface(texel) < z):
+        if not depth[texel] < np.inf:
+            return options["background"] == "occludes" and reach is None
+        if not surface(texel) < z:
             return False
         d = positions[texel] - here
         return reach is None or dot(d, d) <= reach

@@ -79,9 +79,13 @@ def check_fractions(drawn, options, half):
 @pytest.mark.slow
 @pytest.mark.parametrize("half", [False, True], ids=["point", "hemisphere"])
 @settings(max_examples=20)
-@given(drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]), st.booleans())
-def test_no_renderer_that_counts_points_leaves_its_bounds(half, drawn, check, surface, remap):
-    check_fractions(drawn, {"range_check": check, "surface": surface} | ({} if half else {"remap": remap}), half)
+@given(
+    drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]), st.sampled_from(["open", "occludes"]),
+    st.booleans(),
+)  # fmt: skip
+def test_no_renderer_that_counts_points_leaves_its_bounds(half, drawn, check, surface, background, remap):
+    options = {"range_check": check, "surface": surface, "background": background}
+    check_fractions(drawn, options | ({} if half else {"remap": remap}), half)
 
 
 def check_volume(drawn, options, tangent):
@@ -174,7 +178,7 @@ def test_renderers_differ_where_points_are_undecided():
     display = find_display("sample-a").with_resolution(4, 3)
     view = module_views(builtin_scene("statue"), display, range(4, 5))[0]
     drawn = [(view, np.random.default_rng(seed), "shader", 1.0, 3, seed % 2 == 1) for seed in range(12)]
-    plain = {"range_check": False, "surface": "depth"}
+    plain = {"range_check": False, "surface": "depth", "background": "open"}
     vo = {"thickness": 0.1, "second": 0.0, "combine": "product", "randomize": True, "seed": 0}
     for check in (
         partial(check_fractions, options={**plain, "remap": False}, half=False),

@@ -26,7 +26,7 @@ from math import sqrt
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel
+from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, run_kernel
 from lfssao.ao.estimators.kernels.oriented import ANY, NEAR, SMOOTH, Hemisphere, oriented_occlusion
 from lfssao.ao.estimators.vo.local_frame import flat_turns, seen_surface
 from lfssao.ao.ssao import Occlusion
@@ -50,7 +50,7 @@ class OrientedOptions(Options):
     )
     background: str = option(
         "open", "whether background hides nothing, or all, with weight 1 by range check none, else 0",
-        choices=("open", "occludes"),
+        choices=BACKGROUNDS,
     )  # fmt: skip
 
 

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import ssao
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel
+from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, run_kernel
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.samples import make_samples
@@ -50,6 +50,9 @@ class HemisphereOptions(Options):
     range_check: bool = option(False, "whether a surface point farther than R in world space does not occlude")
     surface: str = option(
         "depth", "LF Algorithm 2's line 7: the depth texture, or the mapped positions texture", choices=SURFACES
+    )
+    background: str = option(
+        "open", "whether background occludes no sample, or all, but by the range check none", choices=BACKGROUNDS
     )
 
 
@@ -110,7 +113,8 @@ def _occluded(
     with np.errstate(over="ignore"):  # the square of a very large radius is infinite: all is in reach
         offsets = np.ascontiguousarray(radius * np.asarray(points, np.float64), dtype)
         reach = dtype(float(radius) * float(radius)) if options.range_check else dtype(np.inf)
-    seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in (depth, buffers.positions)))
+    looked = depth if options.background == "open" else np.where(depth < np.inf, depth, -dtype(np.inf))
+    seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in (depth, buffers.positions, looked)))
     above = None if normals is None else np.ascontiguousarray(normals).ravel()
     choices = kernels.Choices(reach, options.surface == "positions", remap)
     projection = buffers.view.world_to_image.as_type(dtype)
@@ -143,6 +147,7 @@ ENTRIES = (
         run=point,
         options=PointOptions,
         samples=_shell,
+        texel_bytes=8,
         sampling="latin",
         turns=True,
         rotation="hash",
@@ -155,6 +160,7 @@ ENTRIES = (
         run=hemisphere,
         options=HemisphereOptions,
         samples=_shell,
+        texel_bytes=8,
         sampling="latin",
         turns=True,
         rotation="hash",

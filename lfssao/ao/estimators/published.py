@@ -15,7 +15,7 @@ _KEYS = {"estimator": str, "rotate": str, "radius": float, "samples": int, "para
 
 @dataclass(frozen=True)
 class Published:
-    """What a shader computes.
+    """A shader's choices.
 
     Attributes
     ----------

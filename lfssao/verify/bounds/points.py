@@ -70,7 +70,8 @@ def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     seen, options, model = given.seen, given.options, given.model
     inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, given.points, radius)
     low, high, fewest, most = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4", "i4"))
-    point_kernels.write_surface_depths(inputs, model.errors, options["surface"] == "positions", low, high)
+    background = -np.inf if options["background"] == "occludes" and not options["range_check"] else np.inf
+    point_kernels.write_surface_depths(inputs, model.errors, options["surface"] == "positions", background, low, high)
     normals, reach = seen.normals if half else None, float(radius) if options["range_check"] else np.inf
     point_kernels.count_hidden(inputs, contiguous(normals), low, high, reach, model.errors, seen.turns, fewest, most)
     lower, upper = fraction_bounds(len(given.points), model)

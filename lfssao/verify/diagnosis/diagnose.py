@@ -267,6 +267,8 @@ class _View:
         radius = parameters["radii"][names.index(self.name)]
         samples = np.asarray(self.inputs["samples" if estimator == "lf" else "points"], np.float64)
         surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
+        if options.get("background") == "occludes":
+            surfaces = np.where(np.isfinite(depth), surfaces, -np.inf)
 
         def make(i: Places, j: Places) -> Occlusion:
             x, y = i + guard, j + guard

@@ -121,7 +121,7 @@ def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path
     command = [sys.executable, "-c", script, *SMALL, "-o", str(tmp_path / "out")]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     estimators = {name.removeprefix("lfssao.ao.estimators.") for name in loaded if "lfssao.ao.estimators." in name}
-    assert estimators == {"estimator", "neighbours", "point", "registry"}
+    assert estimators == {"estimator", "neighbours", "point", "published", "registry"}
     kernels = {name.rpartition(".")[2] for name in loaded if name.startswith("lfssao.") and ".kernels." in name}
     assert "ssao" in kernels
     others = {"alchemy", "multiresolution", "point", "rows", "truth"}

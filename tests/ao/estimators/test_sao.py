@@ -296,7 +296,8 @@ def test_offsets_of_taps_are_rounded_as_shaders_do(dtype):
 
 def test_an_approximate_turn_leaves_each_tap_behind_by_its_share():
     """6.28 is 0.0031853 radians short of a turn, of which tap i makes (i + 1/2) / s tau."""
-    exact, short = (scalable._spiral(scalable.AppendixOptions(full_turn=k), np.dtype(float)) for k in ("exact", "6.28"))
+    options = (scalable.AppendixOptions(full_turn=k) for k in ("exact", "6.28"))
+    exact, short = (scalable.spiral_taps(each, np.dtype(float)) for each in options)
     behind = np.arctan2(
         *np.einsum("ijk,jk->ik", [[exact[:, 1], -exact[:, 0]], [exact[:, 0], exact[:, 1]]], short.T[:2])
     )

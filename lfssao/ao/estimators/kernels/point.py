@@ -41,10 +41,14 @@ from lfssao.optics.kernels.projection import (
 
 
 class Seen(NamedTuple):
-    """A view's textures row by row, one dtype: image z, +infinity where there is no surface; world coordinates."""
+    """A view's textures row by row, one dtype: image z, +infinity where there is no surface; world coordinates.
+
+    looked: depth as samples look it up: the same, or -infinity where there is no surface and background occludes.
+    """
 
     depth: np.ndarray
     positions: np.ndarray
+    looked: np.ndarray
 
 
 class Choices(NamedTuple):
@@ -151,9 +155,9 @@ def count_near(projection, seen, choices, size, n, points, moved, count):
     for i in range(n):
         t = np.uint64(3) * np.uint64(texel[i])
         x, y, w = seen.positions[t], seen.positions[t + np.uint64(1)], seen.positions[t + np.uint64(2)]
-        surface = seen.depth[texel[i]]
+        surface = seen.looked[texel[i]]
         there = surface < np.inf
-        surface = forward_depth(projection, x, y, w) if choices.forward else surface
+        surface = forward_depth(projection, x, y, w) if choices.forward and surface > -np.inf else surface
         dx, dy, dz = x - points[0, i], y - points[1, i], w - points[2, i]
         near = ((dx * dx + dy * dy) + dz * dz) <= choices.reach
         count[i] += np.int32((surface < z[i]) & near & inside[i] & there)
@@ -208,14 +212,14 @@ def occluded_fraction(seen, normals, offsets, projection, choices, turns, occlus
                     if looks and kind == CROSSED_SLITS:
                         slits = slits_of(m)
                         found += count_slits(
-                            slits, seen.depth, width, height, n, a, b, c, 0, 1, still, None, turn, count
+                            slits, seen.looked, width, height, n, a, b, c, 0, 1, still, None, turn, count
                         )
                     elif looks and kind == MATRIX:
-                        found += count_matrix(seen.depth, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
+                        found += count_matrix(seen.looked, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
                     elif looks:
                         module = display_module(m[12:])
                         found += count_display(
-                            module, seen.depth, width, height, n, a, b, c, 0, 1, still, None, turn, count
+                            module, seen.looked, width, height, n, a, b, c, 0, 1, still, None, turn, count
                         )
                     else:
                         found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)

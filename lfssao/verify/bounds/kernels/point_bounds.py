@@ -27,16 +27,18 @@ SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32
 
 
 @kernel(parallel=True)
-def write_surface_depths(inputs, by, from_positions, low, high):
+def write_surface_depths(inputs, by, from_positions, background, low, high):
     """Write the least and largest depth that a texel's surface may be compared with, (H, W) float64.
 
-    That is the depth texture or, with ``from_positions``, the image z of the texel's position.
+    That is the depth texture or, with ``from_positions``, the image z of the texel's position; where there is no
+    surface ``background``, +infinity or, if it occludes, -infinity.
     """
     for j in prange(inputs.depth.shape[0]):
         for i in range(inputs.depth.shape[1]):
             depth = np.float64(inputs.depth[j, i])
+            depth = depth if depth < np.inf else background
             low[j, i], high[j, i] = depth, depth
-            if from_positions and depth < np.inf:
+            if from_positions and abs(depth) < np.inf:
                 rows = rows_of_point(mapping_of(inputs), texel_point(inputs, by, i, j), by.operation)
                 image = widen(project(mapping_of(inputs), rows, by), by)
                 low[j, i] = image.z.value - image.z.error if image.may else np.inf

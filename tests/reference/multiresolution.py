@@ -80,5 +80,5 @@ def multiresolution(parameters, inputs):
         mean = total / dtype(n)
         both = one - (one - most) * (one - mean)
         value = {"maximum": most, "average": mean, "both": both}[options["combine"]]
-        made[place] = min(max(value, zero), one)
+        made[place] = min(value if value > zero else zero, one)
     return made, outside

@@ -249,4 +249,4 @@ def combine(most, total, levels, how):
             value = average if how == AVERAGE else most[j, i]
             if how == BOTH:
                 value = one - (one - most[j, i]) * (one - average)
-            most[j, i] = min(max(value, zero), one)
+            most[j, i] = min(value if value > zero else zero, one)  # NaN, of normals far from unit length, is not

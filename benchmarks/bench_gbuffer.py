@@ -27,10 +27,9 @@ ARMADILLO = Path(__file__).resolve().parents[2] / "shared" / "meshes" / "armadil
 def all_rays(caster, view):
     """Origin, direction and length of every texel's ray that meets the scene's box, float32."""
     n = view.height * view.width
-    cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+    texels, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
     origins, directions = np.empty((2, n, 3), np.float32)
-    made = cells, origins, directions, lengths
-    n = rays.make_rays(view.rays, caster._tree.bounds, view.width, view.height, 1, *made)
+    n = rays.make_rays(view.rays, caster._tree.bounds, view.width, texels, origins, directions, lengths)
     return origins[:n], directions[:n], lengths[:n]
 
 

@@ -1,7 +1,8 @@
 """Errors that lfssao raises on purpose, each one sentence."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 
 
 class LfssaoError(Exception):
@@ -16,9 +17,24 @@ class MissingPackageError(LfssaoError, ImportError):
     """A package that this operation needs is not installed; the message names it and the operation."""
 
 
-def no_such(kind: str, name: str, choices: Iterable[str]) -> InputError:
+def no_such(kind: str, name: object, choices: Iterable[str]) -> InputError:
     """That there is no thing of a name: one sentence with the nearest name there is and all the others."""
     known = list(choices)
-    near = difflib.get_close_matches(name, known, 1, 0.5)
+    near = difflib.get_close_matches(str(name), known, 1, 0.5)
     hint = f"the nearest is '{near[0]}' of" if near else "choose one of"
-    return InputError(f"there is no {kind} '{name}': {hint} {', '.join(known)}")
+    return InputError(f"there is no {kind} '{name!s:.40}': {hint} {', '.join(known)}")
+
+
+def check_choice(kind: str, name: object, choices: Collection[str]) -> None:
+    """Refuse a name that is not among the choices (``no_such``)."""
+    if name not in choices:
+        raise no_such(kind, name, choices)
+
+
+@contextmanager
+def errors_of(place: str) -> Iterator[None]:
+    """Put a place, such as an option or a file, before the message of an InputError that the block raises."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None

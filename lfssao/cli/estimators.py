@@ -11,7 +11,7 @@ from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.estimators.published import find_published, published_names, published_text
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, full_parameters
 from lfssao.cli import values
-from lfssao.errors import InputError
+from lfssao.errors import InputError, errors_of
 from lfssao.rendering.image_file import ENDINGS, read_angles
 from lfssao.samples import ROTATIONS, make_samples
 
@@ -88,10 +88,8 @@ def read_parameters(
             read[name] = values.typed(text, type(estimator.parameters.get(name, "")))
         except argparse.ArgumentTypeError as error:
             raise InputError(f"--parameter {name}: {error}") from None
-    try:
+    with errors_of("--parameter"):
         return full_parameters(estimator, {**others, **read})
-    except InputError as error:
-        raise InputError(f"--parameter: {error}") from None
 
 
 def add_rotation(add: Callable[..., Any], default: str) -> None:
@@ -128,17 +126,13 @@ def read_samples(
     if method is None and (seed is None or estimator.sampling is None):
         if seed is not None:
             raise InputError(f"--seed: estimator {estimator.name} has samples of its own: give a --sampling too")
-        try:
+        with errors_of("--samples"):
             points, weights = estimator.default_samples(n)
-        except InputError as error:
-            raise InputError(f"--samples: {error}") from None
         own = "own" if estimator.sampling is None else estimator.sampling
         return {"method": own, "count": 0 if points is None else len(points), "seed": 0}, points, weights
     if estimator.dimensions != 3:
         raise InputError(f"--sampling: estimator {estimator.name} does not take samples in the ball")
     method, seed = (estimator.sampling or "latin") if method is None else method, seed or 0
-    try:
+    with errors_of("--sampling"):
         points = make_samples(method, n, seed)
-    except InputError as error:
-        raise InputError(f"--sampling: {error}") from None
     return {"method": method, "count": n, "seed": seed}, points, None

@@ -15,7 +15,7 @@ from lfssao.cli.terminal import say
 from lfssao.cli.values import LARGEST_RADIUS, MOST_BLUR, MOST_GUARD, MOST_SAMPLES
 from lfssao.core.affine import Matrix
 from lfssao.core.files import check_folder
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
@@ -152,19 +152,15 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
 def _display(options: argparse.Namespace) -> Display:
     """The display that is asked for, in its own resolution; the options of a camera are checked too."""
     if options.camera is not None:
-        if options.camera not in PROJECTIONS:
-            raise InputError(
-                f"--camera: there is no projection '{options.camera}': choose one of {', '.join(PROJECTIONS)}"
-            )
+        with errors_of("--camera"):
+            check_choice("projection", options.camera, PROJECTIONS)
         for name in ("display", "modules", "neighbours"):
             if getattr(options, name) not in (None, 0):
                 raise InputError(f"--{name} does not go with --camera, which renders one ordinary view")
     elif any(getattr(options, name) is not None for name in _PLACED):
         raise InputError("--eye, --target, --up and --fov place a camera: they need --camera")
-    try:
+    with errors_of("--display"):
         display = find_display("virtual" if options.display is None else options.display)
-    except InputError as error:
-        raise InputError(f"--display: {error}") from None
     count = len(display.modules)
     if options.neighbours >= count:
         raise InputError(f"--neighbours {options.neighbours}: a module of {display.name} has {count - 1} others")
@@ -183,10 +179,8 @@ def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
 def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: Any) -> tuple[dict[str, Any], Settings]:
     """The manifest's entry of the samples, and the settings of ``add_ao_options``'s options, and of ``more``."""
     others = estimators.take_published(options)
-    try:
+    with errors_of("--estimator"):
         estimator = find_estimator(options.estimator)
-    except InputError as error:
-        raise InputError(f"--estimator: {error}") from None
     parameters = estimators.read_parameters(estimator, options.parameter, others)
     turning = options.rotate == "hash"  # takes the seed, where samples do not
     seed = None if turning and options.sampling is None and estimator.sampling is None else options.seed
@@ -276,7 +270,5 @@ def _transforms(frames: int | Path | None, mesh: Mesh) -> tuple[Matrix, ...] | N
         return None
     if isinstance(frames, int):
         return tuple(turntable(mesh.bounds, frames))
-    try:
+    with errors_of("--frames"):
         return tuple(read_transforms(frames))
-    except InputError as error:
-        raise InputError(f"--frames: {error}") from None

@@ -9,7 +9,7 @@ from lfssao.cli import values
 from lfssao.cli.terminal import BROKEN, printable
 from lfssao.cli.values import MOST_SAMPLES, PICTURES, check_target
 from lfssao.core.files import write_whole
-from lfssao.errors import InputError, no_such
+from lfssao.errors import InputError, check_choice, errors_of, no_such
 from lfssao.samples import METHODS, sample_set
 from lfssao.samples.formats import FORMATS, read_points
 from lfssao.samples.sets import DIMENSIONS, SampleSet
@@ -98,8 +98,7 @@ def _make(options: argparse.Namespace) -> None:
             for method in methods.values():
                 print(f"  {method.name}: {method.title} ({method.source}); {', '.join(method.promises)}")
         return
-    if options.format not in FORMATS:
-        raise no_such("format", options.format, FORMATS)
+    check_choice("format", options.format, FORMATS)
     content = FORMATS[options.format](_sample_set(options))
     if options.output is not None:
         write_whole(Path(options.output), lambda path: path.write_bytes(content))
@@ -133,11 +132,9 @@ def _check(options: argparse.Namespace) -> int:
     points, weights, domain = read_points(Path(options.file))
     kept = True
     for text in options.promise or ("inside", "distinct", "uniform"):
-        try:
+        with errors_of("--promise" if options.promise else options.file):
             name, where = _promise(text, points.shape[1], domain)
             findings = check_promise(name, points, where, weights, options.r_min, options.r_max)
-        except InputError as error:
-            raise InputError(f"{options.file}: {error}" if options.promise is None else f"--promise: {error}") from None
         for finding in findings:
             verdict = "holds" if finding.holds else "BROKEN"
             print(f"{name} ({where}): {finding.what}: {finding.value:.6g}, at most {finding.limit:.6g}: {verdict}")
@@ -160,8 +157,7 @@ def _read_set(path: Path, domain: str | None) -> SampleSet:
     """The points of a file as a set without promises."""
     points, weights, named = read_points(path)
     domain = domain or named or ("ball" if points.shape[1] == 3 else "square")
-    if domain not in DIMENSIONS:
-        raise no_such("domain", domain, DIMENSIONS)
+    check_choice("domain", domain, DIMENSIONS)
     if DIMENSIONS[domain] != points.shape[1]:
         raise InputError(f"{path}: points of the {domain} have {DIMENSIONS[domain]} coordinates, not {points.shape[1]}")
     return SampleSet(points, weights, domain, path.name, 0, ())

@@ -11,7 +11,7 @@ from lfssao.cli.terminal import printable, progress, say
 from lfssao.cli.values import check_target, finite, whole
 from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.display import Display
 from lfssao.rendering.folder import read_layer, read_manifest
 from lfssao.rendering.memory import available_memory
@@ -61,8 +61,7 @@ def _view(options: argparse.Namespace) -> None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
     target = folder / ("orbit.png" if animated else "view.png") if options.output is None else Path(options.output)
     check_target("--output", target, _ENDINGS[animated])
-    if options.blend not in BLENDS:
-        raise InputError(f"--blend: there is no '{options.blend}': choose one of {', '.join(BLENDS)}")
+    check_choice("--blend", options.blend, BLENDS)
     display, entries = read_manifest(folder, options.layer)
     eyes = [options.eye_x or 0.0]
     if animated:
@@ -89,10 +88,8 @@ def _read_light_field(folder: Path, layer: str, display: Display, entries: dict[
     with progress(entries.items(), desc="read", unit="module") as bar:
         for index, entry in bar:
             pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
-            try:
+            with errors_of(str(folder / entry["file"])):
                 field.put(index, 1 - pixels if channels == 1 else pixels)
-            except InputError as error:
-                raise InputError(f"{folder / entry['file']}: {error}") from error
     return field
 
 

@@ -1,5 +1,6 @@
-"""Writing files so that each is whole or absent."""
+"""Writing files so that each is whole or absent, and reading text."""
 
+import json
 import os
 import re
 import shutil
@@ -8,6 +9,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from lfssao.errors import InputError
 
@@ -32,6 +34,23 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     finally:
         with suppress(OSError):  # the folder may be what is wrong
             part.unlink(missing_ok=True)
+
+
+def read_text(path: Path) -> str:
+    """The text of a file; InputError if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a name that no file can have
+        raise InputError(f"{path}: it cannot be read ({getattr(error, 'strerror', None) or error})") from error
+
+
+def read_json(path: Path) -> Any:
+    """The value of a JSON file; InputError if it cannot be read, or is none."""
+    text = read_text(path)
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: it is not a JSON file ({error})") from error
 
 
 def write_text(path: Path, text: str) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix, determinant, invert_affine, multiply, to_4x4
 from lfssao.core.elementary import sincospi
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View, WorldToImage
 
@@ -51,8 +51,7 @@ class Camera:
     far: float
 
     def __post_init__(self) -> None:
-        if self.projection not in PROJECTIONS:
-            raise InputError(f"there is no camera '{self.projection}': choose one of {', '.join(PROJECTIONS)}")
+        check_choice("camera", self.projection, PROJECTIONS)
         numbers = (*self.eye, *self.target, *self.up, self.extent, self.near, self.far)
         if not np.isfinite(numbers).all():
             raise InputError(f"camera: a number is not finite: {self}")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix, invert_affine
 from lfssao.core.pictures import figure_png
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
@@ -118,8 +118,8 @@ class Display:
             raise self._refuse("observer.distance", "the observers must be in front of the screen")
         if not isfinite(self.observer_height):
             raise self._refuse("observer.height", f"it is {self.observer_height}")
-        if self.diffuser not in DIFFUSERS:
-            raise self._refuse("diffuser", f"'{self.diffuser}' is not one of {', '.join(DIFFUSERS)}")
+        with errors_of(f"display {self.name}: diffuser"):
+            check_choice("diffuser", self.diffuser, DIFFUSERS)
         if self.diffuser == "conical" and (self.screen_curvature != 0 or self.observer_curvature != 0):
             raise self._refuse("diffuser", "'conical' needs a flat screen and an observer line")
         if abs(self.screen_curvature) * 0.5 * self.screen_width >= 1:
@@ -153,10 +153,8 @@ class Display:
 
     def _check_optics(self, index: int) -> None:
         module = self.modules[index]
-        try:
+        with errors_of(f"display {self.name}: modules[{index}].homography"):
             numbers = self.module_numbers(index)
-        except InputError as error:
-            raise self._refuse(f"modules[{index}].homography", str(error)) from error
         if not np.isfinite(numbers).all():
             raise self._refuse(f"modules[{index}]", "a number of its optics is not finite")
         named = kernels.display_module(numbers)

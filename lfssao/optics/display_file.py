@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from lfssao.core.elementary import sincospi
-from lfssao.errors import InputError
+from lfssao.core.files import read_text
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.display import Display, Module
+from lfssao.optics.view import finite_numbers
 
-_LAYOUTS = ("line", "arc", "list")
 _MISSING = object()
 
 MOST_MODULES = 10_000  # a hundred times the largest display that is published; beyond it the number is a slip
@@ -42,43 +43,31 @@ def find_display(name: str | Path) -> Display:
     return parse_display(read_text(path), str(path))
 
 
-def read_text(path: Path) -> str:
-    """The text of a file; InputError if it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a name that no file can have
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: it cannot be read ({reason})") from error
-
-
 def parse_display(text: str, origin: str) -> Display:
     """A display from the text of its TOML file; ``origin`` is the file's name in messages.
 
     InputError if it is no TOML, a key is missing or unknown, or a value is wrong.
     """
-    root = _Table(parse_toml(text, origin), origin, "")
-    screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))
-    distance = observer.number("distance")
-    if not distance > 0:
-        raise observer.wrong("distance", f"it is {distance}, the observers must be in front of the screen")
-    try:
+    root = _Table(parse_toml(text, origin))
+    with errors_of(origin):
+        screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))
+        distance = observer.numbers("distance")
+        if not distance > 0:
+            raise observer.wrong("distance", f"it is {distance}, the observers must be in front of the screen")
         display = Display(
             name=root.text("name"),
             diffuser=root.text("diffuser", "linear"),
-            screen_width=screen.number("width"),
-            screen_height=screen.number("height"),
+            screen_width=screen.numbers("width"),
+            screen_height=screen.numbers("height"),
             screen_curvature=_curvature(screen, ("flat", "convex", "concave")),
-            observer_height=observer.number("height", 0.0),
+            observer_height=observer.numbers("height", default=0.0),
             observer_z=-distance,
             observer_curvature=_curvature(observer, ("line", "arc"), distance),
             roi=(roi.numbers("min", 3), roi.numbers("max", 3)),
             modules=_modules(modules),
         )
-    except InputError as error:
-        message = str(error)
-        raise InputError(message if message.startswith(origin) else f"{origin}: {message}") from error
-    for table in (root, screen, observer, roi, modules):
-        table.refuse_rest()
+        for table in (root, screen, observer, roi, modules):
+            table.refuse_rest()
     return display
 
 
@@ -92,43 +81,38 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
         raise InputError(f"{origin}: it is not a TOML file (its values are nested too deeply)") from error
 
 
-def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: float | None = None) -> float:
+def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: Any = _MISSING) -> float:
     """1 / radius with its sign: 0 for the first shape, positive for the second, negative for the third."""
-    shape = table.text("shape", shapes[0])
-    if shape not in shapes:
-        raise table.wrong("shape", f"'{shape}' is not one of {', '.join(shapes)}")
+    shape = table.choice("shape", shapes, shapes[0])
     if shape == shapes[0]:
         return 0.0
-    radius = table.number("radius", _MISSING if default_radius is None else default_radius)
+    radius = table.numbers("radius", default=default_radius)
     if not radius > 0:
         raise table.wrong("radius", f"it is {radius}, it must be positive")
-    sign = 1.0 if shape == shapes[1] else -1.0
-    return float(sign / radius)
+    return float((1.0 if shape == shapes[1] else -1.0) / radius)
 
 
 def _modules(table: "_Table") -> tuple[Module, ...]:
-    layout = table.text("layout")
-    if layout not in _LAYOUTS:
-        raise table.wrong("layout", f"'{layout}' is not one of {', '.join(_LAYOUTS)}")
+    layout = table.choice("layout", ("line", "arc", "list"))
     if layout == "list":
         modules = []
         for entry in table.tables("list"):
-            optics = _optics(entry)
-            modules.append(Module(entry.number("x"), entry.number("y", 0.0), entry.number("z"), **optics))
+            place = entry.numbers("x"), entry.numbers("y", default=0.0), entry.numbers("z")
+            modules.append(Module(*place, **_optics(entry)))
             entry.refuse_rest()
         return tuple(modules)
     count = table.whole("count", MOST_MODULES)
-    y, optics = table.number("y", 0.0), _optics(table)
+    y, optics = table.numbers("y", default=0.0), _optics(table)
     if layout == "line":
         first, last = table.numbers("x", 2)
-        z = table.number("z")
+        z = table.numbers("z")
         return tuple(Module(_step(first, last, k, count), y, z, **optics) for k in range(count))
     return _arc(table, count, y, optics)
 
 
 def _arc(table: "_Table", count: int, y: float, optics: dict[str, Any]) -> tuple[Module, ...]:
     """Modules on an arc about the vertical axis through (0, center_z); where they have a field of view, facing it."""
-    radius, centre = table.number("radius"), table.number("center_z", 0.0)
+    radius, centre = table.numbers("radius"), table.numbers("center_z", default=0.0)
     first, last = table.numbers("angles", 2)
     modules = []
     for k in range(count):
@@ -150,95 +134,71 @@ def _optics(table: "_Table") -> dict[str, Any]:
     width, height = table.numbers("resolution", 2)
     if width != int(width) or height != int(height):
         raise table.wrong("resolution", f"it is [{width}, {height}], it must be two whole numbers of texels")
-    return {
-        "width": int(width),
-        "height": int(height),
-        "yaw": table.number("yaw", 0.0),
-        "pitch": table.number("pitch", 0.0),
-        "roll": table.number("roll", 0.0),
-        "field_of_view": table.number("field_of_view", None),
-        "homography": table.numbers("homography", 9, None),
-        "k1": table.number("k1", 0.0),
-        "k2": table.number("k2", 0.0),
-    }
-
-
-def _short(value: Any) -> str:
-    """A value as a message shows it."""
-    text = "a huge number" if isinstance(value, int) and abs(value) >= 10**40 else repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    optics = {name: table.numbers(name, default=0.0) for name in ("yaw", "pitch", "roll", "k1", "k2")}
+    optics["field_of_view"] = table.numbers("field_of_view", default=None)
+    optics["homography"] = table.numbers("homography", 9, default=None)
+    return {"width": int(width), "height": int(height), **optics}
 
 
 class _Table:
-    """A table of a TOML file that knows its name and which of its keys were asked for."""
+    """A table of a TOML file that knows its path and which of its keys were asked for."""
 
-    def __init__(self, values: dict[str, Any], origin: str, path: str) -> None:
+    def __init__(self, values: dict[str, Any], path: str = "") -> None:
         self._values = values
-        self._origin = origin
         self._path = path
         self._known: set[str] = set()
 
     def wrong(self, key: str, reason: str) -> InputError:
-        return InputError(f"{self._origin}: {self._path}{key}: {reason}")
+        return InputError(f"{self._path}{key}: {reason}")
 
     def _get(self, key: str, default: Any = _MISSING) -> Any:
         self._known.add(key)
-        if key in self._values:
-            return self._values[key]
-        if default is _MISSING:
+        value = self._values.get(key, default)
+        if value is _MISSING:
             raise self.wrong(key, "it is missing")
-        return default
+        return value
 
     def table(self, key: str) -> "_Table":
         value = self._get(key)
         if not isinstance(value, dict):
             raise self.wrong(key, "it must be a table")
-        return _Table(value, self._origin, f"{self._path}{key}.")
+        return _Table(value, f"{self._path}{key}.")
 
     def tables(self, key: str) -> list["_Table"]:
         value = self._get(key)
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
             raise self.wrong(key, "it must be an array of tables")
-        return [_Table(entry, self._origin, f"{self._path}{key}[{k}].") for k, entry in enumerate(value)]
+        return [_Table(entry, f"{self._path}{key}[{k}].") for k, entry in enumerate(value)]
 
     def text(self, key: str, default: Any = _MISSING) -> str:
         value = self._get(key, default)
         if not isinstance(value, str) or not value:
-            raise self.wrong(key, f"it is {_short(value)}, it must be a text")
+            raise self.wrong(key, f"it is {value!r:.60}, it must be a text")
         return value
 
-    def number(self, key: str, default: Any = _MISSING) -> Any:
-        """A number, float; or the default."""
-        value = self._get(key, default)
-        if value is default and default is not _MISSING:
-            return value
-        if not _is_number(value):
-            raise self.wrong(key, f"it is {_short(value)}, it must be a finite number")
-        return float(value)
+    def choice(self, key: str, choices: tuple[str, ...], default: Any = _MISSING) -> str:
+        value = self.text(key, default)
+        with errors_of(f"{self._path}{key}"):
+            check_choice(key, value, choices)
+        return value
 
     def whole(self, key: str, most: int) -> int:
         """A whole number from 1 to ``most``."""
         value = self._get(key)
-        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-            raise self.wrong(key, f"it is {_short(value)}, it must be a whole number from 1 to {most}")
+        if type(value) is not int or not 1 <= value <= most:
+            raise self.wrong(key, f"it is {value!r:.60}, it must be a whole number from 1 to {most}")
         return value
 
-    def numbers(self, key: str, count: int, default: Any = _MISSING) -> Any:
-        """Floats of a list of ``count`` numbers, a tuple; or the default."""
+    def numbers(self, key: str, *count: int, default: Any = _MISSING) -> Any:
+        """A float, or a tuple of ``count`` floats; or the default."""
         value = self._get(key, default)
-        if value is default and default is not _MISSING:
+        if value is default:
             return value
-        if not isinstance(value, list) or len(value) != count or not all(map(_is_number, value)):
-            raise self.wrong(key, f"it is {_short(value)}, it must be a list of {count} finite numbers")
-        return tuple(float(v) for v in value)
+        found = finite_numbers(f"{self._path}{key}", value, *count).tolist()
+        return tuple(found) if count else found
 
     def refuse_rest(self) -> None:
         """Refuse keys that nothing asked for."""
-        unknown = [key for key in self._values if key not in self._known]
-        if unknown:
-            known = ", ".join(sorted(self._known))
-            raise self.wrong(unknown[0], f"there is no such key, choose from {known}")
+        for key in self._values:
+            with errors_of(f"{self._path}{key}"):
+                check_choice("key", key, sorted(self._known))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from lfssao.core.affine import Matrix
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels.display import NEVER, DisplayModule
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, Projection, Slits, land
@@ -131,8 +131,7 @@ class WorldToImage:
         bent = _scalars(screen_curvature=screen_curvature, observer_curvature=observer_curvature)
         distortion = _scalars(c_u=c_u, c_v=c_v, unit=unit, k1=k1, k2=k2)
         h = tuple(finite_numbers("homography", homography, 9).tolist())
-        if diffuser not in DIFFUSERS:
-            raise InputError(f"diffuser: {diffuser!r:.40} is not one of {', '.join(DIFFUSERS)}")
+        check_choice("diffuser", diffuser, DIFFUSERS)
         if diffuser == "conical" and any(bent):
             raise InputError("diffuser: 'conical' needs a flat screen and an observer line")
         if not place[4] < 0 < place[2]:

@@ -1,16 +1,15 @@
 """Frames of a moving scene: an affine map world -> world for each."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lfssao.core.affine import Matrix, cofactors, determinant, transform_points
 from lfssao.core.elementary import sincospi
-from lfssao.errors import InputError
+from lfssao.core.files import read_json
+from lfssao.errors import InputError, errors_of
 from lfssao.scene.mesh import Mesh
 
 MOST_FRAMES = 10_000
@@ -40,15 +39,11 @@ def read_transforms(path: Path) -> list[Matrix]:
     if path.suffix.lower() not in (".json", ".npy"):
         raise InputError(f"{path}: frames come from a .json or an .npy file")
     try:
-        values: Any = np.load(path) if path.suffix.lower() == ".npy" else json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: it cannot be read as {path.suffix[1:].upper()} ({error})") from error
-    try:
-        matrices = np.asarray(values)
-    except ValueError:
-        matrices = np.zeros(0, object)
+        matrices = np.load(path) if path.suffix.lower() == ".npy" else np.asarray(read_json(path))
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: it cannot be read as matrices ({error})") from error
     if matrices.dtype.kind not in "iuf" or matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
         raise InputError(f"{path}: it does not hold a list of 4x4 matrices of numbers")
     if not 1 <= len(matrices) <= MOST_FRAMES:
@@ -83,10 +78,8 @@ def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.fl
     """Smallest and largest world coordinates of a mesh in each frame, (2, 3) float64; InputError names the frame."""
     boxes = []
     for number, transform in enumerate(transforms):
-        try:
+        with errors_of(f"frame {number}"):
             boxes.append(moved(mesh, transform).bounds)
-        except InputError as error:
-            raise InputError(f"frame {number}: {error}") from None
     return boxes
 
 

@@ -1,12 +1,12 @@
 """The folder of an earlier ``lfssao render``, read back and checked."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.files import read_json
 from lfssao.errors import InputError
 from lfssao.optics.display import Display, Module
 from lfssao.rendering.exr import read_exr
@@ -16,15 +16,12 @@ from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
 def load_manifest(folder: Path) -> dict[str, Any]:
     """The manifest of a folder; InputError if there is none, or it is no JSON file or of another format."""
     path = folder / MANIFEST
-    try:
-        manifest: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
+    if not path.exists():
         frames = sorted(folder.glob(f"frame_*/{MANIFEST}"))
-        if frames and not path.exists():
-            raise InputError(f"{folder}: it holds frames: choose one, such as {frames[0].parent}") from error
-        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao render' writes it") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: it is not a JSON file ({error})") from error
+        if frames:
+            raise InputError(f"{folder}: it holds frames: choose one, such as {frames[0].parent}")
+        raise InputError(f"{path}: there is no such file; 'lfssao render' writes it")
+    manifest: dict[str, Any] = read_json(path)
     found = manifest.get("format") if isinstance(manifest, dict) else None
     if found != FORMAT or isinstance(found, bool):
         newer = isinstance(found, int) and found > FORMAT

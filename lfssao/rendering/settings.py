@@ -12,7 +12,7 @@ from lfssao.ao import post
 from lfssao.ao.estimators.estimator import UNITS, Estimator, Value
 from lfssao.ao.estimators.registry import check_samples, check_turning, find_estimator, full_parameters
 from lfssao.ao.ssao import check_radius
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
 from lfssao.samples.rotation import check_angles, check_rotation
@@ -139,16 +139,16 @@ class Settings:
                 raise InputError("rotation: with neighbours samples do not turn")
 
     def _check_names(self) -> None:
-        named = ("color_filter", COLOR_FILTERS), ("normals", (None, *NORMALS)), ("caster", CASTERS), ("units", UNITS)
+        named = ("color_filter", COLOR_FILTERS), ("normals", NORMALS), ("caster", CASTERS), ("units", UNITS)
         for name, choices in named:
-            value = getattr(self, name)
-            if value not in choices:
-                raise InputError(f"{name} is '{value}': choose one of {', '.join(filter(None, choices))}")
+            if getattr(self, name) is not None:
+                with errors_of(name):
+                    check_choice("choice", getattr(self, name), choices)
         if self.layers == ():
             raise InputError("layers: at least one is needed")
         for name in self.layers or ():
-            if name not in LAYERS:
-                raise InputError(f"layers: there is no '{name}': choose some of {', '.join(LAYERS)}")
+            with errors_of("layers"):
+                check_choice("layer", name, LAYERS)
 
     @property
     def _reads_normals(self) -> bool:

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lfssao.core.affine import Matrix, determinant, invert_affine, multiply, to_4x4
-from lfssao.errors import InputError, no_such
+from lfssao.core.files import read_text
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import view_of_matrix
 from lfssao.optics.display import PHYSICAL_Z
-from lfssao.optics.display_file import find_display, parse_toml, read_text
+from lfssao.optics.display_file import find_display, parse_toml
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Slits
 from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
 from lfssao.rendering.folder import load_manifest
@@ -70,16 +71,12 @@ class Description:
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
-            _choose(name, getattr(self, name), choices)
+            with errors_of(name):
+                check_choice("choice", getattr(self, name), choices)
         if self.view.screen_to_world is None and self.depth_kind != "image":
             raise InputError(f"depth_kind is '{self.depth_kind}', a module's depth is 'image'")
         if self.eye is None and "view" in (self.positions_space, self.normals_space, self.depth_kind.partition("-")[0]):
             raise InputError("the renderer's eye space is not known: give kind = 'camera' with view and projection")
-
-
-def _choose(name: str, value: Any, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise InputError(f"{name} is {value!r:.40}, it must be one of {', '.join(choices)}")
 
 
 def read_description(path: Path, name: str, size: Size) -> Description:
@@ -97,25 +94,22 @@ def read_description(path: Path, name: str, size: Size) -> Description:
     if path.is_dir() or path.name == MANIFEST:
         return Description(_folder(size, str(path if path.is_dir() else path.parent), name))
     values = parse_toml(read_text(path), str(path))
-    try:
+    with errors_of(str(path)):
         said = {field.name: values.pop(field.name) for field in fields(Description)[2:] if field.name in values}
         view = _made(values, size)
         eye = _rigid(values["view"], values.get("layout", LAYOUTS[0])) if "projection" in values else None
         return Description(view, eye, **said)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _made(values: dict[str, Any], size: Size) -> View:
     """The view that the values of a TOML file describe."""
     own: dict[str, Callable[..., View]] = {"camera": _camera, "module": _module, "folder": _folder}
     kind = values.pop("kind", None)
-    _choose("kind", kind, (*own, *KINDS))
+    check_choice("kind", kind, (*own, *KINDS))
     make: Callable[..., Any] = own.get(kind) or getattr(WorldToImage, kind.replace(" ", "_"))
     parameters = {name: p.default for name, p in signature(make).parameters.items() if name != "size"}
     for name in values:
-        if name not in parameters:
-            raise no_such("key", name, ("kind", *parameters, *CHOICES))
+        check_choice("key", name, ("kind", *parameters, *CHOICES))
     for name, default in parameters.items():
         if default is Parameter.empty and name not in values:
             raise InputError(f"{name} is missing")
@@ -156,8 +150,8 @@ def _rigid(view: ArrayLike, layout: str) -> Matrix:
 
 def _camera(size: Size, view: ArrayLike, projection: ArrayLike, clip: str, layout: str = LAYOUTS[0]) -> View:
     """The view of two matrices."""
-    _choose("clip", clip, CLIPS)
-    _choose("layout", layout, LAYOUTS)
+    check_choice("clip", clip, CLIPS)
+    check_choice("layout", layout, LAYOUTS)
     eye, matrix = _rigid(view, layout), finite_numbers("projection", projection, 4, 4)
     x, y, z, w = multiply(matrix if layout == LAYOUTS[0] else matrix.T, to_4x4(eye))
     width, height, guard = size
@@ -192,17 +186,17 @@ def _folder(size: Size, folder: str, name: str) -> View:
     """A view of a rendered folder, by the numbers of its manifest."""
     path, name = Path(str(folder)), str(name)
     manifest = load_manifest(path)
-    try:
-        views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
-        if name not in views:
-            raise no_such("view", name, views)
-        view = view_of(name, views[name])
+    with errors_of(folder):
+        try:
+            views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
+            check_choice("view", name, views)
+            view = view_of(name, views[name])
+        except InputError:
+            raise
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise InputError(f"{MANIFEST}: it is not what 'lfssao render' writes ({error!r:.80})") from error
         there = Size(view.width, view.height, view.guard)
         if there != size:
             told = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (there, size)]
             raise InputError(f"its view {name} has {told[0]} the textures have {told[1].rstrip(',')}")
         return view
-    except InputError as error:
-        raise InputError(f"{folder}: {error}") from None
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{path / MANIFEST}: it is not what 'lfssao render' writes ({error!r:.80})") from error

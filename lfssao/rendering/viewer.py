@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice
 from lfssao.optics.display import Display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
@@ -87,8 +87,7 @@ class LightField:
         InputError
             If the blend is unknown, the width is not positive, or there is no observer at eye_x.
         """
-        if blend not in BLENDS:
-            raise InputError(f"there is no blend '{blend}': choose one of {', '.join(BLENDS)}")
+        check_choice("blend", blend, BLENDS)
         shown = self.display
         eye, screen = eye_point(shown, eye_x), (shown.screen_width, shown.screen_height)
         columns, rows = picture_size(shown, width)

@@ -1,8 +1,7 @@
 """Sample sets as files: tables that a shader or another program loads, and the reading of them back."""
 
-import csv
 import json
-import math
+import re
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -10,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.errors import InputError, no_such
+from lfssao.core.files import read_json, read_text
+from lfssao.errors import InputError, check_choice, no_such
 from lfssao.samples.sets import FloatArray, SampleSet
 
 _AXES = {"square": ("xi_1", "xi_2"), "disk": ("x", "y"), "sphere": ("x", "y", "z"), "ball": ("x", "y", "z")}
@@ -77,12 +77,7 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     reader = {".csv": _read_csv, ".json": _read_json, ".npy": _read_npy}.get(path.suffix.lower())
     if reader is None:
         raise no_such("format of points", path.suffix.lower(), (".csv", ".json", ".npy"))
-    try:
-        points, weights, domain = reader(path)
-    except OSError as error:
-        raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: it is not text in UTF-8") from error
+    points, weights, domain = reader(path)
     if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) == 0:
         raise InputError(f"{path}: its points have shape {points.shape}, expected (n, 2) or (n, 3) with n at least 1")
     if not np.isfinite(points).all() or not (weights is None or np.isfinite(weights).all()):
@@ -91,45 +86,30 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
 
 
 def _read_csv(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        lines = [(k, row) for k, row in enumerate(csv.reader(stream), 1) if row and not row[0].startswith("#")]
+    lines = [line for line in read_text(path).splitlines() if line.strip() and not line.startswith("#")]
     names: list[str] = []
-    if lines and not _is_number(lines[0][1][0]):
-        names = [name.strip().lower() for name in lines.pop(0)[1]]
-    width = len(names) if names else len(lines[0][1]) if lines else 0
-    rows = []
-    for k, row in lines:
-        if len(row) != width:
-            raise InputError(f"{path}: line {k} has {len(row)} columns, expected {width}")
-        wrong = [word for word in row if not _is_number(word)]
-        if wrong:
-            raise InputError(f"{path}: line {k}: '{wrong[0][:40]}' is not a number")
-        rows.append([float(word) for word in row])
-    table = np.array(rows, np.float64).reshape(len(rows), width)
+    if lines and not re.match(r"\s*[+-]?(\.?[0-9]|inf|nan)", lines[0], re.IGNORECASE):
+        names = [name.strip(' "').lower() for name in lines.pop(0).split(",")]
+    try:
+        table = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.empty((0, len(names)))
+    except ValueError as error:
+        raise InputError(f"{path}: it is no table of numbers ({error})") from error
+    if names and table.shape[1] != len(names):
+        raise InputError(f"{path}: it names {len(names)} columns and has {table.shape[1]}")
     if "weight" not in names:
         return table, None, None
     column = names.index("weight")
     return np.delete(table, column, axis=1), table[:, column], None
 
 
-def _is_number(word: str) -> bool:
-    try:
-        return not math.isnan(float(word))
-    except ValueError:
-        return False
-
-
 def _read_json(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
-    try:
-        data: Any = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: it is not JSON ({error})") from error
+    data = read_json(path)
     facts = data if isinstance(data, dict) else {"points": data}
     if "points" not in facts:
         raise InputError(f"{path}: it has no 'points'")
     domain = facts.get("domain")
-    if domain is not None and domain not in _AXES:
-        raise no_such(f"domain (in {path})", str(domain), _AXES)
+    if domain is not None:
+        check_choice(f"domain (in {path})", str(domain), _AXES)
     weights = facts.get("weights")
     points = _numbers(path, "points", facts["points"])
     return points, None if weights is None else _numbers(path, "weights", weights), domain
@@ -145,7 +125,7 @@ def _numbers(path: Path, key: str, value: Any) -> FloatArray:
 def _read_npy(path: Path) -> tuple[FloatArray, None, None]:
     try:
         table = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except (OSError, ValueError, EOFError) as error:
         raise InputError(f"{path}: it is not a .npy file of numbers ({error})") from error
     if table.dtype.kind not in "fiu":
         raise InputError(f"{path}: it is an array of {table.dtype}, not of numbers")

@@ -11,7 +11,7 @@ from math import log, pi, sqrt
 
 import numpy as np
 
-from lfssao.errors import InputError, no_such
+from lfssao.errors import InputError, check_choice
 from lfssao.samples import statistics
 from lfssao.samples.sets import DIMENSIONS, FloatArray
 from lfssao.samples.square import grid
@@ -90,10 +90,8 @@ def check_promise(
     InputError
         If there is no such promise or domain, the promise means nothing on that domain, or the arrays do not fit.
     """
-    if name not in PROMISES:
-        raise no_such("promise", name, PROMISES)
-    if domain not in DIMENSIONS:
-        raise no_such("domain", domain, DIMENSIONS)
+    check_choice("promise", name, PROMISES)
+    check_choice("domain", domain, DIMENSIONS)
     if domain not in PROMISES[name].domains:
         raise InputError(
             f"the promise {name} is one of the {' and '.join(PROMISES[name].domains)}, not of the {domain}"

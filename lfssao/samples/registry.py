@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.errors import InputError, no_such
+from lfssao.errors import InputError, check_choice
 from lfssao.samples import direct, square
 from lfssao.samples.method import Method, Value
 from lfssao.samples.sets import DIMENSIONS, FloatArray, SampleSet
@@ -19,10 +19,8 @@ MOST = 2**32 - 1  # the generator's counters have 32 bits
 
 def find_method(domain: str, name: str) -> Method:
     """Return the method of a name on a domain; InputError if there is none."""
-    if domain not in METHODS:
-        raise no_such("domain", domain, METHODS)
-    if name not in METHODS[domain]:
-        raise no_such(f"sampling of the {domain}", name, METHODS[domain])
+    check_choice("domain", domain, METHODS)
+    check_choice(f"sampling of the {domain}", name, METHODS[domain])
     return METHODS[domain][name]
 
 
@@ -57,8 +55,7 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
     if not _is_whole(seed) or not 0 <= seed < 2**64:
         raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
     for name in options:
-        if name not in chosen.options:
-            raise no_such(f"option of {method} on the {domain}", name, chosen.options)
+        check_choice(f"option of {method} on the {domain}", name, chosen.options)
     values = {**chosen.options, **options}
     _check_options(**values)
     made = chosen.make(int(n), int(seed), **values)

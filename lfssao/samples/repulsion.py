@@ -5,7 +5,7 @@ from importlib import resources
 
 import numpy as np
 
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice
 from lfssao.samples.sets import FloatArray, SampleSet
 
 MOST = 64
@@ -36,8 +36,7 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
     InputError
         If there is no such table.
     """
-    if domain not in ("ball", "disk"):
-        raise InputError(f"there is no repulsion table of the {domain}: choose ball or disk")
+    check_choice("domain of repulsion", domain, ("ball", "disk"))
     if not isinstance(n, int | np.integer) or not 1 <= n <= MOST:
         raise InputError(f"repulsion has tables of 1 to {MOST} points, not of {n}")
     if domain == "ball" and centre is not None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.errors import InputError, no_such
+from lfssao.errors import InputError, check_choice
 from lfssao.samples.kernels import dither
 from lfssao.samples.kernels.spiral import COMMON, PAPER
 from lfssao.samples.method import fill
@@ -93,8 +93,7 @@ ROTATIONS = {
 
 def check_rotation(name: str, seed: int) -> None:
     """Refuse, by an InputError, a name that no rotation has, and a seed out of range."""
-    if name not in ROTATIONS:
-        raise no_such("rotation", name, ROTATIONS)
+    check_choice("rotation", name, ROTATIONS)
     if not 0 <= seed < 2**64:
         raise InputError(f"rotation_seed is {seed}, it must be 0 to 2**64 - 1")
 

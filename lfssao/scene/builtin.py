@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.errors import InputError
+from lfssao.errors import check_choice
 from lfssao.scene.mesh import Mesh, Paint
 
 BUILTIN = ("gallery", "statue", "ammonite", "armadillo", "corner")
@@ -35,8 +35,7 @@ def builtin_scene(name: str = "gallery") -> Mesh:
     World space is right-handed, x to the right, y up; the scene faces +Z and stands on y = 0, in scene units. All but
     the armadillo have linear RGB at the vertices.
     """
-    if name not in BUILTIN:
-        raise InputError(f"there is no embedded scene {name!r}; there are: {', '.join(BUILTIN)}")
+    check_choice("embedded scene", name, BUILTIN)
     arrays = _gallery() if name == "gallery" else _read(name)
     faces = arrays["faces"]
     paint = Paint.from_vertex_colors(arrays["colors"], len(faces)) if "colors" in arrays else None

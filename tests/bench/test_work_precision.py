@@ -370,7 +370,7 @@ def test_advise_refuses_in_one_sentence(capsys, tmp_path):
     file = tmp_path / "a.json"
     assert "cannot be read" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
     file.write_text("{")
-    assert "no JSON" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
+    assert "not a JSON file" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
     file.write_text("{}")
     assert "was not written by" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
     assert "--max-error" in refused(capsys, "advise", "--max-error", "-1")

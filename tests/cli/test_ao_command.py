@@ -155,7 +155,7 @@ def test_half_is_widened_exactly(inputs):
     ({"--depth": "none.npy"}, "none.npy: there is no such file"),
     ({"--image": "four.npy"}, "--image: four.npy: expected a layer color or just one of 3 channels"),
     ({"--buffers": "none.toml"}, "none.toml: it cannot be read"),
-    ({"--buffers": "bad.toml"}, "bad.toml: kind is None"),
+    ({"--buffers": "bad.toml"}, "bad.toml: there is no kind 'None'"),
     ({"--radii": "5%"}, "--radii: '5%' is not a number"),
     ({"--sampling": "foo"}, "--sampling: there is no"),
     ({"-o": "D.npy"}, "D.npy: the output folder cannot be made"),

@@ -36,15 +36,15 @@ def test_default_radii_are_fractions_of_the_diagonal():
     ({"radii": ()}, "radii: at least one"),
     ({"radii": (0.1, -1.0)}, "radius"),
     ({"blur": float("nan")}, "sigma"),
-    ({"color_filter": "cubic"}, "color_filter is 'cubic': choose one of bilinear, nearest"),
-    ({"normals": "up"}, "normals is 'up': choose one of geometric, smooth"),
-    ({"caster": "vulkan"}, "caster is 'vulkan': choose one of exact, embree"),
+    ({"color_filter": "cubic"}, "color_filter: there is no choice 'cubic': choose one of bilinear, nearest"),
+    ({"normals": "up"}, "normals: there is no choice 'up': choose one of geometric, smooth"),
+    ({"caster": "vulkan"}, "caster: there is no choice 'vulkan': choose one of exact, embree"),
     ({"neighbours": -1}, "neighbours is -1, it must be at least 0"),
     ({"neighbours": 1, "estimator": "sao"}, "neighbours are for estimator lf, not for sao"),
-    ({"units": "feet"}, "units is 'feet': choose one of radii, world"),
+    ({"units": "feet"}, "units: there is no choice 'feet': choose one of radii, world"),
     ({"layers": ()}, "layers: at least one"),
-    ({"layers": ("ao_1",)}, "layers: there is no 'ao_1'"),
-    ({"layers": ("depth", "best")}, "layers: there is no 'best'"),
+    ({"layers": ("ao_1",)}, "layers: there is no layer 'ao_1'"),
+    ({"layers": ("depth", "best")}, "layers: there is no layer 'best'"),
 ])  # fmt: skip
 def test_what_settings_refuse(wrong, words):
     with pytest.raises(InputError, match=words):

@@ -7,8 +7,9 @@ from typing import Any
 
 from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.estimators.registry import find_estimator, full_parameters
+from lfssao.core.files import read_text
 from lfssao.errors import InputError, no_such
-from lfssao.optics.display_file import parse_toml, read_text
+from lfssao.optics.display_file import parse_toml
 
 _KEYS = {"estimator": str, "rotate": str, "radius": float, "samples": int, "parameters": dict}
 

@@ -1,10 +1,10 @@
 """Advice from the figures of a run: the setting to take for a given error or a given time."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from lfssao.core.files import read_json
 from lfssao.errors import InputError
 
 Point = dict[str, Any]
@@ -14,19 +14,8 @@ FORMAT = 4
 
 
 def read_result(path: Path) -> dict[str, Any]:
-    """Read the figures that ``lfssao bench work-precision`` wrote.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or holds something else.
-    """
-    try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: it cannot be read ({error.strerror})") from error
-    except ValueError as error:
-        raise InputError(f"{path}: it is no JSON file") from error
+    """Read the figures of ``lfssao bench work-precision``; InputError if the file cannot be read or holds others."""
+    result = read_json(path)
     if not isinstance(result, dict) or result.get("work_precision") != FORMAT:
         raise InputError(f"{path}: it was not written by 'lfssao bench work-precision'")
     return result

@@ -70,7 +70,8 @@ class RayCaster:
     An exact float64 test of a ray and a triangle picks each ray's first hit. Candidates come from conservative
     rasterisation (``lfssao.gbuffer.rasterize``) if rays are separable and triangles cover few texels, else from a tree
     of boxes (``gbuffer.kernels.first_hit``). The textures do not depend on which of the two ran, the processor or the
-    number of threads. Embree's own tree is built when a view first asks for it.
+    number of threads. Embree's own tree is built when a view first asks for it. InputError if the mesh leaves the range
+    of float32 in cast space.
 
     Parameters
     ----------
@@ -80,11 +81,6 @@ class RayCaster:
         Affine map world -> cast space (``View.cast_from_world``).
     threads : int
         How many threads trace.
-
-    Raises
-    ------
-    InputError
-        If the mesh leaves the range of float32 in cast space.
     """
 
     def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:
@@ -109,6 +105,9 @@ class RayCaster:
     ) -> GBuffer:
         """Cast one ray through the centre of each texel of a view.
 
+        InputError if ``color``, ``normals`` or ``caster`` is none of these. MissingPackageError if Embree is asked for
+        and embreex is not installed.
+
         Parameters
         ----------
         view : View
@@ -124,13 +123,6 @@ class RayCaster:
             'exact', or 'embree' for the triangles that Embree finds, whose bits depend on the processor.
         positions : bool
             Whether the positions texture is made.
-
-        Raises
-        ------
-        InputError
-            If ``color``, ``normals`` or ``caster`` is none of these.
-        MissingPackageError
-            If Embree is asked for and embreex is not installed.
         """
         options = ("color", color, COLOR_FILTERS), ("normals", normals, NORMALS), ("caster", caster, CASTERS)
         for name, value, choices in options:

@@ -22,6 +22,9 @@ Vector = tuple[float, float, float]
 class Camera:
     """A camera in world space (right-handed).
 
+    InputError if the projection is unknown, a number is not finite, the extent is not positive, the planes are not in
+    order, or eye, target and up leave the direction open.
+
     Attributes
     ----------
     projection : str
@@ -34,12 +37,6 @@ class Camera:
         Visible height at the target's distance, world units.
     near, far : float
         Distances of the nearest and farthest visible surfaces, world units; 0 < near < far.
-
-    Raises
-    ------
-    InputError
-        If the projection is unknown, a number is not finite, the extent is not positive, the planes are not in
-        order, or eye, target and up leave the direction open.
     """
 
     projection: str
@@ -95,6 +92,9 @@ class Camera:
     ) -> "Camera":
         """A camera that looks at a scene's box, (2, 3) world corners, from where one wants.
 
+        InputError as of ``Camera``, if the field of view is out of range or not of a perspective, or if the whole box
+        lies behind the eye.
+
         Parameters
         ----------
         box : (2, 3) float64
@@ -106,12 +106,6 @@ class Camera:
         fov : float, optional
             Vertical field of view, degrees, above 0 and below 180, of a perspective camera; by default that of
             ``looking_at``, and the extent of that for an orthographic camera.
-
-        Raises
-        ------
-        InputError
-            As of ``Camera``, if the field of view is out of range or not of a perspective, or if the whole box lies
-            behind the eye.
         """
         usual = cls.looking_at(box, projection)
         if (eye, target, up, fov) == (None,) * 4:
@@ -156,6 +150,8 @@ class Camera:
 def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis: Matrix | None = None) -> View:
     """The view of a camera from its mapping: (a, b, c, q) = matrix (x, y, z, 1), u = a / q, v = b / q, depth = c / q.
 
+    InputError if the matrix is singular, skewed, or of other planes.
+
     Parameters
     ----------
     matrix : (4, 4) float64
@@ -166,11 +162,6 @@ def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis
     axis : (4,) float64, optional
         Distance along an orthographic camera's axis as an affine function of the point, world units; from the near
         plane by default. A far plane at infinity stands at 2**60 times the near plane's distance.
-
-    Raises
-    ------
-    InputError
-        If the matrix is singular, skewed, or of other planes.
     """
     rows = np.asarray(matrix, np.float64)
     perspective = bool(rows[3, :3].any())

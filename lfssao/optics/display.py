@@ -59,6 +59,8 @@ class Module:
 class Display:
     """A light field display.
 
+    InputError if the display cannot exist; the message names the key of its file.
+
     Attributes
     ----------
     name : str
@@ -76,11 +78,6 @@ class Display:
     screen_curvature, observer_curvature : float
         1 / radius, 1 / metres; 0: flat screen, straight observer line. A screen of positive curvature is convex,
         bulging towards the viewers; an arc of curvature -1 / observer_z lies around the screen's middle.
-
-    Raises
-    ------
-    InputError
-        If the display cannot exist; the message names the key of its file.
     """
 
     name: str

@@ -31,6 +31,9 @@ _EDGE = 1e-3  # share of the near plane's distance by which halves may lie befor
 def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     """The textures as estimators take them.
 
+    InputError if a number is not finite where there is a surface, or textures do not fit what is said of them, or each
+    other; the sentence names what fits better.
+
     Parameters
     ----------
     textures : mapping
@@ -39,12 +42,6 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
         'reversed', 0 or from the far plane on of 'linear' and 'view-z'.
     said : Description
         What they hold; it must be of their size.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite where there is a surface, or textures do not fit what is said of them, or each other;
-        the sentence names what fits better.
 
     Examples
     --------

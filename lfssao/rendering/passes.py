@@ -232,6 +232,8 @@ def render(
 ) -> Iterator[Textures]:
     """Yield the textures of the modules of a display in their order, each rendered when it is asked for.
 
+    InputError if a module does not exist or the mesh leaves float32 in physical space.
+
     Parameters
     ----------
     mesh : Mesh
@@ -244,11 +246,6 @@ def render(
         Which modules; all by default.
     threads : int
         Threads of the ray caster (numba's are set by ``numba.set_num_threads``).
-
-    Raises
-    ------
-    InputError
-        If a module does not exist or the mesh leaves float32 in physical space.
     """
     settings = settings or Settings(default_radii(mesh))
     views = module_views(mesh, display, modules)

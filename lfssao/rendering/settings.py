@@ -41,6 +41,10 @@ def default_radii(mesh: Mesh) -> tuple[float, ...]:
 class Settings:
     """Settings of the AO passes.
 
+    InputError if there is no radius or no layer, a value is out of its range, a name is unknown, or the estimator does
+    not take these samples, parameters or neighbours. MissingPackageError if Embree is asked for and embreex is not
+    installed.
+
     Attributes
     ----------
     radii : tuple of float
@@ -76,14 +80,6 @@ class Settings:
     layers : tuple of str, or None
         Which of ``LAYERS`` are kept, 'ao' for those of all radii; what none of them reads is not computed. None: all,
         normals if ``normals`` names a kind.
-
-    Raises
-    ------
-    InputError
-        If there is no radius or no layer, a value is out of its range, a name is unknown, or the estimator does not
-        take these samples, parameters or neighbours.
-    MissingPackageError
-        If Embree is asked for and embreex is not installed.
     """
 
     radii: tuple[float, ...]

@@ -42,31 +42,17 @@ class Size(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """How textures are to be read.
+    """How textures are to be read."""
 
-    Attributes
-    ----------
-    view : View
-        How they were seen.
-    eye : (3, 4) float64 or None
-        World to the renderer's own eye space, rigid; None where it is not known.
-    rows : str
-        Where row 0 is: 'above' or 'below', as OpenGL reads them back.
-    depth_kind : str
-        'image' (``View.depth_kind``); of a camera also 'window' (0 near, 1 far), 'window-gl' (-1 near, 1 far),
-        'reversed' (1 near, 0 far), 'linear' (distance along the axis) or 'view-z' (z of the eye space).
-    positions_space, normals_space : str
-        'world' or 'view', the eye space.
-    normals_kind : str
-        'xyz', 'unorm' (n / 2 + 1 / 2), or two numbers of -1 to 1, 'octahedral', or of 0 to 1, 'octahedral unorm'.
-    """
-
-    view: View
-    eye: Matrix | None = None
-    rows: str = "above"
+    view: View  # how they were seen
+    eye: Matrix | None = None  # (3, 4) float64, world to the renderer's own eye space, rigid; None: it is not known
+    rows: str = "above"  # where row 0 is: 'above' or 'below', as OpenGL reads them back
+    # 'image' (``View.depth_kind``); of a camera also 'window' (0 near, 1 far), 'window-gl' (-1 near, 1 far), 'reversed'
+    # (1 near, 0 far), 'linear' (distance along the axis) or 'view-z' (z of the eye space)
     depth_kind: str = "image"
-    positions_space: str = "world"
-    normals_space: str = "world"
+    positions_space: str = "world"  # or 'view', the eye space
+    normals_space: str = "world"  # as positions_space
+    # 'xyz', 'unorm' (n / 2 + 1 / 2), or two numbers of -1 to 1, 'octahedral', or of 0 to 1, 'octahedral unorm'
     normals_kind: str = "xyz"
 
     def __post_init__(self) -> None:

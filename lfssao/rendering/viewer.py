@@ -69,6 +69,7 @@ class LightField:
 
         At a screen point a module's weight depends on the angle between the line to the eye and the module's ray, seen
         from above and taken by its sine. A ray reaches an eye up to half an angular step of the modules from it.
+        InputError if the blend is unknown, the width is not positive, or there is no observer at eye_x.
 
         Parameters
         ----------
@@ -81,11 +82,6 @@ class LightField:
             each by the fraction of the step that the other's angle takes. 'gaussian': all within 6 steps, by
             exp(-q^2 / 2), q the angle in units of 1.5 steps, as in the code of LF's first author. A texture is read
             bilinearly.
-
-        Raises
-        ------
-        InputError
-            If the blend is unknown, the width is not positive, or there is no observer at eye_x.
         """
         check_choice("blend", blend, BLENDS)
         shown = self.display

@@ -17,6 +17,9 @@ def module_views(
 ) -> list[View]:
     """The views of a display's modules, a box of world space fitted into the display's ROI.
 
+    InputError if the range holds no module, or one that the display does not have; if the box is too far from the
+    world's origin for float32 positions (``lfssao.optics.view.check_positions``).
+
     Parameters
     ----------
     mesh : Mesh
@@ -29,12 +32,6 @@ def module_views(
         Guard band, texels (``Display.view``).
     bounds : (2, 3) float64, optional
         Lower and upper corner of the box, world units; the mesh's own box by default.
-
-    Raises
-    ------
-    InputError
-        If the range holds no module, or one that the display does not have; if the box is too far from the world's
-        origin for float32 positions (``lfssao.optics.view.check_positions``).
     """
     count = len(display.modules)
     wanted = range(count) if modules is None else modules

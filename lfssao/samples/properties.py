@@ -65,6 +65,9 @@ def check_promise(
 ) -> list[Finding]:
     """Check a promise on a point set.
 
+    InputError if there is no such promise or domain, the promise means nothing on that domain, or the arrays do not
+    fit.
+
     Parameters
     ----------
     name : str
@@ -84,11 +87,6 @@ def check_promise(
     -------
     list of Finding
         The promise is kept if all of them hold.
-
-    Raises
-    ------
-    InputError
-        If there is no such promise or domain, the promise means nothing on that domain, or the arrays do not fit.
     """
     check_choice("promise", name, PROMISES)
     check_choice("domain", domain, DIMENSIONS)

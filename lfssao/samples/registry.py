@@ -27,6 +27,9 @@ def find_method(domain: str, name: str) -> Method:
 def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value) -> SampleSet:
     """Return a sample set by any method: a function of its arguments alone, with equal bits on every machine.
 
+    InputError if the domain, the method or an option does not exist, n or the seed is out of range, or not 0 <= r_min
+    <= r_max < infinity.
+
     Parameters
     ----------
     domain : str
@@ -40,12 +43,6 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
     options : numbers
         'r_min' and 'r_max' of every method in the ball (LF's over R; 0 and 1: the whole ball); 'turns' of the spiral
         (the best for n); 'centre' of repulsion in the disk, whether it holds a point there (True).
-
-    Raises
-    ------
-    InputError
-        If the domain, the method or an option does not exist, n or the seed is out of range, or not
-        0 <= r_min <= r_max < infinity.
     """
     chosen = find_method(domain, method)
     most = MOST if chosen.most is None else chosen.most

@@ -15,6 +15,8 @@ PROMISES = ("inside", "distinct", "weights", "apart")
 def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSet:
     """Return n points that repel each other in the unit ball or disk, weighted by integrals over their Voronoi cells.
 
+    InputError if there is no such table.
+
     Parameters
     ----------
     domain : str
@@ -30,11 +32,6 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
     SampleSet
         Weights: the volume of each point's Voronoi cell; in the disk the integral over the cell of the ball's extent
         along z, 2 sqrt(1 - x^2 - y^2). Both sum to the ball's volume, 4/3 pi.
-
-    Raises
-    ------
-    InputError
-        If there is no such table.
     """
     check_choice("domain of repulsion", domain, ("ball", "disk"))
     if not isinstance(n, int | np.integer) or not 1 <= n <= MOST:

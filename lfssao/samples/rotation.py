@@ -12,14 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.elementary import exp
+from lfssao.core.philox import random_below
 from lfssao.errors import InputError, check_choice
 from lfssao.samples.kernels import dither
 from lfssao.samples.kernels.spiral import COMMON, PAPER
+from lfssao.samples.kernels.square import R2_1, R2_2
 from lfssao.samples.method import fill
 from lfssao.samples.sets import FloatArray
 
 TILE = 64  # texels a side of the blue noise tile
 LARGEST_ANGLE = 2.0**32  # radians
+_SIGMA = 1.5  # Ulichney's, texels
 
 
 @dataclass(frozen=True)
@@ -54,18 +58,75 @@ def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int, int], Float
     return angles
 
 
-@cache
-def _tile() -> FloatArray:
-    ranks = np.empty((4, 4), np.int64)
-    dither.ordered(ranks)
-    return ranks / 8.0  # sixteenths of a turn, in half-turns
+def _bayer() -> FloatArray:
+    """Sixteenths of a turn, in half-turns; those that follow each other lie far apart."""
+    return np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]]) / 8.0
 
 
 @cache
 def _blue_noise() -> FloatArray:
-    ranks = np.empty((TILE, TILE), np.int64)
-    dither.void_and_cluster(np.uint64(0), ranks)
-    return np.asarray((ranks + 0.5) / (TILE * TILE / 2.0), np.float64)
+    return np.asarray((void_and_cluster(0, TILE, TILE) + 0.5) / (TILE * TILE / 2.0), np.float64)
+
+
+def void_and_cluster(seed: int, height: int, width: int) -> NDArray[np.int64]:
+    """Blue noise ranks 0 .. height * width - 1 on a tile that repeats, (height, width) int64 (Ulichney 1993).
+
+    The texels below any threshold are spread evenly. A tenth of the texels start as a random set; the tightest cluster
+    moves to the largest void until that is the place it came from. The set's own ranks come from taking away tightest
+    clusters, all others from filling largest voids. Ulichney's third phase, the tightest cluster of the empty texels,
+    picks the same texels as his second, because the energies of set and rest sum to a constant.
+    """
+    y, x = (np.minimum(np.arange(n), n - np.arange(n)) for n in (height, width))
+    squares = np.add.outer(y * y, x * x)
+    # Gaussians of the distance on the torus: whole numbers, so that adding and taking away leaves no rounding error.
+    table = np.array([int(exp(-square / (2.0 * _SIGMA * _SIGMA)) * 2.0**40) for square in squares.flat])
+    ones, energy = np.zeros((2, height, width), np.int64)
+
+    def change(place: tuple[int, int], sign: int) -> None:
+        ones[place] += sign
+        energy[:] += sign * np.roll(table.reshape(height, width), place, (0, 1))
+
+    def tightest_cluster() -> tuple[int, int]:
+        return divmod(int(np.argmax(np.where(ones == 1, energy, -1))), width)
+
+    def largest_void() -> tuple[int, int]:
+        return divmod(int(np.argmin(np.where(ones == 0, energy, 2**62))), width)
+
+    start, dart = max(height * width // 10, 1), 0
+    while ones.sum() < start:
+        place = divmod(int(random_below(np.uint64(seed), 0, dart, height * width)), width)
+        dart += 1
+        if ones[place] == 0:
+            change(place, 1)
+    came, went = (0, 0), (-1, -1)
+    while came != went:
+        came = tightest_cluster()
+        change(came, -1)
+        went = largest_void()
+        change(went, 1)
+    ranks, kept = np.empty((height, width), np.int64), (ones.copy(), energy.copy())
+    for rank in range(start - 1, -1, -1):
+        ranks[place := tightest_cluster()] = rank
+        change(place, -1)
+    ones[:], energy[:] = kept
+    for rank in range(start, height * width):
+        ranks[place := largest_void()] = rank
+        change(place, 1)
+    return ranks
+
+
+def _gradient_noise(height: int, width: int, seed: int) -> FloatArray:
+    """At the texels' centres."""
+    y, x = np.indices((height, width)) + 0.5
+    slope = 0.06711056 * x + 0.00583715 * y
+    noise = 52.9829189 * (slope - np.floor(slope))
+    return np.asarray(2.0 * (noise - np.floor(noise)))
+
+
+def _recurrence(height: int, width: int, seed: int) -> FloatArray:
+    """Fractions of a turn x a + y b modulo 1: in integers modulo 2**64, cut to a multiple of 2**-53 of a turn."""
+    y, x = np.indices((height, width), np.uint64)
+    return np.asarray(((x * R2_1 + y * R2_2) >> np.uint64(11)) * 2.0**-52)
 
 
 _BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"
@@ -75,10 +136,10 @@ ROTATIONS = {
     for entry in (
         Rotation("none", "the same samples at every texel", "LF section 6", _none, 1),
         Rotation("hash", "a random angle of each texel, of a seed", "Salmon et al. 2011", _random, None),
-        Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_tile), 4),
-        Rotation("ign", "interleaved gradient noise", "Jimenez 2014", _filled(dither.gradient_noise_angles), None),
+        Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_bayer), 4),
+        Rotation("ign", "interleaved gradient noise", "Jimenez 2014", _gradient_noise, None),
         Rotation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
-        Rotation("r2", "the recurrence R2", "Roberts 2018", _filled(dither.recurrence_angles), None),
+        Rotation("r2", "the recurrence R2", "Roberts 2018", _recurrence, None),
         Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(dither.hashed_angles, PAPER), None),
         Rotation(
             "common-hash",
@@ -101,6 +162,8 @@ def check_rotation(name: str, seed: int) -> None:
 def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArray:
     """Return the angle by which the samples of each texel are turned: (height, width) float64, half-turns in [0, 2).
 
+    InputError if there is no rotation of that name, the size is not one, or the seed is out of range.
+
     Parameters
     ----------
     name : str
@@ -109,11 +172,6 @@ def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArra
         Texels, at least 1 each, the guard band included.
     seed : int
         Seed of 'hash', 0 to 2**64 - 1; the others do not read it.
-
-    Raises
-    ------
-    InputError
-        If there is no rotation of that name, the size is not one, or the seed is out of range.
     """
     check_rotation(name, seed)
     if height < 1 or width < 1:
@@ -152,6 +210,8 @@ def check_angles(radians: Any) -> None:
 def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDArray[np.floating[Any]]:
     """Return cosine and sine of angles of one's own, a shader's hash for example: ``Buffers.turns``.
 
+    InputError if the array is not one of these.
+
     Parameters
     ----------
     radians : (H, W) float32 or float64
@@ -163,11 +223,6 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
     -------
     (2, H, W) of the dtype
         Each rounded once from float64, where it is off by 1e-15 at most.
-
-    Raises
-    ------
-    InputError
-        If the array is not one of these.
 
     Examples
     --------

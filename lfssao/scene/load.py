@@ -27,6 +27,10 @@ _NOT_IMAGES = (".mtl", ".bin")
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     """Return all triangles of a file in its own coordinates, as one mesh.
 
+    InputError if the file is missing, cannot be read or holds no triangles; if it names an image that is missing or
+    cannot be read and no texture is given; if a texture is given to a mesh without texture coordinates; if the mesh is
+    broken (``Mesh``).
+
     Parameters
     ----------
     path : str or Path
@@ -39,13 +43,6 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     Mesh
         With the diffuse colours of textures, materials, vertices or faces, where the file has them. An OBJ's image
         takes the place of its Kd (exporters write a Kd of 0 or 0.8 beside it); glTF's factors multiply.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, cannot be read or holds no triangles; if it names an image that is missing or cannot
-        be read and no texture is given; if a texture is given to a mesh without texture coordinates; if the mesh is
-        broken (``Mesh``).
     """
     path = Path(path)
     _check_file(path)

@@ -54,6 +54,9 @@ class Paint:
 class Mesh:
     """Triangles in world space.
 
+    InputError if vertices are not (V, 3), not finite, beyond ``LARGEST`` or none; if a face names a vertex that does
+    not exist; if no face with an area is left; if the whole mesh is smaller than ``SMALLEST``.
+
     Attributes
     ----------
     vertices : (V, 3) float64
@@ -70,12 +73,6 @@ class Mesh:
         Number of faces without area, left out when the mesh was made.
     notes : tuple of str
         Sentences about other things that were left out when it was loaded.
-
-    Raises
-    ------
-    InputError
-        If vertices are not (V, 3), not finite, beyond ``LARGEST`` or none; if a face names a vertex that does not
-        exist; if no face with an area is left; if the whole mesh is smaller than ``SMALLEST``.
     """
 
     vertices: FloatArray

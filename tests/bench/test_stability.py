@@ -14,7 +14,7 @@ from reference import textbook
 from lfssao.bench.stability import exact, measure, scalar_cases
 from lfssao.bench.stability.cases import CASES
 from lfssao.bench.stability.exact import CameraAtOrigin, CrossedSlits, GeneralDisplay, exact_image
-from lfssao.bench.stability.inputs import UNCHANGED, along_rays, display, near_lens, on_surface, scene
+from lfssao.bench.stability.inputs import UNCHANGED, along_rays, display, near, on_surface, scene
 from lfssao.bench.stability.running_error import EXACT, Arithmetic
 from lfssao.bench.stability.sequences import curves
 from lfssao.bench.stability.table import DEGRADED, REFUSED, WITHIN, Case, Refusal
@@ -95,7 +95,7 @@ def test_near_a_slit_ours_keeps_its_digits_and_the_straightforward_formula_does_
 
 
 def test_a_formula_that_loses_digits_breaks_a_row(monkeypatch):
-    case = near_lens(18)
+    case = near("lens", 18)
     assert measure.measure(case, "float32").exceeded == 0
 
     def lossy(slits, a, b, c):

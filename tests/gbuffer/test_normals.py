@@ -97,7 +97,7 @@ def test_unknown_layers_are_refused(statue):
     caster = RayCaster(statue, view.cast_from_world)
     with pytest.raises(InputError, match=r"normals: .* 'round'.*geometric, smooth"):
         caster.gbuffer(view, None, "round")
-    with pytest.raises(InputError, match=r"color is 'cubic'.*bilinear, nearest"):
+    with pytest.raises(InputError, match=r"color: .* 'cubic'.*bilinear, nearest"):
         caster.gbuffer(view, "cubic")
 
 

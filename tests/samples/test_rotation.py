@@ -11,7 +11,6 @@ from reference import dither, spiral
 
 from lfssao.errors import InputError
 from lfssao.samples import ROTATIONS, angle_turns, rotation, texel_angles
-from lfssao.samples.kernels import dither as tiles
 
 
 @pytest.mark.parametrize("name", ROTATIONS)
@@ -43,19 +42,11 @@ def test_tiles_hold_sixteen_angles_in_bayers_order():
     assert sorted(ranks.ravel()) == list(range(16))
 
 
-@pytest.mark.parametrize("side", [1, 2, 8])
-def test_ordered_ranks_equal_the_reference(side):
-    ranks = np.empty((side, side), np.int64)
-    tiles.ordered(ranks)
-    np.testing.assert_array_equal(ranks, dither.bayer(side))
-
-
 @settings(max_examples=8)
 @given(height=st.integers(1, 7), width=st.integers(1, 7), seed=st.integers(0, 2**64 - 1))
 def test_void_and_cluster_equals_the_reference(height, width, seed):
     """The reference runs Ulichney's third phase as he wrote it: on what is empty."""
-    ranks = np.empty((height, width), np.int64)
-    tiles.void_and_cluster(np.uint64(seed), ranks)
+    ranks = rotation.void_and_cluster(seed, height, width)
     np.testing.assert_array_equal(ranks, dither.void_and_cluster(seed, height, width))
 
 

@@ -19,8 +19,7 @@ from lfssao.bench.stability.inputs import (
     display,
     lattice,
     made,
-    near_lens,
-    near_observers,
+    near,
     on_surface,
     scene,
     seen_by,
@@ -94,7 +93,7 @@ def _aspect() -> Inputs:
 @_case("near the lens", "z within 2^-k of m_z", float32=AT_THE_SLIT)
 def _near_lens() -> Inputs:
     for k in range(1, STEPS + 1):
-        yield f"z = m_z (1 - t 2^-{k})", made(near_lens, k)
+        yield f"z = m_z (1 - t 2^-{k})", made(near, "lens", k)
     for k in (10, 20, 30):
         points = close_to(2.0, k, 0) + np.array([0.625, 0.0, 0.0])
         yield f"a lens at m_x = 0.625, z = m_z (1 - t 2^-{k})", made(scene, points, display(0.625, 2.0))
@@ -103,7 +102,7 @@ def _near_lens() -> Inputs:
 @_case("near the observers", "z within 2^-k of z_o", float32=AT_THE_SLIT)
 def _near_observers() -> Inputs:
     for k in range(1, STEPS + 1):
-        yield f"z = z_o (1 - t 2^-{k})", made(near_observers, k)
+        yield f"z = z_o (1 - t 2^-{k})", made(near, "observers", k)
 
 
 @_case("radius", "R against the scene", float32="a sample nearer to the surface than the rounding of z counts as on it")

@@ -62,16 +62,12 @@ def scene(
     return Stiff(CrossedSlits(shown_by, physical_from_world, turn), points, np.array(offset, np.float64), depth)
 
 
-def near_lens(k: int) -> Stiff:
-    """Points within 2^-k of the lens, of a module in the middle."""
-    shown_by = display(0.0, 2.5, 0.0, -5.0)
-    return scene(close_to(shown_by.modules[0].z, k, 0), shown_by)
+SLITS = {"lens": (2.5, 0), "observers": (-5.0, 1)}  # z, and the axis along which it is at 0
 
 
-def near_observers(k: int) -> Stiff:
-    """Points within 2^-k of the observers, who stand at height 0."""
-    shown_by = display(0.0, 2.5, 0.0, -5.0)
-    return scene(close_to(shown_by.observer_z, k, 1), shown_by)
+def near(slit: str, k: int) -> Stiff:
+    """Points within 2^-k of one of ``SLITS``: the lens of a module in the middle, observers at height 0."""
+    return scene(close_to(SLITS[slit][0], k, SLITS[slit][1]), display(0.0, 2.5, 0.0, -5.0))
 
 
 def close_to(slit: float, k: int, axis: int) -> NDArray[np.float64]:

@@ -48,10 +48,7 @@ def _shown(rows: list[Row]) -> list[tuple[Row, int]]:
 def write_json(rows: Iterable[Row], path: Path) -> None:
     """Write all rows and both curves of each sequence; an infinity, where no bound is known, becomes null.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    InputError if the file cannot be written.
     """
     data = {"rows": [asdict(row) for row in rows], "sequences": curves()}
     write_text(path, json.dumps(_finite(data), indent=1, allow_nan=False) + "\n")
@@ -68,10 +65,7 @@ def _finite(value: object) -> object:
 def save_plot(path: Path) -> None:
     """Draw the errors of both formulas near both slits, a panel each, as a picture of the path's ending.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    InputError if the file cannot be written.
     """
     figure = Figure(figsize=(12, 8), layout="constrained")
     for number, (name, points) in enumerate(curves().items(), start=1):

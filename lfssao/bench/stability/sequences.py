@@ -5,11 +5,9 @@ from functools import cache
 import numpy as np
 
 from lfssao.bench.stability.exact import CrossedSlits, exact_image, rational
-from lfssao.bench.stability.inputs import STEPS, near_lens, near_observers
+from lfssao.bench.stability.inputs import SLITS, STEPS, near
 from lfssao.bench.stability.measure import PATHS, Stiff, computed, error_of
 from lfssao.bench.stability.running_error import EXACT
-
-SLITS = {"lens": (near_lens, 0), "observers": (near_observers, 1)}
 
 
 @cache
@@ -23,10 +21,12 @@ def curves() -> dict[str, list[tuple[int, float, float]]]:
     ulp of 1 is 2^(k - 24) or 2^(k - 53) of the difference. m_z - z is exact that near.
     """
     found: dict[str, list[tuple[int, float, float]]] = {}
-    for slit, (near, axis) in SLITS.items():
+    for slit, (_, axis) in SLITS.items():
         for path in PATHS:
             digits = np.finfo(path).nmant + 1
-            found[f"{slit}, {path}"] = [(k, *_errors(near(k), axis, path)) for k in range(1, min(STEPS, digits) + 1)]
+            found[f"{slit}, {path}"] = [
+                (k, *_errors(near(slit, k), axis, path)) for k in range(1, min(STEPS, digits) + 1)
+            ]
     return found
 
 

@@ -61,12 +61,8 @@ def describe(point: Point) -> str:
 def advice(result: dict[str, Any], error: str, max_error: float | None = None, max_ms: float | None = None) -> str:
     """Return one sentence: the fastest setting of at most an error, or that of least error in at most a time.
 
-    The result is that of ``read_result``; the error, an RMSE, is 'model' or 'sampling'.
-
-    Raises
-    ------
-    InputError
-        If neither or both limits are given, or no point has such an error.
+    The result is that of ``read_result``; the error, an RMSE, is 'model' or 'sampling'. InputError if neither or both
+    limits are given, or no point has such an error.
     """
     if (max_error is None) == (max_ms is None):
         raise InputError("give either --max-error or --max-ms")

@@ -49,10 +49,7 @@ def draw(result: dict[str, Any]) -> Figure:
 def save_plots(result: dict[str, Any], folder: Path) -> None:
     """Write work-precision.png and .svg into a folder, each whole.
 
-    Raises
-    ------
-    InputError
-        If one cannot be written.
+    InputError if one cannot be written.
     """
     figure = draw(result)
     for ending in (".png", ".svg"):

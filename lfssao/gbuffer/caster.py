@@ -67,20 +67,14 @@ class GBuffer:
 class RayCaster:
     """A mesh ready to be ray cast from any view that shares its cast space.
 
+    ``cast_from_world``, (3, 4) float64, is the affine map world -> cast space (``View.cast_from_world``), and
+    ``threads`` how many threads trace for Embree's answers. InputError if the mesh leaves the range of float32 in cast
+    space.
+
     An exact float64 test of a ray and a triangle picks each ray's first hit. Candidates come from conservative
     rasterisation (``lfssao.gbuffer.rasterize``) if rays are separable and triangles cover few texels, else from a tree
     of boxes (``gbuffer.kernels.first_hit``). The textures do not depend on which of the two ran, the processor or the
-    number of threads. Embree's own tree is built when a view first asks for it. InputError if the mesh leaves the range
-    of float32 in cast space.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    cast_from_world : (3, 4) float64
-        Affine map world -> cast space (``View.cast_from_world``).
-    threads : int
-        How many threads trace.
+    number of threads. Embree's own tree is built when a view first asks for it.
     """
 
     def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:

@@ -150,18 +150,12 @@ class Camera:
 def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis: Matrix | None = None) -> View:
     """The view of a camera from its mapping: (a, b, c, q) = matrix (x, y, z, 1), u = a / q, v = b / q, depth = c / q.
 
-    InputError if the matrix is singular, skewed, or of other planes.
-
-    Parameters
-    ----------
-    matrix : (4, 4) float64
-        World to texels of the whole texture, u right and v down; depth is 0 at the near and 1 at the far plane; q > 0
-        before the viewer. Lenses may be off the axis and texels not square; the world may have either handedness.
-    width, height, guard : int
-        Size of the texture, texels, the guard band included, and the width of that band.
-    axis : (4,) float64, optional
-        Distance along an orthographic camera's axis as an affine function of the point, world units; from the near
-        plane by default. A far plane at infinity stands at 2**60 times the near plane's distance.
+    The matrix, (4, 4) float64, takes the world to texels of the whole texture, u right and v down; depth is 0 at the
+    near and 1 at the far plane; q > 0 before the viewer. Lenses may be off the axis and texels not square; the world
+    may have either handedness. Width and height, texels, include the guard band. ``axis``, (4,) float64, is the
+    distance along an orthographic camera's axis as an affine function of the point, world units; from the near plane by
+    default. A far plane at infinity stands at 2**60 times the near plane's distance. InputError if the matrix is
+    singular, skewed, or of other planes.
     """
     rows = np.asarray(matrix, np.float64)
     perspective = bool(rows[3, :3].any())

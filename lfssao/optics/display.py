@@ -232,22 +232,11 @@ class Display:
     def physical_to_image(
         self, index: int, points: NDArray[np.floating[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Image coordinates of physical points in one module's texture.
+        """Image coordinates of physical points, (..., 3), metres, in the texture of the module of a number.
 
-        Parameters
-        ----------
-        index : int
-            Number of the module.
-        points : (..., 3)
-            Physical coordinates, metres.
-
-        Returns
-        -------
-        image : (..., 3) float64
-            u, v (texels) and z (metres); NaN where the status is neither 0 nor 5.
-        statuses : (...) int64
-            0 valid; 1 behind the module; 2 behind the observers; 3 misses the curved screen; 4 folded by the optics;
-            5 valid, but outside the texture (with its image coordinates).
+        They are u and v, texels, and z, metres, (..., 3) float64, NaN where the status is neither 0 nor 5. Statuses,
+        (...) int64: 0 valid; 1 behind the module; 2 behind the observers; 3 misses the curved screen; 4 folded by the
+        optics; 5 valid, but outside the texture.
         """
         points = np.asarray(points, np.float64)
         flat = np.ascontiguousarray(points.reshape(-1, 3))
@@ -259,21 +248,12 @@ class Display:
     def texel_ray(
         self, index: int, u: NDArray[np.floating[Any]] | float, v: NDArray[np.floating[Any]] | float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """The lines of physical points that land on image points of one module.
+        """The lines of physical points that land on image points of the module of a number.
 
-        Parameters
-        ----------
-        index : int
-            Number of the module.
-        u, v : arrays of one shape, or floats
-            Image points, texels; texel (i, j) has its centre at (i + 0.5, j + 0.5).
-
-        Returns
-        -------
-        origin, direction : (..., 3) float64
-            Points origin + z direction, metres; direction has z component 1, origin has z = 0.
-        span : (..., 2) float64
-            z of the observers and of the lens, between which the line is defined; (1, 0) where there is none.
+        u and v, arrays of one shape or floats, are in texels; texel (i, j) has its centre at (i + 0.5, j + 0.5).
+        Returned are origin and direction, (..., 3) float64, of the points origin + z direction, metres, the direction's
+        z being 1 and the origin's 0, and (..., 2) float64, z of the observers and of the lens, between which the line
+        is defined; (1, 0) where there is none.
         """
         us, vs = np.broadcast_arrays(np.asarray(u, np.float64), np.asarray(v, np.float64))
         lines = np.empty((us.size, 6))

@@ -235,12 +235,9 @@ class View:
     def viewer_distance(self) -> NDArray[np.float64]:
         """Distance of a world point from the viewers along the axis of depth, as an affine function of the point.
 
-        Returns
-        -------
-        (4,) float64
-            a, b, c, d of a x + b y + c z + d, world units: a camera's z in eye space; for a module the physical z from
-            the observers on (from the middle of their arc where they stand on one), in units of the world, which lie
-            on the image of physical Z as long as the world's map there is a scale.
+        Returned are a, b, c, d, (4,) float64, of a x + b y + c z + d, world units: a camera's z in eye space; for a
+        module the physical z from the observers on (from the middle of their arc where they stand on one), in units of
+        the world, which lie on the image of physical Z as long as the world's map there is a scale.
         """
         camera = self.screen_to_world is not None
         observers = 0.0 if camera else float(self.lens[3 if self.world_to_image.kind == CROSSED_SLITS else 4])

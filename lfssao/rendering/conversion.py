@@ -29,19 +29,12 @@ _EDGE = 1e-3  # share of the near plane's distance by which halves may lie befor
 
 
 def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
-    """The textures as estimators take them.
+    """The textures as estimators take them; what they hold is said, and must be of their size.
 
-    InputError if a number is not finite where there is a surface, or textures do not fit what is said of them, or each
-    other; the sentence names what fits better.
-
-    Parameters
-    ----------
-    textures : mapping
-        'depth' (H, W), 'positions' (H, W, 3) and 'normals' (H, W, 3), or (H, W, 2) octahedral, float32. Positions may
-        be left out: they are rebuilt on the texels' rays. No surface: infinite depth, 1 of a window's kinds, 0 of
-        'reversed', 0 or from the far plane on of 'linear' and 'view-z'.
-    said : Description
-        What they hold; it must be of their size.
+    Textures are 'depth' (H, W), 'positions' (H, W, 3), or left out and rebuilt on the texels' rays, and 'normals' (H,
+    W, 3), or (H, W, 2) octahedral, float32. No surface: infinite depth, 1 of a window's kinds, 0 of 'reversed', 0 or
+    from the far plane on of 'linear' and 'view-z'. InputError if a number is not finite where there is a surface, or
+    textures do not fit what is said of them, or each other; the sentence names what fits better.
 
     Examples
     --------

@@ -98,16 +98,8 @@ class Textures:
 def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:
     """Run all passes for one view, as far as the scene and the layers need them (``lfssao.rendering.plan``).
 
-    Parameters
-    ----------
-    caster : RayCaster
-        The mesh, in the view's cast space.
-    view : View
-        A module of a display or a camera.
-    settings : Settings
-        Estimator, radii, samples and blur.
-    neighbours : sequence of (WorldToImage, (H, W) float32)
-        Mapping and depth texture of each other module that is asked.
+    The caster has the mesh in the view's cast space. Neighbours are mapping, ``WorldToImage``, and depth texture, (H,
+    W) float32, of each other module that is asked.
     """
     seconds: dict[str, float] = {}
     gbuffer = _timed(seconds, "ray_cast", lambda: _cast(caster, view, settings))
@@ -232,20 +224,9 @@ def render(
 ) -> Iterator[Textures]:
     """Yield the textures of the modules of a display in their order, each rendered when it is asked for.
 
-    InputError if a module does not exist or the mesh leaves float32 in physical space.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    display : Display
-        Where it is shown.
-    settings : Settings, optional
-        Radii, samples and blur; ``default_radii`` and the defaults of ``Settings`` otherwise.
-    modules : range, optional
-        Which modules; all by default.
-    threads : int
-        Threads of the ray caster (numba's are set by ``numba.set_num_threads``).
+    By default settings are those of ``Settings`` with ``default_radii``, and all modules are rendered. Threads are
+    those of the ray caster; numba's are set by ``numba.set_num_threads``. InputError if a module does not exist or the
+    mesh leaves float32 in physical space.
     """
     settings = settings or Settings(default_radii(mesh))
     views = module_views(mesh, display, modules)

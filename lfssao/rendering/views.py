@@ -15,23 +15,12 @@ Box = NDArray[np.float64]  # (2, 3): lower and upper corner
 def module_views(
     mesh: Mesh, display: Display, modules: range | None = None, guard: int = 0, bounds: Box | None = None
 ) -> list[View]:
-    """The views of a display's modules, a box of world space fitted into the display's ROI.
+    """The views of a display's modules, all by default, a box of world space fitted into the display's ROI.
 
-    InputError if the range holds no module, or one that the display does not have; if the box is too far from the
-    world's origin for float32 positions (``lfssao.optics.view.check_positions``).
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The scene.
-    display : Display
-        Where it is shown.
-    modules : range, optional
-        Which modules; all by default.
-    guard : int
-        Guard band, texels (``Display.view``).
-    bounds : (2, 3) float64, optional
-        Lower and upper corner of the box, world units; the mesh's own box by default.
+    ``guard`` is the width of the guard band, texels (``Display.view``), and ``bounds``, (2, 3) float64, the box's lower
+    and upper corner, world units, the mesh's own by default. InputError if the range holds no module, or one that the
+    display does not have; if the box is too far from the world's origin for float32 positions
+    (``lfssao.optics.view.check_positions``).
     """
     count = len(display.modules)
     wanted = range(count) if modules is None else modules

@@ -13,25 +13,12 @@ PROMISES = ("inside", "distinct", "weights", "apart")
 
 
 def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSet:
-    """Return n points that repel each other in the unit ball or disk, weighted by integrals over their Voronoi cells.
+    """Return n points, 1 to 64, that repel each other in the unit 'ball' or 'disk', for point or line samples.
 
+    ``centre`` asks for the disk's set with a point held in the centre (default: VO's 5 and 9 lines have one), or the
+    one made without; the ball has one set. Weights are the volume of each point's Voronoi cell; in the disk the
+    integral over the cell of the ball's extent along z, 2 sqrt(1 - x^2 - y^2). Both sum to the ball's volume, 4/3 pi.
     InputError if there is no such table.
-
-    Parameters
-    ----------
-    domain : str
-        'ball', for point samples, or 'disk', for line samples.
-    n : int
-        1 to 64.
-    centre : bool, optional
-        The disk's set with a point held in the centre (default: VO's 5 and 9 lines have one), or the one made without.
-        The ball has one set.
-
-    Returns
-    -------
-    SampleSet
-        Weights: the volume of each point's Voronoi cell; in the disk the integral over the cell of the ball's extent
-        along z, 2 sqrt(1 - x^2 - y^2). Both sum to the ball's volume, 4/3 pi.
     """
     check_choice("domain of repulsion", domain, ("ball", "disk"))
     if not isinstance(n, int | np.integer) or not 1 <= n <= MOST:

@@ -162,16 +162,8 @@ def check_rotation(name: str, seed: int) -> None:
 def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArray:
     """Return the angle by which the samples of each texel are turned: (height, width) float64, half-turns in [0, 2).
 
-    InputError if there is no rotation of that name, the size is not one, or the seed is out of range.
-
-    Parameters
-    ----------
-    name : str
-        A key of ``ROTATIONS``: 'none', 'hash', 'tiles', 'ign', 'blue-noise', 'r2', 'sao-hash' or 'common-hash'.
-    height, width : int
-        Texels, at least 1 each, the guard band included.
-    seed : int
-        Seed of 'hash', 0 to 2**64 - 1; the others do not read it.
+    The name is a key of ``ROTATIONS``, the size is in texels, at least 1 each way, the guard band included, and the
+    seed, 0 to 2**64 - 1, is that of 'hash'; the others do not read it. InputError if one is none of these.
     """
     check_rotation(name, seed)
     if height < 1 or width < 1:
@@ -210,19 +202,9 @@ def check_angles(radians: Any) -> None:
 def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDArray[np.floating[Any]]:
     """Return cosine and sine of angles of one's own, a shader's hash for example: ``Buffers.turns``.
 
-    InputError if the array is not one of these.
-
-    Parameters
-    ----------
-    radians : (H, W) float32 or float64
-        Angle of each texel, guard band included, from -2**32 to 2**32.
-    dtype : dtype
-        That of the depth texture, float32 or float64.
-
-    Returns
-    -------
-    (2, H, W) of the dtype
-        Each rounded once from float64, where it is off by 1e-15 at most.
+    Angles are radians, (H, W) float32 or float64, guard band included, from -2**32 to 2**32 (InputError if not); the
+    dtype is that of the depth texture, float32 or float64. The result, (2, H, W), is rounded once from float64, where
+    it is off by 1e-15 at most.
 
     Examples
     --------

@@ -27,22 +27,14 @@ _NOT_IMAGES = (".mtl", ".bin")
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     """Return all triangles of a file in its own coordinates, as one mesh.
 
+    It may be any mesh file, but no archive, that trimesh reads: OBJ, PLY, STL, OFF, GLB, ...; transforms are applied.
+    The texture is an image for a mesh with texture coordinates; it takes the place of images that the file names. The
+    mesh has the diffuse colours of textures, materials, vertices or faces, where the file has them. An OBJ's image
+    takes the place of its Kd (exporters write a Kd of 0 or 0.8 beside it); glTF's factors multiply.
+
     InputError if the file is missing, cannot be read or holds no triangles; if it names an image that is missing or
     cannot be read and no texture is given; if a texture is given to a mesh without texture coordinates; if the mesh is
     broken (``Mesh``).
-
-    Parameters
-    ----------
-    path : str or Path
-        Any mesh file, but no archive, that trimesh reads: OBJ, PLY, STL, OFF, GLB, ...; transforms are applied.
-    texture : str or Path, optional
-        An image for a mesh with texture coordinates; it takes the place of images that the file names.
-
-    Returns
-    -------
-    Mesh
-        With the diffuse colours of textures, materials, vertices or faces, where the file has them. An OBJ's image
-        takes the place of its Kd (exporters write a Kd of 0 or 0.8 beside it); glTF's factors multiply.
     """
     path = Path(path)
     _check_file(path)

@@ -92,20 +92,11 @@ class Camera:
     ) -> "Camera":
         """A camera that looks at a scene's box, (2, 3) world corners, from where one wants.
 
+        The planes near and far enclose what is in front. Eye, target and up are those of ``Camera``, by default eye and
+        target of ``looking_at`` and (0, 1, 0). ``fov`` is the vertical field of view, degrees, above 0 and below 180,
+        of a perspective camera; by default that of ``looking_at``, and the extent of that for an orthographic camera.
         InputError as of ``Camera``, if the field of view is out of range or not of a perspective, or if the whole box
         lies behind the eye.
-
-        Parameters
-        ----------
-        box : (2, 3) float64
-            Lowest and highest corner of the scene, world units; the planes near and far enclose what is in front.
-        projection : str
-            'perspective' or 'orthographic'.
-        eye, target, up : tuple of 3 floats, optional
-            As of ``Camera``; eye and target of ``looking_at``, and (0, 1, 0), by default.
-        fov : float, optional
-            Vertical field of view, degrees, above 0 and below 180, of a perspective camera; by default that of
-            ``looking_at``, and the extent of that for an orthographic camera.
         """
         usual = cls.looking_at(box, projection)
         if (eye, target, up, fov) == (None,) * 4:

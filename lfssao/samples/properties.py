@@ -63,30 +63,12 @@ def check_promise(
     r_max: float = 1.0,
     tolerance: float = 1e-6,
 ) -> list[Finding]:
-    """Check a promise on a point set.
+    """Check one of ``PROMISES`` on a point set; it is kept if all findings hold.
 
-    InputError if there is no such promise or domain, the promise means nothing on that domain, or the arrays do not
-    fit.
-
-    Parameters
-    ----------
-    name : str
-        One of ``PROMISES``.
-    points : (n, d)
-        The points, in units of the domain's radius.
-    domain : str
-        'square', 'sphere', 'ball' or 'disk'.
-    weights : (n,), optional
-        Their weights.
-    r_min, r_max : float
-        The ball's shell.
-    tolerance : float
-        Distance outside the domain that rounding may have put a point at; the default suits float32.
-
-    Returns
-    -------
-    list of Finding
-        The promise is kept if all of them hold.
+    Points are (n, d), in units of the radius of the domain, 'square', 'sphere', 'ball' or 'disk', weights (n,). r_min
+    and r_max are the ball's shell, and the tolerance is the distance outside the domain that rounding may have put a
+    point at; the default suits float32. InputError if there is no such promise or domain, the promise means nothing on
+    that domain, or the arrays do not fit.
     """
     check_choice("promise", name, PROMISES)
     check_choice("domain", domain, DIMENSIONS)

@@ -194,6 +194,7 @@ def main(arguments: list[str] | None = None) -> None:
         print(as_text(saving), flush=True)
         made.append(saving)
     result = {"machine": describe_machine(1, sys.argv), "scenes": [asdict(saving) for saving in made]}
+    options.json.parent.mkdir(exist_ok=True)
     options.json.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n")
     if not all(saving.same for saving in made):
         raise SystemExit("leaving something out changed bits")

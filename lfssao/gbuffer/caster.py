@@ -9,10 +9,10 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
-from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.embree import build_scene, in_chunks, require_embree
+from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
 from lfssao.gbuffer.kernels import albedo, first_hit, surface
 from lfssao.gbuffer.kernels import normals as normal_kernels
 from lfssao.optics.kernels.rays import make_rays
@@ -67,14 +67,24 @@ class GBuffer:
 class RayCaster:
     """A mesh ready to be ray cast from any view that shares its cast space.
 
-    ``cast_from_world``, (3, 4) float64, is the affine map world -> cast space (``View.cast_from_world``), and
-    ``threads`` how many threads trace for Embree's answers. InputError if the mesh leaves the range of float32 in cast
-    space.
-
     An exact float64 test of a ray and a triangle picks each ray's first hit. Candidates come from conservative
     rasterisation (``lfssao.gbuffer.rasterize``) if rays are separable and triangles cover few texels, else from a tree
-    of boxes (``gbuffer.kernels.first_hit``). The textures do not depend on which of the two ran, the processor or the
-    number of threads. Embree's own tree is built when a view first asks for it.
+    of boxes (``gbuffer.kernels.first_hit``). The textures do not depend on which of the two ran, on Embree, the
+    processor or the number of threads. Embree's own tree is built when a view first asks for it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The scene.
+    cast_from_world : (3, 4) float64
+        Affine map world -> cast space (``View.cast_from_world``).
+    threads : int
+        How many threads trace.
+
+    Raises
+    ------
+    InputError
+        If the mesh leaves the range of float32 in cast space.
     """
 
     def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:
@@ -99,9 +109,6 @@ class RayCaster:
     ) -> GBuffer:
         """Cast one ray through the centre of each texel of a view.
 
-        InputError if ``color``, ``normals`` or ``caster`` is none of these. MissingPackageError if Embree is asked for
-        and embreex is not installed.
-
         Parameters
         ----------
         view : View
@@ -117,12 +124,18 @@ class RayCaster:
             'exact', or 'embree' for the triangles that Embree finds, whose bits depend on the processor.
         positions : bool
             Whether the positions texture is made.
+
+        Raises
+        ------
+        InputError
+            If ``color``, ``normals`` or ``caster`` is none of these.
+        MissingPackageError
+            If Embree is asked for and embreex is not installed.
         """
         options = ("color", color, COLOR_FILTERS), ("normals", normals, NORMALS), ("caster", caster, CASTERS)
         for name, value, choices in options:
-            if value is not None:
-                with errors_of(name):
-                    check_choice("choice", value, choices)
+            if value is not None and value not in choices:
+                raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
         rows = range(view.height) if rows is None else rows
         part, colored = slice(rows.start, rows.stop), color is not None and self._material is not None
         depth, triangle = _texture(view, rows, np.inf), _texture(view, rows, -1, dtype=np.int32)
@@ -136,7 +149,7 @@ class RayCaster:
             smooth = normals == "smooth" and mesh.normals is not None
             weights = np.empty((*seen.shape, 2) if caster == "embree" or colored or smooth else (0, 0, 2))
             if caster == "embree":
-                seen[:] = self._seen_by_embree(view, rows)
+                seen[:] = self._seen_by_embree(view, rows, 1)
             else:
                 self._first_hits(view, rows, seen, z)
             if weights.size:
@@ -157,16 +170,26 @@ class RayCaster:
         if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * triangle.size:
             rasterize.first_hits(candidates, self._tree, triangle, z)
         else:
-            first_hit.first_hits(view.rays, self._tree.arrays, triangle, z, rows.start)
+            size, proposals, tree = (view.width, len(rows)), self._proposals(view, rows), self._tree.arrays
+            first_hit.first_hits(view.rays, *size, tree, proposals, triangle, z, rows.start)
 
-    def _seen_by_embree(self, view: View, rows: range) -> NDArray[np.int32]:
-        """Embree's triangle of each texel, -1 for none."""
+    def _proposals(self, view: View, rows: range) -> NDArray[np.int32]:
+        """A triangle that is likely to be hit first in each tile: Embree's in its middle, -1 without embreex."""
+        if embree_installed():
+            return self._seen_by_embree(view, rows, first_hit.TILE)
+        return np.full((-(-len(rows) // first_hit.TILE), -(-view.width // first_hit.TILE)), -1, np.int32)
+
+    def _seen_by_embree(self, view: View, rows: range, step: int) -> NDArray[np.int32]:
+        """Embree's triangle in the middle of each cell of step x step texels, -1 for none."""
         require_embree()
-        seen = np.full((len(rows), view.width), -1, np.int32)
-        texels, lengths = np.empty(seen.size, np.int32), np.empty(seen.size, np.float32)
-        origins, directions = np.empty((2, seen.size, 3), np.float32)
-        n = make_rays(view.rays, self._tree.bounds, view.width, texels, origins, directions, lengths, rows.start)
-        seen.reshape(-1)[texels[:n]] = self._trace(origins[:n], directions[:n], lengths[:n])
+        shape = -(-len(rows) // step), -(-view.width // step)
+        n = shape[0] * shape[1]
+        cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+        origins, directions = np.empty((2, n, 3), np.float32)
+        made = cells, origins, directions, lengths
+        n = make_rays(view.rays, self._tree.bounds, view.width, len(rows), step, *made, rows.start)
+        seen = np.full(shape, -1, np.int32)
+        seen.reshape(-1)[cells[:n]] = self._trace(origins[:n], directions[:n], lengths[:n])
         return seen
 
     @cached_property

@@ -32,6 +32,7 @@ from lfssao import (
     module_views,
 )
 from lfssao.gbuffer import rasterize
+from lfssao.gbuffer.kernels import first_hit
 
 NEEDS_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
 VIEWS = list(scenes.VIEWS)
@@ -171,9 +172,34 @@ def test_coordinates_beyond_float32_are_refused():
         RayCaster(mesh, 1e20 * view.cast_from_world)
 
 
+# Embree's answers do not matter
+
+
+@NEEDS_EMBREE
+@pytest.mark.parametrize("name", ["sample-a", "convex", "picoarray"])
+def test_embree_that_lies(monkeypatch, name):
+    """Its answers replaced by misses, by other triangles, by one triangle for all."""
+    display = find_display(name).with_resolution(61, 45)
+    mesh = soup_in(np.array(display.roi), np.random.default_rng(14))
+    view = display.view(0, scenes.IDENTITY)
+    caster = RayCaster(mesh, view.cast_from_world)
+    monkeypatch.setattr(rasterize, "MOST_PAIRS", 0.0)  # rasterisation does not ask Embree
+    truth = caster.gbuffer(view)
+    assert len(np.unique(truth.triangle)) > 10
+    rng, asked = np.random.default_rng(0), []
+    for lie in (
+        lambda n: np.full(n, -1, np.int32),
+        lambda n: rng.integers(-1, len(mesh.faces), n).astype(np.int32),
+        lambda n: np.full(n, truth.triangle.max(), np.int32),
+    ):
+        monkeypatch.setattr(caster, "_trace", lambda origins, *_, lie=lie: [asked.append(1), lie(len(origins))][1])
+        assert_same_surface(caster.gbuffer(view), truth.triangle, truth.depth, truth.positions)
+    assert len(asked) == 3
+
+
 @NEEDS_EMBREE
 def test_embrees_tree_is_built_only_when_it_is_asked(monkeypatch):
-    """It takes a third of a second for 200,000 triangles, and first hits are found without it."""
+    """It takes a third of a second for 200,000 triangles, and small triangles are found without it."""
     view = scenes.VIEWS["left"](61, 45)
     built = []
     monkeypatch.setattr(RayCaster, "_scene", property(built.append))
@@ -182,11 +208,25 @@ def test_embrees_tree_is_built_only_when_it_is_asked(monkeypatch):
     assert (caster.gbuffer(view).triangle >= 0).any()
     assert built == []
     monkeypatch.setattr(rasterize, "MOST_PAIRS", 0.0)
-    assert (caster.gbuffer(view).triangle >= 0).any()
-    assert built == []
     with pytest.raises(AttributeError, match="'NoneType' object has no attribute 'run'"):
-        caster.gbuffer(view, caster="embree")
+        caster.gbuffer(view)
     assert built == [caster]
+
+
+@NEEDS_EMBREE
+def test_embree_proposes_what_is_seen():
+    """Or its tracing would be in vain: in the middle of a tile, away from edges, it names the right triangle."""
+    mesh = builtin_scene("ammonite")
+    display = find_display("virtual").with_resolution(160, 120)
+    world = fit_roi(mesh.bounds, display.roi)
+    view = display.view(0, world)
+    caster = RayCaster(mesh, world)
+    middles = slice(first_hit.TILE // 2, None, first_hit.TILE)
+    seen = caster.gbuffer(view).triangle[middles, middles]
+    proposals = caster._proposals(view, range(view.height))
+    assert proposals.shape == seen.shape
+    assert (seen >= 0).mean() > 0.2
+    assert (proposals == seen).mean() > 0.99
 
 
 # Embree's own answers
@@ -201,7 +241,7 @@ def test_depths_on_given_triangles_equal_the_reference(monkeypatch, scene, name)
     mesh = Mesh(mesh.vertices, mesh.faces, painted(rng, mesh, textured=False, colored=True))
     caster = RayCaster(mesh, view.cast_from_world)
     given = rng.integers(-1, len(mesh.faces), (22, 31)).astype(np.int32)
-    monkeypatch.setattr(caster, "_seen_by_embree", lambda view, rows: given.copy())
+    monkeypatch.setattr(caster, "_seen_by_embree", lambda view, window, step: given.copy())
     seen = caster.gbuffer(view, caster="embree")
     rays = scenes.texel_rays(view)
     cast = np.stack(raycast.affine(view.cast_from_world, *mesh.vertices.T), axis=1)

@@ -239,10 +239,16 @@ def rasterized(view, tree):
     return triangle.ravel(), z.ravel()
 
 
-def traced(view, tree):
-    """Triangle and z of each texel by the tree."""
+def tiles(view):
+    """Shape of the proposals."""
+    return -(-view.height // first_hit.TILE), -(-view.width // first_hit.TILE)
+
+
+def traced(view, tree, proposal):
+    """Triangle and z of each texel by the tree; proposal: a triangle a tile, or -1 for none."""
+    proposal = np.ascontiguousarray(np.broadcast_to(proposal, tiles(view)), np.int32)
     triangle, z = np.full((view.height, view.width), -9, np.int32), np.full((view.height, view.width), np.nan)
-    first_hit.first_hits(view.rays, tree.arrays, triangle, z)
+    first_hit.first_hits(view.rays, view.width, view.height, tree.arrays, proposal, triangle, z)
     return triangle.ravel(), z.ravel()
 
 

@@ -1,10 +1,12 @@
 """First hits by packet traversal of a bounding volume hierarchy, with an exact test of a ray and a triangle.
 
-A packet is the rays of one tile of texels. It goes down the tree, nearer boxes first. Each triangle of a leaf is tested
-on the texels of the sub-tiles whose packets can meet its box, unless it lies behind the hits found so far.
+A packet is the rays of one tile of texels. One triangle is proposed for each tile, by Embree where it is installed, and
+tested on all of the tile's texels: a hit bounds the depth of nearer ones. The packet then goes down the tree, nearer
+boxes first. Each triangle of a leaf is tested on the texels of the sub-tiles whose packets can meet its box, unless it
+lies behind the hits found so far.
 
-The result is that of testing every triangle on every ray: a packet's bounds are those of its rays' own numbers, and a
-box is compared with numbers that are rounded as hit_triangle rounds them (``_may_meet``).
+The result is that of testing every triangle on every ray, whatever was proposed: a packet's bounds are those of its
+rays' own numbers, and a box is compared with numbers that are rounded as hit_triangle rounds them (``_may_meet``).
 """
 
 from typing import NamedTuple
@@ -65,11 +67,11 @@ def _widen(packet, row, ox, oy, dx, dy, z0, z1):
 
 
 @kernel(inline=True)
-def _start_tile(rays, tile, ray, best, packet):
-    """Write rays and packets of a tile's texels, and that nothing is hit yet.
+def _start_tile(rays, tile, tree, proposed, ray, best, packet):
+    """Write rays, hits of the proposed triangle and packets of a tile's texels.
 
-    ray[place]: o_x, o_y, d_x, d_y, near. best[place]: z and triangle of the hit, the ray's far end and -1 before there
-    is one; z is -infinity where there is no texel or no ray.
+    proposed: number of a triangle, or -1. ray[place]: o_x, o_y, d_x, d_y, near. best[place]: z and triangle of the hit,
+    the ray's far end and -1 where the proposal is not hit; z is -infinity where there is no texel or no ray.
     """
     for k in range(0, 10, 2):
         for row in range(packet.shape[1]):
@@ -83,9 +85,13 @@ def _start_tile(rays, tile, ray, best, packet):
         if not near < far:
             continue
         best[place, 0] = far
+        if proposed >= 0:
+            hit, z = hit_triangle(ox, oy, dx, dy, triangle_at(tree.corners, tree.place_of[proposed]))
+            if hit and near < z < far:
+                best[place, 0], best[place, 1] = z, proposed
         ray[place, 0], ray[place, 1], ray[place, 2], ray[place, 3], ray[place, 4] = ox, oy, dx, dy, near
-        _widen(packet, _SUBS * _SUBS, ox, oy, dx, dy, near, far)
-        _widen(packet, (j // SUB) * _SUBS + i // SUB, ox, oy, dx, dy, near, far)
+        _widen(packet, _SUBS * _SUBS, ox, oy, dx, dy, near, best[place, 0])
+        _widen(packet, (j // SUB) * _SUBS + i // SUB, ox, oy, dx, dy, near, best[place, 0])
 
 
 @kernel(inline=True)
@@ -150,20 +156,21 @@ def _shorten(best, packet):
 
 
 @kernel(parallel=True)
-def first_hits(rays, tree, triangle, z, top=0):
+def first_hits(rays, width, height, tree, proposal, triangle, z, top=0):
     """Write the first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
-    triangle, z: (H, W) int32 and float64, -1 and the ray's end where nothing is hit. top: the view's row of row 0.
+    proposal: (ceil(H / TILE), ceil(W / TILE)) int32, a triangle that is likely to be hit first in each tile, or -1; it
+    saves time and changes nothing. triangle, z: (H, W) int32 and float64, -1 and the ray's end where there is no hit.
+    top: the view's row that row 0 is.
     """
-    height, width = triangle.shape
-    for tile_row in prange((height + TILE - 1) // TILE):
+    for tile_row in prange(proposal.shape[0]):
         ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 2))
         packet = np.empty((10, _SUBS * _SUBS + 1))  # of the sub-tiles, then of the tile
         stack, meets = np.empty(_STACK, np.int64), np.empty(_SUBS * _SUBS, np.int64)
-        for tile_column in range((width + TILE - 1) // TILE):
+        for tile_column in range(proposal.shape[1]):
             i0, j0 = tile_column * TILE, tile_row * TILE
             tile = Tile(i0, top + j0, min(TILE, width - i0), min(TILE, height - j0))
-            _start_tile(rays, tile, ray, best, packet)
+            _start_tile(rays, tile, tree, proposal[tile_row, tile_column], ray, best, packet)
             _search_tile(tree, stack, ray, best, packet, meets)
             for j in range(tile.rows):
                 for i in range(tile.columns):

@@ -117,21 +117,25 @@ def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
     return clip_to_slab(oz, dz, box[0, 2], box[1, 2], t0, t1)
 
 
+# Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
 @kernel
-def make_rays(rays, box, width, texels, origins, directions, lengths, top=0):
-    """Write the rays of texels that meet a box, from their entries into it, and return their number.
+def make_rays(rays, box, width, height, step, cells, origins, directions, lengths, top=0):
+    """Write the rays of the cells' middle texels that meet a box, from their entries into it, and return their number.
 
-    Texels are those of rows of ``width``, numbered row by row; row 0 is the view's ``top``. The number goes into
-    texels, (n,) int32 for all n texels, the ray's origin and direction, rounded once, into (n, 3) float32, the t from
-    the origin at which it leaves the box into lengths, (n,) float32. Origins lie on the box, so that float32 has its
-    digits near the surfaces.
+    Cells are of step x step texels of a texture of width x height, numbered row by row; row 0 is the view's ``top``.
+    The ray's cell goes into cells, (n,) int32 for all n cells, its origin and direction, rounded once, into (n, 3)
+    float32, the t from the origin at which it leaves the box into lengths, (n,) float32. Origins lie on the box, so
+    that float32 has its digits near the surfaces.
     """
-    n = 0
-    for texel in range(texels.shape[0]):
-        ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(rays, texel % width + 0.5, (top + texel // width) + 0.5)
+    n, columns = 0, (width + step - 1) // step
+    for cell in range(cells.shape[0]):
+        j, i = cell // columns, cell % columns
+        u = min(i * step + step // 2, width - 1) + 0.5
+        v = (top + min(j * step + step // 2, height - 1)) + 0.5
+        ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(rays, u, v)
         t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
         if t0 <= t1:
-            texels[n] = texel
+            cells[n] = cell
             origins[n, 0], origins[n, 1], origins[n, 2] = ox + t0 * dx, oy + t0 * dy, oz + t0 * dz
             directions[n, 0], directions[n, 1], directions[n, 2] = dx, dy, dz
             lengths[n] = t1 - t0

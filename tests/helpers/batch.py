@@ -100,7 +100,8 @@ def accepted():
             kind = f"{view.world_to_image.kind} {back is None}"
             yield f"accepted {kind}", np.array([found.lower, found.upper, found.undecided])
     given = Buffers(general, depth, positions)
-    found = point_bounds("point", given, 0.4, samples, None, {"range_check": True, "surface": "positions", "background": "open"})
+    options = {"range_check": True, "surface": "positions", "background": "open"}
+    found = point_bounds("point", given, 0.4, samples, None, options)
     yield "accepted points", np.array([found.lower, found.upper, found.undecided])
     blurred = post.blur_bounds(found, 0.7)
     yield "accepted blur", np.array([blurred.lower, blurred.upper])

@@ -29,37 +29,20 @@ ORTHOGRAPHIC = 2
 class Case:
     """One problem and its solution: a small one of the kit, a view that ``lfssao render`` rendered, or plain images.
 
-    Attributes
-    ----------
-    name : str
-        Its name in the kit's folder, reports and tests.
-    stage : str
-        The stage that it tests (``lfssao.verify.kit.stages.STAGES``), 'view', or 'images'.
-    title : str
-        One line on what is special about it.
-    parameters : mapping
-        The stage's parameters: numbers, strings, and lists and mappings of them.
-    inputs : mapping of arrays
-        The inputs of the stage.
-    outputs : mapping of arrays
-        The results that are right. The first output is the one that counts; the others are steps on the way and can
-        be left out. A view has all its textures, in the order of the passes.
-    bounds : mapping of Bounds
-        Bounds of outputs by name, for a renderer within the error model of shading languages. An output without bounds
-        must have equal bits. A view has those of depth and colour from the mesh, if it is known; bounds of the later
-        textures depend on what the renderer made (``lfssao.verify.bounds.view``).
-    specified : bool
-        Whether SPECIFICATION.md says how to compute it.
+    The first output is the one that counts; the others are steps on the way and can be left out. A view has all its
+    textures, in the order of the passes. Bounds of outputs are for a renderer within the error model of shading
+    languages; an output without must have equal bits. A view has those of depth and colour from the mesh, if it is
+    known; bounds of the later textures depend on what the renderer made (``lfssao.verify.bounds.view``).
     """
 
-    name: str
-    stage: str
-    title: str
-    parameters: Parameters
+    name: str  # in the kit's folder, reports and tests
+    stage: str  # that it tests (``lfssao.verify.kit.stages.STAGES``), 'view', or 'images'
+    title: str  # one line on what is special about it
+    parameters: Parameters  # of the stage: numbers, strings, and lists and mappings of them
     inputs: Arrays
-    outputs: Arrays
-    bounds: Mapping[str, Bounds] = field(default_factory=dict)
-    specified: bool = True
+    outputs: Arrays  # that are right
+    bounds: Mapping[str, Bounds] = field(default_factory=dict)  # by the outputs' names
+    specified: bool = True  # whether SPECIFICATION.md says how to compute it
 
 
 def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float32] | None:

@@ -16,27 +16,13 @@ _KEYS = {"estimator": str, "rotate": str, "radius": float, "samples": int, "para
 
 @dataclass(frozen=True)
 class Published:
-    """A shader's choices.
+    """A shader's choices."""
 
-    Attributes
-    ----------
-    estimator : str
-        The estimator's name.
-    radius : float
-        The shader's own radius R, world units, to which its lengths belong.
-    parameters : dict
-        All parameters of the estimator, lengths in world units.
-    rotate : str or None
-        How samples turn, a name of ``lfssao.samples.ROTATIONS``; None: as the estimator's own do.
-    samples : int or None
-        Number of samples; None: the estimator's own.
-    """
-
-    estimator: str
-    radius: float
-    parameters: dict[str, Value]
-    rotate: str | None = None
-    samples: int | None = None
+    estimator: str  # its name
+    radius: float  # the shader's own radius R, world units, to which its lengths belong
+    parameters: dict[str, Value]  # all of the estimator, lengths in world units
+    rotate: str | None = None  # how samples turn, a name of ``lfssao.samples.ROTATIONS``; None: as the estimator's own
+    samples: int | None = None  # number of samples; None: the estimator's own
 
     def parameters_in(self, units: str) -> dict[str, Value]:
         """The parameters with lengths in 'world' units or in 'radii' of the shader's own radius."""

@@ -18,31 +18,17 @@ _32 = np.uint64(32)
 
 
 class Cast(NamedTuple):
-    """The numbers of a run of ray-cast ambient occlusion.
+    """The numbers of a run of ray-cast ambient occlusion."""
 
-    Attributes
-    ----------
-    radius, step : float
-        R, which may be infinite, and how far off the surface rays begin along the normal, world units.
-    weighting, falloff : int
-        COSINE or UNIFORM; CONSTANT, LINEAR or QUADRATIC.
-    strata, least, most : int
-        A round has strata squared rays; rounds of a texel, at least, 2 or more, and at most.
-    tolerance : float
-        A texel is done when its standard error is not above it.
-    seed : uint64
-        Key of the random numbers.
-    """
-
-    radius: float
-    step: float
-    weighting: int
-    falloff: int
-    strata: int
-    least: int
+    radius: float  # R, world units; it may be infinite
+    step: float  # how far off the surface rays begin along the normal, world units
+    weighting: int  # COSINE or UNIFORM
+    falloff: int  # CONSTANT, LINEAR or QUADRATIC
+    strata: int  # a round has strata squared rays
+    least: int  # rounds of a texel, 2 or more
     most: int
-    tolerance: float
-    seed: np.uint64
+    tolerance: float  # a texel is done when its standard error is not above it
+    seed: np.uint64  # key of the random numbers
 
 
 @kernel(inline=True)

@@ -17,7 +17,7 @@ from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Case, described_mapping, described_turns, described_view
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.borders import Places
-from lfssao.verify.diagnosis.estimated import ROOM, Estimated, estimated_changes, estimated_problem
+from lfssao.verify.diagnosis.estimated import ROOM, Estimated, estimated_changes, estimated_problem, face_normals
 from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
 from lfssao.verify.diagnosis.search import Candidate, Change, Found, Problem, Search, fits
 from lfssao.verify.verdict import Judgement, texels
@@ -33,24 +33,12 @@ Make = Callable[[Places, Places], Problem]
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Changes of the reference that were tried on one texture.
+    """Changes of the reference that were tried on one texture."""
 
-    Attributes
-    ----------
-    fits : bool
-        Whether the first candidate explains the texture: at most a twentieth of the wrong texels stay wrong.
-    candidates : tuple of Candidate
-        The best, at most two, the best first.
-    without : float
-        Share of the surface texels, 0 to 1, that agree with the reference as it is.
-    texels : int
-        Number of surface texels that the candidates' shares are of.
-    """
-
-    fits: bool
-    candidates: tuple[Candidate, ...]
-    without: float
-    texels: int
+    fits: bool  # whether the first candidate explains it: at most a twentieth of the wrong texels stay wrong
+    candidates: tuple[Candidate, ...]  # the best, at most two, the best first
+    without: float  # share of the surface texels, 0 to 1, that agree with the reference as it is
+    texels: int  # number of surface texels that the candidates' shares are of
 
     def words(self, module: str) -> str:
         """The diagnosis of a module's texture as a sentence."""
@@ -90,24 +78,8 @@ def diagnose(
 ) -> Diagnosis | None:
     """Search for the change that explains a texture of a view; None where no change of it is known.
 
-    Parameters
-    ----------
-    name : str
-        The texture's name: depth, positions, color, ao_1, ..., merged, blurred or shaded.
-    inputs : mapping of arrays
-        The textures of the stages before, the renderer's own where there are some.
-    case : Case
-        The view.
-    judged : Judgement
-        The judgement on the texture.
-    mine : (H, W) or (H, W, 3)
-        The texture.
-    model : ErrorModel
-        Limits of the renderer's arithmetic.
-    known : Known
-        Other modules.
-    first : sequence of Diagnosis
-        Those of other textures, which are tried before all else.
+    ``mine`` is the texture of that name, (H, W) or (H, W, 3), ``inputs`` are those of the stages before, the renderer's
+    own where there are some. ``first`` are diagnoses of other textures, which are tried before all else.
     """
     view = _View(name, inputs, case, judged, mine, MODELS["nearest"] if model.exact else model, known or Known())
     stage = "ao" if name.startswith("ao_") else name
@@ -261,14 +233,16 @@ class _View:
             return None
         mapping, guard, turns = described_mapping(parameters), self.guard, described_turns(parameters, self.inputs)
         by_matrix = estimator == "lf" and back is not None
-        names = [f"ao_{k + 1}" for k in range(len(parameters["radii"]))]
-        if (positions is None and not by_matrix) or self.name not in names:
+        if (positions is None and not by_matrix) or self.name not in self._layers:
             return None
-        radius = parameters["radii"][names.index(self.name)]
+        radius = self._layers[self.name]
         samples = np.asarray(self.inputs["samples" if estimator == "lf" else "points"], np.float64)
         surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
         if options.get("background") == "occludes":
             surfaces = np.where(np.isfinite(depth), surfaces, -np.inf)
+        faces = None
+        if half and positions is not None:
+            faces = face_normals(Buffers(described_view(parameters), depth, positions))
 
         def make(i: Places, j: Places) -> Occlusion:
             x, y = i + guard, j + guard
@@ -294,7 +268,7 @@ class _View:
                 turns=None if turns is None else np.asarray(turns[:, y, x], np.float64),
                 normals=self._taken(self.inputs["normals"], x, y) if half else None,
                 corners=corners,
-                face_normals=_face_normals(positions, x, y) if half and positions is not None else None,
+                face_normals=None if faces is None else self._taken(faces, x, y),
                 positions=positions if options.get("range_check") else None,
                 remap=bool(options.get("remap")),
             )
@@ -306,13 +280,13 @@ class _View:
 
     def _estimated(self) -> Made | None:
         """Occlusion of one radius by running its estimator; None where it needs a texture that is not there."""
-        parameters, inputs, names = self.case.parameters, self.inputs, [f"ao_{k + 1}" for k in range(len(self._radii))]
+        parameters, inputs = self.case.parameters, self.inputs
         name, guard = parameters["estimator"], self.guard
-        there = {"depth", "positions"} <= set(inputs) and (name in ESTIMATORS and self.name in names)
+        there = {"depth", "positions"} <= set(inputs) and (name in ESTIMATORS and self.name in self._layers)
         if not there or (find_estimator(name).reads_normals(parameters["options"]) and "normals" not in inputs):
             return None
         textures = inputs["depth"], inputs["positions"], inputs.get("normals"), described_turns(parameters, inputs)
-        buffers, radius = Buffers(described_view(parameters), *textures), self._radii[names.index(self.name)]
+        buffers, radius = Buffers(described_view(parameters), *textures), self._layers[self.name]
         whole = estimated_problem(name, buffers, radius, parameters, inputs)
 
         def make(i: Places, j: Places) -> Estimated:
@@ -322,21 +296,20 @@ class _View:
         return make, lambda p: estimated_changes(p, parameters.get("rotation", "none")), 1
 
     @property
-    def _radii(self) -> Sequence[float]:
-        radii: Sequence[float] = self.case.parameters["radii"]
-        return radii
+    def _layers(self) -> dict[str, float]:
+        """Names of the layers of occlusion, each with its radius."""
+        return {f"ao_{k}": radius for k, radius in enumerate(self.case.parameters["radii"], start=1)}
 
     def merge(self) -> Made | None:
         """The merge of the layers."""
-        names = [f"ao_{k + 1}" for k in range(len(self.case.parameters["radii"]))]
-        if any(name not in self.inputs for name in names):
+        if not set(self._layers) <= set(self.inputs):
             return None
 
         def make(i: Places, j: Places) -> post.Merge:
-            layers = np.stack([self._taken(self.inputs[name], i, j) for name in names])
+            layers = np.stack([self._taken(self.inputs[name], i, j) for name in self._layers])
             return post.Merge(mine=self._taken(self.mine, i, j), layers=layers)
 
-        return make, post.merge_changes, 8 * len(names)
+        return make, post.merge_changes, 8 * len(self._layers)
 
     def blur(self) -> Made | None:
         """The blur of the merged texture; with a guard band away from the border."""
@@ -367,19 +340,6 @@ class _View:
             )
 
         return make, post.shade_changes, 16
-
-
-def _face_normals(positions: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
-    """Unit normals at texels by the differences of the next positions, towards the viewer."""
-    height, width = positions.shape[:2]
-
-    def step(i: int, j: int) -> FloatArray:
-        one = positions[np.clip(rows + j, 0, height - 1), np.clip(columns + i, 0, width - 1)].astype(np.float64)
-        other = positions[np.clip(rows - j, 0, height - 1), np.clip(columns - i, 0, width - 1)]
-        return np.asarray(one - other)
-
-    normal = np.cross(step(0, 1), step(1, 0))
-    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 def _unprojected(

@@ -69,24 +69,12 @@ class Problem:
 
 @dataclass(frozen=True)
 class Change:
-    """One way in which a renderer may differ from the reference.
+    """One way in which a renderer may differ from the reference."""
 
-    Attributes
-    ----------
-    kind : str
-        Its name, such as 'radius'.
-    apply : callable
-        The changed problem, of a problem and the values.
-    words : str
-        The change as a report says it, its values in braces.
-    grids : tuple of arrays
-        The values to try first, sorted, one array for each; none for a change without values.
-    """
-
-    kind: str
-    apply: Callable[[Any, Values], Any]
-    words: str
-    grids: tuple[FloatArray, ...] = ()
+    kind: str  # its name, such as 'radius'
+    apply: Callable[[Any, Values], Any]  # the changed problem, of a problem and the values
+    words: str  # the change as a report says it, its values in braces
+    grids: tuple[FloatArray, ...] = ()  # the values to try first, sorted, one array for each
 
 
 def plain(kind: str, apply: Callable[[Any], Any]) -> Change:
@@ -118,24 +106,12 @@ def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A change that was tried.
+    """A change that was tried."""
 
-    Attributes
-    ----------
-    kind : str
-        The change's name; of two, both, joined by ' and '.
-    values : tuple of float
-        Its values, in the order in which ``words`` has them.
-    words : str
-        The change with its values.
-    share : float
-        Share of the texels, 0 to 1, that are inside the changed reference's interval.
-    """
-
-    kind: str
-    values: Values
-    words: str
-    share: float
+    kind: str  # the change's name; of two, both, joined by ' and '
+    values: Values  # in the order in which ``words`` has them
+    words: str  # the change with its values
+    share: float  # of the texels, 0 to 1, that are inside the changed reference's interval
 
 
 @dataclass(frozen=True)

@@ -52,13 +52,6 @@ def test_merge_equals_the_reference(dtype, data):
     np.testing.assert_array_equal(post.merge(layers[::-1]), merged)
 
 
-@given(st.floats(5e-324, 1e308), st.integers(0, 20))
-def test_gaussian_weights_equal_the_reference(sigma, radius):
-    weights = np.full(2 * radius + 1, 9.0)
-    post_kernels.gaussian_weights(sigma, radius, weights)
-    assert_same_bits(weights, np.array(reference.blur_weights(sigma, radius)))
-
-
 @given(sigmas)
 def test_gaussian_weights_are_a_gaussian_that_sums_to_one(sigma):
     weights = post.gaussian_kernel(sigma)
@@ -88,18 +81,6 @@ def test_blur_equals_the_reference(dtype, data):
     post_kernels.blur_vertical(half, weights, whole)
     assert_same_bits(whole, reference.blur_columns(half, weights))
     assert_same_bits(post.blur(source, sigma), whole)
-
-
-@both
-@given(data=st.data())
-def test_blur_of_a_constant_is_that_constant(dtype, data):
-    """Off by the rounding of products and additions: 2 passes of up to 1.5 ulp of the constant a tap."""
-    constant, sigma = dtype(data.draw(st.floats(0.01, 1))), data.draw(sigmas)
-    blurred = post.blur(np.full((5, 7), constant), sigma)
-    taps = 2 * math.ceil(3 * sigma) + 1
-    worst = np.abs(blurred.astype(np.float64) - np.float64(constant)).max()
-    assert worst <= 2 * 1.5 * taps * np.finfo(dtype).eps * constant
-    assert len(np.unique(blurred)) == 1
 
 
 @both
@@ -140,17 +121,6 @@ def test_blur_without_sigma_copies(dtype):
     copy = post.blur(source, 0)
     assert_same_bits(copy, source)
     assert not np.shares_memory(copy, source)
-
-
-@both
-def test_blur_of_one_bright_texel_is_the_product_of_the_weights(dtype):
-    """Separability: away from the border the answer to an impulse is w_j w_i, rounded once."""
-    source = np.zeros((15, 19), dtype)
-    source[7, 9] = 1
-    weights = post.blur_weights(1.5, dtype)
-    want = np.zeros_like(source)
-    want[2:13, 4:15] = np.outer(weights, weights)
-    assert_same_bits(post.blur(source, 1.5), want)
 
 
 @both

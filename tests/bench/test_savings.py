@@ -53,24 +53,6 @@ def test_all_that_a_render_makes_is_compared(statue):
     assert savings.bits(replace(textures, ao=(textures.ao[0], -textures.ao[1]))) != right
 
 
-def test_boxes_around_a_scene(statue):
-    low, high = statue.bounds
-    np.testing.assert_allclose(savings.around(statue, 1), statue.bounds, rtol=1e-12)
-    box = savings.around(statue, 3, (40, 0, -1))
-    np.testing.assert_allclose(box[1] - box[0], 3 * (high - low))
-    np.testing.assert_allclose(box.mean(axis=0), 0.5 * (low + high) + np.array([40, 0, -1]) * (high - low))
-
-
-def test_the_wall_is_one_sheet_of_the_boxs_front():
-    sheet = savings.wall(4)
-    assert len(sheet.faces) == 2 * 16
-    assert sorted(np.unique(sheet.faces)) == list(range(25))
-    a, b, c = (sheet.vertices[sheet.faces[:, k], :2] for k in range(3))
-    area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    np.testing.assert_allclose(area, 0.5)  # all the same way round, together the whole of 4 x 4
-    assert np.abs(sheet.vertices[:, :2]).max() == 2
-
-
 def test_savings_of_each_rule_and_one_that_changes_bits(statue, monkeypatch, capsys, tmp_path):
     display = find_display("virtual").with_resolution(48, 36)
     box = savings.at_a_tenth(statue, display)

@@ -50,19 +50,15 @@ def same_bits(a, b):
     return np.array_equal(np.array(a, np.float64).view(np.int64), np.array(b, np.float64).view(np.int64))
 
 
-@given(st.one_of(st.floats(-(2.0**50), 2.0**50), st.floats(-2, 2)))
-def test_sincospi_equals_the_reference(x):
-    assert same_bits(elementary.sincospi(x), reference.sincospi(x))
-
-
-@given(st.one_of(st.floats(0, LARGEST), st.floats(0, 1)))
-def test_cbrt_equals_the_reference(t):
-    assert same_bits(elementary.cbrt(t), reference.cbrt(t))
-
-
-@given(st.one_of(st.floats(), st.floats(-760, 720), st.floats(-1, 1)).filter(lambda x: not math.isnan(x)))
-def test_exp_equals_the_reference(x):
-    assert same_bits(elementary.exp(x), reference.exp(x))
+@pytest.mark.parametrize(("name", "drawn"), [
+    ("sincospi", st.floats(-(2.0**50), 2.0**50) | st.floats(-2, 2)),
+    ("cbrt", st.floats(0, LARGEST) | st.floats(0, 1)),
+    ("exp", st.floats(allow_nan=False) | st.floats(-760, 720) | st.floats(-1, 1)),
+])  # fmt: skip
+@given(data=st.data())
+def test_functions_equal_the_reference(name, drawn, data):
+    x = data.draw(drawn)
+    assert same_bits(getattr(elementary, name)(x), getattr(reference, name)(x))
 
 
 @pytest.mark.parametrize(("name", "points"), [("sincospi", ANGLES), ("cbrt", CUBES), ("exp", POWERS)])

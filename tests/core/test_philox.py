@@ -59,20 +59,3 @@ def test_numbers_are_what_they_say_exactly(seed, stream, index):
     assert -1 < signed < 1
     assert signed != 0
     assert 0 < unit < 1
-
-
-def test_random_below_reaches_every_number_about_as_often():
-    """6000 draws below 6: each count is binomial(6000, 1/6), sigma 28.9; 6 sigma, false alarm below 2e-8 in all."""
-    counts = np.bincount([philox.random_below(unsigned(5), 3, k, 6) for k in range(6000)], minlength=6)
-    assert len(counts) == 6
-    assert np.abs(counts - 1000).max() < 6 * 28.9
-
-
-def test_streams_and_seeds_do_not_meet():
-    """1024 words: two are equal with probability 1.2e-4 (fixed seeds); 120 pairs of rows beyond 7 sigma with 3e-10."""
-    starts = [(seed, stream) for seed in (0, 1, 2**32, 2**63) for stream in range(4)]
-    table = np.array([[int(philox.random_word(unsigned(a), b, k)) for k in range(64)] for a, b in starts])
-    assert len(np.unique(table)) == table.size
-    bits = np.array([[(row >> b) & 1 for b in range(32)] for row in table]).reshape(len(table), -1) * 2.0 - 1.0
-    correlation = np.sum(bits[:, None] * bits[None], axis=-1) / np.sqrt(bits.shape[1])
-    assert np.abs(correlation[~np.eye(len(table), dtype=bool)]).max() < 7

@@ -14,8 +14,6 @@ import numpy as np
 import pytest
 import raycast_scenes as scenes
 from bits import assert_same_bits
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from reference import raycast
 
 import lfssao
@@ -79,34 +77,6 @@ def soup_in(box, rng, n=300):
 
 
 # Brute force
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
-@settings(max_examples=15)
-@given(
-    view=st.sampled_from(VIEWS),
-    size=st.sampled_from([(20, 15), (24, 16), (31, 17), (1, 1)]),
-    seed=st.integers(0, 2**32),
-)
-def test_gbuffers_are_those_of_brute_force(scene, view, size, seed):
-    view = scenes.VIEWS[view](*size)
-    hits = check(in_world(scene, view, np.random.default_rng(seed)), view)
-    if scene is scenes.nothing:
-        assert (hits.triangle == -1).all()
-
-
-@pytest.mark.parametrize("scene", [scenes.slivers, scenes.pits, scenes.beyond], ids=lambda scene: scene.__name__)
-@pytest.mark.parametrize("name", ["virtual", "sample-a"])
-@pytest.mark.parametrize("guard", [0, 3])
-def test_presets_own_maps_from_world(scene, name, guard):
-    """Through fit_roi, whose map rounds; with a guard band where displays have one."""
-    display = find_display(name).with_resolution(33, 21)
-    made = scenes.VIEWS["virtual"](33, 21)
-    vertices, faces = scene(made, np.random.default_rng(4))
-    for index in (0, len(display.modules) // 3):
-        world = fit_roi(np.array([[-0.4, -0.3, -0.5], [0.6, 0.5, 0.7]]), display.roi)
-        check(Mesh(vertices, faces), display.view(index, world, guard))
 
 
 @pytest.mark.parametrize("name", display_names())

@@ -159,21 +159,6 @@ def test_z_is_held_between_the_corners():
     assert off > 5
 
 
-@pytest.mark.parametrize("scene", scenes.SCENES, ids=lambda scene: scene.__name__)
-@pytest.mark.parametrize("name", VIEWS)
-def test_points_on_triangles_have_the_bits_of_the_reference(name, scene):
-    view = scenes.VIEWS[name](24, 16)
-    vertices, faces = scene(view, np.random.default_rng(7))
-    rays = scenes.texel_rays(view)
-    want = raycast.first_hits(rays, vertices[faces])
-    for texel in np.flatnonzero(want.triangle >= 0):
-        ray = [float(part[texel]) for part in rays[:4]]
-        triangle = Triangle(*vertices[faces[want.triangle[texel]]].ravel().tolist())
-        found = point_on_triangle(*ray, triangle)
-        assert np.array_equal(bits(found), bits([want.z[texel], *want.weights[texel]]))
-        assert hit_triangle(*ray, triangle) == (True, found[0])
-
-
 # The tree
 
 
@@ -352,23 +337,3 @@ def test_rays_meet_closed_meshes_an_even_number_of_times(times, view, seed, size
     assert near[0] < vertices[:, 2].min() < vertices[:, 2].max() < far[0]
     want = check(view, vertices, ball.faces.astype(np.int32), rng)
     assert (want.met % 2 == 0).all()
-
-
-@pytest.mark.parametrize("name", VIEWS)
-def test_the_silhouette_of_a_ball(name):
-    """Rays that pass its middle nearer than the inner radius all hit, those beyond the outer all miss."""
-    view = scenes.VIEWS[name](61, 45)
-    ball = trimesh.creation.icosphere(3)
-    inner = np.linalg.norm(ball.triangles_center, axis=1).min()
-    ox, oy, dx, dy, _, _ = scenes.texel_rays(view)
-    direction = np.column_stack([dx, dy, np.ones_like(dx)])
-    direction /= np.linalg.norm(direction, axis=1)[:, None]
-    for k in range(3):
-        middle, radius = scenes.at(view, 20.5 + 10 * k, 22.5, 0.2 * k), 0.1 + 0.05 * k
-        tree = TriangleTree(np.array(middle + radius * ball.vertices), ball.faces.astype(np.int32))
-        triangle, _ = scenes.traced(view, tree, -1)
-        away = middle - np.column_stack([ox, oy, np.zeros_like(ox)])
-        distance = np.linalg.norm(away - (away * direction).sum(axis=1)[:, None] * direction, axis=1)
-        assert (triangle[distance < radius * inner * (1 - 1e-9)] >= 0).all()
-        assert (distance < radius * inner).sum() > 10
-        assert (triangle[distance > radius * (1 + 1e-9)] == -1).all()

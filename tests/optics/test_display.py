@@ -19,6 +19,7 @@ from lfssao.ao import ssao
 from lfssao.errors import InputError
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.kernels import rays
 
 VALID, OUTSIDE = kernels.VALID, kernels.OUTSIDE
 WORLD = np.hstack([np.diag([1.0, 1.0, -1.0]), np.zeros((3, 1))])
@@ -67,16 +68,24 @@ def test_physical_to_image_equals_the_reference(dtype, data):
 @settings(max_examples=200)
 @given(display=displays(), points=st.lists(st.tuples(unit, unit, st.floats(-0.9, 0.9)), min_size=4, max_size=12))
 def test_images_are_the_textbooks_and_their_rays_go_through_the_points(display, points):
-    """1e-9 texel, or that share of coordinates far outside the texture; z from 0.9 z_o to 0.9 m_z."""
+    """1e-9 texel, or that share of coordinates far outside the texture; z from 0.9 z_o to 0.9 m_z.
+
+    By the display and by its view, where flat displays have a mapping and rays of their own.
+    """
     m, d, points = display.modules[0], display.module_numbers(0).tolist(), np.array(points)
     points[:, 2] *= np.where(points[:, 2] > 0, m.z, -display.observer_z)
     image, answers = display.physical_to_image(0, points)
     keep = np.isin(answers, (VALID, OUTSIDE)) & (np.abs(np.nan_to_num(image[:, :2])) < 20 * m.width).all(axis=1)
-    (u, v, depth), points = image[keep].T, points[keep]
+    view, (u, v, depth), points = display.view(0, WORLD), image[keep].T, points[keep]
     np.testing.assert_array_equal(depth, points[:, 2])
+    found = view.world_to_image(points * [1, 1, -1])
+    np.testing.assert_allclose(found, image[keep], rtol=1e-11, atol=1e-9)
     origin, direction, span = display.texel_ray(0, u, v)
     assert ((span[:, 0] < depth) & (depth < span[:, 1])).all()
     np.testing.assert_allclose(origin + depth[:, None] * direction, points, rtol=0, atol=1e-8)
+    for place, *centre in zip(points, u, v, strict=True):
+        ray = np.array(rays.texel_ray(view.rays, *centre))
+        np.testing.assert_allclose(ray[:3] + place[2] * ray[3:6], place, rtol=0, atol=1e-8)
     assume(all(abs(c) > 0.01 or c == 0 for c in d[5:7]))  # circles larger than that cost the oracle's formula digits
     optics = d[:3], d[3:5], tuple(d[5:7]), d[7], d[8:17], d[17:22]
     want = [textbook.image(*optics, point) for point in points.tolist()]

@@ -107,17 +107,3 @@ def test_fold_radius_is_the_first_zero_of_the_slope(k1, k2):
     else:
         far = 10.0 ** np.linspace(-3, 12, 3001)
         assert (slope(far) > 0).all()
-
-
-@pytest.mark.parametrize(
-    ("k1", "k2", "square"),
-    [
-        (0.0, 0.0, math.inf), (0.1, 0.1, math.inf), (0.1, 0.0, math.inf), (-1 / 3, 0.0, 1.0), (0.0, -0.2, 1.0),
-        (-0.5, 0.1, 1.0), (-0.5, 0.2, math.inf), (1 / 3, -0.4, 1.0), (-1.0, 0.4, 0.5), (math.nan, 0.0, None),
-    ],
-)  # fmt: skip
-def test_fold_radius_by_hand(k1, k2, square):
-    if square is None:
-        assert not optics.fold_radius(k1, k2) <= 1
-    else:
-        assert optics.fold_radius(k1, k2) == pytest.approx(square, rel=1e-12)

@@ -76,24 +76,6 @@ def test_the_reference_composes_the_same_bits(name):
         assert 0 < missed < 4 * 41 * height  # the modules that shine reach some of it and not all
 
 
-def test_the_references_sine_is_that_of_the_angle_between_ray_and_eye():
-    shown = 0
-    for display in DISPLAYS.values():
-        eye, screen = eye_point(display, 0.2), (display.screen_width, display.screen_height)
-        for k in (9, 12):
-            s = reference.screen_point(display.screen_curvature, screen, 0.03, 0.02, eye)
-            (u, v, _), status = display.physical_to_image(k, np.array(s))
-            if status == 5:  # outside the texture
-                continue
-            shown += 1
-            origin, direction, _ = display.texel_ray(k, u, v)
-            a, b = origin[0] + direction[0] * eye[2] - s[0], eye[0] - s[0]
-            forward = eye[2] - s[2]
-            expected = math.sin(math.atan2(a, -forward) - math.atan2(b, -forward))
-            assert reference.sine(display.module_numbers(k).tolist(), s, eye) == pytest.approx(expected, abs=1e-12)
-    assert shown >= 2 * len(DISPLAYS) - 1
-
-
 def test_one_module_alone_shows_its_texture():
     """Only the middle module's rays pass near an eye at 0: the others are 5 m away."""
     modules = tuple(Module(x, 0.0, 0.7, 60, 36) for x in (-5.0, 0.0, 5.0))
@@ -265,17 +247,3 @@ def test_straight_edges_bend_with_the_square_of_their_length(index):
     assert bench_edges.slope(lengths, errors) == pytest.approx(2, abs=0.02)
     flat = bench_edges.chord_errors(display, index, *bench_edges.edges(display, 0.1, 0), points=65)
     assert flat.max() < 1e-9
-
-
-def test_an_edges_error_is_that_of_its_curve():
-    """In the plane y = y_o no edge bends; across it, a short one is farthest off near its middle."""
-    display = find_display("sample-a")
-    starts, ends = np.array([[0.1, 0.0, -0.1], [0.1, 0.1, -0.1]]), np.array([[0.2, 0.0, 0.1], [0.2, 0.2, 0.1]])
-    level, bent = bench_edges.chord_errors(display, 20, starts, ends)
-    assert level < 1e-9
-    images = [display.physical_to_image(20, (1 - t) * starts[1] + t * ends[1])[0][:2] for t in (0.0, 0.5, 1.0)]
-    chord, beside = images[2] - images[0], images[1] - images[0]
-    sagitta = abs(chord[0] * beside[1] - chord[1] * beside[0]) / math.hypot(*chord)
-    assert bent == pytest.approx(sagitta, rel=0.02)
-    behind = bench_edges.chord_errors(display, 20, starts, ends + np.array([0.0, 0.0, 0.7]))
-    assert np.isnan(behind).all()

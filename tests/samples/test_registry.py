@@ -125,8 +125,8 @@ def test_sobol_words_equal_the_reference(index, dimension):
 # Promises
 
 
-def assert_kept(made, *left_out):
-    for promise in set(made.promises) - {"unbiased", *left_out}:  # unbiased are many sets: below
+def assert_kept(made):
+    for promise in set(made.promises) - {"unbiased"}:  # unbiased are many sets: below
         findings = check_promise(promise, made.points, made.domain, made.weights, tolerance=2e-15)
         assert all(finding.holds for finding in findings), (promise, findings)
 
@@ -140,15 +140,6 @@ def test_every_set_keeps_its_methods_promises(domain, name, data, seed):
     assert made.promises == METHODS[domain][name].promises
     assert (made.weights is not None) == (name == "repulsion") == ("weights" in made.promises)
     assert_kept(made)
-
-
-@pytest.mark.parametrize("n", [1000, 1024, 4093, 4096])
-@every_method
-def test_large_sets_keep_their_promises_too(domain, name, n):
-    n = METHODS[domain][name].most or n
-    made = sample_set(domain, name, n, n)
-    assert len(made.points) == n
-    assert_kept(made, *(() if n == 1000 else ("poisson", "low-discrepancy")))  # both take the square of n
 
 
 SETS = 4000

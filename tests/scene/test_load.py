@@ -302,13 +302,11 @@ def bad_transform(header, binary):
     ("name", "content", "words"),
     [
         ("a.obj", TRIANGLE.replace("v 1", "v nan"), r"vertex 1 is not finite: \[nan, 0\.0, 0\.0\]"),
-        ("a.obj", TRIANGLE.replace("v 1", "v -inf"), "vertex 1 is not finite"),
         ("a.obj", TRIANGLE.replace("v 1", "v 1e400"), "vertex 1 is not finite"),
         ("a.obj", TRIANGLE.replace("v 1", "v 1e200"), r"vertex 1 is beyond 1e\+30"),
         ("a.obj", TRIANGLE.replace("f 1", "f 4"), "a face names a vertex that does not exist"),
         ("a.obj", TRIANGLE.replace("f 1", "f -4"), "a face names a vertex that does not exist"),
         ("a.obj", TRIANGLE.replace("f 1", "f 0"), "line 4: a face names vertex 0, but OBJ counts from 1"),
-        ("a.obj", TRIANGLE + "f 1 2 0", "line 5: a face names vertex 0"),
         ("a.obj", TRIANGLE + "f -3 -2 -1\nv 9 9 9\n", "line 5: a face counts vertices backwards"),
         ("a.obj", TRIANGLE + "f 1 2 x\n", "cannot be read as a mesh"),
         ("a.obj", SQUARE, "no triangles"),

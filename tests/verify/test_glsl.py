@@ -4,12 +4,12 @@ Inside the bounds on any driver; equal bits on Mesa's llvmpipe, whose operations
 """
 
 import json
-import os
 import re
 
 import glsl_renderer
 import numpy as np
 import pytest
+from glsl_renderer import without_opengl
 from reference.kit import read_case as read_arrays
 from reference.kit import solve as solve_by_text
 
@@ -21,24 +21,6 @@ from lfssao.verify.kit.folder import read_case, write_kit
 
 pytestmark = pytest.mark.slow
 CASES = [recipe.name for recipe in RECIPES.values() if recipe.stage in glsl_renderer.STAGES]
-
-
-def without_opengl(error):
-    """Skip; but a CI that skipped these tests would prove nothing."""
-    reason = f"no OpenGL 4.3 context by EGL: {error}"
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
-
-
-@pytest.fixture(scope="module")
-def context():
-    try:
-        made = glsl_renderer.open_context()
-    except Exception as error:  # moderngl raises whatever the driver's loader said
-        without_opengl(error)
-    yield made
-    made.release()
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,9 @@ import re
 
 import numpy as np
 import pytest
-from reference import mapping, samples
+from reference import samples
 from reference.spiral import TURNS, tap_of, turns_of
 
-from lfssao.optics.kernels import display as kernels
 from lfssao.samples.kernels import spiral
 from lfssao.samples.registry import sample_set
 from lfssao.samples.spiral import best_turns
@@ -38,33 +37,3 @@ def test_radii_of_thin_shells_lie_between_the_shells_two(r_max):
         radii = np.sqrt((made**2).sum(axis=1))
         assert (radii >= r_min * (1 - 2**-50)).all()
         assert (radii <= r_max * (1 + 2**-50)).all()
-
-
-def screens():
-    """Lenses outside a convex screen's circle, on it, and inside a concave one's, with points all around them."""
-    rng = np.random.default_rng(6)
-    for number in range(400):
-        d = np.zeros(32, np.float32)
-        d[:7] = rng.uniform([-2, -0.3, 0.3, -0.3, -3, -1, -0.3], [2, 0.3, 3, 0.3, -1, 1, 0.3])
-        d[8:17] = 9, 0, 5, 0, -9, 5, 0, 0, 1
-        d[22] = kernels.NEVER
-        if number % 20 == 0:  # on the circle: the crossing is the lens itself
-            d[0], d[2], d[5] = 1, 1, 1
-        yield d, rng.uniform(-3, 3, (6, 3)).astype(np.float32)
-
-
-@pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value", "ignore:overflow")
-def test_points_whose_rays_reach_the_screen_only_behind_the_lens():
-    """The status, u and v of the reference and the kernel, where the crossing lies behind the lens among others."""
-    behind = 0
-    for d, points in screens():
-        image, statuses = np.empty((6, 3), np.float32), np.empty(6, np.int64)
-        kernels.map_points(d, points, 10**9, 10**9, image, statuses)
-        for point, place, status in zip(points, image, statuses, strict=True):
-            u, v, got = mapping.physical_to_image(d, *point)
-            assert got == (0 if status == kernels.OUTSIDE else status)
-            if got == 0:
-                assert (u, v) == tuple(place[:2])
-            t_s, hits = mapping.crossing(d[5], d[0], d[2], point[0] - d[0], point[2] - d[2])
-            behind += bool(hits >= 0 and t_s <= 0 and status == kernels.MISSES_SCREEN)
-    assert behind > 5

@@ -9,8 +9,6 @@ import re
 import ao_shaders
 import numpy as np
 import pytest
-from glsl_renderer import open_context
-from test_glsl import without_opengl
 
 import lfssao
 from lfssao.cli.main import main
@@ -94,16 +92,6 @@ BUGS = {
                           "samples with x and y exchanged"),
     "visibility": (ORIENTED, (r"= sum / float\(count\)", "= 1.0 - sum / float(count)"), "1 - ao in place of ao"),
 }  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def context():
-    try:
-        made = open_context()
-    except Exception as error:  # moderngl raises whatever the driver's loader said
-        without_opengl(error)
-    yield made
-    made.release()
 
 
 @pytest.fixture(scope="module")

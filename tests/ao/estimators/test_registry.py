@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ssao_cases import drawn_turns
 
-from lfssao import Buffers, InputError, Settings, estimate
+from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators import registry
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate_radii, find_estimator
 from lfssao.ao.ssao import Occlusion
@@ -286,18 +286,3 @@ def test_names_are_those_of_the_families_entries():
     assert len(ESTIMATORS) == len(set(ESTIMATORS))
     with pytest.raises(InputError, match="no estimator 'best': choose one of lf"):
         find_estimator("best")
-
-
-def test_settings_take_the_estimators_own_samples_and_refuse_what_does_not_fit():
-    plain = Settings((1.0,))
-    assert plain.estimator == "lf"
-    assert plain.normals is None
-    assert np.array_equal(plain.samples, ESTIMATORS["lf"].default_samples()[0])
-    for wrong in ({"estimator": "best"}, {"parameters": {"x": 1}}, {"samples": np.zeros((4, 2))}):
-        with pytest.raises(InputError):
-            Settings((1.0,), **wrong)
-    for name, entry in ESTIMATORS.items():
-        made = Settings((1.0,), estimator=name)
-        assert (made.normals is not None) == entry.normals
-        assert made.parameters == entry.parameters
-        assert (made.samples is None) == (entry.dimensions == 0)

@@ -1,4 +1,4 @@
-"""Scalable Ambient Obscurance: each pass against the reference, formulas by hand, limits."""
+"""Scalable Ambient Obscurance: positions, normals and levels against the reference, formulas by hand, limits."""
 
 from dataclasses import replace
 
@@ -10,16 +10,12 @@ from estimator_cases import texel_table, view_numbers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import scalable as reference
-from reference.passes import blur_weights
 
 from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
-from lfssao.ao.estimators.sao.kernels import face_normals, packing, reconstruct
+from lfssao.ao.estimators.sao.kernels import face_normals, reconstruct
 from lfssao.ao.estimators.sao.kernels import scalable as kernels
-from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
-from lfssao.ao.estimators.sao.kernels.quad import average_quads
-from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
-from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
+from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 every_sight = pytest.mark.parametrize("sight", scenes.SIGHTS)
@@ -51,27 +47,6 @@ def seen(name, sight, dtype=np.float64, size=(13, 9), holes=0.1):
     rng = np.random.default_rng(5)
     sight = scenes.SIGHTS[sight](*size)
     return scenes.buffers(name, sight, dtype, rng.random(size[::-1]) < holes)
-
-
-# Equation 2
-
-
-@both
-@settings(max_examples=15)
-@given(data=st.data())
-def test_linear_depth_equals_the_reference(dtype, data):
-    depth = data.draw(textures(dtype, 0.0, 1.1))
-    near = data.draw(st.sampled_from([0.01, 1.0, 7.0]))
-    far = data.draw(st.sampled_from([8.0, 1e6, np.inf]))
-    c = [dtype(x) for x in plane_constants(near, far)]
-    z = np.empty_like(depth)
-    with np.errstate(over="ignore"):
-        linear_depth(depth, True, *c, z)
-        made = reference.linear_depth(depth, reference.PERSPECTIVE, near, None if far == np.inf else far)
-    assert_same_bits(z, made)
-    if far < np.inf:
-        linear_depth(depth, False, dtype(near), dtype(far - near), dtype(0), z)
-        assert_same_bits(z, reference.linear_depth(depth, reference.ORTHOGRAPHIC, near, far))
 
 
 # Equations 3 and 4
@@ -133,15 +108,6 @@ def test_face_normals_are_the_planes_within_a_fifth_of_a_degree(name, sight):
         inside = np.isfinite(buffers.depth) & ((np.abs(x) > 0.03) | ("plane" in name))
     assert inside.mean() > 0.5
     assert np.degrees(np.arctan2(sine, cosine))[inside].max() < 0.2
-
-
-def test_a_normal_without_neighbours_looks_at_the_viewer():
-    hole = np.ones((5, 5), bool)
-    hole[2, 2] = False
-    buffers = scenes.buffers("tilted plane", scenes.SIGHTS["perspective"](5, 5), np.float64, hole)
-    _, normals = normals_of(buffers)
-    np.testing.assert_allclose(normals[2, 2], [0, 0, 1], atol=1e-15)
-    assert not normals[hole].any()
 
 
 # The hierarchy
@@ -208,42 +174,6 @@ def test_taps_reach_as_far_as_the_balls_image():
         view = reference_view(buffers.view, np.float64)
         made = view.radii(20, 30, linear_z(buffers)[20, 30], radius)
         assert made == pytest.approx(radii, rel=1e-3 if sight == "display" else 1e-9), sight
-
-
-# Passes after sampling
-
-
-@both
-@pytest.mark.parametrize("name", ["average_quads", "pack", "bilateral"])
-@given(data=st.data())
-@settings(max_examples=20)
-def test_passes_after_sampling_equal_the_reference_for_any_depths(name, dtype, data):
-    z = data.draw(textures(dtype))
-    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
-    visibility = rng.choice(np.append(rng.random(5), [0.0, 1.0]).astype(dtype), z.shape)
-    visibility[np.isinf(z)] = 1
-    out = np.empty_like(z)
-    if name == "average_quads":
-        edge = dtype(data.draw(st.sampled_from([0.0, 0.1, 2.0, np.inf])))
-        average_quads(visibility, z, edge, out)
-        assert_same_bits(out, reference.average(visibility, z, edge))
-        return
-    origin, scale = (dtype(data.draw(st.sampled_from(values))) for values in ([0.0, -2.0], [0.2, 1.0, 1e9]))
-    with np.errstate(over="ignore"):
-        packing.depth_keys(z, origin, scale, out)
-    assert_same_bits(out, reference.keys_of(z, origin, scale))
-    if name == "pack":
-        rgb = scalable.pack(visibility, out)
-        assert_same_bits(rgb, reference.pack(visibility, out))
-        for one, two in zip(scalable.unpack(rgb, np.dtype(dtype)), reference.unpack(rgb, dtype), strict=True):
-            assert_same_bits(one, two)
-        return
-    weights = np.array(blur_weights(data.draw(st.sampled_from([0.3, 3.0])), 3), dtype)
-    stride, sharp = data.draw(st.integers(1, 4)), dtype(data.draw(st.sampled_from([0.0, 3.0, 2048.0])))
-    for step, other in (((stride, 0), reference.bilateral), ((0, stride), reference.bilateral_columns)):
-        target = np.empty_like(z)
-        bilateral(visibility, out, weights, step, sharp, target)
-        assert_same_bits(target, other(visibility, out, weights, stride, sharp))
 
 
 # Formulas by hand

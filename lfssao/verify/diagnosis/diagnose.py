@@ -150,8 +150,7 @@ class _View:
         search, without = drawn(min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 100))), len(good) / (len(good) + len(bad))
         changes, known = changes_of(search.problem), {d.candidates[0].kind: d.candidates[0] for d in first if d.fits}
         counted = drawn(max(_MOST // cost, _FEWEST))
-        if isinstance(counted.problem, Estimated):
-            counted = Search(counted.problem.changed(model=self.model), counted.weights)
+        counted = Search(counted.problem.judged(self.model), counted.weights)
         for change in changes:
             if change.kind in known:  # a texture of the same cause: a tenth of a second, where a search takes two
                 same = counted.candidate(Found(change, known[change.kind].values, 0.0, 0.0))

@@ -8,7 +8,7 @@ the share of the best changes is counted by bounds of their own.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,10 @@ class Estimated(Problem):
     room: FloatArray  # (K,), width of the reference's interval
     seed: int  # of the rotation
     model: ErrorModel | None = None  # bounds of this model, where some are known, in place of the room
+
+    def judged(self, model: ErrorModel) -> Self:
+        """The same by bounds of the model."""
+        return self.changed(model=model)
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""

@@ -14,6 +14,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.verify.bounds.error_model import ErrorModel
+
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Values = tuple[float, ...]
@@ -47,6 +49,10 @@ class Problem:
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""
         raise NotImplementedError
+
+    def judged(self, model: ErrorModel) -> Self:
+        """The problem that shares are counted by, if it is another than the one that is searched."""
+        return self
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right."""

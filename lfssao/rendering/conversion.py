@@ -63,7 +63,8 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     normals = None
     if "normals" in there:
         normals = _normals(there["normals"], surface, said)
-        for other in CHOICES["normals_space"] if said.eye is not None else ():
+        if said.eye is not None:
+            (other,) = (space for space in CHOICES["normals_space"] if space != said.normals_space)
             turned = _normals(there["normals"], surface, replace(said, normals_space=other))
             if _agreement(turned, positions) > _agreement(normals, positions) + _BETTER:
                 raise InputError(f"normals: they fit the surface better by normals_space = '{other}'")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lfssao.core.late_names import late_names
 
 if TYPE_CHECKING:
-    from lfssao.samples.properties import PROMISES, Finding, Promise, check_promise
+    from lfssao.samples.properties import PROMISES, Finding, Promise, assert_promise, check_promise, check_sampler
     from lfssao.verify.kit.cases import make_case
     from lfssao.verify.kit.folder import write_kit
     from lfssao.verify.testing.conformance import assert_conforms
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = late_names(
     __name__,
     {
-        "samples.properties": ("PROMISES", "Finding", "Promise", "check_promise"),
+        "samples.properties": ("PROMISES", "Finding", "Promise", "assert_promise", "check_promise", "check_sampler"),
         "verify.kit.cases": ("make_case",),
         "verify.kit.folder": ("write_kit",),
         "verify.testing.conformance": ("assert_conforms",),
@@ -26,6 +26,6 @@ __getattr__, __dir__ = late_names(
 )
 
 __all__ = [
-    "PROMISES", "Finding", "Promise", "assert_conforms", "cameras", "check_promise", "displays", "gbuffers",
-    "make_case", "radii", "sample_sets", "write_kit",
+    "PROMISES", "Finding", "Promise", "assert_conforms", "assert_promise", "cameras", "check_promise", "check_sampler",
+    "displays", "gbuffers", "make_case", "radii", "sample_sets", "write_kit",
 ]  # fmt: skip

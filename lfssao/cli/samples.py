@@ -2,23 +2,27 @@
 
 import argparse
 import sys
+from dataclasses import replace
+from glob import glob
 from pathlib import Path
 from typing import Any
 
 from lfssao.cli import values
-from lfssao.cli.terminal import BROKEN, printable
+from lfssao.cli.terminal import BROKEN, printable, say
 from lfssao.cli.values import MOST_SAMPLES, PICTURES, check_target
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_choice, errors_of, no_such
 from lfssao.samples import METHODS, sample_set
 from lfssao.samples.formats import FORMATS, read_points
+from lfssao.samples.properties import ALARM, PROMISES, as_table, check_promise
 from lfssao.samples.sets import DIMENSIONS, SampleSet
-from lfssao.testing import PROMISES, check_promise
 
 _PROMISES = (
     "what to check, may be given several times: a name, or name-domain for points of the sphere or the disk (default: "
     "inside, distinct, uniform)"
 )
+_alarm = values.number("a probability above 0 and below 1", lambda value: 0 < value < 1)
+_FILES = ".csv, .txt, .json or .npy files, also as a pattern such as 'mine_*.csv'"
 
 
 def add_to(command: argparse.ArgumentParser) -> None:
@@ -36,23 +40,29 @@ def add_to(command: argparse.ArgumentParser) -> None:
 
     check = actions.add_parser("check", help="check anybody's points against promises")
     check.description = (
-        "Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken. Without FILE: list "
-        "the promises."
+        "Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken. Few points cannot "
+        "tell: give the sets of many seeds, each a file; they are pooled for uniform. Without FILE: list the promises."
     )
     check.set_defaults(run=_check)
-    check.add_argument("file", nargs="?", metavar="FILE", help=".csv, .json or .npy: a point a row")
+    check.add_argument("files", nargs="*", metavar="FILE", help=f"{_FILES}: a point a row")
     check.add_argument("--promise", action="append", metavar="NAME", help=_PROMISES)
+    alarm = "probability that independent uniform points break uniform (default: 1e-6)"
+    check.add_argument("--alarm", type=_alarm, default=ALARM, metavar="P", help=alarm)
     _add_shell(check)
 
-    plot = actions.add_parser("plot", help="draw points, radii, periodogram and pair correlation")
+    plot = actions.add_parser("plot", help="draw points, histograms, periodogram and pair correlation")
     plot.description = (
-        "Draw a method's sample set, or the points of a file: points, radial histogram, periodogram and pair "
-        "correlation side by side."
+        "Draw a method's sample set, or the points of files: points, histograms of their coordinates, periodogram and "
+        "its radial mean, pair correlation."
     )
     plot.set_defaults(run=_plot)
-    plot.add_argument("method", metavar="METHOD", help="a method, or a .csv, .json or .npy file")
+    plot.add_argument("method", metavar="METHOD", help=f"a method, or {_FILES}")
     _add_set(plot)
     plot.add_argument("-o", "--output", metavar="FILE", help=".png, .svg or .pdf (default: METHOD.png)")
+
+    text = "coordinates at the ends of the domain (default: -1,1; 0,1 if no point of the square has a negative one)"
+    for parser in (check, plot):
+        parser.add_argument("--range", type=_range, metavar="LOW,HIGH", help=text)
 
 
 def _add_set(parser: argparse.ArgumentParser) -> None:
@@ -72,6 +82,13 @@ def _add_shell(parser: argparse.ArgumentParser) -> None:
     for name, default in (("--r-min", 0.0), ("--r-max", 1.0)):
         shell = f"the ball's shell (default: {default:g})"
         parser.add_argument(name, type=values.radius, default=default, metavar="R", help=shell)
+
+
+def _range(text: str) -> tuple[float, float]:
+    if text.count(",") != 1:
+        raise argparse.ArgumentTypeError(f"'{text:.40}' is not LOW,HIGH")
+    low, high = map(values.finite, text.split(","))
+    return low, high
 
 
 def _sample_set(options: argparse.Namespace) -> SampleSet:
@@ -99,6 +116,8 @@ def _make(options: argparse.Namespace) -> None:
                 print(f"  {method.name}: {method.title} ({method.source}); {', '.join(method.promises)}")
         return
     check_choice("format", options.format, FORMATS)
+    if options.method == "sobol" and options.n & (options.n - 1):
+        say(f"warning: sets of 2^m points are balanced, {options.n} points of sobol are not")
     content = FORMATS[options.format](_sample_set(options))
     if options.output is not None:
         write_whole(Path(options.output), lambda path: path.write_bytes(content))
@@ -124,40 +143,64 @@ def _promise(text: str, columns: int, domain: str | None) -> tuple[str, str]:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Check a file's points: 0 if all promises hold, 1 if one is broken."""
-    if options.file is None:
+    """Check the points of files: 0 if all promises hold, 1 if one is broken."""
+    if not options.files:
         for name, promise in PROMISES.items():
             print(f"{name}: {promise.title} ({', '.join(promise.domains)})")
         return 0
-    points, weights, domain = read_points(Path(options.file))
-    kept = True
+    sets, named = _read_files(options.files)
+    kept, tells, source = True, True, "--promise" if options.promise else options.files[0]
     for text in options.promise or ("inside", "distinct", "uniform"):
-        with errors_of("--promise" if options.promise else options.file):
-            name, where = _promise(text, points.shape[1], domain)
-            findings = check_promise(name, points, where, weights, options.r_min, options.r_max)
+        with errors_of(source):
+            name, domain = _promise(text, sets[0].points.shape[1], named)
+        points = [made.points for made in _moved(options, sets, domain, named)]
+        with errors_of(source):
+            weights, shell = [made.weights for made in sets], (options.r_min, options.r_max)
+            findings = check_promise(name, points, domain, weights, *shell, alarm=options.alarm)
         for finding in findings:
-            verdict = "holds" if finding.holds else "BROKEN"
-            print(f"{name} ({where}): {finding.what}: {finding.value:.6g}, at most {finding.limit:.6g}: {verdict}")
-            kept = kept and finding.holds
+            file = "" if finding.worst is None else f" ({printable(sets[finding.worst].method)})"
+            print(f"{name} ({domain}): {finding}{file}")
+            kept, tells = kept and finding.holds, tells and finding.tells
+    if len(sets) > 1:
+        print(f"limits for the points of {len(sets)} sets are those of independent points, safe for more even sets")
+    if not tells:
+        print("the sets of more seeds, each in a file, or a larger --alarm would tell more")
     return 0 if kept else BROKEN
 
 
+def _read_files(patterns: list[str]) -> tuple[list[SampleSet], str | None]:
+    """The points of files as sets without promises, and the domain that the first file names."""
+    paths = [Path(name) for p in patterns for name in ([p] if Path(p).exists() else sorted(glob(p)) or [p])]
+    tables = [read_points(path) for path in paths]
+    points, _, named = tables[0]
+    domain = named or ("ball" if points.shape[1] == 3 else "square")
+    return [SampleSet(*table[:2], domain, str(path), 0, ()) for path, table in zip(paths, tables, strict=True)], named
+
+
+def _moved(options: argparse.Namespace, sets: list[SampleSet], domain: str, named: str | None) -> list[SampleSet]:
+    """Sets as of a domain, moved from --range, or from a guess if no file named its domain."""
+    guess = options.range is None and named is None and domain == "square"
+    if guess and all(((made.points >= 0) & (made.points <= 1)).all() for made in sets):
+        say("all points lie in [0, 1]^2, which is taken for the whole square; --range -1,1 says that it is not")
+        options.range = (0.0, 1.0)  # said once
+    out = []
+    for made in sets:
+        with errors_of(made.method):
+            out.append(replace(made, points=as_table(made.points, domain, options.range or (-1.0, 1.0)), domain=domain))
+    return out
+
+
 def _plot(options: argparse.Namespace) -> None:
-    """Draw a sample set, or the points of a file."""
+    """Draw a sample set, or the points of files."""
     source = Path(options.method)
     target = check_target("--output", Path(options.output or f"{source.stem}.png"), PICTURES)
-    made = _read_set(source, options.domain) if source.suffix else _sample_set(options)
-    from lfssao.samples.plot import save_samples  # late: matplotlib takes a second to import
+    if source.suffix:
+        sets, named = _read_files([options.method])
+        sets = _moved(options, sets, options.domain or sets[0].domain, named)
+    else:
+        sets = [_sample_set(options)]
+    from lfssao.samples.plot import draw_samples  # late: matplotlib takes a second to import
 
-    save_samples(made, target, options.r_min, options.r_max)
+    figure = draw_samples(sets, options.r_min, options.r_max)
+    write_whole(target, lambda path: figure.savefig(path, dpi=110))
     print(printable(str(target)))
-
-
-def _read_set(path: Path, domain: str | None) -> SampleSet:
-    """The points of a file as a set without promises."""
-    points, weights, named = read_points(path)
-    domain = domain or named or ("ball" if points.shape[1] == 3 else "square")
-    check_choice("domain", domain, DIMENSIONS)
-    if DIMENSIONS[domain] != points.shape[1]:
-        raise InputError(f"{path}: points of the {domain} have {DIMENSIONS[domain]} coordinates, not {points.shape[1]}")
-    return SampleSet(points, weights, domain, path.name, 0, ())

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from lfssao.core.late_names import late_names
 
 if TYPE_CHECKING:
+    from lfssao.samples.engine import Sampler
     from lfssao.samples.registry import METHODS, find_method, make_samples, sample_set, square_points
     from lfssao.samples.repulsion import repulsion_table
     from lfssao.samples.rotation import ROTATIONS, angle_turns, texel_angles, texel_turns
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = late_names(
     __name__,
     {
+        "samples.engine": ("Sampler",),
         "samples.rotation": ("ROTATIONS", "angle_turns", "texel_angles", "texel_turns"),
         "samples.registry": ("METHODS", "find_method", "make_samples", "sample_set", "square_points"),
         "samples.repulsion": ("repulsion_table",),
@@ -26,6 +28,6 @@ __getattr__, __dir__ = late_names(
 )
 
 __all__ = [
-    "METHODS", "ROTATIONS", "SampleSet", "angle_turns", "best_turns", "find_method", "make_samples",
+    "METHODS", "ROTATIONS", "SampleSet", "Sampler", "angle_turns", "best_turns", "find_method", "make_samples",
     "repulsion_table", "sample_set", "spiral_discrepancy", "square_points", "texel_angles", "texel_turns",
 ]  # fmt: skip

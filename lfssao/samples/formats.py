@@ -71,12 +71,14 @@ FORMATS: dict[str, Callable[[SampleSet], bytes]] = {"csv": to_csv, "json": to_js
 def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     """Read points (n, d), weights (n,) or None, and the domain, if it is named, from a file.
 
-    .csv: two or three columns, and one called 'weight' if the first line has names; .json: an object with 'points', or
-    the list of points itself; .npy: (n, 2) or (n, 3). InputError if the file cannot be read, or does not hold points.
+    .csv, .txt, .dat: two or three columns, as of ``np.savetxt``, and one called 'weight' if the first line has names;
+    .json: an object with 'points', or the list of points itself; .npy: (n, 2) or (n, 3). InputError if the file cannot
+    be read, or does not hold points.
     """
-    reader = {".csv": _read_csv, ".json": _read_json, ".npy": _read_npy}.get(path.suffix.lower())
+    readers = {**dict.fromkeys((".csv", ".txt", ".dat"), _read_text), ".json": _read_json, ".npy": _read_npy}
+    reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise no_such("format of points", path.suffix.lower(), (".csv", ".json", ".npy"))
+        raise no_such("format of points", path.suffix.lower(), readers)
     points, weights, domain = reader(path)
     if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) == 0:
         raise InputError(f"{path}: its points have shape {points.shape}, expected (n, 2) or (n, 3) with n at least 1")
@@ -85,13 +87,14 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     return points, weights, domain
 
 
-def _read_csv(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
+def _read_text(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
     lines = [line for line in read_text(path).splitlines() if line.strip() and not line.startswith("#")]
+    between = next((mark for mark in ";,\t" if lines and mark in lines[0]), None)  # else spaces
     names: list[str] = []
     if lines and not re.match(r"\s*[+-]?(\.?[0-9]|inf|nan)", lines[0], re.IGNORECASE):
-        names = [name.strip(' "').lower() for name in lines.pop(0).split(",")]
+        names = [name.strip(' "').lower() for name in lines.pop(0).split(between)]
     try:
-        table = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.empty((0, len(names)))
+        table = np.loadtxt(lines, delimiter=between, ndmin=2) if lines else np.empty((0, len(names)))
     except ValueError as error:
         raise InputError(f"{path}: it is no table of numbers ({error})") from error
     if names and table.shape[1] != len(names):

@@ -1,15 +1,20 @@
 """The promises of sampling methods, each as a check of anybody's points.
 
 A check returns findings: a number that was counted or measured, and the most that it may be. Counts have the limit 0.
-Statistics of independent points exceed their limits with a probability of at most ``ALARM`` for the whole check; those
-of more even sets stay further below.
+Statistics have a p-value in place of a limit, and say which bias they would not find. They find one in independent
+uniform points with a probability of at most the alarm for the whole check; in sets that are more even, more rarely.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import warnings
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
 from math import log, pi, sqrt
+from typing import Any
 
 import numpy as np
+from scipy import stats
+from scipy.stats import qmc
 
 from lfssao.errors import InputError, check_choice
 from lfssao.samples import statistics
@@ -21,7 +26,7 @@ ALARM = 1e-6
 
 @dataclass(frozen=True)
 class Points:
-    """A point set as a check takes it; the fields are the arguments of ``check_promise``."""
+    """A point set as a check takes it; the fields are arguments of ``check_promise``."""
 
     points: FloatArray
     domain: str
@@ -29,20 +34,31 @@ class Points:
     r_min: float
     r_max: float
     tolerance: float
+    alarm: float
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One result of a check."""
+    """One result of a check; as a string it is a sentence with the verdict: holds, BROKEN, or cannot tell."""
 
     what: str  # the thing that was counted or measured
     value: float
-    limit: float  # the most that the value may be
+    limit: float  # the most that the value may be; of a statistic, the least that p may be
+    p: float | None = None  # the probability that independent uniform points give this value or a larger one
+    power: str = ""  # of a statistic: the bias that would pass
+    worst: int | None = None  # the index of the set that it is of, where many were checked one by one
+    tells: bool = True  # whether a statistic finds a part with a quarter of the points too many
 
     @property
     def holds(self) -> bool:
         """Whether the promise is kept as far as this goes."""
-        return bool(self.value <= self.limit)
+        return bool(self.value <= self.limit if self.p is None else self.p >= self.limit)
+
+    def __str__(self) -> str:
+        rule = f"at most {self.limit:.6g}" if self.p is None else f"p = {self.p:.3g}, alarm below {self.limit:.2g}"
+        verdict = f"{'holds' if self.tells else 'cannot tell'}{self.power}" if self.holds else "BROKEN"
+        place = "" if self.worst is None else f", worst in set {self.worst}"
+        return f"{self.what}{place}: {self.value:.6g}, {rule}: {verdict}"
 
 
 @dataclass(frozen=True)
@@ -56,37 +72,113 @@ class Promise:
 
 def check_promise(
     name: str,
-    points: FloatArray,
+    points: Any,
     domain: str,
-    weights: FloatArray | None = None,
+    weights: Any = None,
     r_min: float = 0.0,
     r_max: float = 1.0,
     tolerance: float = 1e-6,
+    bounds: tuple[float, float] = (-1.0, 1.0),
+    alarm: float = ALARM,
 ) -> list[Finding]:
-    """Check one of ``PROMISES`` on a point set; it is kept if all findings hold.
+    """Check one of ``PROMISES`` on a point set, or on those of many seeds; it is kept if all findings hold.
 
-    Points are (n, d), in units of the radius of the domain, 'square', 'sphere', 'ball' or 'disk', weights (n,). r_min
-    and r_max are the ball's shell, and the tolerance is the distance outside the domain that rounding may have put a
-    point at; the default suits float32. InputError if there is no such promise or domain, the promise means nothing on
-    that domain, or the arrays do not fit.
+    Points are (n, d), in units of the radius of the domain, 'square', 'sphere', 'ball' or 'disk', weights (n,); or
+    sequences of them. Many sets are pooled for 'uniform', whose p-values are those of independent points: more even
+    sets alarm more rarely. 'unbiased' takes one point of each set, at random; other findings are the worst set's.
+
+    r_min and r_max are the ball's shell, and the tolerance is the distance outside the domain that rounding may have
+    put a point at; the default suits float32. Bounds are the coordinates at the domain's ends: (0, 1) for the points of
+    ``scipy.stats.qmc``. The alarm, above 0 and below 1, is the probability that independent uniform points break
+    'uniform'. InputError if there is no such promise or domain, the promise means nothing on that domain, a number is
+    out of range, or the arrays do not fit.
+
+    Examples
+    --------
+    >>> print(check_promise("latin", [[-0.5, 0.5], [0.5, -0.5]], "square")[0])
+    columns without exactly one point: 0, at most 0: holds
     """
     check_choice("promise", name, PROMISES)
-    check_choice("domain", domain, DIMENSIONS)
+    many = len(points) > 0 and np.ndim(points[0]) == 2
+    tables = [as_table(each, domain, bounds) for each in (points if many else [points])]
+    loads = weights if many and weights is not None else [weights] * len(tables)
     if domain not in PROMISES[name].domains:
         raise InputError(
             f"the promise {name} is one of the {' and '.join(PROMISES[name].domains)}, not of the {domain}"
         )
-    table = np.asarray(points, np.float64)
+    if not (0 <= r_min <= r_max and 0 < r_max < np.inf):
+        raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max and above 0")
+    if not 0 < alarm < 1:
+        raise InputError(f"alarm is {alarm}, it must be a probability above 0 and below 1")
+    sets = []
+    for table, load in zip(tables, loads, strict=True):
+        if load is not None and np.shape(load) != table.shape[:1]:
+            raise InputError(f"there are {len(table)} points and weights of shape {np.shape(load)}")
+        weighs = None if load is None else np.asarray(load, np.float64)
+        sets.append(Points(table, domain, weighs, r_min, r_max, tolerance, alarm))
+    return PROMISES[name].check(sets[0]) if len(sets) == 1 else _of_many(name, sets)
+
+
+def as_table(points: Any, domain: str, bounds: tuple[float, float] = (-1.0, 1.0)) -> FloatArray:
+    """Points of a domain, (n, d) float64, moved from the bounds to -1 to 1; InputError as of ``check_promise``."""
+    check_choice("domain", domain, DIMENSIONS)
+    table, (low, high) = np.asarray(points, np.float64), bounds
     if table.ndim != 2 or table.shape[1] != DIMENSIONS[domain] or len(table) == 0:
         raise InputError(f"points of the {domain} have shape {table.shape}, expected (n, {DIMENSIONS[domain]}), n >= 1")
     if not np.isfinite(table).all():
         raise InputError(f"point {int(np.argmin(np.isfinite(table).all(axis=1)))} is not finite")
-    if not (0 <= r_min <= r_max and 0 < r_max < np.inf):
-        raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max and above 0")
-    weights = None if weights is None else np.asarray(weights, np.float64)
-    if weights is not None and weights.shape != table.shape[:1]:
-        raise InputError(f"there are {len(table)} points and weights of shape {weights.shape}")
-    return PROMISES[name].check(Points(table, domain, weights, r_min, r_max, tolerance))
+    if not -np.inf < low < high < np.inf:
+        raise InputError(f"the range is {low} to {high}, it must be from a number to a larger one")
+    return table if (low, high) == (-1, 1) else (2 * table - low - high) / (high - low)
+
+
+def _of_many(name: str, sets: list[Points]) -> list[Finding]:
+    check = PROMISES[name].check
+    if name not in ("uniform", "unbiased"):
+        found = [check(each) for each in sets]
+        worst = max(range(len(sets)), key=lambda k: max(finding.value - finding.limit for finding in found[k]))
+        return [replace(finding, worst=worst) for finding in found[worst]]
+    different = list({each.points.tobytes(): each.points for each in sets}.values())
+    repeated = Finding("sets that repeat another", len(sets) - len(different), 0)
+    if name == "unbiased":
+        pick = np.random.default_rng(0)
+        different = [points[pick.integers(len(points))][None] for points in different]
+    return [repeated, *check(replace(sets[0], points=np.concatenate(different)))]
+
+
+def check_sampler(
+    function: Any, n: int, seeds: int | Iterable[int], name: str = "uniform", **options: Any
+) -> list[Finding]:
+    """Check one of ``PROMISES`` on the sets of n points that a sampler makes of many seeds, as ``check_promise``.
+
+    The function returns the points of (n, seed); seeds are given, or their number. An engine of ``scipy.stats.qmc`` is
+    asked for as many sets, one after the other, on the unit square. Options are those of ``check_promise``, by default
+    the domain 'ball'.
+
+    Examples
+    --------
+    >>> from lfssao.samples import make_samples
+    >>> all(finding.holds for finding in check_sampler(make_samples, 8, 100, r_min=0.8))
+    True
+    """
+    engine = hasattr(function, "random")
+    chosen = range(seeds) if isinstance(seeds, int) else seeds
+    sets = [np.asarray(function.random(n) if engine else function(n, seed)) for seed in chosen]
+    usual: dict[str, Any] = {"domain": "square", "bounds": (0.0, 1.0)} if engine else {"domain": "ball"}
+    return check_promise(name, sets, **{**usual, **options})
+
+
+def assert_promise(name: str, points: Any, domain: str, **options: Any) -> None:
+    """Raise AssertionError with all findings in words if a promise is broken; arguments are ``check_promise``'s.
+
+    UserWarning if a statistic cannot tell, as of the few points of one set: give it the sets of many seeds.
+    """
+    findings = check_promise(name, points, domain, **options)
+    words = "\n".join([f"{name} ({domain}):", *map(str, findings)])
+    if not all(finding.holds for finding in findings):
+        raise AssertionError(words)
+    if not all(finding.tells for finding in findings):
+        warnings.warn(words, stacklevel=2)
 
 
 def _inside(of: Points) -> list[Finding]:
@@ -105,26 +197,49 @@ def _distinct(of: Points) -> list[Finding]:
     return [Finding("points that repeat another", repeated, 0)]
 
 
+_ks_p = stats.kstwo.sf
+_poles_p = partial(statistics.share_p, fair=0.1)
+
+
 def _uniform(of: Points) -> list[Finding]:
     cube = statistics.unit_cube(of.points, of.domain, of.r_min, of.r_max)
     n, d = cube.shape
     names = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi")}.get(of.domain, ("z", "phi", "r^3"))
-    cells = int((n / 10) ** (1 / d)) if n >= 10 * 2**d else 0
-    cells = min(cells, 16 if d == 2 else 8)
-    round_body = of.domain in ("sphere", "ball")
-    alarm = ALARM / (d + (cells > 1) + round_body)
-    found = [
-        Finding(f"Kolmogorov-Smirnov distance of {name}", statistics.ks_distance(column), statistics.ks_limit(n, alarm))
-        for name, column in zip(names, cube.T, strict=False)
-    ]
-    if cells > 1:
-        limit = statistics.chi_square_limit(cells**d - 1, alarm)
-        found.append(Finding(f"chi-square over {cells}^{d} equal cells", statistics.chi_square(cube, cells), limit))
-    if round_body:
+    # Name, value, p-value, the part whose excess of points it finds, and the fair share of that.
+    tests: list[tuple[str, float, Callable[[float, int], float], str, float]] = []
+    for name, (above, below) in zip(names, statistics.departures(cube).T, strict=False):
+        kuiper, ks = ("Kuiper", above + below, statistics.kuiper_p), ("Kolmogorov-Smirnov", max(above, below), _ks_p)
+        who, value, p_value = kuiper if name == "phi" else ks
+        tests.append((f"{who} distance of {name}", float(value), p_value, f"one half of {name}", 0.5))
+    if of.domain in ("sphere", "ball"):
+        z = 2 * cube[:, 0] - 1
+        up, ends = float(np.mean(z > 0)) - 0.5, float(np.mean(abs(z) > 0.9)) - 0.1
         r = np.sqrt(np.sum(of.points**2, axis=1, keepdims=True))
         caps = statistics.cap_discrepancy(of.points / np.where(r > 0, r, 1))
-        found.append(Finding("spherical cap discrepancy", caps, statistics.ks_limit(n, alarm / 128)))
+        tests += [
+            ("share of z > 0, less 1/2", up, statistics.share_p, "the upper half", 0.5),
+            ("share of abs(z) > 0.9, less 1/10", ends, _poles_p, "a pair of poles", 0.1),
+            ("spherical cap discrepancy", caps, statistics.caps_p, "one half of space", 0.5),
+        ]
+    cells = min(2 * int((n / 10) ** (1 / d) / 2), 16 if d == 2 else 8)  # even: a half is made of whole ones
+    alarm = of.alarm / (len(tests) + (cells > 0))
+    found = [
+        _judged(what, value, p_value(value, n), alarm, n, part, fair, statistics.least_share(p_value, n, alarm, fair))
+        for what, value, p_value, part, fair in tests
+    ]
+    if cells:
+        counts = np.histogramdd(np.clip(cube, 0, 1), cells, [(0, 1)] * d)[0]
+        value, p = stats.chisquare(counts.ravel())
+        least = statistics.chi_square_share(cells**d, n, alarm)
+        what = f"chi-square over {cells}^{d} equal cells"
+        found.append(_judged(what, value, p, alarm, n, "one half of a coordinate", 0.5, least))
     return found
+
+
+def _judged(what: str, value: float, p: float, alarm: float, n: int, part: str, fair: float, least: float) -> Finding:
+    """The finding of a statistic that finds, with probability 0.9, a part with the least share of n points."""
+    passes = f"{least:.1%} of the points passes 1 time in 10" if least <= 1 else "all of the points may pass"
+    return Finding(what, value, alarm, p, f" at n = {n}: {part} with {passes}", tells=least <= fair + 0.25)
 
 
 def _cells(values: FloatArray, count: int) -> np.ndarray:
@@ -152,10 +267,8 @@ def _rows(of: Points) -> list[Finding]:
 
 def _latin(of: Points) -> list[Finding]:
     n = len(of.points)
-    wrong = [_not_one(_cells(coordinate, n), n) for coordinate in of.points.T]
-    return [
-        Finding(f"{what} without exactly one point", k, 0) for what, k in zip(("columns", "rows"), wrong, strict=True)
-    ]
+    wrong = {what: _not_one(_cells(x, n), n) for what, x in zip(("columns", "rows"), of.points.T, strict=True)}
+    return [Finding(f"{what} without exactly one point", count, 0) for what, count in wrong.items()]
 
 
 def _net(of: Points) -> list[Finding]:
@@ -170,7 +283,7 @@ def _net(of: Points) -> list[Finding]:
 
 def _low_discrepancy(of: Points) -> list[Finding]:
     n = len(of.points)
-    value = statistics.star_discrepancy(statistics.unit_cube(of.points, "square"))
+    value = float(qmc.discrepancy(np.clip(statistics.unit_cube(of.points, "square"), 0, 1), method="L2-star"))
     return [Finding("L2 star discrepancy", value, 0.8 * (1 + log(n)) / n)]
 
 

@@ -43,4 +43,4 @@ class SampleSet:
     def _repr_png_(self) -> bytes:
         from lfssao.samples.plot import draw_samples  # late: only notebooks show it
 
-        return figure_png(draw_samples(self))
+        return figure_png(draw_samples([self]))

@@ -1,13 +1,18 @@
-"""Statistics of point sets, and the limits that a uniform one exceeds with a stated probability.
+"""Statistics of point sets, how probable a larger value of each is, and the smallest bias that each finds.
 
 Most take points of the unit cube [0, 1]^d. ``unit_cube`` maps any domain there and keeps volumes, so that uniform
-points stay uniform. The last bit of a statistic may differ between machines.
+points stay uniform. A p-value is the probability that independent uniform points give the value or a larger one. The
+last bits of all these may differ between machines.
 """
 
-from math import log, pi, sqrt
+from bisect import bisect_left
+from collections.abc import Callable
+from functools import lru_cache
+from math import ceil, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special, stats
 from scipy.spatial import KDTree
 
 FloatArray = NDArray[np.float64]
@@ -34,31 +39,52 @@ def unit_cube(points: FloatArray, domain: str, r_min: float = 0.0, r_max: float 
     return np.column_stack([directions, ((r / r_max) ** 3 - inner) / (1 - inner)])
 
 
-def ks_distance(values: FloatArray) -> float:
-    """Kolmogorov and Smirnov's distance of n values from the uniform distribution on [0, 1]."""
-    ordered = np.sort(np.asarray(values, np.float64))
-    steps = np.arange(len(ordered) + 1) / len(ordered)
-    return float(max(np.max(steps[1:] - ordered), np.max(ordered - steps[:-1])))
+def departures(values: FloatArray) -> FloatArray:
+    """How far the fraction of n values below any place is above the place at most, and how far below: (2, ...).
+
+    Values are (n, ...), on [0, 1]. The larger is Kolmogorov and Smirnov's distance from the uniform distribution. The
+    sum is Kuiper's, for which [0, 1] is a circle that begins anywhere.
+    """
+    ordered = np.sort(np.asarray(values, np.float64), axis=0)
+    steps = (np.arange(len(ordered) + 1) / len(ordered)).reshape(-1, *[1] * (ordered.ndim - 1))
+    return np.array([np.max(steps[1:] - ordered, axis=0), np.max(ordered - steps[:-1], axis=0)])
 
 
-def ks_limit(n: int, alarm: float) -> float:
-    """Limit that n independent values exceed with a probability of at most ``alarm``, for every n (Massart 1990)."""
-    return sqrt(log(2 / alarm) / (2 * n))
+def kuiper_p(distance: float, n: int) -> float:
+    """The p-value of Kuiper's distance of n values (Stephens 1970; Press et al., Numerical Recipes, section 14.3)."""
+    scaled = max((sqrt(n) + 0.155 + 0.24 / sqrt(n)) * distance, 0.4)  # below it is 1
+    q = 2 * (np.arange(1, 30) * scaled) ** 2
+    return float(np.clip(2 * np.sum((2 * q - 1) * np.exp(-q)), 0, 1))
 
 
-def chi_square(cube: FloatArray, cells: int) -> float:
-    """Chi-square of points of the unit cube over cells^d equal cells."""
-    d = cube.shape[1]
-    place = np.clip((cube * cells).astype(np.int64), 0, cells - 1)
-    count = np.bincount(place @ cells ** np.arange(d), minlength=cells**d)
-    expected = len(cube) / cells**d
-    return float(np.sum((count - expected) ** 2) / expected)
+def caps_p(distance: float, n: int) -> float:
+    """The most that the p-value of ``cap_discrepancy`` can be: that of one axis as often as there are axes."""
+    return float(min(1, len(_AXES) * stats.kstwo.sf(distance, n)))
 
 
-def chi_square_limit(freedom: int, alarm: float) -> float:
-    """Limit that chi-square exceeds with a probability of at most ``alarm`` (Laurent and Massart 2000)."""
-    x = log(1 / alarm)
-    return freedom + 2 * sqrt(freedom * x) + 2 * x
+def share_p(excess: float, n: int, fair: float = 0.5) -> float:
+    """The p-value of a share of n points that is off by ``excess`` from the fair one, either way."""
+    k = round((fair + excess) * n)
+    return float(min(1, 2 * min(stats.binom.cdf(k, n, fair), stats.binom.sf(k - 1, n, fair))))
+
+
+@lru_cache(maxsize=256)
+def least_share(p_value: Callable[[float, int], float], n: int, alarm: float, fair: float) -> float:
+    """Share of the points, in a part with the fair share, that a statistic finds with a probability of 0.9.
+
+    The statistic is at least the excess of the share of n points over the fair one, and finds something where its
+    p-value is below ``alarm``. The result is infinite if even all of the points would pass.
+    """
+    first = ceil(fair * n)
+    k = first + bisect_left(range(first, n + 1), True, key=lambda k: p_value(k / n - fair, n) < alarm)
+    return float(special.betaincinv(k, n - k + 1, 0.9)) if k <= n else np.inf
+
+
+def chi_square_share(cells: int, n: int, alarm: float) -> float:
+    """As ``least_share``: the share in a half, made of whole cells, that chi-square over all the cells finds."""
+    noncentrality = special.chndtrinc(stats.chi2.isf(alarm, cells - 1), cells - 1, 0.1)
+    share = 0.5 + 0.5 * sqrt(noncentrality / n)
+    return share if share <= 1 else np.inf
 
 
 def _axes(count: int) -> FloatArray:
@@ -69,21 +95,15 @@ def _axes(count: int) -> FloatArray:
     return np.column_stack([r * np.cos(phi), r * np.sin(phi), z])
 
 
+_AXES = _axes(128)
+
+
 def cap_discrepancy(points: FloatArray) -> float:
     """Largest difference between the fraction of points in a spherical cap and the cap's fraction of the sphere.
 
     Points are (n, 3) on the unit sphere; caps of all sizes have 128 centres, and those opposite.
     """
-    heights = np.asarray(points) @ _axes(128).T
-    return max(ks_distance((column + 1) / 2) for column in heights.T)
-
-
-def star_discrepancy(cube: FloatArray) -> float:
-    """The L2 star discrepancy of points of the unit cube, (n, d) (Warnock 1972)."""
-    n, d = cube.shape
-    single = 2 ** (1 - d) / n * np.sum(np.prod(1 - cube**2, axis=1))
-    pairs = sum(float(np.sum(np.prod(1 - np.maximum(point, cube), axis=1))) for point in cube)
-    return sqrt(max(3.0**-d - single + pairs / n**2, 0.0))
+    return float(departures((np.asarray(points) @ _AXES.T + 1) / 2).max())
 
 
 def nearest_distance(points: FloatArray, wraps: bool = False) -> float:
@@ -122,3 +142,15 @@ def periodogram(cube: FloatArray, most: int = 32) -> FloatArray:
     power = np.abs(second @ first.T) ** 2 / len(cube)
     power[most, most] = 0
     return np.asarray(power, np.float64)
+
+
+def radial_mean(power: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return whole frequencies 1 to most, the mean of a ``periodogram`` over the ring at each, and its sigma.
+
+    The sigma is that of independent points, whose powers are exponential of mean 1, and equal at f and -f.
+    """
+    most = len(power) // 2
+    f = np.arange(-most, most + 1)
+    ring = np.rint(np.hypot(*np.meshgrid(f, f))).astype(np.int64).ravel()
+    count = np.bincount(ring)[1 : most + 1]
+    return f[most + 1 :].astype(np.float64), np.bincount(ring, power.ravel())[1 : most + 1] / count, np.sqrt(2 / count)

@@ -73,17 +73,14 @@ def test_somebody_elses_points_are_judged(tmp_path, capsys):
     directions = rng.normal(size=(5000, 3))
     directions /= np.sqrt(np.sum(directions**2, axis=1, keepdims=True))
     good, bad = directions * np.cbrt(rng.random((5000, 1))), directions * rng.random((5000, 1))
-    for name, points in (("good", good), ("bad", bad)):
-        np.savetxt(tmp_path / f"{name}.csv", points, "%.9g", ",")
+    np.savetxt(tmp_path / "good.csv", good, "%.9g", ",")
+    np.savetxt(tmp_path / "bad.txt", bad, header="as np.savetxt writes them")
     assert main(["samples", "check", str(tmp_path / "good.csv"), "--promise", "uniform-ball"]) == 0
     out = capsys.readouterr().out
     assert "BROKEN" not in out
-    assert out.count("holds") == 5
-    assert main(["samples", "check", str(tmp_path / "bad.csv"), "--promise", "uniform-ball"]) == 1
-    broken = [line for line in capsys.readouterr().out.splitlines() if "BROKEN" in line]
-    assert any("r^3" in line for line in broken)
-    assert main(["samples", "check", str(tmp_path / "bad.csv")]) == 1
-    capsys.readouterr()
+    assert out.count(": holds at n = 5000: ") == len(out.splitlines()) == 7
+    assert main(["samples", "check", str(tmp_path / "bad.txt")]) == 1
+    assert any("BROKEN" in line and "r^3" in line for line in capsys.readouterr().out.splitlines())
     np.save(tmp_path / "square.npy", sample_set("square", "latin", 40).points.astype(np.float32))
     promises = ["--promise", "latin", "--promise", "inside-square", "--promise", "net"]
     assert main(["samples", "check", str(tmp_path / "square.npy"), *promises]) == 1
@@ -91,26 +88,50 @@ def test_somebody_elses_points_are_judged(tmp_path, capsys):
     assert verdicts == {"net"}
     np.save(tmp_path / "disk.npy", sample_set("disk", "random", 400).points)
     assert main(["samples", "check", str(tmp_path / "disk.npy"), "--promise", "uniform-disk"]) == 0
-    capsys.readouterr()
+    assert "holds" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("domain", ["square", "disk", "ball"])
-def test_the_line_over_the_radii_is_a_density(domain):
-    axes = draw_samples(sample_set(domain, "random", 5000)).axes[1]
-    at, density = axes.lines[0].get_data()
-    assert np.trapezoid(density, at) == pytest.approx(1, abs=0.01)
-    heights = [bar.get_height() for bar in axes.patches]
-    middles = [bar.get_x() + bar.get_width() / 2 for bar in axes.patches]
-    np.testing.assert_allclose(heights, np.interp(middles, at, density), atol=0.7)  # 5 sigma
+def test_files_of_a_pattern_are_pooled_and_one_of_them_cannot_tell(tmp_path, capsys):
+    for seed in range(40):
+        np.savetxt(tmp_path / f"mine_{seed:02}.csv", sample_set("ball", "latin", 8, seed).points, delimiter=";")
+    assert main(["samples", "check", str(tmp_path / "mine_*.csv"), "--alarm", "0.01"]) == 0
+    out = capsys.readouterr().out
+    assert "the points of 40 sets are" in out
+    assert out.count("p = ") == out.count(" at n = 320: ") == 7
+    assert main(["samples", "check", str(tmp_path / "mine_05.csv")]) == 0
+    out = capsys.readouterr().out
+    assert out.count("p = ") == out.count(": cannot tell at n = 8: ") == 6
+    assert "larger --alarm" in out
+    np.savetxt(tmp_path / "mine_07.csv", np.full((2, 3), 0.1))
+    assert main(["samples", "check", str(tmp_path / "mine_*.csv"), "--promise", "distinct"]) == 1
+    assert "set 7: 1, at most 0: BROKEN" in (out := capsys.readouterr().out)
+    assert "mine_07.csv" in out
 
 
-@pytest.mark.parametrize("domain", METHODS)
-def test_pictures_show_four_panels(domain):
-    figure = draw_samples(sample_set(domain, "r2", 50))
-    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
-    assert [title.split(" (")[0] for title in titles] == [
-        "points", "distances from the centre", "periodogram", "pair correlation"
-    ]  # fmt: skip
+def test_points_of_the_unit_square_are_recognised_and_said_to_be(tmp_path, capsys):
+    np.save(tmp_path / "unit.npy", np.random.default_rng(1).random((2000, 2)))
+    assert main(["samples", "check", str(tmp_path / "unit.npy")]) == 0
+    assert capsys.readouterr().err.count("taken for the whole square") == 1
+    assert main(["samples", "check", str(tmp_path / "unit.npy"), "--range", "-1,1"]) == 1
+    assert main(["samples", "check", str(tmp_path / "unit.npy"), "--range", "0,1"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("domain", "names"), [
+    ("square", ["xi_1", "xi_2"]), ("disk", ["r", "phi"]), ("sphere", ["z", "phi"]), ("ball", ["z", "phi", "r"])
+])  # fmt: skip
+def test_pictures_show_a_histogram_of_each_coordinate_over_its_band(domain, names):
+    """1000 points, 30 bins and 2 sigma: under 10 of 90 bins lie outside, and all of an upper half ball's."""
+    figure = draw_samples([sample_set(domain, "random", 500, seed) for seed in (1, 2)])
+    by_title = {axes.get_title(): axes for axes in figure.axes if axes.get_title()}
+    shown = [f"share of the points by {name} (band: 2 sigma)" for name in names]
+    rest = ["periodogram (independent: 1)", "its radial mean (band: 2 sigma)", "pair correlation (independent: 1)"]
+    assert list(by_title) == ["points", *shown, *rest]
+    for title in shown:
+        band, fair, share = (patch.get_data() for patch in by_title[title].patches)
+        assert fair.values.sum() == pytest.approx(1)
+        assert share.values.sum() == pytest.approx(1)
+        assert np.sum((share.values > band.values) | (share.values < band.baseline)) < 5
 
 
 def test_a_picture_is_written(tmp_path, capsys):
@@ -136,7 +157,10 @@ def test_a_picture_is_written(tmp_path, capsys):
     (["plot", "latin", "-o", "a.gif"], "does not end in"),
     (["plot", "latin", "-o", "nowhere/a.png"], "no folder"),
     (["check", "nothing.csv"], "cannot be read"),
-    (["check", "nothing.txt"], "format of points"),
+    (["check", "nothing.gif"], "format of points"),
+    (["check", "nothing_*.csv"], "cannot be read"),
+    (["check", "a.csv", "--alarm", "1"], "not a probability"),
+    (["check", "a.csv", "--range", "1"], "'1' is not LOW,HIGH"),
 ])  # fmt: skip
 def test_bad_options_get_one_sentence(words, message, capsys):
     assert main(["samples", *words]) == 2
@@ -161,3 +185,15 @@ def test_malformed_files_get_one_sentence(tmp_path, capsys, name, content, messa
     (tmp_path / name).write_bytes(content)
     assert main(["samples", "check", str(tmp_path / name)]) == 2
     assert message in sentence(capsys)
+
+
+def test_files_of_different_domains_are_refused(tmp_path, capsys):
+    (tmp_path / "a.csv").write_text("0.1,0.2\n")
+    (tmp_path / "b.csv").write_text("0.1,0.2,0.3\n")
+    assert main(["samples", "check", str(tmp_path / "[ab].csv"), "--range", "-1,1"]) == 2
+    assert "b.csv: points of the square have shape (1, 3)" in sentence(capsys)
+
+
+def test_sobol_sets_of_no_power_of_two_are_warned_of(capsys):
+    assert main(["samples", "make", "sobol", "-n", "12"]) == 0
+    assert "12 points of sobol are not" in capsys.readouterr().err

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from lfssao.errors import InputError
-from lfssao.samples import METHODS, sample_set, statistics
-from lfssao.testing import PROMISES, check_promise
+from lfssao.samples import METHODS, Sampler, sample_set, statistics
+from lfssao.testing import PROMISES, assert_promise, check_promise, check_sampler
 
 N = 8000
 
@@ -43,7 +44,7 @@ def test_the_right_sampler_is_not_caught(u):
 
 def test_theta_uniform_instead_of_z_is_caught(u):
     points = on_sphere(np.cos(np.pi * u[:, 0]), 2 * np.pi * u[:, 1])
-    assert {"Kolmogorov-Smirnov distance of z", "spherical cap discrepancy"} <= set(broken("uniform", points, "sphere"))
+    assert {"share of abs(z) > 0.9, less 1/10", "spherical cap discrepancy"} <= set(broken("uniform", points, "sphere"))
     assert broken("uniform", points * np.cbrt(u[:, 2:]), "ball")
 
 
@@ -56,17 +57,98 @@ def test_r_uniform_instead_of_its_cube_is_caught(u):
     )
 
 
-def test_phi_on_a_half_circle_is_caught(u):
-    points = on_sphere(2 * u[:, 0] - 1, np.pi * u[:, 1])
-    assert {"Kolmogorov-Smirnov distance of phi", "spherical cap discrepancy"} <= set(
-        broken("uniform", points, "sphere")
-    )
-
-
 def test_coordinates_that_depend_on_each_other_are_caught_by_chi_square_alone(u):
     tied = np.column_stack([u[:, 0], (u[:, 0] + 0.1 * u[:, 1]) % 1]) * 2 - 1
     found = broken("uniform", tied, "square")
     assert found == ["chi-square over 16^2 equal cells"]
+
+
+# Few points, many sets
+
+
+def draw(n, seed, wrong=""):
+    """n points of the ball, independent or wrong in one way."""
+    z, turn, t = np.random.default_rng(seed).random((3, n))
+    z = z if wrong == "upper" else 2 * z - 1
+    turn = turn / 2 - 0.25 if wrong == "half" else turn  # over the beginning of the circle
+    return on_sphere(z, 2 * np.pi * turn) * (t if wrong == "r = t" else np.cbrt(t))[:, None]
+
+
+@pytest.mark.parametrize(("wrong", "found"), [
+    ("upper", "share of z > 0, less 1/2"),
+    ("r = t", "Kolmogorov-Smirnov distance of r^3"),
+    ("half", "Kuiper distance of phi"),
+])  # fmt: skip
+def test_eight_points_of_a_hundred_seeds_tell_and_those_of_one_do_not(wrong, found):
+    findings = check_sampler(lambda n, seed: draw(n, seed, wrong), 8, 100)
+    assert found in [finding.what for finding in findings if not finding.holds]
+    assert all(finding.holds and finding.tells for finding in check_sampler(draw, 8, 100))
+    for finding in check_promise("uniform", draw(8, 0, wrong), "ball"):
+        assert ": cannot tell at n = 8: " in str(finding)
+
+
+@pytest.mark.parametrize("alarm", [1e-6, 0.05, 0.999])
+@pytest.mark.parametrize("domain", METHODS)
+def test_eight_points_alone_are_never_said_to_hold(domain, alarm):
+    findings = check_promise("uniform", sample_set(domain, "random", 8).points, domain, alarm=alarm)
+    assert all("holds" not in str(finding) for finding in findings)
+
+
+def test_each_statistic_alarms_at_its_rate():
+    """1000 sets of 200: 5 % are 50, 4 sigma 28; shares of n are discrete, caps an upper limit: they may be below."""
+    sets = [check_promise("uniform", draw(200, seed), "ball", alarm=0.05) for seed in range(1000)]
+    for column in zip(*sets, strict=True):
+        count = sum(finding.p < 0.05 for finding in column)
+        assert (0 if "share" in column[0].what or "cap" in column[0].what else 22) <= count <= 78, column[0].what
+    assert sum(not all(finding.holds for finding in findings) for findings in sets) <= 78
+
+
+@pytest.mark.parametrize("name", [name for name, made in METHODS["ball"].items() if "unbiased" in made.promises])
+def test_more_even_sets_alarm_more_rarely(name):
+    findings = check_sampler(lambda n, seed: sample_set("ball", name, n, seed).points, 8, 100, alarm=0.01)
+    assert all(finding.holds for finding in findings), findings
+
+
+def test_many_sets_are_pooled_or_judged_by_the_worst():
+    sets = [sample_set("square", "latin", 8, seed).points for seed in range(20)]
+    assert not broken("latin", sets, "square")
+    found = check_promise("latin", [*sets[:3], sets[3] * 0.5, *sets[4:]], "square")
+    assert {(finding.worst, finding.holds) for finding in found} == {(3, False)}
+    assert "worst in set 3: " in str(found[0])
+    table = sample_set("ball", "repulsion", 8)
+    found = check_promise("weights", [table.points] * 2, "ball", [table.weights, table.weights * 2])
+    assert [(finding.worst, finding.holds) for finding in found] == [(1, True), (1, False)]
+    assert broken("uniform", [sets[0], *sets], "square") == ["sets that repeat another"]
+
+
+def test_unbiased_takes_one_point_of_each_set():
+    """Points of a set stand together here, which 'uniform' finds."""
+    rng = np.random.default_rng(2)
+    clumps = list(np.clip(rng.uniform(-1, 1, (300, 1, 2)) + rng.uniform(-1e-3, 1e-3, (300, 8, 2)), -1, 1))
+    assert not broken("unbiased", clumps, "square")
+    assert broken("uniform", clumps, "square")
+
+
+@pytest.mark.parametrize("engine", [qmc.Sobol(2, rng=1), qmc.LatinHypercube(2, rng=1), Sampler("halton", 1)])
+def test_engines_of_scipy_are_samplers_of_the_square(engine):
+    found = check_sampler(engine, 16, 60)
+    assert all(finding.holds for finding in found)
+    assert found[-1].what == "chi-square over 8^2 equal cells"
+
+
+def test_bounds_are_the_coordinates_at_the_ends(u):
+    assert not broken("uniform", u[:, :2], "square", bounds=(0, 1))
+    assert broken("uniform", u[:, :2], "square")
+    assert not broken("inside", draw(50, 1) * 3, "ball", bounds=(-3, 3))
+
+
+def test_a_broken_promise_is_an_assertion_in_words():
+    points = [draw(8, seed, "upper") for seed in range(100)]
+    with pytest.raises(AssertionError, match=r"uniform \(ball\)(.|\n)*z > 0, less 1/2: 0.5, p = .*: BROKEN"):
+        assert_promise("uniform", points, "ball")
+    assert_promise("uniform", [draw(8, seed) for seed in range(100)], "ball")
+    with pytest.warns(UserWarning, match="cannot tell at n = 8: one half of z with all of the points may pass"):
+        assert_promise("uniform", draw(8, 1), "ball")
 
 
 def test_a_repeated_point_is_caught(u):
@@ -120,6 +202,8 @@ def test_every_promise_of_the_registry_is_a_check_that_some_test_here_breaks():
     (("inside", [[0, 0, 1]], "ball", None, 0.9, 0.8), "r_min"),
     (("inside", [[0, 0, 1]], "ball", None, 0.0, 0.0), "r_max"),
     (("weights", [[0, 0, 1]], "ball", [1, 1]), "weights of shape"),
+    (("inside", [[0, 0]], "square", None, 0.0, 1.0, 0.0, (1, 0)), "the range is 1 to 0"),
+    (("uniform", [[0, 0]], "square", None, 0.0, 1.0, 0.0, (0, 1), 1.0), "alarm is 1.0"),
 ])  # fmt: skip
 def test_what_is_refused(arguments, words):
     with pytest.raises(InputError, match=words):

@@ -1,13 +1,13 @@
-"""Statistics of points: they agree with scipy, and their limits hold."""
+"""Statistics of points: they agree with scipy and with tables, and their p-values and powers are those of many sets."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
-from scipy.stats import qmc
 
 from lfssao.samples import sample_set, statistics
 
@@ -20,35 +20,59 @@ def u():
     return np.random.default_rng(7).random((N, 3))
 
 
-# Against scipy
-
-
-@settings(max_examples=20)
-@given(n=st.integers(1, 50), d=st.integers(1, 3), seed=st.integers(0, 10**6))
-def test_the_discrepancy_is_scipys(n, d, seed):
-    cube = np.random.default_rng(seed).random((n, d))
-    expected = qmc.discrepancy(cube, method="L2-star")
-    assert statistics.star_discrepancy(cube) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+# Against scipy and Stephens
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=60))
 def test_the_ks_distance_is_scipys(values):
-    assert statistics.ks_distance(values) == pytest.approx(stats.kstest(values, "uniform").statistic, abs=1e-12)
+    assert statistics.departures(values).max() == pytest.approx(stats.kstest(values, "uniform").statistic, abs=1e-12)
 
 
-@pytest.mark.parametrize("alarm", [1e-2, 1e-6, 1e-8])
-def test_limits_are_above_the_true_quantiles(alarm):
-    for freedom in (3, 63, 255, 511):
-        true = stats.chi2.isf(alarm, freedom)
-        assert true <= statistics.chi_square_limit(freedom, alarm) < 1.5 * true + 30
-    for n in (8, 100, 8000):
-        true = stats.kstwo.isf(alarm, n)
-        assert true <= statistics.ks_limit(n, alarm) < 1.6 * true
+@given(st.lists(st.integers(0, 2**20), min_size=1, max_size=60), st.integers(0, 2**20))
+def test_kuipers_distance_has_no_beginning(places, turn):
+    before, after = (statistics.departures((np.array(places) + by) % 2**20 / 2**20).sum() for by in (0, turn))
+    assert after == pytest.approx(before, abs=1e-12)
 
 
-def test_the_chi_square_is_scipys(u):
-    counts, _, _ = np.histogram2d(u[:, 0], u[:, 1], bins=8, range=[[0, 1], [0, 1]])
-    assert statistics.chi_square(u[:, :2], 8) == pytest.approx(stats.chisquare(counts.ravel()).statistic)
+@pytest.mark.parametrize(("percent", "point"), [(10, 1.620), (5, 1.747), (2.5, 1.862), (1, 2.001)])
+def test_kuipers_p_is_that_of_stephens_table(percent, point):
+    """Stephens 1970, table 1: upper points of (sqrt(n) + 0.155 + 0.24 / sqrt(n)) V."""
+    for n in (8, 1000):
+        v = point / (math.sqrt(n) + 0.155 + 0.24 / math.sqrt(n))
+        assert statistics.kuiper_p(v, n) == pytest.approx(percent / 100, rel=0.01)
+
+
+def test_the_p_of_a_share_is_that_of_the_binomial():
+    assert statistics.share_p(0.5, 8) == statistics.share_p(-0.5, 8) == pytest.approx(2 / 2**8)
+    assert statistics.share_p(0.4, 4, 0.1) == pytest.approx(2 * (6 * 0.01 * 0.81 + 4 * 0.001 * 0.9 + 0.0001))
+
+
+# The power: n points of which a share, drawn, lies in the half, or in the tenth, below ``fair``
+
+
+@pytest.mark.parametrize(("statistic", "p_value", "fair"), [
+    (lambda u: statistics.departures(u).max(axis=0), stats.kstwo.sf, 0.5),
+    (lambda u: statistics.departures(u).sum(axis=0), statistics.kuiper_p, 0.5),
+    (lambda u: np.mean(u < 0.5, axis=0) - 0.5, statistics.share_p, 0.5),
+    (lambda u: np.mean(u < 0.1, axis=0) - 0.1, partial(statistics.share_p, fair=0.1), 0.1),
+], ids=("ks", "kuiper", "half", "tenth"))  # fmt: skip
+def test_the_least_share_is_found_nine_times_in_ten(statistic, p_value, fair):
+    """At least so of the distances, which are never less than the excess; 4 sigma of 1000 sets: 3e-5 each."""
+    n, alarm, rng = 200, 1e-3, np.random.default_rng(4)
+    least = statistics.least_share(p_value, n, alarm, fair)
+    within = rng.random((n, 1000)) < least
+    u = np.where(within, fair * rng.random((n, 1000)), fair + (1 - fair) * rng.random((n, 1000)))
+    found = np.mean([p_value(value, n) < alarm for value in statistic(u)])
+    assert found > 0.9 - 0.038
+    assert found < 0.9 + 0.038 or p_value in (stats.kstwo.sf, statistics.kuiper_p)
+
+
+def test_the_least_share_of_chi_square_is_found_nine_times_in_ten():
+    n, cells, rng = 4000, 64, np.random.default_rng(4)
+    least = statistics.chi_square_share(cells, n, 1e-3)
+    share = np.where(np.arange(cells) < cells / 2, least, 1 - least) / (cells / 2)
+    p = stats.chisquare(rng.multinomial(n, share, 1000), axis=1).pvalue
+    assert np.mean(p < 1e-3) == pytest.approx(0.9, abs=0.038)
 
 
 # Periodogram and pair correlation
@@ -64,6 +88,16 @@ def test_the_periodogram_of_random_points_is_flat_and_that_of_a_grid_is_not(u):
     assert peaks[32, 16] == pytest.approx(256)
     assert peaks[16, 17] == pytest.approx(0, abs=1e-20)
     assert peaks[16, 16] == 0
+
+
+def test_the_radial_mean_is_over_rings(u):
+    """False alarm: 32 means at 6 sigma, 1e-7."""
+    frequency, mean, sigma = statistics.radial_mean(statistics.periodogram(u[:, :2]))
+    np.testing.assert_array_equal(frequency, np.arange(1, 33))
+    assert (np.abs(mean - 1) < 6 * sigma).all()
+    wave = np.zeros((65, 65))
+    wave[32 + 3, 32 - 4] = wave[32 - 3, 32 + 4] = 14.0  # |f| = 5, a ring of 28 whole frequencies from 4.5 to 5.5
+    np.testing.assert_allclose(statistics.radial_mean(wave)[1], np.where(np.arange(1, 33) == 5, 1, 0))
 
 
 def test_poisson_disks_lack_low_frequencies_and_near_pairs():

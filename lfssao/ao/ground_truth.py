@@ -43,7 +43,7 @@ from lfssao.gbuffer.embree import CentredScene, in_chunks
 from lfssao.scene.mesh import Mesh
 
 WEIGHTINGS = ("cosine", "uniform")
-FALLOFFS = ("constant", "linear", "quadratic")
+FALLOFFS = ("constant", "linear", "quadratic", "cubic", "shell")
 INTERSECTORS = ("tree", "embree")
 
 # Rows that the tree is asked for in one call: between calls the work can be interrupted.
@@ -120,7 +120,9 @@ def ray_cast_occlusion(
     weighting : str
         'cosine' or 'uniform': how directions are weighed.
     falloff : str
-        1 - rho at t / R: 'constant' 1, 'linear' 1 - t / R, 'quadratic' 1 - (t / R)^2.
+        1 - rho at t / R: 'constant' 1, 'linear' 1 - t / R, 'quadratic' 1 - (t / R)^2, 'cubic' 1 - (t / R)^3; 'shell' as
+        of max(t / R, 0.8), over 1 - 0.8^3. With uniform weighting the last two are the parts of VO's ball and of LF's
+        shell, 0.8 R to R, that lie beyond the hits.
     tolerance : float
         A texel casts rounds until its standard error is no more than this. (Texels stop at an error that may be small
         by chance, the more so the fewer the least rounds are.)

@@ -7,10 +7,9 @@ from typing import Any
 
 import numba
 
-from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision.advise import read_result
-from lfssao.bench.work_precision.settings import FULL, QUICK
+from lfssao.bench.work_precision.settings import FULL, QUICK, SCENES
 from lfssao.cli import values
 from lfssao.cli.job_options import load
 from lfssao.cli.terminal import progress
@@ -24,14 +23,15 @@ FIGURES = "work-precision.json"
 def add_to(measure: argparse.ArgumentParser) -> None:
     """Add the bench's options."""
     measure.description = (
-        "Time and errors of every estimator by sampler, number of samples, radii, blur and arithmetic. An interrupted "
-        "run goes on where it was when the command is given again."
+        "Time and errors of every estimator by sampler, number of samples, radii and blur, against many samples and "
+        "against rays. An interrupted run goes on where it was when the command is given again."
     )
     measure.set_defaults(run=_measure)
     add = measure.add_argument
-    add("scene", nargs="?", default="gallery", metavar="SCENE", help="name of an embedded scene, or a mesh file")
-    add("--quick", action="store_true", help="few settings: minutes instead of most of an hour")
-    add("--threads", type=values.threads, default=2, help="threads (2)")
+    names = ", ".join(SCENES)
+    add("scene", nargs="*", default=SCENES, metavar="SCENE", help=f"embedded scenes or mesh files ({names})")
+    add("--quick", action="store_true", help="few settings: minutes instead of half an hour")
+    add("--threads", type=values.threads, default=numba.config.NUMBA_NUM_THREADS, help="threads (all)")
     add("-o", "--output", metavar="DIR", type=Path, default=FOLDER, help=f"folder ({FOLDER})")
 
 
@@ -39,20 +39,21 @@ def _measure(options: argparse.Namespace) -> None:
     if options.threads > numba.config.NUMBA_NUM_THREADS:
         raise InputError(f"--threads: {options.threads} are more than the {numba.config.NUMBA_NUM_THREADS} there are")
     check_folder(options.output)
-    mesh, grid = load(options.scene), QUICK if options.quick else FULL
+    meshes, grid = [load(name) for name in options.scene], QUICK if options.quick else FULL
     file = options.output / FIGURES
-    result = _started(file, run.start(mesh, grid, options.threads))
-    numba.set_num_threads(options.threads)
+    result = _started(file, run.start(meshes, grid, options.threads))
 
     with output_folder(options.output):
-        total, done = 1 + len(ESTIMATORS), len(result["estimators"]) + ("rotations" in result)
-        with progress(total=total, initial=done, unit="estimator", leave=False) as bar:
+        with progress(total=run.steps(result), unit="step", leave=False) as bar:
 
-            def save() -> None:
-                write_text(file, json.dumps(result, indent=1, allow_nan=False) + "\n")
+            def tick(name: str) -> None:
+                bar.set_postfix_str(name)
                 bar.update()
 
-            run.run(mesh, grid, options.threads, result, save, bar.set_postfix_str)
+            def save() -> None:
+                write_text(file, json.dumps(result, separators=(",", ":"), allow_nan=False) + "\n")
+
+            run.run(meshes, grid, options.threads, result, save, tick)
         measured = read_result(file)
         plot.save_plots(measured, options.output)
         write_text(file.with_suffix(".md"), page.as_text(measured) + "\n")
@@ -65,5 +66,5 @@ def _started(file: Path, fresh: dict[str, Any]) -> dict[str, Any]:
         return fresh
     held = read_result(file)
     if held["setup"] != fresh["setup"]:
-        raise InputError(f"{file}: it holds figures of another scene, setting, version or machine: give another -o")
+        raise InputError(f"{file}: it holds figures of other scenes, settings, version or machine: give another -o")
     return held

@@ -35,7 +35,9 @@ def _list(options: argparse.Namespace) -> None:
         print(published_text(options.name), end="")
     else:
         estimator = find_estimator(options.name)
-        print("\n".join([_line(estimator).splitlines()[0], f"    {estimator.formula}", *_meanings(estimator)]))
+        weighting, falloff = estimator.integrand
+        rays = f"    estimates, up to strength, rays' occlusion: weighting {weighting}, falloff {falloff}"
+        print("\n".join([_line(estimator).splitlines()[0], f"    {estimator.formula}", rays, *_meanings(estimator)]))
 
 
 def _meanings(estimator: Estimator) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Error against run time: references, slopes on scenes with known answers, the Pareto front, advice, plots, a run."""
+"""Error against run time: figures, references, slopes with known answers, least times, the front, advice, a run."""
 
 import json
 from collections import Counter
@@ -7,45 +7,54 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from skimage.metrics import structural_similarity
 
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.registry import ESTIMATORS, estimate
+from lfssao.ao.ground_truth import Occluders, ray_cast_occlusion
 from lfssao.ao.post import blur
-from lfssao.ao.ssao import algorithm2
+from lfssao.bench.least_times import least_times
 from lfssao.bench.times import Times, balanced_orders, in_turn
-from lfssao.bench.work_precision import page, plot, rotations, run
+from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision import settings as grid
-from lfssao.bench.work_precision.advise import FORMAT, advice, load_warning, points_of
-from lfssao.bench.work_precision.references import Reference, combine_others, rmse
+from lfssao.bench.work_precision.advise import ERRORS, FORMAT, advice, pareto_front, points_of, usable
+from lfssao.bench.work_precision.figures import FIGURES, figures, null_lines, pooled
+from lfssao.bench.work_precision.references import combine_others, rms
 from lfssao.bench.work_precision.scene import BenchScene
-from lfssao.bench.work_precision.setting_times import setting_times
 from lfssao.bench.work_precision.slopes import THEORY, fitted_slope
 from lfssao.cli.main import main
 from lfssao.errors import InputError
-from lfssao.samples import METHODS, make_samples, sample_set, texel_turns
+from lfssao.samples import METHODS, make_samples, sample_set
 from lfssao.scene.builtin import builtin_scene
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 SEEDS = 400
 
 
-def point(ms, model, sampling=None, serves=None, **more):
-    setting = {"estimator": "lf", "sampler": "latin", "samples": 8, "radii": 1, "blur": 0.0, "dtype": "float32"}
-    reference = {"reference_error": None if sampling is None else 0.001, "reference_serves": serves}
-    return {**setting, "ms": ms, "time_of": "latin", "model": model, "sampling": sampling, **reference, **more}
+def point(ms, rmse, gain_free, sampling=None, reference=None, **more):
+    """A setting of ``lf``; its own errors are twice those of visibility."""
+    setting = {"estimator": "lf", "sampler": "latin", "samples": 8, "radii": [0.02], "blur": 0.0}
+    errors = {"visibility": [rmse, 0, gain_free, 0.5, 0.5], "own": [2 * rmse, 0, 2 * gain_free, 0.5, 0.5]}
+    times = {"ms": ms, "spread": 0.01, "wall_ms": ms / 2}
+    return {**setting, **times, **errors, "sampling": sampling, "reference": reference, **more}
 
 
 def result(*points):
-    machine = {"processor": "a processor", "threads": 2}
-    setup = {"scene": "statue", "width": 32, "height": 24, "machine": machine}
-    return {"work_precision": FORMAT, "setup": setup, "estimators": {"lf": {"points": points}}}
+    setup = {
+        "scenes": [{"name": "statue"}], "commit": None, "machine": {"processor": "a processor", "threads": 2},
+        "grid": {"width": 32, "height": 24, "radii": [[0.02]], "blurs": [0.0], "seeds": 2},
+    }  # fmt: skip
+    null = {"none": 0.6, "constant": 0.25, "truth": 0.01}
+    nulls = {"cosine constant": [null], "uniform shell": [{**null, "constant": 0.15}]}
+    estimators = {"lf": {"integrand": ["uniform", "shell"], "points": points}}
+    return {"work_precision": FORMAT, "setup": setup, "nulls": nulls, "estimators": estimators}
 
 
 MADE_UP = result(
-    point(1.0, 0.3, 0.2, True),
-    point(2.0, 0.1, 0.1, True, samples=16),
-    point(3.0, 0.1, 0.005, False, samples=32),
-    point(4.0, 0.04, 0.02, True, samples=64),
-    point(5.0, 0.2, 0.05, True, samples=1, radii=3, blur=1.0),
+    point(1.0, 0.3, 0.24, 0.2, 0.001),
+    point(2.0, 0.1, 0.09, 0.1, 0.001, samples=16),
+    point(3.0, 0.1, 0.09, 0.005, 0.001, samples=32),
+    point(4.0, 0.04, 0.03, 0.02, 0.001, samples=64),
+    point(5.0, 0.2, 0.1, 0.05, 0.001, samples=1),
 )
 
 
@@ -129,14 +138,8 @@ def test_a_references_own_error_is_estimated_from_independent_ones(many):
     rng = np.random.default_rng(1)
     truth = rng.uniform(size=40_000)
     made = combine_others({str(k): truth + 0.01 * rng.standard_normal(truth.size) for k in range(many)}, "another")
-    assert rmse(made.texture, truth) == pytest.approx(0.01 / np.sqrt(many), rel=0.03)
-    assert made.error == pytest.approx(rmse(made.texture, truth), rel=0.03)
-
-
-def test_a_reference_serves_errors_ten_times_its_own():
-    reference = Reference(np.zeros(1), 0.001)
-    assert reference.serves(0.0101)
-    assert not reference.serves(0.0099)
+    assert rms(made.texture - truth) == pytest.approx(0.01 / np.sqrt(many), rel=0.03)
+    assert made.error == pytest.approx(rms(made.texture - truth), rel=0.03)
 
 
 def test_no_sampler_is_compared_with_a_reference_of_its_own():
@@ -151,11 +154,8 @@ def test_every_sampler_has_two_references_of_many_samples_by_others(sizes):
         if grid.takes_samples(estimator):
             for sampler in grid.samplers_of(estimator, sizes):
                 assert len(set(sizes.reference_samplers) - {sampler}) >= 2
-    for name in ESTIMATORS:
-        assert sizes.references_of(name) >= 65_536 * (1 + 7 * (4096 in sizes.counts and name.startswith("vo-points")))
-        assert sizes.references_of(name).bit_count() == 1
-    assert set(grid.TWICE) <= set(ESTIMATORS)
-    assert sizes.repeats >= 20
+    assert sizes.reference_count.bit_count() == 1
+    assert sizes.reference_count >= 64 * max(sizes.counts)
 
 
 # Sample sets
@@ -200,7 +200,7 @@ def test_samplers_are_left_out_where_their_points_alone_are_not_even(name):
         assert (weights is not None and len(set(weights)) > 1) == (sampler == "repulsion")
         if name == "lf":
             assert np.array_equal(points, make_samples(sampler, 16, 3))
-    assert list(grid.counts_of(estimator, grid.TIMED_FOR_ALL, grid.FULL)) == list(grid.FULL.counts)
+    assert list(grid.counts_of(estimator, "random", grid.FULL)) == list(grid.FULL.counts)
     first, second, again = (grid.samples_for(estimator, "random", 5, seed)[0] for seed in (1, 2, 1))
     assert np.array_equal(first, again)
     assert not (first == second).any()
@@ -224,36 +224,67 @@ def test_each_radius_is_measured_once():
     assert replace(grid.FULL, radii=((0.02,), (0.1, 0.02, 0.005))).each_radius == (0.005, 0.02, 0.1)
 
 
-# Samples that turn
+# Figures
 
 
-FACTS = {"radii": 1, "rotation": "ign", "samples": 8, "blur": 1.0, "reference_error": 0.015}
-ROWS = [{"view": "a", "sampling": 0.3, **FACTS}, {"view": "b", "sampling": 0.4, **FACTS}]
+def test_figures_are_those_of_their_definitions():
+    rng = np.random.default_rng(3)
+    truth, surface = rng.uniform(size=(24, 32)), rng.random((24, 32)) < 0.7
+    truth[~surface] = 0
+    off, noise = np.where(surface, 0.5 * truth + 0.1, 0), np.where(surface, rng.uniform(size=truth.shape), 0)
+    error = off[surface] - truth[surface]
+    found = dict(zip(FIGURES, figures(off, truth, surface), strict=True))
+    assert found["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)))
+    assert found["bias"] == pytest.approx(error.mean())
+    assert found["gain_free"] == pytest.approx(0, abs=1e-7)
+    assert found["correlation"] == pytest.approx(1)
+    similar = structural_similarity(1 - off, 1 - truth, data_range=1, full=True)[1][surface].mean()
+    assert found["ssim"] == pytest.approx(similar, rel=1e-12)
+
+    found = dict(zip(FIGURES, figures(noise, truth, surface), strict=True))
+    fit = np.linalg.lstsq(np.stack([noise[surface], np.ones(surface.sum())], axis=1), truth[surface], rcond=None)
+    assert found["gain_free"] == pytest.approx(np.sqrt(fit[1][0] / surface.sum()))
+    assert found["correlation"] == pytest.approx(np.corrcoef(noise[surface], truth[surface])[0, 1])
+    assert found["ssim"] < 0.5
+    constant = figures(np.where(surface, 0.3, 0), truth, surface, seen=False)
+    assert constant[2:4] == pytest.approx([truth[surface].std(), 0])
+    assert np.isnan(constant[4])
 
 
-def test_errors_of_turned_samples_are_algorithm_2s_and_only_they_are_blurred_away(monkeypatch):
-    """Turning leaves a texel's own error as it is; neighbours that turn alike keep it when they are blurred."""
-    sizes = replace(grid.QUICK, width=96, height=72, seeds=1)
-    monkeypatch.setattr(rotations, "SCENES", ("statue",))
-    monkeypatch.setattr(rotations, "RADII", ((0.05,),))
-    rows = list(rotations.rotation_errors(sizes, 1, lambda _: None))
-    errors = {tuple(row[key] for key in ("view", "rotation", "samples", "blur")): row["sampling"] for row in rows}
-    assert len(set(errors.values())) == len(rows) == 2 * 5 * 3 * 3
-    for (view, rotation, n, sigma), error in errors.items():
-        ratio = error / errors[view, "none", n, sigma]
-        assert rotation == "none" or (0.8 < ratio < 1.25 if sigma == 0 else ratio < 1 - 0.15 * sigma), (view, rotation)
+def test_figures_of_scenes_are_root_mean_squares_of_errors_and_means_of_others():
+    found = pooled([[3.0, 1.0, 0.0, 0.2, np.nan], [4.0, -3.0, 2.0, 0.4, 0.5]])
+    assert found == pytest.approx([np.sqrt(12.5), -1.0, np.sqrt(2), 0.3, 0.5])
 
-    scene = BenchScene(builtin_scene("statue"), sizes, 1, "picoarray")
-    textures = scene.buffers["float32"]
 
-    def blurred(sampler, n, seed, turns=None):
-        arguments = textures.depth, textures.positions, textures.view.world_to_image, make_samples(sampler, n, seed)
-        return blur(algorithm2(*arguments, 0.05 * scene.unit, turns).texture, 2.0).astype(float)
+def test_null_lines_are_of_no_work_and_of_the_truth():
+    truths = [np.array([0.0, 0.4, 9.0]), np.array([0.2, 0.2, 0.2])]
+    errors, surfaces = [np.full(3, 0.01)] * 2, [np.array([True, True, False]), np.ones(3, bool)]
+    expected = {"none": np.sqrt((0.08 + 0.04) / 2), "constant": np.sqrt(0.04 / 2), "truth": 0.01}
+    assert null_lines(truths, errors, surfaces) == pytest.approx(expected)
 
-    turns = texel_turns("tiles", 72, 96, 0, np.dtype(np.float32))
-    away = blurred("latin", 8, 0, turns) - (blurred("sobol", 4096, 2**32) + blurred("halton", 4096, 2**32)) / 2
-    expected = np.sqrt(np.mean(away[np.isfinite(textures.depth)] ** 2))
-    assert errors["statue on picoarray", "tiles", 8, 2.0] == pytest.approx(expected, rel=1e-6)
+
+INTEGRANDS = {"hemisphere": ("uniform", "shell"), "vo-lines": ("uniform", "cubic"), "sao": ("cosine", "linear")}
+
+
+@pytest.mark.parametrize("name", INTEGRANDS)
+def test_errors_of_a_run_are_against_visibility_and_the_estimators_own_integrand(name):
+    """By hand from the textures of the view; whole balls would be doubled, as only ``vo-lines`` is one."""
+    sizes = replace(
+        grid.QUICK, width=48, height=36, counts=(4,), samplers=("latin",), seeds=2, reference_count=64, most=3
+    )
+    scene, estimator = BenchScene(builtin_scene("corner"), sizes, 1), ESTIMATORS[name]
+    points = run.measure_estimator([scene], estimator, sizes, 1, lambda _: None)["points"]
+    made = next(p for p in points if p["blur"] == 1.0)
+    buffers, radius, occluders = scene.buffers, 0.02 * scene.unit, Occluders(scene.mesh)
+    errors = []
+    for seed in range(2):
+        points, weights = (None, None) if name == "sao" else grid.samples_for(estimator, "latin", 4, seed)
+        ours = blur(estimate(name, buffers.turned(estimator.rotation, seed), radius, points, weights).texture, 1.0)
+        errors.append(np.where(name == "vo-lines", 2 * np.maximum(0, ours.astype(float) - 0.5), ours)[scene.surface])
+    for truth, integrand in (("visibility", ("cosine", "constant")), ("own", INTEGRANDS[name])):
+        exact = ray_cast_occlusion(occluders, buffers, radius, *integrand, tolerance=0.01, rounds=(8, 64)).texture
+        differences = np.array([each - exact[scene.surface] for each in errors])
+        assert made[truth][:2] == pytest.approx([rms(differences), differences.mean()], rel=1e-3, abs=1e-4)
 
 
 # Times, the front, advice
@@ -276,86 +307,120 @@ def test_in_turns_each_follows_each_other_one_equally_often(n):
     assert len(set(following.values())) <= 1
 
 
-def test_a_settings_time_is_the_sum_of_its_passes_in_each_turn(monkeypatch):
-    """Each pass is made to take a time of its own by the clock."""
-    sizes = replace(grid.FULL, width=16, height=12, repeats=3)
-    scene = BenchScene(builtin_scene("statue"), sizes, 1)
+def test_least_times_run_until_three_agree_and_leave_slow_moments_out():
+    """Each reading of the clock is a second; slow moments last 50 to 80 more."""
+    now, calls = [0.0], []
+    slow = {"steady": [0, 0, 0, 0], "disturbed": [0, 50, 60, 70, 0, 80, 0, 0], "never": list(range(100))}
 
-    def clocked(passes, repeats):
-        ao = {key: (7.0, np.arange(repeats) + 100.0 * key[-1]) for key in passes if key[0] == "ao"}
-        return {key: (7.0, np.full(repeats, {"merge": 10.0, "blur": 1.0}.get(key[0]))) for key in passes} | ao
+    def runs(name):
+        def work():
+            calls.append(name)
+            now[0] += slow[name][calls.count(name) - 1] * 1.0
 
-    monkeypatch.setattr("lfssao.bench.work_precision.setting_times.turns", clocked)
-    made = setting_times(scene, ESTIMATORS["lf"], sizes, {"a": ((None, None), {})})
-    assert len(made["a"]) == 2 * 2 * 2
-    assert made["a"]["float32", (0.02,), 1.0].median == pytest.approx(2 + 1 + 11)
-    assert made["a"]["float64", (0.01, 0.02, 0.035), 0.0].median == pytest.approx(6.5 + 3 + 11)
-    assert made["a"]["float32", (0.02,), 1.0].first == 21
+        return work
+
+    def clock():
+        now[0] += 1.0
+        return now[0]
+
+    found = least_times({name: runs(name) for name in slow}, spread=0.03, most=20, clock=clock)
+    assert found["steady"] == (1000, 0)
+    assert found["disturbed"] == (1000, 0)
+    assert found["never"] == (2000, 1.0)
+    assert Counter(calls) == {"steady": 1 + 3, "disturbed": 1 + 7, "never": 1 + 20}
+
+
+def test_a_settings_time_is_the_sum_of_its_passes(monkeypatch):
+    """Each pass is made to take a time of its own, and twice that on all threads."""
+    sizes = replace(grid.FULL, width=16, height=12, counts=(4,), samplers=("latin",))
+    scene, clocks = BenchScene(builtin_scene("statue"), sizes, 1), iter((1.0, 2.0))
+
+    def clocked(passes, spread, most, clock):
+        factor = next(clocks)
+        own = {"ao": lambda key: 100 * key[-1], "merge": lambda key: 10.0, "blur": lambda key: 1.0}
+        return {key: (factor * own[key[0]](key), 0.02) for key in passes}
+
+    monkeypatch.setattr(run, "least_times", clocked)
+    made = run._Bench(scene, ESTIMATORS["lf"], sizes, 1).times()
+    assert len(made) == 3 * 2
+    assert made[("latin", 4), (0.02,), 1.0] == pytest.approx((2 + 11, 0.02, 26))
+    assert made[("latin", 4), (0.02, 0.08), 0.0] == pytest.approx((10 + 11, 0.02, 42))
 
 
 @pytest.mark.parametrize(
     ("limit", "sentence"),
     [
-        ({"max_error": 0.15}, "Take lf, 16 samples by latin, 1 radius, no blur, float32: 2 ms, model error 0.1 "),
-        ({"max_ms": 3.5}, "Take lf, 16 samples by latin, 1 radius, no blur, float32: 2 ms, model error 0.1 "),
-        ({"max_error": 0.01}, "No measured setting has a model error of at most 0.01 "),
-        ({"max_ms": 0.5}, "No measured setting takes at most 0.5 ms "),
+        ({"max_error": 0.15}, "Take lf, 16 samples by latin, no blur: 2 ms, visibility error 0.1, 60 % below"),
+        ({"max_ms": 3.5}, "Take lf, 16 samples by latin, no blur: 2 ms, visibility error 0.1, 60 % below"),
+        ({"max_error": 0.01}, "No measured setting has a visibility error of at most 0.01: the least is that of lf"),
+        ({"max_ms": 1.5}, "No measured setting that is better than a constant takes at most 1.5 ms: the fastest is lf"),
+        ({"max_ms": 3.5, "error": "visibility-gain-free"}, "Take lf, 16 samples by latin, no blur: 2 ms"),
+        ({"max_ms": 1.5, "error": "visibility-gain-free"}, "Take lf, 8 samples by latin, no blur: 1 ms"),
+        ({"max_ms": 3.5, "error": "own"}, "No measured setting that is better"),
+        ({"max_ms": 9.0, "error": "own"}, "Take lf, 64 samples by latin, no blur: 4 ms, own error 0.08, 47 % below"),
+        ({"max_ms": 3.5, "error": "sampling"}, "Take lf, 16 samples by latin, no blur: 2 ms, sampling error 0.1 (R"),
     ],
-)
-def test_advice_is_one_sentence(limit, sentence):
-    said = advice(MADE_UP, "model", **limit)
+)  # fmt: skip
+def test_advice_is_one_sentence_and_never_worse_than_the_best_constant(limit, sentence):
+    said = advice(MADE_UP, **limit)
     assert said.startswith(sentence)
-    assert "in 32x24 on statue" in said
+    assert said.endswith("(R 2 %, statue).")
 
 
-@pytest.mark.parametrize("limits", [{}, {"max_error": 0.1, "max_ms": 1.0}])
-def test_advice_needs_one_limit(limits):
-    with pytest.raises(InputError, match="either"):
-        advice(MADE_UP, "model", **limits)
+def test_no_advice_where_nothing_beats_the_best_constant():
+    poor = result(point(1.0, 0.25, 0.2), point(2.0, 0.6, 0.2))
+    assert advice(poor, max_ms=9.0).startswith("No measured setting has a visibility error below that of the best")
+    assert "No setting is better than the best constant." in page.as_text(poor)
+    for error in ERRORS:
+        front = pareto_front(usable(MADE_UP, points_of(MADE_UP), error), error)
+        assert [p["ms"] for p in front] == {"own": [4], "visibility": [2, 4], "own-gain-free": [4]}.get(
+            error, [1, 2, 4]
+        )
 
 
-@pytest.mark.parametrize(("load", "said"), [(2.4, ""), (2.6, "The machine was loaded, up to 2.6: ")])
-def test_a_busy_machine_is_said(load, said):
-    """Two threads of the bench's own are no load."""
-    busy = {"points": [], "load_average": load}
-    setup = {**MADE_UP["setup"], "machine": {"threads": 2, "processor": "one"}}
-    result = {**MADE_UP, "setup": setup, "estimators": {**MADE_UP["estimators"], "busy": busy}}
-    assert load_warning(result).startswith(said)
-    assert bool(load_warning(result)) == bool(said)
-    assert (said or "compiled.\n") in page.as_text(result)
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({}, "either"), ({"max_error": 0.1, "max_ms": 1.0}, "either"), ({"max_ms": 1.0, "radii": (0.5,)}, "R 2 %"),
+        ({"max_ms": 1.0, "error": "rmse"}, "visibility"),
+    ],
+)  # fmt: skip
+def test_advice_refuses(wrong, said):
+    with pytest.raises(InputError, match=said):
+        advice(MADE_UP, **wrong)
 
 
 # The commands
 
 
 def test_plots_are_drawn_from_the_json_only(tmp_path):
-    figure = plot.draw(json.loads(json.dumps(MADE_UP)))
-    for axes, error in zip(figure.axes, ("model", "sampling"), strict=True):
-        lines = {line.get_label(): line for line in axes.get_lines()}
-        # Nothing beats what is on the front; of the errors of sampling one, at 3 ms, is too small for its reference.
-        assert list(lines["Pareto front"].get_xdata()) == [1, 2, 4]
-        drawn = [y for line in axes.get_lines() if line.get_linestyle() == "None" for y in line.get_ydata()]
-        assert sorted(drawn) == sorted(p[error] for p in points_of(MADE_UP))
-    hollow = [line for line in figure.axes[1].get_lines() if line.get_markerfacecolor() == "none"]
-    assert [list(line.get_xdata()) for line in hollow] == [[3.0]]
+    read = json.loads(json.dumps(MADE_UP))
+    figure = plot.draw(read, "visibility")
+    family, *_, everything = figure.axes
+    (line,) = [line for line in family.get_lines() if len(line.get_xdata()) == 5]
+    assert sorted(line.get_ydata()) == [0.04, 0.1, 0.1, 0.2, 0.3]
+    (front,) = [line for line in everything.get_lines() if line.get_color() == "tab:red"]
+    assert list(front.get_xdata()) == [2, 4]
+    levels = {line.get_ydata()[0] for line in family.get_lines() if len(line.get_xdata()) == 2}
+    assert levels == {0.6, 0.25, 0.01}
+    # One sampling error, at 3 ms, is too small for its reference.
+    drawn = [list(line.get_xdata()) for line in plot.draw(read, "sampling").axes[0].get_lines()]
+    assert drawn == [[1, 2, 4, 5]]
     plot.save_plots(MADE_UP, tmp_path)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["work-precision.png", "work-precision.svg"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(f"work-precision-{error}.png" for error in ERRORS)
 
 
-def test_the_page_says_what_to_take_and_names_the_points_that_references_do_not_serve():
+def test_the_page_says_what_to_take_beside_the_null_lines():
     text = page.as_text(json.loads(json.dumps(MADE_UP)))
-    assert text.count("Error of at most 0.12: Take lf, 16 samples by latin") == 1
-    assert "At most 3 ms: Take lf, 16 samples by latin" in text
-    assert "- lf, 32 samples by latin, 1 radius, no blur, float32: 0.005, reference 0.001" in text
-    assert "4 of 5" in text
+    assert text.count("- At most 3 ms: Take lf, 16 samples by latin, no blur: 2 ms, visibility error") == 1
+    assert [line.split()[-6:-1:2] for line in text.splitlines() if "cosine constant, R" in line] == [
+        ["0.6000", "0.2500", "0.0100"]
+    ]
+    assert "lf, 8 samples by latin, no blur | 1.000 (+1 %) |" in text
 
 
-def test_the_page_has_errors_of_turned_samples_of_all_views_and_of_each():
-    """sqrt((0.3^2 + 0.4^2) / 2) is 0.3536; no reference is further off than a twentieth, 0.015 of 0.3."""
-    text = page.as_text({**MADE_UP, "rotations": ROWS})
-    cells = [line.split() for line in text.splitlines() if " 1, ign" in line]
-    assert [line[-2] for line in cells] == ["0.354", "0.300", "0.400"]
-    assert "at most 0.05 of these" in text
+def test_families_of_the_plots_are_all_estimators():
+    assert sorted(name for names in plot.FAMILIES.values() for name in names) == sorted(ESTIMATORS)
 
 
 def refused(capsys, *words):
@@ -377,44 +442,58 @@ def test_advise_refuses_in_one_sentence(capsys, tmp_path):
     assert "--max-error" in refused(capsys, "advise")
 
 
+def test_advise_takes_its_figures_from_the_folder_else_from_those_committed(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("lfssao.cli.bench_advise.COMMITTED", tmp_path / "committed.json")
+    assert "lfssao bench work-precision --quick" in refused(capsys, "advise", "--max-ms", "9")
+    (tmp_path / "committed.json").write_text(json.dumps(MADE_UP))
+    assert main(["bench", "advise", "--max-ms", "9", "--radii", "2%"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("Take lf, 64 samples")
+    assert "committed.json" in said
+    assert "lfssao bench work-precision" in said
+    (tmp_path / "work-precision").mkdir()
+    (tmp_path / "work-precision" / "work-precision.json").write_text(json.dumps(result(point(1.0, 0.2, 0.1))))
+    assert main(["bench", "advise", "--max-ms", "9"]) == 0
+    assert capsys.readouterr().out.startswith("Take lf, 8 samples")
+
+
 @pytest.mark.slow
 def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, monkeypatch):
-    few = {"counts": (1, 4, 16), "samplers": ("random",), "reference_count": 256, "repeats": 1, "own_counts": True}
-    tiny = replace(grid.QUICK, width=16, height=12, **few)
+    few = {"counts": (1, 4, 16), "samplers": ("random",), "reference_count": 256, "most": 3, "own_counts": True}
+    tiny = replace(grid.QUICK, width=24, height=18, **few)
     monkeypatch.setattr("lfssao.cli.bench_work_precision.QUICK", tiny)
     names = ("lf", "vo-lines", "sao")
     monkeypatch.setattr(run, "ESTIMATORS", {name: ESTIMATORS[name] for name in names})
     real, measured = run.measure_estimator, []
 
-    def interrupted(scene, estimator, *rest):
+    def interrupted(scenes, estimator, *rest):
         measured.append(estimator.name)
         if measured.count("vo-lines") == 1 and estimator.name == "vo-lines":
             raise KeyboardInterrupt
-        return real(scene, estimator, *rest)
+        return real(scenes, estimator, *rest)
 
     monkeypatch.setattr(run, "measure_estimator", interrupted)
-    monkeypatch.setattr(run, "rotation_errors", lambda *_: measured.append("rotations") or ROWS)
     file = tmp_path / "out" / "work-precision.json"
-    command = ["bench", "work-precision", "statue", "--quick", "--threads", "1", "-o", str(file.parent)]
+    command = ["bench", "work-precision", "statue", "corner", "--quick", "--threads", "1", "-o", str(file.parent)]
     assert main(command) == 130
     assert list(json.loads(file.read_text())["estimators"]) == ["lf"]
     assert main(command) == 0
-    assert measured == ["rotations", "lf", "vo-lines", "vo-lines", "sao"]
+    assert measured == ["lf", "vo-lines", "vo-lines", "sao"]
     made = json.loads(file.read_text())
-    assert made["rotations"] == ROWS
-    assert sorted(p.name for p in file.parent.iterdir()) == [
-        f"work-precision.{e}" for e in ("json", "md", "png", "svg")
-    ]
+    pictures = {f"work-precision-{error}.png" for error in ERRORS}
+    assert {p.name for p in file.parent.iterdir()} <= pictures | {"work-precision.json", "work-precision.md"}
     points = points_of(made)
     assert len(points) == 2 * (3 + 3 + 6)
     assert [p["samples"] for p in points[-12::2]] == [None, 1, 4, 16, 64, 256]
     for p in points:
         assert p["ms"] > 0
-        assert 0 <= p["model"] <= 1
+        assert p["wall_ms"] > 0
+        assert 0 <= p["visibility"][2] <= p["visibility"][0] <= 1
         assert (p["sampling"] is None) == (p["estimator"] == "sao")
-        assert p["time_of"] == p["sampler"]
     assert {"processor", "threads", "packages"} <= set(made["setup"]["machine"])
     capsys.readouterr()
     assert main(["bench", "advise", "--max-ms", "1e9", "--from", str(file)]) == 0
     assert capsys.readouterr().out.count(".\n") == 1
-    assert "another scene" in refused(capsys, *command[1:2], "ammonite", *command[3:])
+    other = [command[1], "ammonite", *command[4:]]
+    assert "other scenes" in refused(capsys, *other)

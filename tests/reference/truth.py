@@ -45,7 +45,12 @@ def local_direction(u, v, weighting):
 def covered(t, far, falloff):
     if t == math.inf:
         return 0.0
-    return {"constant": 1.0, "linear": 1.0 - t / far, "quadratic": 1.0 - (t / far) * (t / far)}[falloff]
+    part = t / far
+    outer = max(part, 0.8)
+    return {
+        "constant": 1.0, "linear": 1.0 - part, "quadratic": 1.0 - part * part, "cubic": 1.0 - part * part * part,
+        "shell": (1.0 - outer * outer * outer) / 0.488,
+    }[falloff]  # fmt: skip
 
 
 def directions_of(texel, number, strata, seed, weighting, axes):

@@ -92,6 +92,7 @@ ENTRIES = (
         options=AlchemyOptions,
         samples=spiral_points,
         dimensions=2,
+        integrand=("uniform", "linear"),
         count=12,
         normals=True,
         texel_bytes=24,  # with turns of its own, where the buffers have none

@@ -74,6 +74,9 @@ class Estimator:
     dimensions: int = 3  # coordinates of a sample: 3 in the ball, 2 in the disk, 0 where it takes none
     count: int = 8  # the paper's number of samples, the default n
     normals: bool = False  # whether it reads the normals texture whatever its options are
+    # The occlusion by rays, up to strength, that it estimates: weighting and falloff of ``ray_cast_occlusion``
+    integrand: tuple[str, str] = ("uniform", "cubic")
+    whole_ball: bool = False  # whether a plane hides half: 2 max(0, ao - 1/2) is occlusion of the half space
     # Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
     # kept with the view, the most over all views and parameters.
     texel_bytes: int = 4

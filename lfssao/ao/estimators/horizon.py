@@ -70,6 +70,7 @@ ENTRIES = (
         run=hbao,
         options=HorizonOptions,
         dimensions=0,
+        integrand=("uniform", "quadratic"),
         count=64,
         normals=True,
         texel_bytes=20,

@@ -86,6 +86,7 @@ ENTRIES = (
         run=multiresolution,
         options=MultiresolutionOptions,
         dimensions=0,
+        integrand=("cosine", "linear"),
         count=0,
         normals=True,
         texel_bytes=24,

@@ -11,7 +11,7 @@ from lfssao.core.philox import philox4x32
 from lfssao.core.vectors import disk_axes
 
 COSINE, UNIFORM = 0, 1
-CONSTANT, LINEAR, QUADRATIC = 0, 1, 2
+CONSTANT, LINEAR, QUADRATIC, CUBIC, SHELL = 0, 1, 2, 3, 4
 _WORD = 4294967296.0
 _MASK = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)
@@ -23,7 +23,7 @@ class Cast(NamedTuple):
     radius: float  # R, world units; it may be infinite
     step: float  # how far off the surface rays begin along the normal, world units
     weighting: int  # COSINE or UNIFORM
-    falloff: int  # CONSTANT, LINEAR or QUADRATIC
+    falloff: int  # CONSTANT, LINEAR, QUADRATIC, CUBIC or SHELL
     strata: int  # a round has strata squared rays
     least: int  # rounds of a texel, 2 or more
     most: int
@@ -82,7 +82,14 @@ def covered(t, far, falloff):
     if falloff == CONSTANT:
         return 1.0
     part = t / far
-    return 1.0 - (part if falloff == LINEAR else part * part)
+    if falloff == LINEAR:
+        return 1.0 - part
+    if falloff == QUADRATIC:
+        return 1.0 - part * part
+    if falloff == CUBIC:
+        return 1.0 - part * part * part
+    part = max(part, 0.8)
+    return (1.0 - part * part * part) / 0.488  # 1 - 0.8^3
 
 
 @kernel(inline=True)

@@ -1,56 +1,125 @@
-"""The picture of a work-precision run, made from its JSON alone."""
+"""The pictures of a work-precision run, made from its JSON alone."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lfssao.bench.work_precision.advise import ERRORS, pareto_front, points_of
-from lfssao.bench.work_precision.page import TITLES
+from lfssao.bench.work_precision.advise import (
+    ERRORS,
+    Point,
+    describe,
+    describe_radii,
+    error_of,
+    known,
+    null_of,
+    pareto_front,
+    points_of,
+    usable,
+)
 from lfssao.core.files import write_whole
 
+FAMILIES = {
+    "LF and other balls": ("lf", "point", "hemisphere", "oriented-hemisphere"),
+    "VO, whole ball": ("vo-points", "vo-lines", "vo-area"),
+    "VO, above the tangent plane": ("vo-points-normal", "vo-lines-normal", "vo-area-normal"),
+    "SAO": ("alchemy", "sao", "sao-equation-1"),
+    "horizons and levels": ("hbao", "multiresolution"),
+}
+_MARKERS = "osD^vP*X<>dph"
 
-def draw(result: dict[str, Any]) -> Figure:
-    """Return a figure of both errors over the time, a panel each, logarithmic.
 
-    A line joins the settings of an estimator that none of its own beats, a thick one those that no other beats. Points
-    whose sampling error is less than ten times that of their reference are hollow, and on no line.
+def draw(result: dict[str, Any], error: str) -> Figure:
+    """Return a figure of one error over the time at the first radii, a panel each family and one for all.
+
+    Colours are estimators, markers samplers, lines join numbers of samples. The last panel has all points in grey and
+    the Pareto front. Dashed lines are no AO and the best constant, a dotted one the truth's own error.
     """
-    setup = result["setup"]
-    figure = Figure(figsize=(14, 6.5), layout="constrained")
-    figure.suptitle(
-        f"{setup['scene']}, {setup['width']}x{setup['height']}, {setup['machine']['threads']} threads of "
-        f"{setup['machine']['processor']}",
-        fontsize="medium",
+    grid = result["setup"]["grid"]
+    radii, blur = grid["radii"][0], 0.0 if error == "sampling" else max(grid["blurs"])
+    points = [p for p in known(points_of(result, radii), error) if p["blur"] == blur]
+    figure = Figure(figsize=(11, 11), layout="constrained")
+    title = (
+        f"{ERRORS[error][0]}: {describe_radii(radii)}, blur {blur:g}, mean of {len(result['setup']['scenes'])} scenes"
     )
-    points = points_of(result)
-    panels = figure.subplots(1, 2)
-    for axes, error in zip(panels, ERRORS, strict=True):
-        axes.set(xscale="log", yscale="log", xlabel="median time, ms", ylabel="RMSE of ao", title=TITLES[error])
-        front = [p for p in pareto_front(points, error) if p[error]]
-        if front:
-            thick: dict[str, Any] = {"color": "0.15", "linewidth": 5, "alpha": 0.35, "label": "Pareto front"}
-            axes.plot([p["ms"] for p in front], [p[error] for p in front], "-", **thick)
-        for k, name in enumerate(result["estimators"]):
-            own = [p for p in points if p["estimator"] == name and p[error]]
-            style: dict[str, Any] = {"color": colormaps["tab20"](k % 20), "markersize": 3.5}
-            best = pareto_front(own, error)
-            axes.plot([p["ms"] for p in best], [p[error] for p in best], "-", label=name, linewidth=1.3, **style)
-            for full in (True, False):
-                some = [p for p in own if (error == "model" or p["reference_serves"]) == full]
-                style |= {"markerfacecolor": style["color"] if full else "none", "markeredgewidth": 0.7, "alpha": 0.6}
-                axes.plot([p["ms"] for p in some], [p[error] for p in some], "o", **style)
-        axes.grid(which="both", alpha=0.2)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right upper", fontsize="small")
+    figure.suptitle(title, fontsize="medium")
+    panels = figure.subplots(3, 2, sharex=True, sharey=True).ravel()
+    samplers = sorted({p["sampler"] for p in points if p["sampler"] is not None})
+    for axes, (family, names) in zip(panels, FAMILIES.items(), strict=False):
+        for k, name in enumerate(names):
+            _draw_estimator(axes, [p for p in points if p["estimator"] == name], error, samplers, k, name)
+        _decorate(axes, result, [p for p in points if p["estimator"] in names], error)
+        axes.set_title(family, fontsize="medium")
+        if any(p["estimator"] in names for p in points):
+            axes.legend(fontsize="x-small", loc="lower left")
+    _draw_front(panels[-1], result, points, error)
+    handles = [
+        panels[-1].plot([], [], marker, color="0.3", linestyle="", label=name)[0]
+        for name, marker in zip([*samplers, "its own"], _MARKERS, strict=False)
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=6, fontsize="small")
     return figure
 
 
-def save_plots(result: dict[str, Any], folder: Path) -> None:
-    """Write work-precision.png and .svg into a folder, each whole.
+def _draw_estimator(axes: Axes, points: list[Point], error: str, samplers: list[str], k: int, name: str) -> None:
+    """One estimator's points, a line for each sampler."""
+    color, label = colormaps["tab10"](k), name
+    for sampler in (*samplers, None):
+        own = sorted((p for p in points if p["sampler"] == sampler), key=lambda p: p["ms"])
+        if own:
+            marker = _MARKERS[len(samplers) if sampler is None else samplers.index(sampler)]
+            found = [error_of(p, error) for p in own]
+            style: dict[str, Any] = {"marker": marker, "markersize": 4.5, "linewidth": 0.7, "alpha": 0.75}
+            axes.plot([p["ms"] for p in own], found, color=color, label=label, **style)
+            label = ""
 
-    InputError if one cannot be written.
-    """
-    figure = draw(result)
-    for ending in (".png", ".svg"):
-        write_whole(folder / f"work-precision{ending}", lambda part: figure.savefig(part, dpi=110))
+
+def _decorate(axes: Axes, result: dict[str, Any], points: list[Point], error: str) -> None:
+    """Scales, labels and null lines."""
+    axes.set(xscale="log", xlabel="processor time, ms", ylabel="error")
+    axes.label_outer()
+    axes.grid(which="both", alpha=0.15)
+    if error == "sampling":
+        axes.set_yscale("log")
+    nulls = {tuple(null.items()) for point in points if (null := null_of(result, point, error)) is not None}
+    for null in map(dict, nulls):
+        for name, style, text in (
+            ("none", "--", "no AO"),
+            ("constant", "-.", "best constant"),
+            ("truth", ":", "truth"),
+        ):
+            axes.axhline(null[name], color="0.4", linewidth=0.9, linestyle=style)
+            where: dict[str, Any] = {
+                "xy": (1, null[name]),
+                "xycoords": axes.get_yaxis_transform(),
+                "va": "bottom",
+                "ha": "right",
+            }
+            axes.annotate(text, fontsize="xx-small", color="0.3", **where)
+        axes.set_ylim(0, 1.5 * null["none"])  # what is worse by more lies above
+
+
+def _draw_front(axes: Axes, result: dict[str, Any], points: list[Point], error: str) -> None:
+    """All points in grey, and the front with the settings' names."""
+    axes.plot([p["ms"] for p in points], [error_of(p, error) for p in points], ".", color="0.75", markersize=3)
+    front = pareto_front(usable(result, points, error), error)
+    axes.plot([p["ms"] for p in front], [error_of(p, error) for p in front], "o-", color="tab:red", markersize=4)
+    for k, point in enumerate(front, 1):
+        place: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points", "fontsize": "small"}
+        axes.annotate(str(k), (point["ms"], error_of(point, error)), color="tab:red", **place)
+    names = "\n".join(f"{k} {describe(point).rsplit(',', 1)[0]}" for k, point in enumerate(front, 1))
+    axes.text(0.99, 0.98, names, transform=axes.transAxes, ha="right", va="top", fontsize=7)
+    shown = [] if error.startswith("own") else points[:1]
+    _decorate(axes, result, shown, error)
+    axes.set_title("all, with the Pareto front", fontsize="medium")
+
+
+def save_plots(result: dict[str, Any], folder: Path) -> None:
+    """Write work-precision-ERROR.png of each error into a folder, each whole; InputError if one cannot be written."""
+    for error in ERRORS:
+        if known(points_of(result), error):
+            picture = draw(result, error)
+            write_whole(folder / f"work-precision-{error}.png", partial(picture.savefig, dpi=90))

@@ -1,10 +1,11 @@
 """The texture that an estimator tends to with many samples, and the error of that texture itself."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Texture = NDArray[np.float64]
 
@@ -19,19 +20,11 @@ class Reference:
     texture: Texture  # (t,) float64: mean of the independent references, occlusion of the surface texels
     error: float  # its own RMSE, estimated from how far the references lie apart
 
-    def serves(self, error: float) -> bool:
-        """Whether an error is so far above the reference's own that it is known."""
-        return error >= MARGIN * self.error
 
-
-def rms(errors: Sequence[float]) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(errors))))
-
-
-def rmse(a: Texture, b: Texture) -> float:
-    """Root mean square of a difference; 0 if there are no texels."""
-    return float(np.sqrt(np.mean(np.square(a - b)))) if a.size else 0.0
+def rms(errors: ArrayLike) -> float:
+    """Root mean square; 0 of nothing."""
+    numbers: NDArray[Any] = np.asarray(errors, np.float64)
+    return float(np.sqrt(np.mean(np.square(numbers)))) if numbers.size else 0.0
 
 
 def combine_others(textures: Mapping[str, Texture], sampler: str) -> Reference:

@@ -1,34 +1,33 @@
-"""Error against run time, of every estimator: the cost of a setting and its two errors, never mixed.
+"""Error against run time, of every estimator: the cost of a setting and its errors, never mixed.
 
-*Sampling* error: RMSE against the same estimator with very many samples of other samplers. *Model* error: RMSE against
-ray-cast occlusion of the same radius. Both are over the texels that see a surface.
+*Sampling* error: RMSE against the same estimator with very many samples of other samplers. *Own* error: against
+ray-cast occlusion of the integrand that the estimator is after. *Visibility* error: against ray-cast occlusion,
+weighted by the cosine, of all that is within R. All are over the texels that see a surface, of all scenes and seeds.
 """
 
 import json
-import os
 import subprocess
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
+from time import perf_counter, process_time
 from typing import Any
+
+import numba
+import numpy as np
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.textures import Texture
-from lfssao.bench.times import Times
+from lfssao.bench.least_times import least_times
 from lfssao.bench.work_precision.advise import FORMAT
-from lfssao.bench.work_precision.references import Reference, combine_others, rms, rmse
-from lfssao.bench.work_precision.rotations import rotation_errors
-from lfssao.bench.work_precision.scene import BenchScene, Inputs
-from lfssao.bench.work_precision.setting_times import Setting, setting_times
+from lfssao.bench.work_precision.figures import FIGURES, figures, null_lines, pooled
+from lfssao.bench.work_precision.references import combine_others, rms
+from lfssao.bench.work_precision.scene import VISIBILITY, BenchScene, Inputs
 from lfssao.bench.work_precision.settings import (
-    FEW,
-    REFERENCE_DTYPE,
-    TIMED,
-    TIMED_FOR_ALL,
     Grid,
     counts_of,
     own_counts_of,
@@ -40,127 +39,161 @@ from lfssao.rendering.manifest import describe_machine, describe_scene
 from lfssao.scene.mesh import Mesh
 
 Tick = Callable[[str], None]
-
-# One texture for each radius.
-Layers = dict[float, Texture]
-
-# By radii and blur.
-References = Mapping[tuple[tuple[float, ...], float], Reference]
-
-
-def measure_estimator(scene: BenchScene, estimator: Estimator, grid: Grid, tick: Tick) -> dict[str, Any]:
-    """Return all points of one estimator, as JSON holds them."""
-    bench = _Bench(scene, estimator, grid, tick)
-    points = bench.sampled() if takes_samples(estimator) else bench.unsampled()
-    return {"source": estimator.source, "points": list(points)}
+Variant = tuple[str | None, int | None]  # sampler and number of samples
+Setting = tuple[Variant, tuple[float, ...], float]  # with radii and blur
+_MANY = 2**32  # seed of the references, which no measured set has
 
 
 @dataclass(frozen=True)
 class _Bench:
-    """The points of one estimator on one scene."""
+    """One estimator on one scene."""
 
     scene: BenchScene
     estimator: Estimator
     grid: Grid
-    tick: Tick
+    threads: int
 
-    def unsampled(self) -> Iterator[dict[str, Any]]:
-        """Points of an estimator that makes its own samples, or none: no sampling error."""
-        self.tick(self.estimator.name)
-        inputs: dict[str, Inputs] = {}
-        counts = own_counts_of(self.estimator, self.grid)
-        for n, parameters in counts:
-            inputs[str(n)] = (None, None), parameters
-        times = setting_times(self.scene, self.estimator, self.grid, inputs)
-        for n, _ in counts:
-            facts = {"sampler": None, "samples": n, "time_of": None}
-            yield from self._points(facts, [inputs[str(n)]], times[str(n)], {})
+    @property
+    def sampled(self) -> bool:
+        return takes_samples(self.estimator)
 
-    def sampled(self) -> Iterator[dict[str, Any]]:
-        """Points by sampler and number of samples."""
-        references = self._references()
-        for n in self.grid.counts:
-            self.tick(f"{self.estimator.name}, time of {n} samples")
-            own = [sampler for sampler in references if n in counts_of(self.estimator, sampler, self.grid)]
-            timed = {sampler: self._samples(sampler, n, 0) for sampler in (own if n <= TIMED else [TIMED_FOR_ALL])}
-            times = setting_times(self.scene, self.estimator, self.grid, timed)
-            for sampler in own:
-                self.tick(f"{self.estimator.name}, {n} samples by {sampler}")
-                time_of = sampler if n <= TIMED else TIMED_FOR_ALL
-                sets = [self._samples(sampler, n, seed) for seed in range(self.grid.seeds if n <= FEW else 1)]
-                facts = {"sampler": sampler, "samples": n, "time_of": time_of}
-                yield from self._points(facts, sets, times[time_of], references[sampler])
+    def variants(self) -> Iterator[Variant]:
+        """Samplers and numbers of samples, or numbers of taps of its own."""
+        if not self.sampled:
+            yield from ((None, n) for n, _ in own_counts_of(self.estimator, self.grid))
+        else:
+            for sampler in samplers_of(self.estimator, self.grid):
+                yield from ((sampler, n) for n in counts_of(self.estimator, sampler, self.grid))
 
-    def _samples(self, sampler: str, n: int, seed: int) -> Inputs:
+    def inputs(self, variant: Variant, seed: int) -> Inputs:
+        sampler, n = variant
+        if sampler is None:
+            return (None, None), dict(own_counts_of(self.estimator, self.grid))[n]
+        assert n is not None
         return samples_for(self.estimator, sampler, n, seed), {}
 
-    def _references(self) -> dict[str, References]:
-        """For each sampler the references by all others."""
-        many = {}
-        for sampler in self.grid.reference_samplers:
-            self.tick(f"{self.estimator.name}, reference by {sampler}")
-            samples = self._samples(sampler, self.grid.references_of(self.estimator.name), 2**32)
-            many[sampler] = self._layers(REFERENCE_DTYPE, samples)
-        made: dict[str, dict[tuple[tuple[float, ...], float], Reference]] = {}
-        for radii, blur in product(self.grid.radii, self.grid.blurs):
-            textures = {name: self.scene.of_surface(_finished(layers, radii, blur)) for name, layers in many.items()}
-            for sampler in samplers_of(self.estimator, self.grid):
-                made.setdefault(sampler, {})[radii, blur] = combine_others(textures, sampler)
-        return {**made}
+    def times(self) -> dict[Setting, tuple[float, float, float]]:
+        """Milliseconds of one thread's work, their spread, and milliseconds of all threads, of each setting."""
+        made: list[dict[Any, tuple[float, float]]] = []
+        for threads, clock in ((1, process_time), (self.threads, perf_counter)):
+            numba.set_num_threads(threads)
+            made.append(least_times(self._passes(), self.grid.spread, self.grid.most, clock))
+        out = {}
+        for variant, radii, blur in product(self.variants(), self.grid.radii, self.grid.blurs):
+            keys = [*(("ao", variant, radius) for radius in radii), ("merge", len(radii)), ("blur", blur)]
+            work, wall = (sum(each[key][0] for key in keys) for each in made)
+            out[variant, radii, blur] = work, max(made[0][key][1] for key in keys[:-2]), wall
+        return out
 
-    def _layers(self, dtype: str, inputs: Inputs) -> Layers:
-        return {radius: self.scene.occlusion(self.estimator, dtype, radius, inputs) for radius in self.grid.each_radius}
+    def _passes(self) -> dict[Any, Callable[[], object]]:
+        """Every pass that a setting needs, once."""
+        texture = self.scene.buffers.depth.clip(0, 1)  # any: its numbers do not change the time
+        out: dict[Any, Callable[[], object]] = {}
+        for variant, radius in product(self.variants(), self.grid.each_radius):
+            inputs = self.inputs(variant, 0)
+            out["ao", variant, radius] = partial(self.scene.occlusion, self.estimator, radius, inputs)
+        for radii in self.grid.radii:
+            out["merge", len(radii)] = partial(post.merge, [texture] * len(radii))
+        return out | {("blur", blur): partial(post.blur, texture, blur) for blur in self.grid.blurs}
 
-    def _points(
-        self, facts: dict[str, Any], sets: Sequence[Inputs], times: Mapping[Setting, Times], references: References
-    ) -> Iterator[dict[str, Any]]:
-        """Points of some sample sets, by arithmetic, radii and blur; without references no sampling error."""
-        for dtype in self.grid.dtypes:
-            layers = [self._layers(dtype, inputs) for inputs in sets]
-            for radii, blur in product(self.grid.radii, self.grid.blurs):
-                textures = [_finished(each, radii, blur) for each in layers]
-                taken = times[dtype, radii, blur]
-                yield {
-                    "estimator": self.estimator.name,
-                    **facts,
-                    "radii": len(radii),
-                    "blur": blur,
-                    "dtype": dtype,
-                    "ms": taken.median,
-                    "ms_25": taken.low,
-                    "ms_75": taken.high,
-                    "first_ms": taken.first,
-                    "model": rms([self.scene.model_error(self.estimator, radii, texture) for texture in textures]),
-                    **self._sampling_error(textures, references.get((radii, blur))),
-                }
+    def _settings(self, inputs: Inputs, seed: int) -> dict[tuple[tuple[float, ...], float], Texture]:
+        """Textures by radii and blur."""
+        layers = {r: self.scene.occlusion(self.estimator, r, inputs, seed) for r in self.grid.each_radius}
+        merged = {radii: post.merge([layers[radius] for radius in radii]) for radii in self.grid.radii}
+        return {(radii, blur): post.blur(merged[radii], blur) for radii in merged for blur in self.grid.blurs}
 
-    def _sampling_error(self, textures: Sequence[Texture], reference: Reference | None) -> dict[str, Any]:
-        if reference is None:
-            return {"sampling": None, "reference_error": None, "reference_serves": None}
-        error = rms([rmse(self.scene.of_surface(texture), reference.texture) for texture in textures])
-        return {"sampling": error, "reference_error": reference.error, "reference_serves": reference.serves(error)}
+    def references(self) -> dict[tuple[tuple[float, ...], float], dict[str, Any]]:
+        """Textures of many samples, the surface texels' occlusion, by radii and blur, then by sampler."""
+        out: dict[Any, dict[str, Any]] = {}
+        for sampler in self.grid.reference_samplers if self.sampled else ():
+            samples = samples_for(self.estimator, sampler, self.grid.reference_count, _MANY)
+            for key, texture in self._settings((samples, {}), 0).items():
+                out.setdefault(key, {})[sampler] = texture[self.scene.surface].astype(np.float64)
+        return out
 
-
-def _finished(layers: Layers, radii: tuple[float, ...], blur: float) -> Texture:
-    return post.blur(post.merge([layers[radius] for radius in radii]), blur)
+    def errors(self) -> Iterator[tuple[Setting, list[float], list[float], float, float]]:
+        """Figures against both truths, sampling error and the reference's own, by setting and seed."""
+        many, surface = self.references(), self.scene.surface
+        for variant, seed in product(self.variants(), range(self.grid.seeds)):
+            for (radii, blur), texture in self._settings(self.inputs(variant, seed), seed).items():
+                ours = self.scene.compared(self.estimator, texture)
+                both = [
+                    figures(ours, self.scene.truth(radii, integrand)[0], surface, seed == 0)
+                    for integrand in (VISIBILITY, self.estimator.integrand)
+                ]
+                sampling, own = np.nan, np.nan
+                if variant[0] is not None:
+                    reference = combine_others(many[radii, blur], variant[0])
+                    sampling, own = rms(texture[surface] - reference.texture), reference.error
+                yield (variant, radii, blur), both[0], both[1], sampling, own
 
 
-def start(mesh: Mesh, grid: Grid, threads: int) -> dict[str, Any]:
+def measure_estimator(
+    scenes: Sequence[BenchScene], estimator: Estimator, grid: Grid, threads: int, tick: Tick
+) -> dict[str, Any]:
+    """Return all points of one estimator, as JSON holds them."""
+    times: list[dict[Setting, tuple[float, float, float]]] = []
+    errors: dict[Setting, list[Any]] = {}
+    for scene in scenes:
+        tick(f"{estimator.name}, {scene.mesh.name}")
+        bench = _Bench(scene, estimator, grid, threads)
+        numba.set_num_threads(threads)
+        for setting, *found in bench.errors():
+            errors.setdefault(setting, []).append(found)
+        times.append(bench.times())
+    points = []
+    for setting, found in errors.items():
+        (sampler, n), radii, blur = setting
+        work, spread, wall = np.mean([each[setting] for each in times], axis=0).tolist()
+        visibility, own, sampling, reference = zip(*found, strict=True)
+        point = {"estimator": estimator.name, "sampler": sampler, "samples": n, "radii": list(radii), "blur": blur}
+        point |= {"ms": _short(work), "spread": _short(spread), "wall_ms": _short(wall)}
+        point |= {"visibility": _short_all(pooled(visibility)), "own": _short_all(pooled(own))}
+        point |= {"sampling": None, "reference": None}
+        if sampler is not None:
+            point |= {"sampling": _short(rms(sampling)), "reference": _short(rms(reference))}
+        points.append(point)
+    return {"source": estimator.source, "integrand": list(estimator.integrand), "points": points}
+
+
+def _short(number: float) -> float:
+    """Four digits of a number: more are noise, and make the file twice as long."""
+    return float(f"{number:.4g}")
+
+
+def _short_all(numbers: Sequence[float]) -> list[float]:
+    return [_short(number) for number in numbers]
+
+
+def integrands() -> list[tuple[str, str]]:
+    """Those of all truths: visibility, and each estimator's own."""
+    return list(dict.fromkeys([VISIBILITY, *(estimator.integrand for estimator in ESTIMATORS.values())]))
+
+
+def measure_nulls(scenes: Sequence[BenchScene], grid: Grid, tick: Tick) -> dict[str, list[dict[str, float]]]:
+    """Null lines by integrand, one for each set of radii."""
+    out: dict[str, list[dict[str, float]]] = {}
+    for integrand in integrands():
+        tick(f"rays, {' '.join(integrand)}")
+        for radii in grid.radii:
+            textures, errors = zip(*(scene.truth(radii, integrand) for scene in scenes), strict=True)
+            lines = null_lines(textures, errors, [scene.surface for scene in scenes])
+            out.setdefault(" ".join(integrand), []).append({name: _short(value) for name, value in lines.items()})
+    return out
+
+
+def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
     """Return a result that holds only its setup: figures of different setups do not go into one file."""
     machine = describe_machine(threads)
     machine.pop("command")
-    scene = describe_scene(mesh)
+    described = [describe_scene(mesh) for mesh in meshes]
     setup = {
-        "scene": scene["name"],
-        "vertices_sha256": scene["vertices_sha256"],
-        "faces": scene["faces"],
-        "width": grid.width,
-        "height": grid.height,
+        "scenes": [{key: each[key] for key in ("name", "faces", "vertices_sha256")} for each in described],
         "grid": json.loads(json.dumps(asdict(grid))),
         "machine": machine,
         "commit": _commit(),
     }
-    return {"work_precision": FORMAT, "setup": setup, "estimators": {}}
+    return {"work_precision": FORMAT, "setup": setup, "figures": FIGURES, "estimators": {}}
 
 
 def _commit() -> str | None:
@@ -175,23 +208,26 @@ def _commit() -> str | None:
     return done.stdout.strip() or None
 
 
-def run(mesh: Mesh, grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None], tick: Tick) -> None:
-    """Measure the rotations and the estimators that a result of ``start`` does not hold yet, and save it after each.
+def steps(result: dict[str, Any]) -> int:
+    """Number of steps that a result has left, each of which ``run`` ticks."""
+    missing = len(set(ESTIMATORS) - set(result["estimators"]))
+    return missing * len(result["setup"]["scenes"]) + (0 if "nulls" in result else len(integrands()))
 
-    Threads are those of the ray caster, numba's are the caller's; tick is called with the name of each step.
+
+def run(
+    meshes: Sequence[Mesh], grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None], tick: Tick
+) -> None:
+    """Measure what a result of ``start`` does not hold yet, and save it after each estimator.
+
+    ``tick`` is called with the name of each step.
     """
-    if "rotations" not in result:
-        result["rotations"] = list(rotation_errors(grid, threads, tick))
-        save()
-    missing = [name for name in ESTIMATORS if name not in result["estimators"]]
-    if not missing:
+    if not steps(result):
         return
-    tick("textures")
-    scene = BenchScene(mesh, grid, threads)
-    for name in missing:
-        wall, cpu = time.perf_counter(), time.process_time()
-        measured = measure_estimator(scene, ESTIMATORS[name], grid, tick)
-        seconds = {"wall": time.perf_counter() - wall, "processor": time.process_time() - cpu}
-        state = {"seconds": seconds, "load_average": os.getloadavg()[0], "truth_error": scene.truth_error()}
-        result["estimators"][name] = {**measured, **state}
+    scenes = [BenchScene(mesh, grid, threads) for mesh in meshes]
+    if "nulls" not in result:
+        result["nulls"] = measure_nulls(scenes, grid, tick)
         save()
+    for name in ESTIMATORS:
+        if name not in result["estimators"]:
+            result["estimators"][name] = measure_estimator(scenes, ESTIMATORS[name], grid, threads, tick)
+            save()

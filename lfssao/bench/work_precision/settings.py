@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.samples.registry import METHODS, sample_set
 
+SCENES = ("gallery", "statue", "corner")
+
 # Estimators that take a disk's points as taps whose radii are in equal steps, not as points that fill it evenly.
 _TAPS = ("alchemy",)
 
@@ -19,20 +21,6 @@ _OWN_COUNTS: dict[str, dict[int, dict[str, Value]]] = {
     "hbao": {n * n: {"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)},
 }
 
-# Arithmetic of the references: float32 moves them by less than 1e-5.
-REFERENCE_DTYPE = "float32"
-
-# Estimators whose references have twice as many samples: their errors are the smallest, and an error counts as known
-# where it is ten times its reference's.
-TWICE = ("vo-points", "vo-points-normal")
-
-# A sampling error is over several sets up to this number of samples, and over one beyond it.
-FEW = 256
-
-# Up to TIMED samples each sampler has a time of its own, which the points' order can change; beyond it one sampler is
-# timed for all.
-TIMED, TIMED_FOR_ALL = 256, "random"
-
 
 @dataclass(frozen=True)
 class Grid:
@@ -40,18 +28,18 @@ class Grid:
 
     width: int = 256  # texture, texels
     height: int = 192
-    counts: tuple[int, ...] = (1, 4, 16, 64, 256, 1024, 4096)  # numbers of samples
-    # Sets of radii, fractions of the scene's diagonal
-    radii: tuple[tuple[float, ...], ...] = ((0.02,), (0.01, 0.02, 0.035))
-    dtypes: tuple[str, ...] = ("float32", "float64")  # arithmetic
+    counts: tuple[int, ...] = (1, 4, 8, 16, 64, 256)  # numbers of samples
+    # Sets of radii, fractions of the scene's diagonal; the textures of a set are merged
+    radii: tuple[tuple[float, ...], ...] = ((0.02,), (0.08,), (0.02, 0.08))
     blurs: tuple[float, ...] = (0.0, 1.0)  # sigmas, texels
     samplers: tuple[str, ...] | None = None  # samplers; None: all of the domain
     # Samplers of the references. A sampler is never compared with a reference of its own; two others must be left
     reference_samplers: tuple[str, ...] = ("sobol", "halton", "fibonacci")
     # Samples of each reference, a power of two: float32 then adds equal weights without rounding
-    reference_count: int = 262_144
-    seeds: int = 4  # sets that a sampling error is over
-    repeats: int = 20  # warm runs of each time
+    reference_count: int = 32_768
+    seeds: int = 5  # sets that errors are over
+    spread: float = 0.03  # times are repeated until the three least are within this fraction
+    most: int = 60  # runs of each time
     # Whether estimators that make their own taps are measured with other numbers of taps than their default
     own_counts: bool = True
 
@@ -60,19 +48,18 @@ class Grid:
         """Each radius once."""
         return tuple(sorted({radius for radii in self.radii for radius in radii}))
 
-    def references_of(self, estimator: str) -> int:
-        """Number of samples of each of an estimator's references."""
-        return self.reference_count * (2 if estimator in TWICE else 1)
-
 
 FULL = Grid()
 QUICK = Grid(
+    width=128,
+    height=96,
     counts=(4, 16, 64),
     radii=((0.02,),),
-    dtypes=("float32",),
     samplers=("random", "latin", "poisson"),
     reference_samplers=("sobol", "halton"),
-    reference_count=65_536,
+    reference_count=16_384,
+    seeds=2,
+    most=20,
     own_counts=False,
 )
 

@@ -174,9 +174,13 @@ def _samples(domain: str, n: int, middle: bool = False) -> tuple[FloatArray, Flo
 
 def _pair(name: str, title: str, section: str, formula: str, run: Run, **more: Any) -> tuple[Estimator, ...]:
     """An estimator, and the same above the tangent plane (4.4), which reads normals."""
-    plain = Estimator(name, title, f"VO {section}", formula, partial(run, tangent=False), turns=True, **more)
+    plain = Estimator(
+        name, title, f"VO {section}", formula, partial(run, tangent=False), turns=True, whole_ball=True, **more
+    )
     name, title, source = f"{name}-normal", f"{title}, above the tangent plane", f"VO {section} and 4.4"
-    return plain, replace(plain, name=name, title=title, source=source, run=partial(run, tangent=True), normals=True)
+    return plain, replace(
+        plain, name=name, title=title, source=source, run=partial(run, tangent=True), normals=True, whole_ball=False
+    )
 
 
 ENTRIES = (

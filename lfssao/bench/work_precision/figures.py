@@ -1,0 +1,51 @@
+"""Figures of an occlusion texture against the truth, and of the textures that need no work."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.metrics import structural_similarity
+
+from lfssao.ao.textures import Texture
+from lfssao.bench.work_precision.references import rms
+
+Surface = NDArray[np.bool_]
+FIGURES = ("rmse", "bias", "gain_free", "correlation", "ssim")
+
+
+def figures(occlusion: Texture, truth: Texture, surface: Surface, seen: bool = True) -> list[float]:
+    """Return ``FIGURES`` over the surface texels of two (H, W) textures of occlusion, which are 0 elsewhere.
+
+    ``gain_free`` is the RMSE after the factor and offset that make it least; the correlation with a constant is 0.
+    ``ssim``, the mean structural similarity of visibility (Wang et al. 2004), is NaN unless it is ``seen``: it takes
+    longer than all others.
+    """
+    ours, exact = occlusion[surface].astype(np.float64), truth[surface].astype(np.float64)
+    error = ours - exact
+    a, b = ours - ours.mean(), exact - exact.mean()
+    along, across, square = float((a * a).mean()), float((a * b).mean()), float((b * b).mean())
+    rest = square - across * across / along if along > 0 else square
+    similar = np.nan
+    if seen:
+        _, each = structural_similarity(1 - occlusion.astype(np.float64), 1 - truth, data_range=1.0, full=True)
+        similar = float(each[surface].mean())
+    correlation = across / (along * square) ** 0.5 if along > 0 and square > 0 else 0.0
+    return [rms(error), float(error.mean()), max(rest, 0.0) ** 0.5, correlation, similar]
+
+
+def pooled(found: Sequence[list[float]]) -> list[float]:
+    """Root mean squares of errors, means of the other figures, over scenes and seeds."""
+    table = np.array(found)
+    return [*(rms(table[:, k]) if k in (0, 2) else float(np.nanmean(table[:, k])) for k in range(len(FIGURES)))]
+
+
+def null_lines(truths: Sequence[Texture], errors: Sequence[Texture], surfaces: Sequence[Surface]) -> dict[str, Any]:
+    """RMSE over scenes of no AO and of each scene's best constant, and the standard error of the truths themselves."""
+    seen = [truth[surface] for truth, surface in zip(truths, surfaces, strict=True)]
+    own = [error[surface] for error, surface in zip(errors, surfaces, strict=True)]
+    return {
+        "none": rms([rms(truth) for truth in seen]),
+        "constant": rms([float(truth.std()) for truth in seen]),
+        "truth": rms([rms(error) for error in own]),
+    }

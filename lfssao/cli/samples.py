@@ -161,8 +161,6 @@ def _check(options: argparse.Namespace) -> int:
             file = "" if finding.worst is None else f" ({printable(sets[finding.worst].method)})"
             print(f"{name} ({domain}): {finding}{file}")
             kept, tells = kept and finding.holds, tells and finding.tells
-    if len(sets) > 1:
-        print(f"limits for the points of {len(sets)} sets are those of independent points, safe for more even sets")
     if not tells:
         print("the sets of more seeds, each in a file, or a larger --alarm would tell more")
     return 0 if kept else BROKEN

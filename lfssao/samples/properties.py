@@ -45,9 +45,13 @@ class Finding:
     value: float
     limit: float  # the most that the value may be; of a statistic, the least that p may be
     p: float | None = None  # the probability that independent uniform points give this value or a larger one
-    power: str = ""  # of a statistic: the bias that would pass
+    power: str = "holds"  # the verdict if it is not broken; of a statistic, with the bias that would pass
     worst: int | None = None  # the index of the set that it is of, where many were checked one by one
-    tells: bool = True  # whether a statistic finds a part with a quarter of the points too many
+
+    @property
+    def tells(self) -> bool:
+        """Whether a statistic would find a quarter of the points too many in one part; True for counts."""
+        return self.power.startswith("holds")
 
     @property
     def holds(self) -> bool:
@@ -56,9 +60,8 @@ class Finding:
 
     def __str__(self) -> str:
         rule = f"at most {self.limit:.6g}" if self.p is None else f"p = {self.p:.3g}, alarm below {self.limit:.2g}"
-        verdict = f"{'holds' if self.tells else 'cannot tell'}{self.power}" if self.holds else "BROKEN"
         place = "" if self.worst is None else f", worst in set {self.worst}"
-        return f"{self.what}{place}: {self.value:.6g}, {rule}: {verdict}"
+        return f"{self.what}{place}: {self.value:.6g}, {rule}: {self.power if self.holds else 'BROKEN'}"
 
 
 @dataclass(frozen=True)
@@ -139,7 +142,8 @@ def _of_many(name: str, sets: list[Points]) -> list[Finding]:
         worst = max(range(len(sets)), key=lambda k: max(finding.value - finding.limit for finding in found[k]))
         return [replace(finding, worst=worst) for finding in found[worst]]
     different = list({each.points.tobytes(): each.points for each in sets}.values())
-    repeated = Finding("sets that repeat another", len(sets) - len(different), 0)
+    pooled = f"repeated sets of {len(sets)} (limits are those of independent points, safe for more even sets)"
+    repeated = Finding(pooled, len(sets) - len(different), 0)
     if name == "unbiased":
         pick = np.random.default_rng(0)
         different = [points[pick.integers(len(points))][None] for points in different]
@@ -158,7 +162,8 @@ def check_sampler(
     Examples
     --------
     >>> from lfssao.samples import make_samples
-    >>> all(finding.holds for finding in check_sampler(make_samples, 8, 100, r_min=0.8))
+    >>> found = check_sampler(lambda n, seed: make_samples("latin", n, seed), 8, 100, r_min=0.8)
+    >>> all(finding.holds and finding.tells for finding in found)
     True
     """
     engine = hasattr(function, "random")
@@ -197,7 +202,6 @@ def _distinct(of: Points) -> list[Finding]:
     return [Finding("points that repeat another", repeated, 0)]
 
 
-_ks_p = stats.kstwo.sf
 _poles_p = partial(statistics.share_p, fair=0.1)
 
 
@@ -205,41 +209,43 @@ def _uniform(of: Points) -> list[Finding]:
     cube = statistics.unit_cube(of.points, of.domain, of.r_min, of.r_max)
     n, d = cube.shape
     names = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi")}.get(of.domain, ("z", "phi", "r^3"))
-    # Name, value, p-value, the part whose excess of points it finds, and the fair share of that.
-    tests: list[tuple[str, float, Callable[[float, int], float], str, float]] = []
-    for name, (above, below) in zip(names, statistics.departures(cube).T, strict=False):
-        kuiper, ks = ("Kuiper", above + below, statistics.kuiper_p), ("Kolmogorov-Smirnov", max(above, below), _ks_p)
-        who, value, p_value = kuiper if name == "phi" else ks
-        tests.append((f"{who} distance of {name}", float(value), p_value, f"one half of {name}", 0.5))
-    if of.domain in ("sphere", "ball"):
+    round_body = of.domain in ("sphere", "ball")
+    cells = min(2 * int((n / 10) ** (1 / d) / 2), 16 if d == 2 else 8)  # even: a half is made of whole ones
+    alarm = of.alarm / (d + 3 * round_body + (cells > 0))
+    judged = partial(_judged, n, alarm)
+    found = [
+        judged("Kuiper distance of phi", above + below, "one half of phi", statistics.kuiper_p)
+        if name == "phi"
+        else judged(f"Kolmogorov-Smirnov distance of {name}", max(above, below), f"one half of {name}", stats.kstwo.sf)
+        for name, (above, below) in zip(names, statistics.departures(cube).T, strict=False)
+    ]
+    if round_body:
         z = 2 * cube[:, 0] - 1
-        up, ends = float(np.mean(z > 0)) - 0.5, float(np.mean(abs(z) > 0.9)) - 0.1
         r = np.sqrt(np.sum(of.points**2, axis=1, keepdims=True))
         caps = statistics.cap_discrepancy(of.points / np.where(r > 0, r, 1))
-        tests += [
-            ("share of z > 0, less 1/2", up, statistics.share_p, "the upper half", 0.5),
-            ("share of abs(z) > 0.9, less 1/10", ends, _poles_p, "a pair of poles", 0.1),
-            ("spherical cap discrepancy", caps, statistics.caps_p, "one half of space", 0.5),
+        poles = np.mean(abs(z) > 0.9) - 0.1
+        found += [
+            judged("share of z > 0, less 1/2", np.mean(z > 0) - 0.5, "the upper half", statistics.share_p),
+            judged("share of abs(z) > 0.9, less 1/10", poles, "a pair of poles", _poles_p, 0.1),
+            judged("spherical cap discrepancy", caps, "one half of space", statistics.caps_p),
         ]
-    cells = min(2 * int((n / 10) ** (1 / d) / 2), 16 if d == 2 else 8)  # even: a half is made of whole ones
-    alarm = of.alarm / (len(tests) + (cells > 0))
-    found = [
-        _judged(what, value, p_value(value, n), alarm, n, part, fair, statistics.least_share(p_value, n, alarm, fair))
-        for what, value, p_value, part, fair in tests
-    ]
     if cells:
         counts = np.histogramdd(np.clip(cube, 0, 1), cells, [(0, 1)] * d)[0]
         value, p = stats.chisquare(counts.ravel())
-        least = statistics.chi_square_share(cells**d, n, alarm)
-        what = f"chi-square over {cells}^{d} equal cells"
-        found.append(_judged(what, value, p, alarm, n, "one half of a coordinate", 0.5, least))
+        power = _power(n, "one half of a coordinate", 0.5, statistics.chi_square_share(cells**d, n, alarm))
+        found.append(Finding(f"chi-square over {cells}^{d} equal cells", float(value), alarm, float(p), power))
     return found
 
 
-def _judged(what: str, value: float, p: float, alarm: float, n: int, part: str, fair: float, least: float) -> Finding:
-    """The finding of a statistic that finds, with probability 0.9, a part with the least share of n points."""
+def _judged(n: int, alarm: float, what: str, value: Any, part: str, p_value: Any, fair: float = 0.5) -> Finding:
+    """The finding of a statistic that is at least the excess of the points in a part over its fair share."""
+    least = statistics.least_share(p_value, n, alarm, fair)
+    return Finding(what, float(value), alarm, float(p_value(value, n)), _power(n, part, fair, least))
+
+
+def _power(n: int, part: str, fair: float, least: float) -> str:
     passes = f"{least:.1%} of the points passes 1 time in 10" if least <= 1 else "all of the points may pass"
-    return Finding(what, value, alarm, p, f" at n = {n}: {part} with {passes}", tells=least <= fair + 0.25)
+    return f"{'holds' if least <= fair + 0.25 else 'cannot tell'} at n = {n}: {part} with {passes}"
 
 
 def _cells(values: FloatArray, count: int) -> np.ndarray:

@@ -96,7 +96,7 @@ def test_files_of_a_pattern_are_pooled_and_one_of_them_cannot_tell(tmp_path, cap
         np.savetxt(tmp_path / f"mine_{seed:02}.csv", sample_set("ball", "latin", 8, seed).points, delimiter=";")
     assert main(["samples", "check", str(tmp_path / "mine_*.csv"), "--alarm", "0.01"]) == 0
     out = capsys.readouterr().out
-    assert "the points of 40 sets are" in out
+    assert "repeated sets of 40 (limits are those of independent points, safe for more even sets): 0" in out
     assert out.count("p = ") == out.count(" at n = 320: ") == 7
     assert main(["samples", "check", str(tmp_path / "mine_05.csv")]) == 0
     out = capsys.readouterr().out

@@ -1,9 +1,11 @@
 """Promises of point sets: each planted wrong sampler is caught, the right one is not; what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.stats import qmc
 
 from lfssao.errors import InputError
@@ -48,13 +50,10 @@ def test_theta_uniform_instead_of_z_is_caught(u):
     assert broken("uniform", points * np.cbrt(u[:, 2:]), "ball")
 
 
-def test_r_uniform_instead_of_its_cube_is_caught(u):
-    directions = on_sphere(2 * u[:, 0] - 1, 2 * np.pi * u[:, 1])
-    assert "Kolmogorov-Smirnov distance of r^3" in broken("uniform", directions * u[:, 2:], "ball")
+def test_r_uniform_instead_of_its_power_is_caught(u):
+    directions, turn = on_sphere(2 * u[:, 0] - 1, 2 * np.pi * u[:, 1]), 2 * np.pi * u[:, 1]
     assert broken("uniform", directions * (0.8 + 0.2 * u[:, 2:]), "ball", r_min=0.8)
-    assert broken(
-        "uniform", directions[:, :2] * 0 + u[:, :1] * on_sphere(0 * u[:, 1], 2 * np.pi * u[:, 1])[:, :2], "disk"
-    )
+    assert broken("uniform", u[:, :1] * np.column_stack([np.cos(turn), np.sin(turn)]), "disk")
 
 
 def test_coordinates_that_depend_on_each_other_are_caught_by_chi_square_alone(u):
@@ -103,6 +102,13 @@ def test_each_statistic_alarms_at_its_rate():
     assert sum(not all(finding.holds for finding in findings) for findings in sets) <= 78
 
 
+def test_the_power_of_chi_square_is_that_of_all_its_cells(u):
+    text = str(check_promise("uniform", 2 * u[:, :2] - 1, "square", alarm=0.03)[-1])
+    share = float(re.search(r"coordinate with (.*)% of", text)[1]) / 100
+    power = stats.ncx2.sf(stats.chi2.isf(0.01, 255), 255, N * (2 * share - 1) ** 2)
+    assert power == pytest.approx(0.9, abs=0.03)  # the share is printed to a tenth of a per cent
+
+
 @pytest.mark.parametrize("name", [name for name, made in METHODS["ball"].items() if "unbiased" in made.promises])
 def test_more_even_sets_alarm_more_rarely(name):
     findings = check_sampler(lambda n, seed: sample_set("ball", name, n, seed).points, 8, 100, alarm=0.01)
@@ -118,7 +124,9 @@ def test_many_sets_are_pooled_or_judged_by_the_worst():
     table = sample_set("ball", "repulsion", 8)
     found = check_promise("weights", [table.points] * 2, "ball", [table.weights, table.weights * 2])
     assert [(finding.worst, finding.holds) for finding in found] == [(1, True), (1, False)]
-    assert broken("uniform", [sets[0], *sets], "square") == ["sets that repeat another"]
+    assert broken("uniform", [sets[0], *sets], "square") == [
+        "repeated sets of 21 (limits are those of independent points, safe for more even sets)"
+    ]
 
 
 def test_unbiased_takes_one_point_of_each_set():

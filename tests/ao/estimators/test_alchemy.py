@@ -41,3 +41,10 @@ def test_one_tap_by_hand():
     expected = 2 * sigma * radius * above / (square + epsilon * radius**2)
     assert made.texture[j, i] == pytest.approx(expected, rel=1e-12)
     assert 0.1 < expected < 1
+
+
+@pytest.mark.parametrize("sight", scenes.SIGHTS)
+def test_an_infinite_epsilon_occludes_nothing(sight):
+    """Epsilon R^2 is beyond float32; each term is over it."""
+    seen = scenes.buffers("step", scenes.SIGHTS[sight](), np.float32)
+    assert not estimate("alchemy", seen, 1e30).texture.any()

@@ -105,7 +105,7 @@ def add_term(surface, places, texel, epsilon, i, slots):
     is no number, and where the denominator is 0 (the tap's point is the texel's own) or overflows (it is too far away
     to occlude).
     """
-    t, zero = np.uint64(3) * np.uint64(texel), epsilon - epsilon
+    t, zero = np.uint64(3) * np.uint64(texel), type(epsilon)(0)
     x = places[t] - slots[slot(_POINT, i)]
     y = places[t + np.uint64(1)] - slots[slot(_POINT + 1, i)]
     z = places[t + np.uint64(2)] - slots[slot(_POINT + 2, i)]

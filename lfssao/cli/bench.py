@@ -3,7 +3,7 @@
 import argparse
 
 BENCHES = {
-    "stability": "stiff and extreme cases, against exact arithmetic",
+    "stability": "stiff and extreme cases of the mapping and of every estimator",
     "work-precision": "error against run time, of every estimator",
     "advise": "which setting to take for an error or a time",
 }

@@ -36,16 +36,17 @@ class Stiff:
 
 @dataclass(frozen=True)
 class Measured:
-    """Errors of one path on a case."""
+    """Errors of one path on a case, of image coordinates in texels or of occlusion."""
 
-    condition: float  # condition number of the mapping, the largest over the points
-    ulp: float  # largest error of an image coordinate, in ulp of the coordinate or of one texel, whichever is more
-    texels: float  # the same in texels
-    bound: float  # the largest bound of such an error by error analysis, texels; infinity if there is none
+    condition: float | None  # condition number of the mapping, the largest over the points
+    ulp: float | None  # the largest error in ulp of the coordinate or of one texel, whichever is more
+    error: float  # the largest
+    bound: float  # of it by error analysis, infinity if there is none; of an occlusion's RMS error as stated
     exceeded: int  # points whose error is larger than their bound, or whose decision is wrong and not undecided
     flipped: int  # decisions (occluded or not) that differ from exact ones
     undecided: int  # decisions that rounding can change
     decisions: int
+    rms: float | None = None  # RMS error of an occlusion
 
 
 def measure(case: Stiff, path: str) -> Measured:

@@ -1,80 +1,97 @@
-"""The table of stiff cases as text and as JSON, and the picture of the sequences."""
+"""The table of stiff cases as text, as JSON and as a picture."""
 
 import json
 import math
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from itertools import groupby
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
-from lfssao.bench.stability.sequences import curves
-from lfssao.bench.stability.table import Row
+from lfssao.bench.stability.measure import Measured
+from lfssao.bench.stability.table import BROKEN, DEGRADED, REFUSED, WITHIN, Row
 from lfssao.core.files import write_text, write_whole
 
-# The text lists all inputs of a case up to this number; beyond it the worst of each path and verdict.
-_MANY = 8
+_NUMBERS = "condition", "ulp", "error", "rms", "bound"
+_COLORS = {WITHIN: "#d9ead3", DEGRADED: "#f6c667", REFUSED: "#b7c9e2", BROKEN: "#d62728"}  # from best to worst
 
 
-def as_text(rows: Iterable[Row]) -> str:
-    """The table as text: errors in texels, and in ulp of the coordinate or of one texel, whichever is more."""
-    line = "{:<20} {:<46} {:<8} {:>9} {:>9} {:>9} {:>9} {:>8}  {}"
-    out = [line.format("case", "input", "path", "condition", "ulp", "texels", "bound", "flipped", "verdict")]
-    for _, group in groupby(rows, key=lambda row: row.case):
-        for row, count in _shown(list(group)):
-            m = row.measured
-            numbers = ["-"] * 5
-            if m is not None:
-                numbers = [f"{n:.2g}" for n in (m.condition, m.ulp, m.texels, m.bound)]
-                numbers.append(f"{m.flipped}/{m.decisions}")
-            text = row.input if count == 1 else f"{row.input} (worst of {count})"
-            verdict = f"{row.verdict}: {row.reason}" if row.reason else row.verdict
-            out.append(line.format(row.case, text, row.path, *numbers, verdict))
-    return "\n".join(out)
+def as_text(rows: Sequence[Row], all_rows: bool = False) -> str:
+    """The table as text: all rows, or the worst of each case and reason that is not within its bound; and counts.
+
+    Errors are in texels, or of occlusion; ulp are of the coordinate or of one texel, whichever is more.
+    """
+    line = "{:<20} {:<46} {:<19} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}  {}"
+    out = [line.format("case", "input", "path", *_NUMBERS, "flipped", "verdict")]
+    for group in [[row] for row in rows] if all_rows else _groups(rows):
+        row = max(group, key=_badness)
+        text = row.input if len(group) == 1 else f"{row.input} (worst of {len(group)})"
+        verdict = f"{row.verdict}: {row.reason}" if row.reason else row.verdict
+        out.append(line.format(row.case, text, row.path, *_numbers(row.measured), verdict))
+    counts = Counter(row.verdict for row in rows)
+    return "\n".join([*out, f"{len(rows)} rows: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in _COLORS)])
 
 
-def _shown(rows: list[Row]) -> list[tuple[Row, int]]:
-    """The rows of a case to print, each with the number of rows that it stands for."""
-    groups: dict[tuple[str, str], list[Row]] = {}
+def _numbers(m: Measured | None) -> list[str]:
+    if m is None:
+        return ["-"] * 6
+    numbers = (getattr(m, name) for name in _NUMBERS)
+    return ["-" if n is None else f"{n:.2g}" for n in numbers] + [f"{m.flipped}/{m.decisions}"]
+
+
+def _groups(rows: Sequence[Row]) -> Iterable[list[Row]]:
+    """Rows of one case, verdict and reason that are not within their bound."""
+    groups: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
-        groups.setdefault((row.path, row.verdict), []).append(row)
-    if len(rows) <= _MANY * len({row.path for row in rows}):
-        return [(row, 1) for row in rows]
-    worst = [max(group, key=lambda row: row.measured.ulp if row.measured else 0) for group in groups.values()]
-    return [(row, len(groups[row.path, row.verdict])) for row in worst]
+        if row.verdict != WITHIN:
+            groups.setdefault((row.case, row.verdict, row.reason), []).append(row)
+    return groups.values()
+
+
+def _badness(row: Row) -> tuple[int, float, float]:
+    m = row.measured
+    return list(_COLORS).index(row.verdict), m.rms or m.error if m else 0.0, m.flipped if m else 0.0
 
 
 def write_json(rows: Iterable[Row], path: Path) -> None:
-    """Write all rows and both curves of each sequence; an infinity, where no bound is known, becomes null.
+    """Write all rows; an infinity, where no bound is known, becomes null.
 
     InputError if the file cannot be written.
     """
-    data = {"rows": [asdict(row) for row in rows], "sequences": curves()}
-    write_text(path, json.dumps(_finite(data), indent=1, allow_nan=False) + "\n")
+    data = {"rows": [asdict(row, dict_factory=_finite) for row in rows]}
+    write_text(path, json.dumps(data, indent=1, allow_nan=False) + "\n")
 
 
-def _finite(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _finite(fields: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {name: None if isinstance(n, float) and not math.isfinite(n) else n for name, n in fields}
 
 
-def save_plot(path: Path) -> None:
-    """Draw the errors of both formulas near both slits, a panel each, as a picture of the path's ending.
+def save_plot(rows: Iterable[Row], path: Path) -> None:
+    """Draw the whole table: a line a case, a column a path or estimator; colours are verdicts, numbers errors.
 
-    InputError if the file cannot be written.
+    The worst of several rows is shown by its largest error. InputError if the file cannot be written.
     """
-    figure = Figure(figsize=(12, 8), layout="constrained")
-    for number, (name, points) in enumerate(curves().items(), start=1):
-        axes = figure.add_subplot(2, 2, number, title=f"near the {name}")
-        axes.set(xlabel="k: z is within 2^-k of the slit", ylabel="largest error, ulp")
-        axes.set_yscale("symlog", linthresh=1)  # errors may be 0
-        slit = "m_z" if "lens" in name else "z_o"
-        k, ours, straightforward = zip(*points, strict=True)
-        axes.plot(k, ours, label=f"{slit} - z, as in the kernels")
-        axes.plot(k, straightforward, label=f"1 - z / {slit}")
-        axes.legend()
+    worst: dict[tuple[str, str], Row] = {}
+    for row in rows:
+        place = row.case, row.path
+        worst[place] = max(worst.get(place, row), row, key=_badness)
+    cases, paths = (list(dict.fromkeys(names)) for names in zip(*worst, strict=True))
+    figure = Figure(figsize=(11, 1.5 + 0.24 * len(cases)), layout="constrained")
+    axes = figure.add_subplot()
+    for (case, name), row in worst.items():
+        x, y, m = paths.index(name), cases.index(case), row.measured
+        axes.add_patch(Rectangle((x, y), 1, 1, facecolor=_COLORS[row.verdict], edgecolor="white"))
+        text = "" if m is None else f"{m.error:.0e}" if m.error else "0"
+        axes.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=7)
+    axes.set(xlim=(0, len(paths)), ylim=(len(cases), 0), frame_on=False)
+    axes.set_xticks(np.arange(len(paths)) + 0.5, paths, rotation=45, ha="left")
+    axes.set_yticks(np.arange(len(cases)) + 0.5, cases)
+    axes.tick_params(length=0, labeltop=True, labelbottom=False)
+    patches = [Rectangle((0, 0), 1, 1, facecolor=color, label=verdict) for verdict, color in _COLORS.items()]
+    title = "largest error: of an image point, texels; of occlusion, float32 against float64"
+    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, title=title)
     write_whole(path, lambda part: figure.savefig(part, dpi=110))

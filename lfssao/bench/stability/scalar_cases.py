@@ -1,6 +1,7 @@
-"""Stiff cases of single numbers: the blur, counts past float32's whole numbers, slivers."""
+"""Stiff cases of single numbers: the blur, counts past float32's whole numbers, moments, slivers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import cache
@@ -10,7 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
+from lfssao.ao.estimators.vo.kernels.area import depth_model
+from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels import ssao
+from lfssao.bench.stability.inputs import lattice
 from lfssao.bench.stability.measure import Measured, error_of
 from lfssao.gbuffer.kernels import triangle
 
@@ -39,7 +43,7 @@ def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured
     errors, ulps = zip(*(error_of(a, b, ours.dtype, 0.0) for a, b in zip(ours, exact, strict=True)), strict=True)
     bounds = [relative / (1 - relative) * float(b) if relative < 1 else np.inf for b in exact]
     exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
-    return Measured(1.0, max(ulps), 0.0, max(bounds), exceeded, 0, 0, len(ours))
+    return Measured(1.0, max(ulps), max(errors), max(bounds), exceeded, 0, 0, len(ours))
 
 
 def _gaussian(texels: NDArray[np.float64], sigma: float, radius: int) -> list[Fraction]:
@@ -78,6 +82,23 @@ def counted(samples: int, path: str) -> Measured:
     depth, ao = np.zeros(len(counts), dtype), np.empty(len(counts), dtype)
     ssao.finish_run.py_func(depth, 0, 0, len(counts), samples, counts, ao)
     return _compared(ao, [Fraction(int(k), samples) for k in counts], 3 * float(np.finfo(dtype).epsneg))
+
+
+def spread(relief: float, path: str) -> Measured:
+    """Measure sigma = sqrt(M2 - M1^2) of 8 x 8 depths from 1 to 1 + relief, a power of 2, in units of the relief.
+
+    On both paths in float64. M1 and M2 have 23 roundings at most, so the variance is off by 70 units of the largest
+    z^2, and sigma by no more of itself than the variance of itself.
+    """
+    depth = (1 + relief * (lattice()[..., 1] + 1) / 2).astype(path)
+    ours = depth_model(moment_pyramid(depth, False), 3.0, 4.0, 4.0)[2]
+    exact = [Fraction(float(z)) for z in depth.ravel()]
+    mean = sum(exact, Fraction(0)) / len(exact)
+    variance = sum(((z - mean) ** 2 for z in exact), Fraction(0)) / len(exact) / Fraction(relief) ** 2
+    with localcontext(prec=60):
+        sigma = Fraction((Decimal(variance.numerator) / Decimal(variance.denominator)).sqrt())
+    condition = float(max(exact)) ** 2 / float(variance) / relief**2
+    return replace(_compared(np.array([ours / relief]), [sigma], 70 * 2.0**-53 * condition), condition=condition)
 
 
 def slivers(path: str) -> Measured:

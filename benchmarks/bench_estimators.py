@@ -19,7 +19,6 @@ import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,7 @@ from c_baselines import compile_baselines
 from estimator_plots import plot
 from kernel_baselines import BASELINES
 from limits import LIMITS
-from settings import RADII, RADIUS, SETTINGS, SMALL, Setting, Views, gallery, relief, sao
+from settings import RADIUS, SETTINGS, SMALL, Setting, Views, gallery, relief
 from stages import Arrays, Call, bytes_moved, copying, differing, in_c, interleaved, ours, recorded
 
 from lfssao import Occluders, builtin_scene, ray_cast_occlusion
@@ -38,9 +37,6 @@ from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.settings import diagonal
 
 FOLDER = Path(__file__).parent
-ORDER = ("vo-lines, 5", "vo-lines, 9", "vo-points, 12", "vo-points, 33", "hbao, 8 x 8")
-SERIES = {"hierarchy": {}, "no hierarchy": {"mip": "none"}, "no hierarchy, 12 taps": {"mip": "none", "taps": 12}}
-TAPS = "SAO taps"
 
 Libraries = tuple[ctypes.CDLL, ctypes.CDLL]
 Variants = dict[str, Callable[[], object]]
@@ -109,33 +105,6 @@ def quartiles(values: np.ndarray) -> list[float]:
     return [float(q) for q in np.percentile(values, [25, 50, 75])]
 
 
-def over_radius(views: Views, repeats: int, clock: Callable[[], float]) -> dict[str, dict[float, list[float]]]:
-    """SAO's figure 5: ms per megapixel of the sampling pass over the radius, with the hierarchy and without."""
-    runs = {}
-    for name, changed in SERIES.items():
-        for share in RADII:
-            with recorded([each for each in BASELINES if each.label == TAPS]) as calls:
-                sao(views, share=share, gauss=0.0, **changed)
-            runs[name, share] = ours(calls, Arrays(calls))
-    times = interleaved(runs, repeats, clock)
-    megapixels = views.camera.depth.size / 1e6
-    rows = {name: {share: quartiles(times[name, share] / megapixels) for share in RADII} for name in SERIES}
-    print("SAO's sampling pass, ms / Mpixel over the radius (share of the scene's size)")
-    print("  " + " " * 22 + "".join(f"{share:8g}" for share in RADII))
-    for name, row in rows.items():
-        print(f"  {name:22s}" + "".join(f"{row[share][1]:8.2f}" for share in RADII))
-    return rows
-
-
-def order(table: dict[str, Any]) -> list[float]:
-    """VO's table 1: each column's time over the one before."""
-    middle = [table[name]["ms_per_megapixel"][1] for name in ORDER]
-    ratios = [after / before for before, after in pairwise(middle)]
-    print("  VO's order: " + " < ".join(ORDER) + ": " + ("holds" if min(ratios) > 1 else "does NOT hold"), end="")
-    print(", each over the one before: " + ", ".join(f"{ratio:.2f}" for ratio in ratios))
-    return ratios
-
-
 def truth(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
     """How fast rays find the truth on the first scene, the same through our tree and through Embree; how far apart."""
     mesh = builtin_scene()
@@ -168,7 +137,7 @@ def main() -> None:
     clock = time.thread_time if options.cpu else time.perf_counter
     numba.set_num_threads(threads)
     machine = {"machine": describe_machine(threads, sys.argv), "load_average": os.getloadavg(), "cpu": options.cpu}
-    result: dict[str, Any] = {**machine, "tables": {}, "order": {}}
+    result: dict[str, Any] = {**machine, "tables": {}}
     first: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         libraries = tuple(compile_baselines(Path(folder), threads, *more) for more in ((), ("-ffp-contract=off",)))
@@ -177,9 +146,7 @@ def main() -> None:
             seen = [float(np.isfinite(b.depth).mean()) for b in (views.module, views.camera)]
             print(f"{name}: {seen[0]:.0%} of the module's texels see a surface, {seen[1]:.0%} of the camera's")
             result["tables"][name] = bench(views, libraries, options.repeats, clock, first)
-            result["order"][name] = order(result["tables"][name])
-        result["over_radius"] = over_radius(scenes["relief"], options.repeats, clock)
-    result["truth"] = truth(max(options.repeats // 4, 1), clock)
+        result["truth"] = truth(max(options.repeats // 4, 1), clock)
     result["first_call_seconds"] = first
     print("first calls, s: " + ", ".join(f"{name} {seconds:.2f}" for name, seconds in first.items()))
     options.json.parent.mkdir(exist_ok=True)

@@ -5,13 +5,13 @@ from typing import Any
 
 
 def plot(result: dict[str, Any], path: Path) -> None:
-    """Times of the estimators and of C on all scenes, ratios of every row, and SAO over the radius."""
+    """Times of the estimators and of C on all scenes, and ratios of every row."""
     import matplotlib
 
     matplotlib.use("agg")
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(1, 3, figsize=(19, 13), width_ratios=(2, 2, 1))
+    figure, axes = pyplot.subplots(1, 2, figsize=(15, 13))
     marks = dict(zip(result["tables"], ("o", "s", "."), strict=True))
     names = list(result["tables"]["relief"])[::-1]
     for scene, table in result["tables"].items():
@@ -29,9 +29,6 @@ def plot(result: dict[str, Any], path: Path) -> None:
     axes[1].tick_params(labelleft=False)
     axes[0].set(xlabel="ms / Mpixel", xscale="log")
     axes[1].set(xlabel="time of plain C over lfssao's", xscale="log")
-    for name, row in result["over_radius"].items():
-        axes[2].plot([float(share) for share in row], [times[1] for times in row.values()], "o-", label=name)
-    axes[2].set(xlabel="radius over the scene's size", ylabel="SAO's taps, ms / Mpixel", xscale="log", ylim=(0, None))
     for axis in axes:
         axis.grid(visible=True, which="both", alpha=0.3)
         axis.legend()

@@ -56,7 +56,7 @@ def _fraction(a: Sequence[Any]) -> list[Any]:
     seen, normals, offsets, projection, _, _, occlusion, _ = a
     moved = _transformed(offsets, projection)
     half = normals is not None
-    given = [*seen, normals if half else seen.positions, offsets, moved, projection.numbers, int(half), occlusion]
+    given = [*seen[:2], normals if half else seen.positions, offsets, moved, projection.numbers, int(half), occlusion]
     return [*_size(occlusion), len(offsets), *given]
 
 
@@ -67,7 +67,7 @@ def _alchemy(a: Sequence[Any]) -> list[Any]:
 
 
 def _sampling(a: Sequence[Any]) -> list[Any]:
-    surface, hierarchy, taps, rays, falloff, visibility, _ = a
+    surface, hierarchy, taps, _, rays, falloff, visibility, _ = a
     scalars = [*falloff[:6], rays.origin, *falloff[6:]]
     return [
         *_size(surface.z), surface.z, hierarchy.z, hierarchy.first, len(hierarchy.first), *surface[1:], taps, len(taps),
@@ -113,7 +113,7 @@ BASELINES = (
              lambda a: [*_size(a[0]), a[0], a[1].numbers, a[1].world, a[2]], (2,)),
     Baseline(ESTIMATORS + "sao.estimator.face_normals", "face normals", "face_normals",
              lambda a: [*_size(a[0]), a[0], a[1], a[2].numbers, a[2].world, a[3]], (3,)),
-    Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (5,)),
+    Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (6,)),
     Baseline(ESTIMATORS + "sao.estimator.average_quads", "2x2 average", "quads", lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.packing.depth_keys", "bilateral keys", "depth_keys",
              lambda a: [*_size(a[0]), *a], (3,)),

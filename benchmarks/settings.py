@@ -18,7 +18,6 @@ from lfssao.samples import repulsion_table
 
 WIDTH, HEIGHT = 1024, 768
 SMALL = 256, 192  # what a pass reads and writes fits a core's own cache of 2 MB
-RADII = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4)  # shares of the scene's size, of the series over the radius
 RADIUS, SAO_RADIUS = 0.02, 0.05  # shares of the scene's size
 
 
@@ -116,9 +115,9 @@ def _lf_camera(views: Views) -> Any:
     return estimate("lf", views.camera, RADIUS * views.size)
 
 
-def sao(views: Views, name: str = "sao", share: float = SAO_RADIUS, **parameters: Any) -> Any:
-    """A form of SAO before the camera; the radius as a share of the scene's size."""
-    return estimate(name, _turned(views.camera), share * views.size, **parameters)
+def _sao(views: Views, name: str = "sao") -> Any:
+    """A form of SAO before the camera."""
+    return estimate(name, _turned(views.camera), SAO_RADIUS * views.size)
 
 
 def _sao_module(views: Views) -> Any:
@@ -166,8 +165,8 @@ SETTINGS = (
     Setting("multiresolution", partial(_module, "multiresolution")),
     Setting("viewing directions", _directions, (), False),
     Setting("depth along the axis", _axis_depth, (), False),
-    Setting("sao, 9", sao),
-    Setting("sao-equation-1, 9", partial(sao, name="sao-equation-1"), ("SAO taps",)),
+    Setting("sao, 9", _sao),
+    Setting("sao-equation-1, 9", partial(_sao, name="sao-equation-1"), ("SAO taps",)),
     Setting("sao, 9, module", _sao_module, ("face normals", "SAO taps")),
     *(
         Setting(f"filter {mip}", partial(_filter, mip), ("z hierarchy",), False)

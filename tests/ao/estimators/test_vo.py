@@ -142,7 +142,7 @@ def test_lines_of_no_length_hide_nothing():
     assert not estimate("vo-lines", seen, 0.1, np.array([[1.0, 0.0], [0.0, 1.0]])).texture.any()
 
 
-# VO's claims for its samples (4.1, 4.5, 5), on a small scene; ``benchmarks/bench_volumetric.py`` has a large one
+# VO's claims for its samples (4.1, 4.5, 5), on a small scene; ``benchmarks/papers_vo.py`` has a large one
 
 
 def moved_to_the_right(texels):

@@ -1,0 +1,99 @@
+"""The page of results, made from the measured numbers and from the papers' claims (papers.toml)."""
+
+import inspect
+import json
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import papers_lf
+import papers_sao
+import papers_vo
+from papers_common import PAPERS, RESULTS
+
+CLAIMS: dict[str, Any] = papers_lf.CLAIMS | papers_sao.CLAIMS | papers_vo.CLAIMS
+
+_HEAD = """\
+# Three papers, measured
+
+`python benchmarks/results.py` measures all of this again and writes this page from its numbers,
+[papers.json](results/papers.json). The claims and the papers' own numbers are in [papers.toml](papers.toml). A verdict
+follows from the measured numbers by the rule in italics. LF is Doronin et al. 2017, SAO McGuire et al. 2012, VO Loos
+and Sloan 2010. Radii in per cent are of the scene's diagonal. Times are processor time of one thread, the least of runs
+in turn, so that other work on the machine slows the measurement and does not bend it; the median of all runs over the
+least says how much other work there was."""
+
+
+def page(result: dict[str, Any], work_precision: str = "") -> str:
+    """The page, from all that was measured and the text of the work-precision run."""
+    told = {name: judged(name, result[name]["measured"]) for name in CLAIMS if name in result}
+    rows = [
+        (f"[{name}]({anchor(name)})", _line(PAPERS[name]["says"]), here, f"**{word}**")
+        for name, (word, here) in told.items()
+    ]
+    out = [_HEAD, "", _measured_where(result), "", "## Verdicts", ""]
+    out += table(("", "the paper", "measured", "verdict"), rows, "---")
+    for name, (word, here) in told.items():
+        out += ["", *_section(name, word, here, result[name]["measured"]["rows"])]
+    return re.sub(r"(?<=\d)%", " %", "\n".join(out)) + "\n" + work_precision
+
+
+def judged(name: str, found: dict[str, Any]) -> tuple[str, str]:
+    """A claim's verdict in words, and the measured in a sentence."""
+    judge, paper = CLAIMS[name][1], PAPERS[name]
+    limits = [key for key in inspect.signature(judge).parameters if key != "found"]
+    whole, part, told = judge(found, **{key: paper[key] for key in limits})
+    word = "reproduced" if whole else f"depends on {paper['depends']}" if part else "contradicted"
+    return word, _line(paper["here"]).format(**told)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], rule: str = "---:") -> list[str]:
+    """A Markdown table; rule: how all columns but the first stand."""
+    return ["| " + " | ".join(row) + " |" for row in (head, ["---", *[rule] * (len(head) - 1)], *rows)]
+
+
+def anchor(title: str) -> str:
+    """The place of a title, as GitHub links it."""
+    return "#" + re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _measured_where(result: dict[str, Any]) -> str:
+    """Machines and dates of the entries, and how many were measured small."""
+    places = dict.fromkeys(f"{e['date']}, lfssao {e['lfssao']}, {e['processor']}" for e in result.values())
+    small = sum(entry["quick"] for entry in result.values())
+    seconds = sum(entry["seconds"] for entry in result.values())
+    trial = f" **{small} of these are trials with small textures.**" if small else ""
+    return f"Measured {'; '.join(places)}, in {seconds / 60:.0f} minutes.{trial}"
+
+
+def _section(name: str, word: str, here: str, rows: dict[str, Any]) -> list[str]:
+    paper = PAPERS[name]
+    out = [f"## {name}", "", f"{_line(paper['says'])} Measured: {here}. **{word[0].upper()}{word[1:]}.**", ""]
+    out += [_line(paper["setup"]), f"*{_line(paper['rule']).format(**paper)}*", _line(paper.get("note", "")), ""]
+    picture = anchor(name)[1:] + ".png"
+    if (RESULTS / picture).exists():
+        out += [f"![{name}](results/{picture})", ""]
+    columns, theirs = paper["columns"], paper.get("theirs", {})
+    cells = [
+        [row, *(format(found[key], form) if key in found else "-" for key, _, form in columns)]
+        + ([f"{theirs[row]:g}"] if theirs else []) for row, found in rows.items()
+    ]  # fmt: skip
+    head = ["", *(title for _, title, _ in columns), *([paper["theirs_head"]] if theirs else [])]
+    return out + table(head, cells)
+
+
+def work_precision_text() -> str:
+    """The first sections of the work-precision run's own page, if there is a run beside the results."""
+    path = RESULTS / "work-precision.json"
+    if not path.exists():
+        return ""
+    from lfssao.bench.work_precision.page import as_text
+
+    text = as_text(json.loads(path.read_text())).replace("](work-precision", "](results/work-precision")
+    _, *body = "## ".join(text.split("\n## ")[:3]).split("\n")
+    told = "\n".join(body).replace("## ", "\n### ").strip()
+    return f"\n## Error against run time\n\n{told}\n\nAll of it: [work-precision.json](results/work-precision.json).\n"

@@ -1,0 +1,243 @@
+"""The VO paper's table and figures, measured and judged: the gallery before an ordinary camera, float32."""
+
+from functools import cache, partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from cpu_times import least, loaded_machine
+from papers_common import PAPERS, Found, Judged, Scale, camera_buffers, correlation, curves, fine, rms, tiles
+from scipy import ndimage
+
+import lfssao
+from lfssao.ao.estimators.sao.texel_rays import linear_z
+from lfssao.samples import repulsion_table
+from lfssao.viz.truth import half_space
+
+SETS = [("lines", n) for n in (3, 5, 7, 9, 12, 16)] + [("points", n) for n in (6, 8, 12, 13, 24, 33, 48)]
+SEEDS = range(3)
+
+
+def samples(name: str, n: int, centre: bool | None = None) -> Any:
+    made = repulsion_table("disk" if name.startswith("vo-lines") else "ball", n, centre)
+    return made.points, made.weights
+
+
+def occlusion(name: str, buffers: Any, radius: float, n: int, centre: bool | None = None, **parameters: Any) -> Any:
+    return lfssao.estimate(name, buffers, radius, *samples(name, n, centre), **parameters).texture
+
+
+@cache
+def limit_of(size: tuple[int, ...], share: float) -> Any:
+    """The buffers, the radius, the surface, and the texture that sets of lines and points tend to."""
+    buffers, unit, _ = camera_buffers(*size)
+    truth = np.mean([occlusion("vo-lines", buffers, share * unit, 64, seed=s) for s in range(8)], axis=0)
+    return buffers, share * unit, np.isfinite(buffers.depth), truth
+
+
+@cache
+def rays_of(size: tuple[int, ...], share: float) -> Any:
+    """Ray-cast occlusion at a radius, and the surface of the view."""
+    buffers, unit, gbuffer = camera_buffers(*size)
+    occluders = lfssao.Occluders(lfssao.builtin_scene())
+    truth = lfssao.ray_cast_occlusion(occluders, buffers, share * unit, tolerance=0.03, rounds=(2, 8))
+    return truth.texture, gbuffer.triangle >= 0
+
+
+def times(scale: Scale) -> Found:
+    """Table 1."""
+    buffers, unit, _ = camera_buffers(*scale.size(1024, 1024))
+    sets = (("lines", 5), ("lines", 9), ("points", 12), ("points", 33))
+    runs = {f"{name}, {n}": partial(occlusion, f"vo-{name}", buffers, 0.02 * unit, n) for name, n in sets}
+    runs["horizons"] = partial(lfssao.estimate, "hbao", buffers, 0.02 * unit)
+    rows = least(runs, scale.repeats(30))
+    with loaded_machine():
+        loaded = least(runs, scale.repeats(30))
+    return {"rows": {n: row | {f"loaded {k}": x for k, x in loaded[n].items()} for n, row in rows.items()}}
+
+
+def judge_times(found: Found, theirs: dict[str, float]) -> Judged:
+    rows = found["rows"]
+    alone, loaded = (sorted(rows, key=lambda name, key=key: rows[name][key]) for key in ("ms", "loaded ms"))
+    grows = [
+        order.index("lines, 5") < order.index("lines, 9") and order.index("points, 12") < order.index("points, 33")
+        and order[-1] == "horizons" for order in (alone, loaded)
+    ]  # fmt: skip
+    same = "it is the same" if alone == loaded else "it is " + " < ".join(loaded)
+    told = {"order": " < ".join(alone), "same": same, "ratio": rows["horizons"]["ms"] / rows["lines, 5"]["ms"]}
+    return alone == loaded == list(theirs), all(grows), told
+
+
+KINDS = {
+    "lines with the centre": ("vo-lines", True),
+    "lines without": ("vo-lines", False),
+    "points": ("vo-points", None),
+}
+COUNTS = range(3, 37)
+
+
+def plane_error(name: str, n: int, centre: bool | None) -> float:
+    """Error of a set's occlusion by a plane through the ball's centre, over 4,000 normals; it is a half."""
+    normals = lfssao.samples.sample_set("sphere", "sobol", 4096, 0).points
+    points, weights = samples(name, n, centre)
+    if name == "vo-points":
+        share = (normals @ points.T > 0).astype(float)
+    else:
+        half = np.sqrt(np.maximum(1 - (points**2).sum(1), 0))
+        across = normals[:, :2] @ points.T / np.where(normals[:, 2:] == 0, 1e-9, normals[:, 2:])
+        share = np.clip((half + across) / np.maximum(2 * half, 1e-9), 0, 1)
+    return rms(share @ weights / weights.sum() - 0.5)
+
+
+def good_counts(scale: Scale) -> Found:
+    """Figure 4."""
+    buffers, radius, there, truth = limit_of(scale.size(512, 384), 0.03)
+    errors: dict[str, Any] = {}
+    figure, axes = curves(2)
+    for kind, (name, centre) in KINDS.items():
+        made = {n: [occlusion(name, buffers, radius, n, centre, seed=s) - truth for s in SEEDS] for n in COUNTS}
+        errors[kind] = {
+            "scene": {n: rms([each[there] for each in made[n]]) for n in COUNTS},
+            "planes": {n: plane_error(name, n, centre) for n in COUNTS},
+        }
+        for panel, (where, by_count) in zip(axes, errors[kind].items(), strict=True):
+            (line,) = panel.semilogy(COUNTS, np.maximum(list(by_count.values()), 1e-3), "-", label=kind)
+            good = PAPERS["VO figure 4"]["good"][kind]
+            panel.plot(good, [max(by_count[n], 1e-3) for n in good], "o", color=line.get_color())
+            panel.set(xlabel="samples (dots: the paper's good counts)", ylabel="RMS error of ao", title=where)
+    axes[0].legend(fontsize="small")
+    scale.save("vo-figure-4", figure)
+    shares = {
+        f"{kind}, {n}": {where: against_its_neighbours(by_count, n) for where, by_count in errors[kind].items()}
+        for kind, counts in PAPERS["VO figure 4"]["good"].items() for n in counts
+    }  # fmt: skip
+    pairs = {
+        where: [errors[kind][where][a] < errors[kind][where][a + 1] for kind, a in
+                (("lines with the centre", 9), ("points", 12))] for where in ("scene", "planes")
+    }  # fmt: skip
+    return {"rows": shares, "pairs": pairs}
+
+
+def against_its_neighbours(errors: dict[int, float], n: int) -> float:
+    """A count's error over the mean of that of the counts up to three away."""
+    return errors[n] / float(np.mean([errors[k] for k in errors if 0 < abs(k - n) <= 3]))
+
+
+def judge_good_counts(found: Found) -> Judged:
+    good = {where: sum(row[where] < 1 for row in found["rows"].values()) for where in ("scene", "planes")}
+    pairs, number = {where: sum(holds) for where, holds in found["pairs"].items()}, len(found["rows"])
+    told = good | {"all": number, "pairs": pairs["scene"], "plane_pairs": pairs["planes"]}
+    return good["scene"] == number and pairs["scene"] == 2, max(good.values()) > number / 2, told
+
+
+def thickness(scale: Scale) -> Found:
+    """Figure 5: with the normal, as a flat surface has ao 0 then."""
+    buffers, unit, _ = camera_buffers(*scale.size(512, 384))
+    radius, z = 0.03 * unit, linear_z(buffers)
+    reach = int(buffers.view.lens[0] * radius / float(np.median(z[np.isfinite(z)])))
+    nearest = ndimage.minimum_filter(z, 2 * reach + 1)
+    beside = np.isfinite(z) & (nearest < z - 2 * radius)
+    made = {"without thickness": occlusion("vo-lines-normal", buffers, radius, 16)}
+    made["with thickness"] = occlusion("vo-lines-normal", buffers, radius, 16, thickness=radius)
+    scale.save("vo-figure-5", tiles({f"1 - ao, {name}": 1 - t for name, t in made.items()}, 2, 8.0))
+    places = {"beside": beside, "elsewhere": np.isfinite(z) & ~beside}
+    return {"rows": {n: {where: float(t[texels].mean()) for where, texels in places.items()} for n, t in made.items()}}
+
+
+def judge_thickness(found: Found, limit: float) -> Judged:
+    before, after = found["rows"].values()
+    left = {where: after[where] / before[where] for where in before}
+    return left["beside"] <= limit, left["beside"] < left["elsewhere"], left
+
+
+def with_normals(scale: Scale) -> Found:
+    """Figure 6."""
+    size = scale.size(512, 384)
+    buffers, unit, _ = camera_buffers(*size)
+    truth, seen = rays_of(size, 0.05)
+    made = {"normal": occlusion("vo-lines-normal", buffers, 0.05 * unit, 16)}
+    made["no normal"] = half_space(occlusion("vo-lines", buffers, 0.05 * unit, 16))
+    scale.save("vo-figure-6", tiles({k: 1 - t for k, t in {**made, "rays": np.where(seen, truth, 0)}.items()}, 3))
+    parts = {"fine": lambda t: fine(t, seen)[seen], "whole": lambda t: t[seen]}
+    return {"rows": {n: {k: correlation(of(t), of(truth)) for k, of in parts.items()} for n, t in made.items()}}
+
+
+def judge_with_normals(found: Found) -> Judged:
+    normal, none = (row["fine"] for row in found["rows"].values())
+    return normal > none, False, {"normal": normal, "none": none}
+
+
+def lines_against_points(scale: Scale) -> Found:
+    """Figure 7."""
+    buffers, radius, there, truth = limit_of(scale.size(512, 384), 0.03)
+    rows = least({f"{name}, {n}": partial(occlusion, f"vo-{name}", buffers, radius, n) for name, n in SETS},
+                 scale.repeats(15))  # fmt: skip
+    figure, (axes,) = curves(1, 6.4)
+    for name, n in SETS:
+        made = [occlusion(f"vo-{name}", buffers, radius, n, seed=s) for s in SEEDS]
+        rows[f"{name}, {n}"]["error"] = rms([(texture - truth)[there] for texture in made])
+        place = [rows[f"{name}, {n}"][key] for key in ("ms", "error")]
+        axes.annotate(str(n), place, xytext=(3, 3), textcoords="offset points")
+    for kind in ("lines", "points"):
+        own = [row for name, row in rows.items() if name.startswith(kind)]
+        axes.loglog(*([row[key] for row in own] for key in ("ms", "error")), "o-", label=kind)
+    axes.set(xlabel="processor time, ms", ylabel="RMS error of ao")
+    axes.legend()
+    scale.save("vo-figure-7", figure)
+    return {"rows": rows}
+
+
+def judge_lines_against_points(found: Found, limit: float) -> Judged:
+    rows = found["rows"]
+    lines, points = ([row for name, row in rows.items() if name.startswith(kind)] for kind in ("lines", "points"))
+    beaten = [any(a["ms"] < b["ms"] and a["error"] < b["error"] for a in lines) for b in points]
+    five, twelve = rows["lines, 5"], rows["points, 12"]
+    fits = all(beaten), five["error"] <= limit * twelve["error"]
+    told = {"five": five["error"], "five_ms": five["ms"], "twelve": twelve["error"], "twelve_ms": twelve["ms"]}
+    return all(fits), any(fits), told | {"beaten": sum(beaten), "all": len(beaten)}
+
+
+def flicker(scale: Scale) -> Found:
+    """Sections 4.1 and 5."""
+    size = scale.size(512, 384)
+    seen = [camera_buffers(*size, move=move) for move in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    there = np.all([np.isfinite(b.depth) for b, _, _ in seen], axis=0)
+    rows = {}
+    for name, n in SETS:
+        made = [occlusion(f"vo-{name}", b, 0.03 * unit, n, randomize=False) for b, unit, _ in seen]
+        rows[f"{name}, {n}"] = {"change": rms([(b - a)[there] for a, b in pairwise(made)])}
+    return {"rows": rows}
+
+
+def judge_flicker(found: Found, limit: float) -> Judged:
+    five, twelve = (found["rows"][name]["change"] for name in ("lines, 5", "points, 12"))
+    return five <= limit * twelve, five < twelve, {"five": five, "twelve": twelve, "ratio": five / twelve}
+
+
+def two_radii(scale: Scale) -> Found:
+    """Figure 8: the combination's estimator has the large radius, and the small one as its quarter."""
+    size, shares = scale.size(512, 384), {"small": 0.02, "large": 0.08}
+    buffers, unit, _ = camera_buffers(*size)
+    truths = {name: rays_of(size, share) for name, share in shares.items()}
+    made = {name: occlusion("vo-lines-normal", buffers, share * unit, 9) for name, share in shares.items()}
+    made["both"] = occlusion("vo-lines-normal", buffers, 0.08 * unit, 9, second=0.25)
+    scale.save("vo-figure-8", tiles({f"{name}: 1 - ao": 1 - t for name, t in made.items()}, 3))
+    return {"rows": {n: {to: correlation(t[seen], truth[seen]) for to, (truth, seen) in truths.items()}
+                     for n, t in made.items()}}  # fmt: skip
+
+
+def judge_two_radii(found: Found) -> Judged:
+    worse = {name: min(row.values()) for name, row in found["rows"].items()}
+    alone = worse["small"], worse["large"]
+    return worse["both"] > max(alone), worse["both"] > min(alone), worse
+
+
+CLAIMS = {
+    "VO table 1": (times, judge_times),
+    "VO figure 4": (good_counts, judge_good_counts),
+    "VO figure 5": (thickness, judge_thickness),
+    "VO figure 6": (with_normals, judge_with_normals),
+    "VO figure 7": (lines_against_points, judge_lines_against_points),
+    "VO sections 4.1 and 5": (flicker, judge_flicker),
+    "VO figure 8": (two_radii, judge_two_radii),
+}

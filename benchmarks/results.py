@@ -1,0 +1,56 @@
+"""One page of results: ``python benchmarks/results.py`` measures the papers' claims and writes RESULTS.md.
+
+Numbers go to results/papers.json as they are measured, pictures beside it. ``--only NAME`` measures what the name is
+part of, as 'VO' or 'LF table 1', and leaves the rest; ``--quick`` tries all with small textures, in a folder
+results-quick; ``--page`` measures nothing and writes the page.
+"""
+
+import argparse
+import json
+import platform
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import papers_common
+from papers_page import CLAIMS, page, work_precision_text
+
+from lfssao.rendering.manifest import describe_machine
+
+PAGE = Path(__file__).parent / "RESULTS.md"
+
+
+def measure(name: str, scale: papers_common.Scale) -> dict[str, Any]:
+    """A claim's numbers, and when and where they were measured."""
+    start, machine = time.perf_counter(), describe_machine(1)
+    measured = CLAIMS[name][0](scale)
+    return {
+        "measured": measured, "quick": scale.quick, "seconds": round(time.perf_counter() - start, 1),
+        "date": datetime.now(UTC).date().isoformat(), "processor": machine["processor"] or platform.machine(),
+        "lfssao": machine["lfssao"],
+    }  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--only", metavar="NAME", default="")
+    parser.add_argument("--page", action="store_true")
+    options = parser.parse_args()
+    folder = Path("results-quick") if options.quick else papers_common.RESULTS
+    folder.mkdir(exist_ok=True)
+    path, target = folder / "papers.json", folder / "RESULTS.md" if options.quick else PAGE
+    result = json.loads(path.read_text()) if path.exists() else {}
+    names = [] if options.page else [name for name in CLAIMS if options.only in name]
+    for k, name in enumerate(names, 1):
+        print(f"{k} of {len(names)}: {name}", end=" ", flush=True)
+        result[name] = json.loads(json.dumps(measure(name, papers_common.Scale(options.quick, folder)), default=float))
+        path.write_text(json.dumps({key: result[key] for key in CLAIMS if key in result}, indent=1) + "\n")
+        print(f"{result[name]['seconds']:.0f} s", flush=True)
+    target.write_text(page(result, work_precision_text()))
+    print(f"wrote {target}")
+
+
+if __name__ == "__main__":
+    main()

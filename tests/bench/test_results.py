@@ -1,0 +1,75 @@
+"""The page of results: it is what its numbers give, its links lead somewhere, its verdicts follow the numbers."""
+
+import copy
+import json
+import re
+
+import cpu_times
+import numpy as np
+import papers_lf
+import papers_page
+import pytest
+import results
+from papers_common import PAPERS, RESULTS
+
+import lfssao
+
+pytestmark = pytest.mark.usefixtures("one_thread")
+
+MEASURED = json.loads((RESULTS / "papers.json").read_text())
+PAGE = results.PAGE.read_text()
+
+
+def test_the_page_is_what_its_numbers_give():
+    assert papers_page.page(MEASURED, papers_page.work_precision_text()) == PAGE
+    assert list(MEASURED) == list(PAPERS) == list(papers_page.CLAIMS)
+    assert not any(entry["quick"] for entry in MEASURED.values())
+
+
+def test_links_and_pictures_are_there():
+    titles = {papers_page.anchor(line.lstrip("# ")) for line in PAGE.splitlines() if line.startswith("#")}
+    links = re.findall(r"\]\(([^)]+)\)", PAGE)
+    assert len(links) > 2 * len(PAPERS) - 5
+    for link in links:
+        assert link in titles or (results.PAGE.parent / link).is_file()
+    pictures = [path.stat().st_size for path in RESULTS.glob("*-*.png")]
+    assert max(pictures) < 150_000
+    assert sum(pictures) < 1_500_000
+
+
+def test_verdicts_follow_the_numbers():
+    found = copy.deepcopy(MEASURED["VO table 1"]["measured"])
+    for k, row in enumerate(found["rows"].values()):
+        row["ms"] = row["loaded ms"] = 1.0 + k
+    assert papers_page.judged("VO table 1", found)[0] == "reproduced"
+    found["rows"]["points, 12"]["loaded ms"] = 0.5
+    assert papers_page.judged("VO table 1", found)[0].startswith("depends on the machine")
+    found["rows"]["horizons"]["ms"] = 0.5
+    assert papers_page.judged("VO table 1", found)[0] == "contradicted"
+
+
+def test_the_papers_tables_have_the_sums_and_ratios_that_they_print():
+    for without, with_, difference in PAPERS["LF table 1"]["milliseconds"].values():
+        assert with_ - without == pytest.approx(difference)
+    sao = PAPERS["SAO table 2"]["theirs"]
+    for whole in ("Alchemy", "SAO"):
+        parts = [ms for name, ms in sao.items() if name.startswith(whole) and not name.endswith("total")]
+        assert sum(parts) == pytest.approx(sao[f"{whole}, total"])
+    assert sao["Alchemy, total"] / sao["SAO, total"] == pytest.approx(7.1, abs=0.05)
+    columns = (0.71, 0.71, 0.54, 0.59), (1.01, 1.03, 0.77, 0.82), (1.18, 1.31, 1.14, 0.97), (3.11, 3.55, 2.32, 2.52)
+    vo = list(PAPERS["VO table 1"]["theirs"].values())
+    assert vo[:4] == pytest.approx([np.mean(column) for column in columns], abs=0.006)
+
+
+def test_models_are_brought_to_equal_cover():
+    shown = [papers_lf.model(lfssao.builtin_scene(name), (128, 96)) for name in ("statue", "ammonite")]
+    assert shown[1].cover > 2 * shown[0].cover
+    assert papers_lf.covering(shown[1], shown[0].cover, (128, 96)).cover == pytest.approx(shown[0].cover, rel=0.02)
+
+
+def test_processor_time_grows_with_the_work_and_a_rest_takes_none():
+    work = np.ones(300_000)
+    rows = cpu_times.least({n: lambda n=n: [work.sort() for _ in range(n)] for n in (10, 30)}, 6)
+    assert 2 < rows[30]["ms"] / rows[10]["ms"] < 4
+    assert rows[10]["spread"] >= 0
+    assert cpu_times.least({"rest": lambda: results.time.sleep(0.02)}, 2)["rest"]["ms"] < 10

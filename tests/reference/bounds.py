@@ -71,32 +71,19 @@ def number(x, by):
     return Pair(np.float64(x), np.float64(0), by)
 
 
-def half_row(m, k, triple, constant, by, own=(0, 0, 0)):
-    """One point's or offset's half of a row: value, sum of sizes, roundings of a term and the error of the operands."""
+def row(m, k, point, by, offset=(0, 0, 0)):
+    """Row of M (p + o, 1), p three pairs and o exact but for the rounding of R s: every term is rounded T times."""
     a = [np.float64(c) for c in m[4 * k : 4 * k + 4]]
     terms = sum(2 for c in a[:3] if c != 0) + (a[3] != 0)
-    value = (a[0] * triple[0] + a[1] * triple[1]) + a[2] * triple[2]
-    sizes = [abs(c) * (abs(t) + e) for c, t, e in zip(a[:3], triple, own, strict=True)]
-    size = (sizes[0] + sizes[1]) + sizes[2]
-    if constant:
-        value, size = value + a[3], size + abs(a[3])
-    off = (abs(a[0]) * own[0] + abs(a[1]) * own[1]) + abs(a[2]) * own[2]
-    flushed = FLUSHED * (4 + 4 * ((abs(a[0]) + abs(a[1])) + abs(a[2])))
-    return value, size, terms * (1 + terms * by.operation) * by.operation, off, flushed
-
-
-def point_row(m, k, point, by):
-    """Row of M (p, 1), p three pairs."""
-    xs, es = [p.x for p in point], [p.e for p in point]
-    value, size, rounding, off, flushed = half_row(m, k, xs, True, by, es)
-    return Pair(value, rounding * size + off + flushed, by)
-
-
-def offset_row(m, k, offset, by):
-    """Row of M (o, 0)."""
-    value, size, rounding, _, _ = half_row(m, k, offset, False, by)
-    size = size * (1 + by.offset)
-    return Pair(value, rounding * size + by.offset * size, by)
+    size, own, flushed = abs(a[3]), 0.0, 4.0
+    for c, p, o in zip(a[:3], point, offset, strict=True):
+        off = by.offset * abs(o)
+        size += abs(c) * ((abs(p.x) + p.e) + (abs(o) + off))
+        own += abs(c) * (p.e + off)
+        flushed += 4 * abs(c)
+    value = ((a[0] * point[0].x + a[1] * point[1].x) + a[2] * point[2].x) + a[3]
+    value = value + ((a[0] * offset[0] + a[1] * offset[1]) + a[2] * offset[2])
+    return Pair(value, terms * (1 + terms * by.operation) * by.operation * size + own + FLUSHED * flushed, by)
 
 
 def three(a, x, b, y, c, by):
@@ -224,10 +211,7 @@ def outcomes(depth, u, v, z, truths):
 def sample(depth, point, offset, offset_exact, kind, m, by, given=True):
     """Image point u, v, z of a sample as pairs, the truths of its validity, and its outcomes."""
     rows = 4 if kind == MATRIX else 3
-    parts = []
-    for k in range(rows):
-        p, o = point_row(m, k, point, by), offset_row(m, k, offset, by)
-        parts.append(Pair(p.x + o.x, p.e + o.e, by))
+    parts = [row(m, k, point, by, offset) for k in range(rows)]
     u, v, z, truths = image(kind, m, *parts, *[None] * (4 - rows), by)
     u, v = (Pair(p.x, p.e * SAFETY + by.coordinate, by) for p in (u, v))
     z = Pair(z.x, z.e * SAFETY, by)
@@ -243,5 +227,5 @@ def sample(depth, point, offset, offset_exact, kind, m, by, given=True):
 def texel_point(back, i, j, d, by):
     """LF Algorithm 1, lines 1 to 3."""
     screen = [number(n, by) for n in (i + 0.5, j + 0.5, d)]
-    a, b, c, w = (point_row(back, k, screen, by) for k in range(4))
+    a, b, c, w = (row(back, k, screen, by) for k in range(4))
     return a / w, b / w, c / w

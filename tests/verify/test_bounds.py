@@ -27,7 +27,7 @@ from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.explain import explain
-from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
+from lfssao.verify.bounds.kernels import point_bounds as kernels
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 IDENTITY = WorldToImage(1, np.eye(4).ravel())
@@ -60,24 +60,24 @@ def small_cases(draw):
 def test_outcomes_equal_the_reference(case):
     view, depth, positions, samples, radius, model = case
     back = view.screen_to_world if positions is None else None
-    inputs = ssao.sample_inputs(depth, positions, view.world_to_image, samples, radius, back)
-    by = find_model(model).errors
-    _, places, inverse, offsets, exact, kind, m = inputs
+    by, points = find_model(model).errors, ssao.sample_points(samples, radius)
+    seen = ssao.with_depths(ssao.seen_by(depth, positions, view.world_to_image, radius, back), find_model(model))
     fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
-    ssao_kernels.count_outcomes(inputs, by, None, fewest, most)
+    kernels.count_hidden(seen, points, by, fewest, most)
     found = np.empty((len(samples), 9))
     for j, i in np.ndindex(depth.shape):
         if not depth[j, i] < np.inf:
             assert fewest[j, i] == most[j, i] == 0
             continue
-        ssao_kernels.trace_samples(inputs, by, None, i, j, found)
+        kernels.trace_samples(seen, points, j, i, by, found)
         if back is None:
-            pairs = [reference.number(c, by) for c in places[j, i]]
+            pairs = [reference.number(c, by) for c in positions[j, i]]
         else:
-            pairs = reference.texel_point(inverse, i, j, depth[j, i], by)
+            pairs = reference.texel_point(seen.back, i, j, depth[j, i], by)
         sets = []
-        for o, certain, row in zip(offsets, exact, found, strict=True):
-            u, v, z, truths, outcomes_of = reference.sample(depth, pairs, o, certain, kind, m, by, back is None)
+        for o, certain, row in zip(points.offsets, points.is_exact, found, strict=True):
+            mapping = seen.kind, seen.numbers
+            u, v, z, truths, outcomes_of = reference.sample(depth, pairs, o, certain, *mapping, by, back is None)
             sets.append(outcomes_of)
             assert (bool(row[6]), bool(row[7])) == (True in truths, truths == {True})
             assert row[8] == (2 if len(outcomes_of) == 2 else float(True in outcomes_of))

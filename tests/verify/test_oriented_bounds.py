@@ -74,7 +74,7 @@ def test_weights_of_differences_next_to_the_radius_and_far_beyond(range_check):
     view = module_views(builtin_scene("statue"), find_display("virtual").with_resolution(2, 2))[0]
     seen = Buffers(view, np.zeros((2, 2), np.float32), np.zeros((2, 2, 3), np.float32))
     half = half_ball(seen, 1.0, np.zeros((1, 3)), OrientedOptions(range_check=range_check))
-    ball = kernels.HalfBall(*[np.zeros((1, 3))] * 5, 1.0, reach, 0.0, half.range_check, 0.0)
+    ball = half._replace(radius=1.0, reach=reach, bias=0.0)
     for name in ("shader", "nearest"):
         ar = arithmetic(name, rng, RENDERERS)
         off = ar.within(far[None, None, None].astype(float), 1.0)  # a difference is rounded

@@ -33,7 +33,8 @@ from lfssao.optics.kernels.projection import Projection
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.kernels import projection_bounds
-from lfssao.verify.bounds.kernels.pairs import exact
+from lfssao.verify.bounds.kernels.pairs import Pair, exact
+from lfssao.verify.bounds.kernels.projection_bounds import Place
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.view import occlusion_bounds
 from lfssao.verify.kit.views import view_numbers
@@ -211,7 +212,9 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     assert must.any()
     offset = ways[7].astype(np.float32).astype(float)
     normals = across(rng, np.broadcast_to(offset, (1, n, 3)))
-    made = [kernels.is_below(offset, kernels.vector(normals, 0, i), by, None, i, 0) for i in range(n)]
+    offsets = tuple(Pair(x, by.offset * abs(x)) for x in offset)
+    place = Place(offsets, offsets, tuple(abs(offset)), 0)
+    made = [kernels.is_below(place, tuple(exact(float(c)) for c in normals[0, i]), by) for i in range(n)]
     below, surely = np.array(made).T
     behind = ar.total(offset, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
     assert not (behind & ~below).any()
@@ -234,7 +237,7 @@ def test_image_points_equal_the_reference(data):
     for place in range(6):
         pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
         with np.errstate(all="ignore"):
-            rows = [reference.point_row(m, k, pairs, by) for k in range(4 if kind == reference.MATRIX else 3)]
+            rows = [reference.row(m, k, pairs, by) for k in range(4 if kind == reference.MATRIX else 3)]
             u, v, z, truths = reference.image(kind, m, *rows, *[None] * (4 - len(rows)), by)
         assert sure[place] == (truths == {True})
         assert (error[place][0] == -np.inf) == (True not in truths)

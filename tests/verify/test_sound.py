@@ -29,7 +29,7 @@ from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
+from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 
 EXAMPLES, RENDERERS = 100, 100
 DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
@@ -49,12 +49,12 @@ def drawn_scenes(draw):
     return view, rng, model, radius, n, sigma, draw(st.booleans())
 
 
-def assert_points_inside(points, depth, inputs, errors, turns):
+def assert_points_inside(points, depth, inputs, errors):
     """Image points of renderers, u, v, z, valid, lie in the boxes of the kernel, and so do their validities."""
     u, v, z, valid = points
     found = np.empty((u.shape[-1], 9))
     for j, i in np.argwhere(np.isfinite(depth)):
-        ssao_kernels.trace_samples(inputs, errors, turns, i, j, found)
+        trace_samples(*inputs, j, i, errors, found)
         may, must = found[:, 6] > 0, found[:, 7] > 0
         assert not (valid[:, j, i] & ~may).any(), "valid where nothing may be"
         assert not (~valid[:, j, i] & must).any(), "not valid where all must be"
@@ -78,10 +78,10 @@ def check(drawn, renderers, alter=lambda model: model):
     ar = arithmetic(name, rng, renderers)
     made, allowed = [], []
     for r in (radius, 0.7 * radius):
-        inputs = ssao.sample_inputs(depth, positions, mapping, samples, r, back)
+        seen = ssao.with_depths(ssao.seen_by(depth, positions, mapping, r, back, turns), model)
         numbers = None if back is None else back.ravel()
         points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers, turns)
-        assert_points_inside(points, depth, inputs, model.errors, turns)
+        assert_points_inside(points, depth, (seen, ssao.sample_points(samples, r)), model.errors)
         made.append(rr.occlusion(ar, depth, *points))
         allowed.append(ssao.ao_bounds(depth, positions, mapping, samples, r, model, back, turns))
         assert_inside(made[-1], allowed[-1], "ao")

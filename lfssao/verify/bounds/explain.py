@@ -10,8 +10,8 @@ from lfssao.core.affine import Matrix
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Texture
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
-from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
-from lfssao.verify.bounds.ssao import sample_inputs
+from lfssao.verify.bounds.kernels.point_bounds import trace_samples
+from lfssao.verify.bounds.ssao import sample_points, seen_by, with_depths
 
 OUTCOMES = ("clear", "occluded", "undecided")
 
@@ -62,12 +62,12 @@ def explain(
     """
     chosen = find_model(model)
     chosen = MODELS["nearest"] if chosen.exact else chosen
-    inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
+    seen = with_depths(seen_by(depth, positions, world_to_image, radius, screen_to_world, turns), chosen)
     i, j = texel
     if not depth[j, i] < np.inf:
         return []
     found = np.empty((len(samples), 9))
-    ssao_kernels.trace_samples(inputs, chosen.errors, turns, i, j, found)
+    trace_samples(seen, sample_points(samples, radius), j, i, chosen.errors, found)
     made = [_sample(number, row, depth) for number, row in enumerate(found.tolist())]
     return sorted(made, key=_closeness)
 

@@ -26,20 +26,20 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.oriented import OrientedOptions, half_ball
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
+from lfssao.ao.estimators.vo.kernels.points import Ball
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.ao.textures import Buffers
 from lfssao.core.affine import sum_in_order
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.kernels import line_bounds as line_kernels
 from lfssao.verify.bounds.kernels import oriented_bounds as oriented_kernels
-from lfssao.verify.bounds.kernels import point_bounds as point_kernels
 from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
+from lfssao.verify.bounds.kernels.seen_bounds import IMAGE, POSITIONS
 from lfssao.verify.bounds.post import merge_bounds
-from lfssao.verify.bounds.problem import Options, Problem, Weights, contiguous, single
+from lfssao.verify.bounds.problem import Options, Problem, Weights, held
 from lfssao.verify.bounds.sao import sao
-from lfssao.verify.bounds.ssao import fraction_bounds, sample_inputs
+from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points, single, with_depths
 from lfssao.verify.bounds.sums import alchemy, hbao
 
 
@@ -67,17 +67,15 @@ def point_bounds(
 
 def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     """Bounds of ``point``, or with ``half`` of ``hemisphere``."""
-    seen, options, model = given.seen, given.options, given.model
-    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, given.points, radius)
-    low, high, fewest, most = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4", "i4"))
-    background = -np.inf if options["background"] == "occludes" and not options["range_check"] else np.inf
-    point_kernels.write_surface_depths(inputs, model.errors, options["surface"] == "positions", background, low, high)
-    normals, reach = seen.normals if half else None, float(radius) if options["range_check"] else np.inf
-    point_kernels.count_hidden(inputs, contiguous(normals), low, high, reach, model.errors, seen.turns, fewest, most)
+    options, model, hides = given.options, given.model, given.options["background"] == "occludes"
+    points = sample_points(given.points, radius, half, float(radius) if options["range_check"] else np.inf)
+    kind, background = POSITIONS if options["surface"] == "positions" else IMAGE, np.inf
+    if hides and not options["range_check"]:
+        background = -np.inf
     lower, upper = fraction_bounds(len(given.points), model)
     if options.get("remap"):
         lower, upper = _remapped(lower, model, -1), _remapped(upper, model, 1)
-    return Bounds(lower[fewest], upper[most], most - fewest)
+    return counted(with_depths(given.surface(radius, False), model, kind, background), points, (lower, upper), model)
 
 
 def _remapped(fractions: Texture, model: ErrorModel, sign: int) -> Texture:
@@ -107,56 +105,36 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds], 
 
 def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     """Bounds of VO by points at one radius."""
-    seen, options, n = given.seen, given.options, len(given.points)
-    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, single(given.points), radius)
+    options, n = VolumeOptions(**given.options), len(given.points)  # type: ignore[arg-type]
     weights = np.ones(n) if given.weights is None else np.asarray(given.weights, np.float64)
-    thickness = float(options["thickness"])
-    mirrors = ball_mirrors(bool(options["randomize"]), int(options["seed"]), np.dtype(np.float32))
-    ball = volume_kernels.Ball(
-        fractions=single(weights / sum_in_order(weights.tolist())),
-        mirrors=single(mirrors),
-        normals=contiguous(seen.normals if tangent else None),
-        directions=contiguous(seen.directions if thickness > 0 else None),
-        axis=single(seen.view.cast_from_world[2]),
-        radius=float(radius),
-        thickness=thickness,
-    )
-    return _summed(volume_kernels.sum_hidden, inputs, ball, given)
+    mirrors = ball_mirrors(options.randomize, options.seed, np.dtype(np.float32))
+    fractions = single(weights / sum_in_order(weights.tolist()))
+    ball, thickness = Ball(single(given.points), fractions, single(mirrors), tangent), options.thickness or np.inf
+    seen = given.surface(radius, thickness < np.inf)
+    return _summed(given, volume_kernels.sum_hidden, seen, ball, thickness)
 
 
 def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     """Bounds of VO by lines at one radius."""
-    seen, options = given.seen, VolumeOptions(**given.options)  # type: ignore[arg-type]
-    normals, ways = contiguous(seen.normals if tangent else None), contiguous(seen.directions)
-    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
-    disk = make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32))
-    samples = [single(numbers) for numbers in (disk.places, disk.half, disk.weights, disk.mirrors)]
-    axes = [single(seen.view.cast_from_world[2]), single(seen.view.world_from_cast[:, 0])]
+    options = VolumeOptions(**given.options)  # type: ignore[arg-type]
+    disk = held(make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32)))
     thickness = options.thickness / radius if options.thickness > 0 < radius else np.inf
-    lines = line_kernels.Lines._make([*samples, normals, ways, *axes, float(radius), thickness])
-    return _summed(line_kernels.sum_lengths, inputs, lines, given)
+    return _summed(given, volume_kernels.sum_lengths, given.surface(radius), disk, thickness)
 
 
 def _oriented(given: Problem, radius: float) -> Bounds:
     """Bounds of ``oriented-hemisphere``."""
-    seen, options = given.seen, OrientedOptions(**given.options)  # type: ignore[arg-type]
-    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
-    half, back = half_ball(seen, radius, given.points, options), seen.view.world_from_cast
-    axes = [single(axis) for axis in (back[:, 0], back[:, 1], seen.view.cast_from_world[2])]
-    lengths = float(half.radius), float(half.reach), float(half.bias)
-    hides = options.background == "occludes" and options.range_check == "none"
-    samples = single(half.points), contiguous(seen.normals)
-    made = oriented_kernels.HalfBall._make([*samples, *axes, *lengths, half.range_check, float(hides)])
-    return _summed(oriented_kernels.sum_weights, inputs, made, given)
+    options = OrientedOptions(**given.options)  # type: ignore[arg-type]
+    half, hides = half_ball(given.seen, radius, given.points, options), options.background == "occludes"
+    background = float(hides and options.range_check == "none")
+    return _summed(given, oriented_kernels.sum_weights, given.surface(radius, False), held(half), background)
 
 
-def _summed(kernel: Callable[..., None], inputs: Any, samples: Any, given: Problem) -> Bounds:
+def _summed(given: Problem, kernel: Callable[..., None], *samples: Any) -> Bounds:
     """Bounds of sums of a kernel: they are added in any order, and what is above 1 is 1."""
-    errors, n, shape = given.model.errors, len(given.points), inputs.depth.shape
-    low, high, fewest, most, undecided = (np.empty(shape, dtype) for dtype in ("f8", "f8", "f8", "f8", "i4"))
-    volume_kernels.write_cast_depths(inputs, samples.axis, errors, low, high)
-    kernel(inputs, samples, low, high, errors, given.seen.turns, fewest, most, undecided)
-    relative = (n + 4) * errors.operation * (1 + n * errors.operation)
+    (fewest, most), undecided = given.sums(kernel, *samples)
+    n, operation = len(given.points), given.model.operation
+    relative = (n + 4) * operation * (1 + n * operation)
     lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
     return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
 

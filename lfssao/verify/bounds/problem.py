@@ -1,6 +1,6 @@
 """The arguments that bounds of an estimator are made of: textures and mapping, samples, options and the error model."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,10 +10,12 @@ from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import FloatArray, Texture
 from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.kernels.seen_bounds import CAST, Seen
+from lfssao.verify.bounds.ssao import NOTHING, seen_by, single, with_depths
 
 Options = Mapping[str, Value]
 Weights = NDArray[np.floating[Any]] | None
-NOTHING = np.empty((0, 0, 3), np.float32)
+Ends = tuple[FloatArray, FloatArray]
 
 
 class Problem(NamedTuple):
@@ -25,12 +27,30 @@ class Problem(NamedTuple):
     options: Options
     model: ErrorModel
 
+    def surface(self, radius: float, directions: bool = True) -> Seen:
+        """The view as kernels take it, its depths those of cast space."""
+        seen, view = self.seen, self.seen.view
+        made = seen_by(seen.depth, seen.positions, view.world_to_image, radius, None, seen.turns)
+        made = made._replace(
+            normals=_contiguous(seen.normals),
+            directions=_contiguous(seen.directions if directions else None),
+            axis=single(view.cast_from_world[2]),
+            right=single(view.world_from_cast[:, 0]),
+        )
+        return with_depths(made, self.model, CAST)
 
-def single(numbers: Any) -> FloatArray:
-    """Numbers as a renderer has them: rounded to float32, held as float64."""
-    return np.asarray(numbers).astype(np.float32).astype(np.float64)
+    def sums(self, kernel: Callable[..., None], *given: Any) -> tuple[Ends, NDArray[np.int32]]:
+        """Least and largest sum of each texel's terms, by a kernel, and the number of terms in doubt."""
+        sums = np.zeros((3, *self.seen.depth.shape))
+        kernel(*given, self.model.errors, sums)
+        return (sums[0], sums[1]), sums[2].astype(np.int32)
 
 
-def contiguous(texture: Texture | None) -> Texture:
+def held(samples: Any) -> Any:
+    """A tuple of float32 numbers and arrays, held as float64; whole numbers stay."""
+    return type(samples)(*(np.float64(x) if isinstance(x, np.ndarray | np.floating) else x for x in samples))
+
+
+def _contiguous(texture: Texture | None) -> Texture:
     """A texture of vectors as kernels take it, of no texels for None."""
     return NOTHING if texture is None else np.ascontiguousarray(texture)

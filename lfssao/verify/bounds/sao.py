@@ -29,8 +29,9 @@ from lfssao.optics.kernels.rays import Pinhole
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, exactly
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels import sao_bounds as kernels
-from lfssao.verify.bounds.problem import Problem, contiguous, single
-from lfssao.verify.bounds.sums import Ends, lacking, left_of
+from lfssao.verify.bounds.problem import Ends, Problem
+from lfssao.verify.bounds.ssao import NOTHING, single
+from lfssao.verify.bounds.sums import lacking, left_of
 
 Layers = list[NDArray[Any]]
 
@@ -58,17 +59,14 @@ def _sampled(
     given: Problem, options: SaoOptions, rays: TexelRays, falloff: Falloff, z: Ends
 ) -> tuple[Ends, NDArray[np.int32]]:
     """Ends of each texel's sum of terms, and its taps in doubt."""
-    seen, model = given.seen, given.model
-    camera = seen.view.screen_to_world is not None
+    seen = given.surface(0.0, False)
+    camera, buffer = given.seen.view.screen_to_world is not None, options.normals == "buffer"
+    seen = seen._replace(positions=NOTHING if camera else seen.positions, normals=seen.normals if buffer else NOTHING)
     tables = rays.kind, single(rays.numbers), single(rays.table), single(rays.world), float(single(rays.origin))
-    places = np.empty((0, 3)) if camera else single(seen.positions).reshape(-1, 3)
-    normals = contiguous(seen.normals if options.normals == "buffer" else None)
-    taps, numbers = single(spiral_taps(options, np.dtype(np.float32))), [float(number) for number in falloff[:-1]]
-    levels = *_hierarchy(z, rays.origin, options, model), options.log_q
-    whole = kernels.Pass._make([*tables, *levels, places, normals, taps, *numbers])
-    fewest, most, undecided = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4"))
-    kernels.sum_taps(whole, LANDINGS[options.landing], seen.turns, model.errors, fewest, most, undecided)
-    return (fewest, most), undecided
+    taps = single(spiral_taps(options, np.dtype(np.float32)))
+    levels, numbers = _hierarchy(z, rays.origin, options, given.model), map(float, falloff[:-1])
+    whole = kernels.Pass._make([*tables, *levels, options.log_q, taps, *numbers])
+    return given.sums(kernels.sum_taps, seen, whole, LANDINGS[options.landing])
 
 
 def _linear_z(given: Problem) -> Ends:

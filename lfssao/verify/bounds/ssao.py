@@ -1,6 +1,6 @@
 """Acceptance intervals of LF's Algorithms 1 and 2.
 
-The AO of a texel is a count of decisions ``surDepth < smp.z``. ``kernels.ssao_bounds`` finds which of them no
+The AO of a texel is a count of decisions ``surDepth < smp.z``. ``kernels.point_bounds`` finds which of them no
 arithmetic of a model can get wrong: k_lo are occluded for sure, k_hi may be. The division by N adds its own rounding.
 """
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.ssao import algorithm1, algorithm2, scaled_offsets
+from lfssao.ao.ssao import algorithm1, algorithm2, check_radius, scaled_offsets
 from lfssao.ao.textures import check_turns
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
@@ -18,8 +18,11 @@ from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import projection_bounds
-from lfssao.verify.bounds.kernels import ssao_bounds as ssao_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
+from lfssao.verify.bounds.kernels.point_bounds import Points, count_hidden
+from lfssao.verify.bounds.kernels.seen_bounds import IMAGE, Seen, write_depths
+
+NOTHING = np.empty((0, 0, 3), np.float32)
 
 
 def ao_bounds(
@@ -39,38 +42,46 @@ def ao_bounds(
     read by Algorithm 1. InputError if a shape, a dtype, the radius or the model is wrong.
     """
     chosen = find_model(model)
-    inputs = sample_inputs(depth, positions, world_to_image, samples, radius, screen_to_world)
-    check_turns(turns, depth)
+    seen, points = (
+        seen_by(depth, positions, world_to_image, radius, screen_to_world, turns),
+        sample_points(samples, radius),
+    )
     if chosen.exact:
         if screen_to_world is None:
-            made = algorithm2(depth, inputs.positions, world_to_image, samples, radius, turns)
+            made = algorithm2(depth, seen.positions, world_to_image, samples, radius, turns)
         else:
             forth = world_to_image.numbers.reshape(4, 4)
             made = algorithm1(depth, screen_to_world, forth, samples, radius, turns)
         return Bounds(made.texture, made.texture, np.zeros(depth.shape, np.int32))
-    fewest, most = np.empty(depth.shape, np.int32), np.empty(depth.shape, np.int32)
-    ssao_kernels.count_outcomes(inputs, chosen.errors, turns, fewest, most)
-    low, high = fraction_bounds(len(samples), chosen)
-    return Bounds(low[fewest], high[most], most - fewest)
+    return counted(with_depths(seen, chosen), points, fraction_bounds(len(samples), chosen), chosen)
 
 
-def sample_inputs(
+def counted(seen: Seen, points: Points, fractions: tuple[Texture, Texture], model: ErrorModel) -> Bounds:
+    """Bounds of occlusion by counts of hidden samples, from those of each count."""
+    fewest, most = np.empty(seen.depth.shape, np.int32), np.empty(seen.depth.shape, np.int32)
+    count_hidden(seen, points, model.errors, fewest, most)
+    return Bounds(fractions[0][fewest], fractions[1][most], most - fewest)
+
+
+def seen_by(
     depth: Texture,
     positions: Texture | None,
     world_to_image: WorldToImage,
-    samples: NDArray[np.floating[Any]],
     radius: float,
     screen_to_world: Matrix | None = None,
-) -> ssao_kernels.Inputs:
+    turns: Texture | None = None,
+) -> Seen:
     """The arguments of ``ao_bounds``, checked as there and rounded as a renderer's are."""
     check_single("depth", depth, 2)
-    back, places = np.empty(0), np.empty((0, 0, 3), np.float32)
+    check_turns(turns, depth)
+    check_radius(radius)
+    back, places, nothing = np.empty(0), NOTHING, np.empty((0, 0))
     if screen_to_world is not None:
         if np.shape(screen_to_world) != (4, 4):
             raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
         if world_to_image.kind != MATRIX:
             raise InputError("Algorithm 1 needs a mapping that is a matrix")
-        back = np.ravel(screen_to_world).astype(np.float32).astype(np.float64)
+        back = single(screen_to_world).ravel()
     elif positions is None:
         raise InputError("Algorithm 2 reads positions, and there are none")
     else:
@@ -78,20 +89,41 @@ def sample_inputs(
         check_single("positions", places, 3)
         if places.shape != (*depth.shape, 3):
             raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
-    offsets, is_exact = _offsets(samples, radius)
-    return ssao_kernels.Inputs(np.ascontiguousarray(depth), places, back, offsets, is_exact, *_rounded(world_to_image))
+    return Seen(
+        depth=np.ascontiguousarray(depth),
+        positions=places,
+        normals=NOTHING,
+        directions=NOTHING,
+        turns=np.empty((2, 0, 0), np.float32) if turns is None else np.ascontiguousarray(turns),
+        back=back,
+        kind=world_to_image.kind,
+        numbers=single(world_to_image.numbers),
+        axis=np.zeros(4),
+        right=np.zeros(3),
+        radius=float(radius),
+        low=nothing,
+        high=nothing,
+    )
 
 
-def _offsets(samples: NDArray[np.floating[Any]], radius: float) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """R s in float64, and whether every float32 arithmetic makes exactly that of it."""
+def with_depths(seen: Seen, model: ErrorModel, kind: int = IMAGE, background: float = np.inf) -> Seen:
+    """The same with the depths of surfaces, as ``write_depths`` makes them."""
+    low, high = np.empty(seen.depth.shape), np.empty(seen.depth.shape)
+    write_depths(seen, kind, background, model.errors, low, high)
+    return seen._replace(low=low, high=high)
+
+
+def sample_points(
+    samples: NDArray[np.floating[Any]], radius: float, half: bool = False, reach: float = np.inf
+) -> Points:
+    """Samples R s as kernels take them, and whether every float32 arithmetic makes exactly each of them."""
     offsets = np.asarray(scaled_offsets(samples, radius, np.dtype(np.float64)), np.float64)
     table = np.asarray(samples, np.float64)
     with np.errstate(over="ignore"):  # what float32 cannot hold is not exact
-        exact = (np.float32(radius) == radius) & (table.astype(np.float32) == table)
-        exact &= offsets.astype(np.float32) == offsets
+        exact = (single(radius) == radius) & (single(table) == table) & (single(offsets) == offsets)
     for factor in (np.float64(radius), table):
         exact &= (factor == 0) | (np.abs(factor) >= 2.0**-126)  # else it may be flushed
-    return offsets, exact.all(axis=1)
+    return Points(offsets, exact.all(axis=1), half, reach)
 
 
 def project_positions(
@@ -105,13 +137,14 @@ def project_positions(
     shape = positions.shape
     points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
     image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
-    projection_bounds.map_positions(points, off, _rounded(world_to_image), model.errors, image, error, sure)
+    mapping = Projection(world_to_image.kind, single(world_to_image.numbers))
+    projection_bounds.map_positions(points, off, mapping, model.errors, image, error, sure)
     return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
 
 
-def _rounded(world_to_image: WorldToImage) -> Projection:
-    """A mapping as a renderer has it: numbers rounded to float32, held as float64."""
-    return Projection(world_to_image.kind, world_to_image.as_type(np.float32).numbers.astype(np.float64))
+def single(numbers: Any) -> FloatArray:
+    """Numbers as a renderer has them: rounded to float32, held as float64."""
+    return np.asarray(numbers).astype(np.float32, order="C").astype(np.float64)
 
 
 def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:

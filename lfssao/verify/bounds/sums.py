@@ -8,42 +8,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
+from lfssao.ao.estimators.kernels.alchemy import Strength
 from lfssao.core.elementary import power
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
-from lfssao.verify.bounds.kernels import horizon_bounds as horizon_kernels
-from lfssao.verify.bounds.kernels import obscurance_bounds as kernels
+from lfssao.verify.bounds.kernels.horizon_bounds import sum_rises
+from lfssao.verify.bounds.kernels.obscurance_bounds import sum_terms
 from lfssao.verify.bounds.kernels.pairs import SAFETY
-from lfssao.verify.bounds.problem import Problem, contiguous, single
-from lfssao.verify.bounds.ssao import sample_inputs
-
-Ends = tuple[FloatArray, FloatArray]
+from lfssao.verify.bounds.problem import Ends, Problem, held
+from lfssao.verify.bounds.ssao import single
 
 
 def alchemy(given: Problem, radius: float) -> Bounds:
     """Bounds of ``alchemy``."""
-    seen, options, model = given.seen, given.options, given.model
-    normals, ways, n = contiguous(seen.normals), contiguous(seen.directions), len(given.points)
-    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
-    beta, epsilon = float(single(options["beta"])), float(options["epsilon"]) * radius * radius
-    mirrors, away = np.array([[[1.0]], [[0.0]]]), single(seen.view.viewer_distance())
-    taps = kernels.Taps(single(given.points), mirrors, normals, ways, away, float(radius), beta, epsilon)
-    low, high, undecided = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4"))
-    kernels.sum_terms(inputs, taps, model.errors, seen.turns, low, high, undecided)
-    light = left_of((low, high), 2 * float(options["sigma"]) * radius / n, n, model)
-    return lacking(light, float(options["k"]), undecided, model)
+    options, model, n = given.options, given.model, len(given.points)
+    scale, epsilon = 2 * float(options["sigma"]) * radius / n, float(options["epsilon"]) * radius * radius
+    strength = Strength._make([radius, float(single(options["beta"])), epsilon, scale, float(options["k"])])
+    away = single(given.seen.view.viewer_distance())
+    sums, undecided = given.sums(sum_terms, given.surface(radius), single(given.points), away, strength)
+    return lacking(left_of(sums, scale, n, model), strength.k, undecided, model)
 
 
 def hbao(given: Problem, radius: float) -> Bounds:
     """Bounds of ``hbao``."""
-    seen, model, options = given.seen, given.model, HorizonOptions(**given.options)  # type: ignore[arg-type]
-    inputs = sample_inputs(seen.depth, seen.positions, seen.view.world_to_image, np.zeros((1, 3)), radius)
-    around, mirrors, steps, *numbers = fan_of(options, np.dtype(np.float32))
-    vectors = contiguous(seen.normals), contiguous(seen.directions)
-    axes = single(seen.view.cast_from_world[2]), single(seen.view.world_from_cast[:, 0])
-    parts = [single(around), single(mirrors), steps, *map(float, numbers), *vectors, *axes, float(radius)]
-    low, high, undecided = (np.empty(seen.depth.shape, dtype) for dtype in ("f8", "f8", "i4"))
-    horizon_kernels.sum_rises(inputs, horizon_kernels.Fan._make(parts), model.errors, seen.turns, low, high, undecided)
+    model, options = given.model, HorizonOptions(**given.options)  # type: ignore[arg-type]
+    fan = held(fan_of(options, np.dtype(np.float32)))
+    (low, high), undecided = given.sums(sum_rises, given.surface(radius), fan)
     n = options.directions * options.steps
     relative = ((n + 2) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
     low, high = low / options.directions * (1 - relative), high / options.directions * (1 + relative)

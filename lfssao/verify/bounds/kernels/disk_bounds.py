@@ -1,19 +1,19 @@
 """Places on a disk around a texel's point, on pairs, for estimators whose samples lie on one.
 
 Turn, reflection and place on the disk may be applied in any order: no term of an offset f a + g b, a and b the frame's
-pairs, is rounded more than 21 times on its way into a row. A row's own roundings, 10 of P and the offset o, are counted
-for their sum, abs(P) + abs(o) <= abs(P + o) + 2 abs(o).
+pairs, is rounded more than 21 times on its way into a row. A row's own roundings of the offset, 10 of its terms, which
+may cancel, are counted with them twice.
 """
 
 import numpy as np
 
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
+from lfssao.verify.bounds.kernels import pairs
 from lfssao.verify.bounds.kernels.pairs import (
     FLUSHED,
     SAFETY,
     Pair,
-    add,
     apart,
     cross,
     divide,
@@ -24,26 +24,24 @@ from lfssao.verify.bounds.kernels.pairs import (
     root,
     times,
 )
-from lfssao.verify.bounds.kernels.projection_bounds import TURNED, project, rows_of_point, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import mapping_of, turn_of
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place
+from lfssao.verify.bounds.kernels.seen_bounds import triple, turn_of
 
 ROUNDINGS = 48  # 21 and twice 10 if they are counted
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 
 
 @kernel(inline=True)
-def way_of(directions, row, column):
+def way_of(seen, j, i):
     """A texel's viewing direction, three pairs."""
-    x, y, z = directions[row, column]
+    x, y, z = seen.directions[j, i]
     return Pair(np.float64(x), LOOK), Pair(np.float64(y), LOOK), Pair(np.float64(z), LOOK)
 
 
 @kernel(inline=True)
-def deep_of(disk, way, by):
+def deep_of(seen, way, by):
     """R w_z, w_z the change of cast z along a viewing direction; whether it may be positive, and is for sure."""
-    a = disk.axis
-    deep = dot((exact(a[0]), exact(a[1]), exact(a[2])), way, by)
-    deep = multiply(Pair(disk.radius, by.operation * disk.radius), deep, by)
+    deep = multiply(Pair(seen.radius, by.operation * seen.radius), dot(triple(seen.axis), way, by), by)
     return deep, *is_positive(deep)
 
 
@@ -56,41 +54,33 @@ def frame_of(right, way, by):
 
 
 @kernel(inline=True)
-def offset_of(disk, s, frame, turns, column, row, angle, by):
-    """The place of sample s from the middle of a texel's disk, in radii: three pairs; angle: error of its own."""
-    (a, b), tile, k = frame, disk.mirrors.shape[1], ROUNDINGS * by.operation
-    x, y = disk.places[s, 0], disk.places[s, 1]
-    c, d = disk.mirrors[0, row % tile, column % tile], disk.mirrors[1, row % tile, column % tile]
-    cosine, sine, more, less = c, d, abs(c), abs(d)
-    turned = angle * (abs(c) + abs(d)) * (abs(x) + abs(y))
-    if turns is not None:
-        p, q = turn_of(turns, column, row)
-        cosine, sine, more, less = c * p + d * q, d * p - c * q, abs(c * p) + abs(d * q), abs(d * p) + abs(c * q)
-    f = Pair(x * cosine + y * sine, k * (1.0 + k) * (abs(x) * more + abs(y) * less) + turned + 8.0 * FLUSHED)
-    g = Pair(x * sine - y * cosine, k * (1.0 + k) * (abs(x) * less + abs(y) * more) + turned + 8.0 * FLUSHED)
-    return (
-        add(multiply(f, a[0], by), multiply(g, b[0], by), by),
-        add(multiply(f, a[1], by), multiply(g, b[1], by), by),
-        add(multiply(f, a[2], by), multiply(g, b[2], by), by),
-    )
+def mirror_of(mirrors, j, i):
+    """Cosine and sine of a texel's reflection; mirrors: as of ``local_frame.Disk``."""
+    tile = mirrors.shape[1]
+    return mirrors[0, j % tile, i % tile], mirrors[1, j % tile, i % tile]
 
 
 @kernel(inline=True)
-def place_of(radius, here, offset):
-    """P + R o, P exact and o three pairs; roundings of the sum are those of ``offset_of``."""
-    r, flushed = radius, 8.0 * FLUSHED
-    return (
-        Pair(here[0].value + r * offset[0].value, r * offset[0].error + flushed),
-        Pair(here[1].value + r * offset[1].value, r * offset[1].error + flushed),
-        Pair(here[2].value + r * offset[2].value, r * offset[2].error + flushed),
-    )
+def offset_of(seen, x, y, mirror, frame, j, i, angle, by):
+    """The place of a sample (x, y) from the middle of a texel's disk, in radii; angle: error of its own."""
+    (a, b), k, (c, d), (p, q) = frame, ROUNDINGS * by.operation, mirror, turn_of(seen, j, i)
+    turned = angle * (abs(c) + abs(d)) * (abs(x) + abs(y)) + 8.0 * FLUSHED
+    cosine, sine, more, less = c * p + d * q, d * p - c * q, abs(c * p) + abs(d * q), abs(d * p) + abs(c * q)
+    f = Pair(x * cosine + y * sine, k * (1.0 + k) * (abs(x) * more + abs(y) * less) + turned)
+    g = Pair(x * sine - y * cosine, k * (1.0 + k) * (abs(x) * less + abs(y) * more) + turned)
+    return pairs.plus(times(a, f, by), times(b, g, by), by)
 
 
 @kernel(inline=True)
-def image_of(inputs, place, by):
-    """The image point of a place on a disk."""
-    mapping = mapping_of(inputs)
-    return widen(project(mapping, rows_of_point(mapping, place, by.operation, TURNED), by), by)
+def place_of(point, radius, offset):
+    """The place P + R o, P and o three pairs each; roundings of the product are those of ``offset_of``."""
+    (x, y, z), r, flushed = offset, radius, 8.0 * FLUSHED
+    moved = (
+        Pair(r * x.value, r * x.error + flushed),
+        Pair(r * y.value, r * y.error + flushed),
+        Pair(r * z.value, r * z.error + flushed),
+    )
+    return Place(point, moved, (abs(r * x.value), abs(r * y.value), abs(r * z.value)), TURNED)
 
 
 @kernel(inline=True)

@@ -4,35 +4,16 @@ A horizon is an interval, too: a step raises it by the surface of any texel that
 none. A rise lies between those above the highest and above the lowest horizon so far. Sums are not rounded yet.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.verify.bounds.kernels.disk_bounds import deep_of, frame_of, image_of, offset_of, place_of, plane_of, way_of
+from lfssao.verify.bounds.kernels.disk_bounds import deep_of, frame_of, mirror_of, offset_of, place_of, plane_of, way_of
 from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, apart, divide, dot, exact, multiply, root, subtract
-from lfssao.verify.bounds.kernels.projection_bounds import Projected, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, vector
+from lfssao.verify.bounds.kernels.projection_bounds import Projected, image_of, widen
+from lfssao.verify.bounds.kernels.seen_bounds import box_of, mapping_of, texel_of, triple
 
 _ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
-
-
-class Fan(NamedTuple):
-    """The directions of ``hbao``; numbers are float32 ones, held as float64."""
-
-    places: Any  # (n, 2): unit vectors
-    mirrors: Any  # (2, T, C): cosine and sine of a texel's reflection, in tiles of T x T texels
-    steps: int
-    sine_bias: float
-    cosine_bias: float
-    linear: float
-    quadratic: float
-    normals: Any  # (H, W, 3) float32
-    directions: Any  # (H, W, 3) float32: viewing directions
-    axis: Any  # (4,): the last row of ``cast_from_world``
-    right: Any  # (3,): the view's rightward direction
-    radius: float  # world units
 
 
 @kernel(inline=True)
@@ -44,10 +25,10 @@ def risen(fan, tau):
 
 
 @kernel(inline=True)
-def step_of(fan, v, way, low, high, by):
+def step_of(fan, radius, v, way, low, high, by):
     """The least and largest attenuated rise by a surface at v, and horizon after it, from low to high before."""
     length, r = root(dot(v, v, by), by), 4.0 * by.operation
-    sine, far = divide(dot(way, v, by), length, by), divide(length, Pair(fan.radius, r * fan.radius), by)
+    sine, far = divide(dot(way, v, by), length, by), divide(length, Pair(radius, r * radius), by)
     error, off = sine.error * SAFETY, far.error * SAFETY
     if far.value - off >= 1.0:
         return 0.0, 0.0, low, high
@@ -64,53 +45,46 @@ def step_of(fan, v, way, low, high, by):
 
 
 @kernel
-def march(inputs, fan, image, here, way, horizon, column, row, by):
+def march(seen, fan, image, way, horizon, j, i, by):
     """The least and largest sum of a direction's rises, and its steps that may be read in several texels."""
-    (low, high), least, most, doubt = horizon, 0.0, 0.0, 0
-    at, to = exact(column + 0.5), exact(row + 0.5)
+    (low, high), least, most, doubt, here = horizon, 0.0, 0.0, 0, triple(seen.positions[j, i])
+    at, to = exact(i + 0.5), exact(j + 0.5)
     across, down = subtract(image.u, at, by), subtract(image.v, to, by)
     for step in range(1, fan.steps + 1):
         part = Pair(step / fan.steps, by.quotient)
         u, v = add(at, multiply(part, across, by), by), add(to, multiply(part, down, by), by)
-        box = box_of(inputs.depth.shape, widen(Projected(u, v, exact(0.0), image.may, image.must), by))
-        if not box.may:
-            continue
-        if not box.known:
-            most, high, doubt = most + (_ZENITH - low), _ZENITH, doubt + 1
-            continue
-        rises, ends = (np.inf if box.must else 0.0, 0.0), (np.inf if box.must else low, -np.inf if box.must else high)
-        for j in range(box.j0, box.j1 + 1):
-            for i in range(box.i0, box.i1 + 1):
-                a, b, c, d = 0.0, 0.0, low, high
-                if inputs.depth[j, i] < np.inf and not (j == row and i == column):
-                    a, b, c, d = step_of(fan, apart(vector(inputs.positions, j, i), here, by), way, low, high, by)
-                rises, ends = (min(rises[0], a), max(rises[1], b)), (min(ends[0], c), max(ends[1], d))
-        least, most, (low, high) = least + rises[0], most + rises[1], ends
-        doubt += int(not box.must or box.i0 < box.i1 or box.j0 < box.j1)
+        box = box_of(seen.depth.shape, widen(Projected(u, v, exact(0.0), image.may, image.must), by))
+        # Before the texels of the box are looked at: none of them, any, or so many that all may be.
+        rises, ends = (0.0, box.most * (_ZENITH - low)), (low, _ZENITH if box.most > 0.0 else high)
+        if box.least > 0.0:
+            rises, ends = (np.inf, 0.0), (np.inf, -np.inf)
+        for k in range(box.texels):
+            (row, column), (a, b, c, d) = texel_of(box, k), (0.0, 0.0, low, high)
+            if seen.depth[row, column] < np.inf and not (row == j and column == i):
+                v = apart(triple(seen.positions[row, column]), here, by)
+                a, b, c, d = step_of(fan, seen.radius, v, way, low, high, by)
+            rises, ends = (min(rises[0], a), max(rises[1], b)), (min(ends[0], c), max(ends[1], d))
+        least, most, doubt, (low, high) = least + rises[0], most + rises[1], doubt + int(not box.sure), ends
     return least, most, doubt
 
 
 @kernel(parallel=True)
-def sum_rises(inputs, fan, by, turns, fewest, most, undecided):
-    """Write the least and largest sum of every texel's rises, (H, W) float64, and its steps in doubt, int32."""
-    for line in prange(inputs.depth.shape[0]):
+def sum_rises(seen, fan, by, sums):
+    """Write the least and largest sum of every texel's rises, and its steps in doubt, (3, H, W) float64."""
+    for line in prange(seen.depth.shape[0]):
         j = np.int64(line)
-        for i in range(inputs.depth.shape[1]):
-            fewest[j, i], most[j, i], undecided[j, i] = 0.0, 0.0, 0
-            way, r = way_of(fan.directions, j, i), fan.right
-            _, may, must = deep_of(fan, way, by)
-            if not (may and inputs.depth[j, i] < np.inf):
-                continue
-            here, normal = vector(inputs.positions, j, i), vector(fan.normals, j, i)
-            frame = frame_of((exact(r[0]), exact(r[1]), exact(r[2])), way, by)
-            for s in range(fan.places.shape[0]):
-                offset = offset_of(fan, s, frame, turns, i, j, by.angle, by)
-                image = image_of(inputs, place_of(fan.radius, here, offset), by)
+        for i in range(seen.depth.shape[1]):
+            way, normal = way_of(seen, j, i), triple(seen.normals[j, i])
+            _, may, must = deep_of(seen, way, by)
+            frame, mirror = frame_of(triple(seen.right), way, by), mirror_of(fan.mirrors, j, i)
+            for s in range(fan.around.shape[0] if may and seen.depth[j, i] < np.inf else 0):
+                offset = offset_of(seen, fan.around[s, 0], fan.around[s, 1], mirror, frame, j, i, by.angle, by)
+                place = place_of(triple(seen.positions[j, i]), seen.radius, offset)
+                image = image_of(mapping_of(seen), place, by)
                 slope, off = plane_of(normal, way, offset, by), 8.0 * (by.operation + by.quotient + by.root)
                 horizon, error = (-_ZENITH, _ZENITH), slope.error * SAFETY
                 if error < np.inf:
                     horizon = risen(fan, slope.value + error) - off, risen(fan, slope.value - error) + off
-                if image.may:
-                    a, b, doubt = march(inputs, fan, image, here, way, horizon, i, j, by)
-                    fewest[j, i] += a if must else 0.0
-                    most[j, i], undecided[j, i] = most[j, i] + b, undecided[j, i] + doubt
+                least, most, doubt = march(seen, fan, image, way, horizon, j, i, by)
+                sums[0, j, i] += least if must else 0.0
+                sums[1, j, i], sums[2, j, i] = sums[1, j, i] + most, sums[2, j, i] + doubt

@@ -3,13 +3,11 @@
 A term is that of any texel which its tap may land in, and 0 where that may be none. Sums are not rounded yet.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.verify.bounds.kernels.disk_bounds import LOOK, image_of, offset_of, place_of, way_of
+from lfssao.verify.bounds.kernels.disk_bounds import LOOK, offset_of, place_of, way_of
 from lfssao.verify.bounds.kernels.pairs import (
     SAFETY,
     Pair,
@@ -23,24 +21,11 @@ from lfssao.verify.bounds.kernels.pairs import (
     positive_part,
     subtract,
 )
-from lfssao.verify.bounds.kernels.projection_bounds import point_row
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, vector
+from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, row_of
+from lfssao.verify.bounds.kernels.seen_bounds import box_of, mapping_of, texel_of, triple
 
 LIMITLESS = 1e300  # a term without an upper bound
 _LARGE = 2.0**126  # sums of squares from it on may be infinite in float32
-
-
-class Taps(NamedTuple):
-    """The taps of ``alchemy``; numbers are float32 ones, held as float64."""
-
-    places: Any  # (n, 2): x and y in the unit disk
-    mirrors: Any  # (2, 1, 1): cosine 1 and sine 0: nothing is reflected
-    normals: Any  # (H, W, 3) float32
-    directions: Any  # (H, W, 3) float32: viewing directions
-    away: Any  # (4,): distance from the viewers as an affine function of a point
-    radius: float  # world units
-    beta: float
-    epsilon: float  # squared world units
 
 
 @kernel(inline=True)
@@ -75,49 +60,42 @@ def term_of(v, normal, less, epsilon, falls, by):
 
 
 @kernel(inline=True)
-def tap_range(inputs, taps, image, here, normal, less, i, j, by):
-    """The least and largest term of a tap at an image point, and whether it lies in one texel, or in none, for sure."""
-    box = box_of(inputs.depth.shape, image)
-    if not (box.may and box.known):
-        return 0.0, LIMITLESS if box.may else 0.0, not box.may
-    epsilon = Pair(taps.epsilon, 4.0 * by.operation * taps.epsilon)
-    least, most = LIMITLESS if box.must else 0.0, 0.0
-    for row in range(box.j0, box.j1 + 1):
-        for column in range(box.i0, box.i1 + 1):
-            low, high = 0.0, 0.0
-            if inputs.depth[row, column] < np.inf and not (row == j and column == i):
-                v = apart(vector(inputs.positions, row, column), here, by)
-                low, high = term_of(v, normal, less, epsilon, False, by)
-            least, most = min(least, low), max(most, high)
-    return least, most, box.must and box.i0 == box.i1 and box.j0 == box.j1
+def sum_of(seen, taps, axes, normal, less, epsilon, j, i, by):
+    """The least and largest sum of a texel's terms on a disk of these axes, and its taps in doubt."""
+    low, high, doubt, here = 0.0, 0.0, 0, triple(seen.positions[j, i])
+    for s in range(taps.shape[0]):
+        angle = by.angle if seen.turns.shape[1] > 0 else 0.0
+        offset = offset_of(seen, taps[s, 0], taps[s, 1], (1.0, 0.0), axes, j, i, angle, by)
+        box = box_of(seen.depth.shape, image_of(mapping_of(seen), place_of(here, seen.radius, offset), by))
+        least, most = LIMITLESS * box.least, LIMITLESS * box.most
+        for k in range(box.texels):
+            (row, column), (a, b) = texel_of(box, k), (0.0, 0.0)
+            if seen.depth[row, column] < np.inf and not (row == j and column == i):
+                v = apart(triple(seen.positions[row, column]), here, by)
+                a, b = term_of(v, normal, less, epsilon, False, by)
+            least, most = min(least, a), max(most, b)
+        low, high, doubt = low + least, high + most, doubt + int(not box.sure)
+    return low, high, doubt
 
 
 @kernel(parallel=True)
-def sum_terms(inputs, taps, by, turns, fewest, most, undecided):
-    """Write the least and largest sum of every texel's terms, (H, W) float64, and the number of taps in doubt, int32.
+def sum_terms(seen, taps, away, strength, by, sums):
+    """Write the least and largest sum of every texel's terms, and its taps in doubt, (3, H, W) float64.
 
-    The disk has either pair of axes where a viewing direction may have either sign of z.
+    ``taps`` are points of the unit disk, (n, 2); ``away``, (4,), is the distance from the viewers, affine. The disk has
+    either pair of axes where a viewing direction may have either sign of z.
     """
-    for j in prange(inputs.depth.shape[0]):
-        for i in range(inputs.depth.shape[1]):
-            fewest[j, i], most[j, i], undecided[j, i] = 0.0, 0.0, 0
-            if not inputs.depth[j, i] < np.inf:
-                continue
-            here, normal, way = (
-                vector(inputs.positions, j, i),
-                vector(taps.normals, j, i),
-                way_of(taps.directions, j, i),
-            )
-            less = multiply(exact(taps.beta), positive_part(point_row(taps.away, 0, here, by.operation)), by)
-            fewest[j, i] = np.inf
+    for row in prange(seen.depth.shape[0]):
+        j = np.int64(row)
+        for i in range(seen.depth.shape[1]):
+            here, normal, way = triple(seen.positions[j, i]), triple(seen.normals[j, i]), way_of(seen, j, i)
+            far = positive_part(row_of(away, 0, at_point(here), by.operation))
+            less, epsilon = multiply(exact(strength.beta), far, by), strength.epsilon
+            found = np.inf, 0.0, 0
             for sign in (-1.0, 1.0):
-                if sign * way[2].value < -LOOK:
-                    continue
-                axes, low, high, doubt = axes_of(way, sign, by), 0.0, 0.0, 0
-                for s in range(taps.places.shape[0]):
-                    offset = offset_of(taps, s, axes, turns, i, j, by.angle if turns is not None else 0.0, by)
-                    image = image_of(inputs, place_of(taps.radius, here, offset), by)
-                    least, largest, sure = tap_range(inputs, taps, image, here, normal, less, i, j, by)
-                    low, high, doubt = low + least, high + largest, doubt + int(not sure)
-                fewest[j, i], most[j, i] = min(fewest[j, i], low), max(most[j, i], high)
-                undecided[j, i] = max(undecided[j, i], doubt)
+                if seen.depth[j, i] < np.inf and sign * way[2].value >= -LOOK:
+                    axes, room = axes_of(way, sign, by), Pair(epsilon, 4.0 * by.operation * epsilon)
+                    low, high, doubt = sum_of(seen, taps, axes, normal, less, room, j, i, by)
+                    found = min(found[0], low), max(found[1], high), max(found[2], doubt)
+            if seen.depth[j, i] < np.inf:
+                sums[0, j, i], sums[1, j, i], sums[2, j, i] = found

@@ -125,6 +125,12 @@ def apart(a, b, by):
 
 
 @kernel(inline=True)
+def plus(a, b, by):
+    """Sum a + b of two triples."""
+    return add(a[0], b[0], by), add(a[1], b[1], by), add(a[2], b[2], by)
+
+
+@kernel(inline=True)
 def times(a, x, by):
     """Triple a times x."""
     return multiply(a[0], x, by), multiply(a[1], x, by), multiply(a[2], x, by)

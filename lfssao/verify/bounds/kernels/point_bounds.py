@@ -1,118 +1,156 @@
-"""``point`` and ``hemisphere`` on pairs: their samples are decided as Algorithm 2's, but for three more decisions.
+"""LF's Algorithms 1 and 2, ``point`` and ``hemisphere`` on pairs: which samples are hidden for sure, and which may be.
 
-- The surface of a texel has a range of depths: with its own rounding where it is made from a position.
+A sample's depth is a range, and so may be that of a surface. If all texels that it may be looked up in give the same
+decision for all depths, it is hidden or clear; else it is undecided. Further decisions of ``point`` and ``hemisphere``:
+
 - The range check, distance^2 <= R^2, or distance <= R: both are admitted.
 - The half ball's turn, offset . normal < 0. If rounding may change the sign, both sides are taken.
 """
+
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.verify.bounds.kernels.pairs import Pair, add, dot, exact, is_positive, multiply, subtract
-from lfssao.verify.bounds.kernels.projection_bounds import project, rows_of_point, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import (
-    box_of,
-    mapping_of,
-    offset_rows,
-    point_rows,
-    project_sample,
-    sample_rows,
-    texel_point,
-    turn_of,
-    vector,
-)
+from lfssao.optics.kernels.projection import MATRIX
+from lfssao.verify.bounds.kernels.pairs import Pair, apart, dot, exact, is_positive, multiply
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, image_of
+from lfssao.verify.bounds.kernels.seen_bounds import box_of, mapping_of, texel_of, texel_point, triple, turn_of
 
+CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
 SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32
 
 
-@kernel(parallel=True)
-def write_surface_depths(inputs, by, from_positions, background, low, high):
-    """Write the least and largest depth that a texel's surface may be compared with, (H, W) float64.
+class Points(NamedTuple):
+    """Samples around each point."""
 
-    That is the depth texture or, with ``from_positions``, the image z of the texel's position; where there is no
-    surface ``background``, +infinity or, if it occludes, -infinity.
-    """
-    for j in prange(inputs.depth.shape[0]):
-        for i in range(inputs.depth.shape[1]):
-            depth = np.float64(inputs.depth[j, i])
-            depth = depth if depth < np.inf else background
-            low[j, i], high[j, i] = depth, depth
-            if from_positions and abs(depth) < np.inf:
-                rows = rows_of_point(mapping_of(inputs), texel_point(inputs, by, i, j), by.operation)
-                image = widen(project(mapping_of(inputs), rows, by), by)
-                low[j, i] = image.z.value - image.z.error if image.may else np.inf
-                high[j, i] = image.z.value + image.z.error if image.must else np.inf
-            if abs(depth) < 2.0**-126:  # may be flushed to zero
-                low[j, i], high[j, i] = min(low[j, i], 0.0), max(high[j, i], 0.0)
+    offsets: Any  # (n, 3) float64: exact offsets, world units
+    is_exact: Any  # (n,) bool: whether every renderer has this very offset
+    half: bool  # whether samples below the surface are taken to the other side
+    reach: float  # R of the range check, infinite without one
+
+
+@kernel(inline=True)
+def sample_place(seen, points, point, s, j, i, by):
+    """The place of a sample of a texel at a point."""
+    (x, y, z), (c, d) = points.offsets[s], turn_of(seen, j, i)
+    a, b, e = abs(c * x) + abs(d * y), abs(d * x) + abs(c * y), abs(z)
+    offset = Pair(c * x - d * y, by.offset * a), Pair(d * x + c * y, by.offset * b), Pair(z, by.offset * e)
+    return Place(point, offset, (a, b, e), 0 if seen.turns.shape[1] == 0 else TURNED)
+
+
+@kernel(inline=True)
+def on_side(place, side):
+    """The place, or for a side of -1 that on the other side of the point."""
+    x, y, z = place.offset
+    offset = Pair(side * x.value, x.error), Pair(side * y.value, y.error), Pair(side * z.value, z.error)
+    return Place(place.point, offset, place.sizes, place.more)
+
+
+@kernel(inline=True)
+def is_below(place, normal, by):
+    """Whether an offset may and does for sure point below the surface of a normal."""
+    (x, y, z), (a, b, c), r = place.offset, place.sizes, place.more * by.operation
+    x, y, z = Pair(-x.value, x.error + r * a), Pair(-y.value, y.error + r * b), Pair(-z.value, z.error + r * c)
+    return is_positive(dot(normal, (x, y, z), by))
 
 
 @kernel(inline=True)
 def in_range(here, there, radius, by):
     """Whether a place, three pairs, may be and is for sure within R of another, by distances or by their squares."""
-    away = subtract(there[0], here[0], by), subtract(there[1], here[1], by), subtract(there[2], here[2], by)
-    square, reach = dot(away, away, by), Pair(radius, radius * SINGLE)
-    reach = multiply(reach, reach, by)
+    away, reach = apart(there, here, by), Pair(radius, radius * SINGLE)
+    square, reach = dot(away, away, by), multiply(reach, reach, by)
     rounded = square.error + 2.0 * by.root * (square.value + square.error)
     return is_positive(Pair(reach.value - square.value, reach.error + rounded))
 
 
 @kernel(inline=True)
-def is_below(offset, normal, by, turns, column, row):
-    """Whether an offset, turned at its texel, may and does for sure point below the surface of a normal."""
-    x, y = Pair(-offset[0], by.offset * abs(offset[0])), Pair(-offset[1], by.offset * abs(offset[1]))
-    z = Pair(-offset[2], by.offset * abs(offset[2]))
-    if turns is None:
-        return is_positive(dot(normal, (x, y, z), by))
-    c, s = turn_of(turns, column, row)
-    u = add(multiply(exact(c), x, by), multiply(exact(-s), y, by), by)
-    v = add(multiply(exact(s), x, by), multiply(exact(c), y, by), by)
-    return is_positive(dot(normal, (u, v, z), by))
-
-
-@kernel(inline=True)
-def is_hidden(inputs, image, low, high, here, reach, by):
-    """Whether a sample at an image point may be and is for sure behind a surface, and in range of its texel's place."""
-    box = box_of(inputs.depth.shape, image)
-    if not (box.may and box.known):
-        return box.may, False
+def is_hidden(seen, image, here, reach, by):
+    """Whether a sample at an image point may be and is for sure behind a surface, and in range of its texel's point."""
+    box = box_of(seen.depth.shape, image)
+    may, must = box.most > 0.0, box.least > 0.0
     z_low, z_high = image.z.value - image.z.error, image.z.value + image.z.error
-    may, must = False, box.must
-    for j in range(box.j0, box.j1 + 1):
-        for i in range(box.i0, box.i1 + 1):
-            behind, surely = low[j, i] < z_high, high[j, i] < z_low
-            if behind and reach < np.inf:
-                near, near_surely = in_range(here, vector(inputs.positions, j, i), reach, by)
-                behind, surely = near, surely & near_surely
-            may, must = may | behind, must & surely
+    for k in range(box.texels):
+        j, i = texel_of(box, k)
+        behind, surely = seen.low[j, i] < z_high, seen.high[j, i] < z_low
+        if behind and reach < np.inf:
+            near, near_surely = in_range(here, triple(seen.positions[j, i]), reach, by)
+            behind, surely = near, surely & near_surely
+        may, must = may | behind, must & surely
     return may, must
 
 
-@kernel(parallel=True)
-def count_hidden(inputs, normals, low, high, reach, by, turns, fewest, most):
-    """Write the fewest and the most samples of every texel that a renderer may count as hidden, (H, W) int32.
+@kernel(inline=True)
+def fits(size, x):
+    """Whether float32 holds every sum of multiples of x whose sizes add up to at most size: it has 24 bits."""
+    mantissa, exponent = math.frexp(size)
+    parts = x / math.ldexp(1.0, max(exponent - (25 if mantissa == 0.5 else 24), -126))
+    return parts == np.floor(parts)
 
-    Normals, (H, W, 3) float32, take samples to the upper half of the ball; (0, 0, 3) for the whole ball. ``low`` and
-    ``high`` are those of ``write_surface_depths``; ``reach`` is R of the range check, infinite without one.
+
+@kernel
+def depth_is_exact(m, point, offset):
+    """Whether row 2 of M (p + o, 1) comes out exactly in every order: all its terms are multiples of one power of two.
+
+    Products of two float32 are exact in float64. If the sizes of all terms sum to at most 2^24 g, g a power of two, and
+    all are multiples of g, then so are all partial sums, and float32 holds each of them: no operation rounds. Likewise
+    p + o. For g no less than 2^-126 nothing is flushed.
     """
-    offsets, half = offset_rows(inputs, by), normals.shape[0] != 0
-    for j in prange(inputs.depth.shape[0]):
-        for i in range(inputs.depth.shape[1]):
+    size, good = abs(m[11]), True
+    for k in range(3):
+        a, p, o = m[8 + k], np.float64(point[k]), offset[k]
+        size += abs(a * p) + abs(a * o)
+        good &= a == 0.0 or (fits(abs(p) + abs(o), p) and fits(abs(p) + abs(o), o))
+    for k in range(3):
+        good &= fits(size, m[8 + k] * np.float64(point[k])) and fits(size, m[8 + k] * offset[k])
+    return good and fits(size, m[11]) and size < np.inf
+
+
+@kernel(inline=True)
+def trace_sample(seen, points, here, s, j, i, by):
+    """Image point, errors included, of sample s of a texel at a point, and whether it may and must be hidden."""
+    place, m = sample_place(seen, points, here, s, j, i, by), seen.numbers
+    below, surely = is_below(place, triple(seen.normals[j, i]), by) if points.half else (False, False)
+    image, may, must = Projected(exact(0.0), exact(0.0), exact(0.0), False, False), False, True
+    for side in (1.0, -1.0):
+        if below if side < 0.0 else not surely:
+            image = image_of(mapping_of(seen), on_side(place, side), by)
+            hidden = is_hidden(seen, image, here, points.reach, by)
+            may, must = may | hidden[0], must & hidden[1]
+    if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s] and not below:
+        still = seen.turns.shape[1] == 0 or (m[8] == 0.0 and m[9] == 0.0)  # no turn changes z
+        if still and depth_is_exact(m, seen.positions[j, i], points.offsets[s]):
+            image = Projected(image.u, image.v, exact(image.z.value), image.may, image.must)
+            may, must = is_hidden(seen, image, here, points.reach, by)
+    return image, may, must
+
+
+@kernel(parallel=True)
+def count_hidden(seen, points, by, fewest, most):
+    """Write the fewest and the most samples of every texel that a renderer may count as hidden, (H, W) int32."""
+    for j in prange(seen.depth.shape[0]):
+        for i in range(seen.depth.shape[1]):
             fewest[j, i], most[j, i] = 0, 0
-            if not inputs.depth[j, i] < np.inf:
-                continue
-            here = texel_point(inputs, by, i, j)
-            rows = point_rows(inputs, by, turns, here)
-            for s in range(offsets.shape[0]):
-                below, surely = False, False
-                if half:
-                    below, surely = is_below(inputs.offsets[s], vector(normals, j, i), by, turns, i, j)
-                offset = sample_rows(inputs, by, turns, i, j, offsets, s)
-                image = project_sample(inputs, by, rows, offset, -1.0 if surely else 1.0)
-                may, must = is_hidden(inputs, image, low, high, here, reach, by)
-                if below and not surely:
-                    image = project_sample(inputs, by, rows, offset, -1.0)
-                    may_too, must_too = is_hidden(inputs, image, low, high, here, reach, by)
-                    may, must = may | may_too, must & must_too
-                fewest[j, i] += np.int32(must)
-                most[j, i] += np.int32(may)
+            if seen.depth[j, i] < np.inf:
+                here = texel_point(seen, j, i, by)
+                for s in range(points.offsets.shape[0]):
+                    _, may, must = trace_sample(seen, points, here, s, j, i, by)
+                    fewest[j, i] += np.int32(must)
+                    most[j, i] += np.int32(may)
+
+
+@kernel
+def trace_samples(seen, points, j, i, by, found):
+    """Write the image points and outcomes of the samples of one texel, (n, 9) float64.
+
+    A row is u, its error, v, its error, z, its error, whether it may and must lie in the domain, the outcome.
+    """
+    for s in range(points.offsets.shape[0]):
+        image, may, must = trace_sample(seen, points, texel_point(seen, j, i, by), s, j, i, by)
+        found[s, 0], found[s, 1] = image.u
+        found[s, 2], found[s, 3] = image.v
+        found[s, 4], found[s, 5] = image.z
+        found[s, 6], found[s, 7] = image.may, image.must
+        found[s, 8] = OCCLUDED if must else UNDECIDED if may else CLEAR

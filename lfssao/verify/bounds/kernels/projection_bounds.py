@@ -4,8 +4,7 @@ Rows of matrices. A row of T terms t_1 + ... + t_T (the products with the point,
 terms of a zero coefficient are exact zeros) rounds each term at most once as a product and at most T - 1 times on its
 way through the sums, whatever their order; M (p + o), with n coefficients and c constants (0 or 1), rounds it
 1 + 1 + (n - 1) + c <= 2 n + c = T times. So the row is off by at most ((1 + r)^T - 1) sum abs(t_i): with T r < 2^-10,
-T r (1 + T r) sum abs(t_i). The sum of sizes is one of the point plus one of the offset, and so is this error: both are
-computed once a point and once a sample. Errors of the point and the offset themselves add abs(m_i) times their size.
+T r (1 + T r) sum abs(t_i). Errors of the point and the offset themselves add abs(m_i) times their size.
 An offset that is turned has two terms more, and each is a product twice: every term is rounded TURNED times more.
 
 The display. Each operation of ``physical_to_image`` is done on pairs in the order it has there, sums of three in any
@@ -38,6 +37,15 @@ from lfssao.verify.bounds.kernels.pairs import (
 TURNED = 3  # roundings more of each term of a row, where offsets are turned
 
 
+class Place(NamedTuple):
+    """A place P + o, three pairs each."""
+
+    point: tuple[Pair, Pair, Pair]
+    offset: tuple[Pair, Pair, Pair]
+    sizes: tuple[float, float, float]  # of the terms that make o, which may cancel
+    more: int  # roundings of each term of a row besides the row's own
+
+
 class Projected(NamedTuple):
     """An image point with errors, and whether it may lie, and lies for sure, in the mapping's domain."""
 
@@ -49,67 +57,34 @@ class Projected(NamedTuple):
 
 
 @kernel(inline=True)
-def row_roundings(m, row, r, more):
-    """How often, in units of r, a term of a row is rounded at most: T (1 + T r); more: roundings besides."""
-    terms = more
-    for k in range(3):
-        terms += 2 if m[4 * row + k] != 0.0 else 0
-    terms += 1 if m[4 * row + 3] != 0.0 else 0
-    return terms * (1.0 + terms * r)
+def at_point(point):
+    """The place of a point itself, three pairs."""
+    return Place(point, (exact(0.0), exact(0.0), exact(0.0)), (0.0, 0.0, 0.0), 0)
 
 
 @kernel(inline=True)
-def row_sizes(m, row, x, y, z):
-    """abs(m0) x + abs(m1) y + abs(m2) z for x, y, z >= 0."""
-    k = 4 * row
-    return (abs(m[k]) * x + abs(m[k + 1]) * y) + abs(m[k + 2]) * z
+def row_of(m, row, place, r):
+    """A row of M (P + o, 1)."""
+    k, terms, own, flushed = 4 * row, place.more, 0.0, 4.0  # flushed may be operands, products and the sums
+    size = abs(m[k + 3])
+    terms += 1 if m[k + 3] != 0.0 else 0
+    for c in range(3):
+        a, p, o = abs(m[k + c]), place.point[c], place.offset[c]
+        terms += 2 if a != 0.0 else 0
+        size += a * ((abs(p.value) + p.error) + (place.sizes[c] + o.error))
+        own += a * (p.error + o.error)
+        flushed += 4.0 * a
+    (x, y, z), (u, v, w) = place.point, place.offset
+    value = affine_row(m, row, x.value, y.value, z.value) + linear_row(m, row, u.value, v.value, w.value)
+    return Pair(value, terms * (1.0 + terms * r) * r * size + own + FLUSHED * flushed)
 
 
 @kernel(inline=True)
-def point_row(m, row, point, r, more=0):
-    """A row of M (p, 1), p a point of three pairs; more: roundings of each term besides its own."""
-    x, y, z = point
-    size = row_sizes(m, row, abs(x.value) + x.error, abs(y.value) + y.error, abs(z.value) + z.error)
-    size += abs(m[4 * row + 3])
-    own = row_sizes(m, row, x.error, y.error, z.error)
-    # Flushed may be two operands and a product a coefficient, and the sums.
-    flushed = FLUSHED * (4.0 + 4.0 * row_sizes(m, row, 1.0, 1.0, 1.0))
-    return Pair(
-        affine_row(m, row, x.value, y.value, z.value), row_roundings(m, row, r, more) * r * size + own + flushed
-    )
-
-
-@kernel(inline=True)
-def offset_row(m, row, offset, by):
-    """A row of M (o, 0), o an exact offset."""
-    x, y, z = offset[0], offset[1], offset[2]
-    size = row_sizes(m, row, abs(x), abs(y), abs(z)) * (1.0 + by.offset)
-    r = by.operation
-    return Pair(linear_row(m, row, x, y, z), row_roundings(m, row, r, 0) * r * size + by.offset * size)
-
-
-@kernel(inline=True)
-def turned_offset(offset, turn):
-    """An exact offset turned about z by a cosine and a sine, and the sizes of its coordinates' terms."""
-    (c, s), x, y, z = turn, offset[0], offset[1], offset[2]
-    return (c * x - s * y, s * x + c * y, z), (abs(c * x) + abs(s * y), abs(s * x) + abs(c * y), abs(z))
-
-
-@kernel(inline=True)
-def turned_offset_row(m, row, offset, turn, by):
-    """A row of M (o, 0), o an exact offset that is turned by a cosine and a sine."""
-    (x, y, z), (a, b, c) = turned_offset(offset, turn)
-    size, r = row_sizes(m, row, a, b, c) * (1.0 + by.offset), by.operation
-    flushed = FLUSHED * (4.0 + 4.0 * row_sizes(m, row, 1.0, 1.0, 1.0))
-    return Pair(linear_row(m, row, x, y, z), (row_roundings(m, row, r, TURNED) * r + by.offset) * size + flushed)
-
-
-@kernel(inline=True)
-def rows_of_point(projection, point, r, more=0):
-    """All four rows of M (p, 1), p a point of three pairs; the fourth is 1 for a mapping without one."""
+def rows_of(projection, place, r):
+    """All four rows of M (P + o, 1); the fourth is 1 for a mapping without one."""
     m = projection.numbers
-    q = point_row(m, 3, point, r, more) if projection.kind == MATRIX else exact(1.0)
-    return point_row(m, 0, point, r, more), point_row(m, 1, point, r, more), point_row(m, 2, point, r, more), q
+    q = row_of(m, 3, place, r) if projection.kind == MATRIX else exact(1.0)
+    return row_of(m, 0, place, r), row_of(m, 1, place, r), row_of(m, 2, place, r), q
 
 
 @kernel(inline=True)
@@ -243,6 +218,12 @@ def widen(image, by):
     return Projected(u, v, Pair(image.z.value, image.z.error * SAFETY), image.may, image.must)
 
 
+@kernel(inline=True)
+def image_of(projection, place, by):
+    """The image point of a place with its errors as they count."""
+    return widen(project(projection, rows_of(projection, place, by.operation), by), by)
+
+
 @kernel(parallel=True)
 def map_positions(positions, allowance, projection, by, image, error, sure):
     """Write u, v, z of positions (n, 3) and their errors, and whether they lie in the mapping's domain for sure.
@@ -250,10 +231,10 @@ def map_positions(positions, allowance, projection, by, image, error, sure):
     ``allowance`` is how far each coordinate is off. The error of u is minus infinity outside the domain for sure.
     """
     for k in prange(positions.shape[0]):
-        x = Pair(positions[k, 0], allowance[k, 0])
-        y = Pair(positions[k, 1], allowance[k, 1])
-        z = Pair(positions[k, 2], allowance[k, 2])
-        found = project(projection, rows_of_point(projection, (x, y, z), by.operation), by)
+        x, y, z = positions[k]
+        a, b, c = allowance[k]
+        place = at_point((Pair(x, a), Pair(y, b), Pair(z, c)))
+        found = project(projection, rows_of(projection, place, by.operation), by)
         image[k, 0], error[k, 0] = found.u
         image[k, 1], error[k, 1] = found.v
         image[k, 2], error[k, 2] = found.z

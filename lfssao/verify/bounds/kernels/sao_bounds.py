@@ -18,8 +18,8 @@ from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
 from lfssao.verify.bounds.kernels.obscurance_bounds import LIMITLESS, term_of
 from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, divide, dot, exact, is_positive, multiply, times
-from lfssao.verify.bounds.kernels.projection_bounds import Projected, point_row, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, turn_of, vector
+from lfssao.verify.bounds.kernels.projection_bounds import Projected, at_point, row_of, widen
+from lfssao.verify.bounds.kernels.seen_bounds import box_of, texel_of, triple, turn_of
 
 _FAR = 2.0**20  # texels to which a radius is held
 
@@ -36,8 +36,6 @@ class Pass(NamedTuple):
     z_high: Any
     first: Any  # place of each level's first texel
     log_q: int
-    positions: Any  # (H W, 3) of a module; (0, 3) of a camera, whose points are made of z
-    normals: Any  # (H, W, 3) float32; (0, 0, 3) for face normals
     taps: Any  # (n, 3): unit vector and distance of each
     reach_u: float  # these numbers are those of ``scalable.Falloff``
     reach_v: float
@@ -72,24 +70,24 @@ def point_of(given, width, texel, place, by):
     """World coordinates of the point of a texel's ray at the hierarchy's z of a place."""
     z = Pair(0.5 * (given.z_low[place] + given.z_high[place]), 0.5 * (given.z_high[place] - given.z_low[place]))
     a, b, c, d = ray_of(given, width, texel, by)
-    at, r = (add(a, multiply(z, c, by), by), add(b, multiply(z, d, by), by), z), by.operation
-    return point_row(given.world, 0, at, r), point_row(given.world, 1, at, r), point_row(given.world, 2, at, r)
+    at, r = at_point((add(a, multiply(z, c, by), by), add(b, multiply(z, d, by), by), z)), by.operation
+    return row_of(given.world, 0, at, r), row_of(given.world, 1, at, r), row_of(given.world, 2, at, r)
 
 
 @kernel
-def surface_of(given, width, texel, by):
-    """World coordinates of a texel's surface."""
-    if given.positions.shape[0] == 0:
+def surface_of(seen, given, texel, by):
+    """World coordinates of a texel's surface: a module's positions texture; a camera's are not given, and made of z."""
+    width = seen.depth.shape[1]
+    if seen.positions.shape[0] == 0:
         return point_of(given, width, texel, texel, by)
-    x, y, z = given.positions[texel]
-    return exact(x), exact(y), exact(z)
+    return triple(seen.positions[texel // width, texel % width])
 
 
 @kernel(inline=True)
-def vector_to(given, there, here, by):
+def vector_to(seen, there, here, by):
     """Vector between two points, and of a camera its error in any axes: roundings of dot products are part of it."""
     v = pairs.apart(there, here, by)
-    if given.positions.shape[0] != 0:
+    if seen.positions.shape[0] != 0:
         return v
     size, own = abs(v[0].value) + abs(v[1].value) + abs(v[2].value), v[0].error + v[1].error + v[2].error
     e = own + 4.0 * by.operation * (size + own)
@@ -99,17 +97,15 @@ def vector_to(given, there, here, by):
 @kernel(inline=True)
 def to_world(m, v, by):
     """World coordinates of a vector of cast space."""
-    x = dot((exact(m[0]), exact(m[1]), exact(m[2])), v, by)
-    y = dot((exact(m[4]), exact(m[5]), exact(m[6])), v, by)
-    return x, y, dot((exact(m[8]), exact(m[9]), exact(m[10])), v, by)
+    return dot(triple(m[:3]), v, by), dot(triple(m[4:7]), v, by), dot(triple(m[8:11]), v, by)
 
 
 @kernel
-def normal_of(given, shape, row, column, here, by):
+def normal_of(seen, given, row, column, here, by):
     """A texel's normal, and whether its neighbours and its side are sure."""
-    if given.normals.shape[0] != 0:
-        return vector(given.normals, row, column), True
-    (height, width), texel = shape, row * shape[1] + column
+    if seen.normals.shape[0] != 0:
+        return triple(seen.normals[row, column]), True
+    (height, width), texel = seen.depth.shape, row * seen.depth.shape[1] + column
     across = partner(given.z_high, texel, 1, column & 1, column > 0, column + 1 < width)
     down = partner(given.z_high, texel, width, row & 1, row > 0, row + 1 < height)
     sure = across == partner(given.z_low, texel, 1, column & 1, column > 0, column + 1 < width)
@@ -118,8 +114,8 @@ def normal_of(given, shape, row, column, here, by):
     way = to_world(given.world, (c, d, exact(1.0)), by)
     normal = way
     if texel not in (across, down):
-        a = vector_to(given, surface_of(given, width, across, by), here, by)
-        normal = pairs.cross(a, vector_to(given, surface_of(given, width, down, by), here, by), by)
+        a = vector_to(seen, surface_of(seen, given, across, by), here, by)
+        normal = pairs.cross(a, vector_to(seen, surface_of(seen, given, down, by), here, by), by)
     scale = divide(exact(1.0), pairs.root(dot(normal, normal, by), by), by)
     # It may be divided by its largest coordinate before it is divided by its length.
     normal = times(normal, Pair(scale.value, scale.error + 3.0 * by.quotient * scale.value), by)
@@ -169,61 +165,58 @@ def tap_coordinate(at, off, landing, by):
 
 
 @kernel
-def tap_range(given, landing, shape, texel, s, reach, turn, here, normal, less, by):
+def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
     """The least and largest term of a tap, and whether it lies in one texel of one level, or in none, for sure."""
-    (row, column), (c, d), x, y = texel, turn, given.taps[s, 0], given.taps[s, 1]
-    alpha, off = Pair(given.taps[s, 2], by.quotient * given.taps[s, 2]), 3.0 * (by.operation + by.angle)
+    (row, column), (x, y, far), shape = texel, given.taps[s], seen.depth.shape
+    c, d = turn_of(seen, row, column)
+    alpha, off = Pair(far, by.quotient * far), 3.0 * (by.operation + by.angle)
     across, down = multiply(reach[0], alpha, by), multiply(reach[1], alpha, by)
     u = tap_coordinate(column, multiply(across, Pair(x * c - y * d, off), by), landing, by)
     v = tap_coordinate(row, multiply(down, Pair(x * d + y * c, off), by), landing, by)
     box = box_of(shape, widen(Projected(u, v, exact(0.0), True, True), by))
-    if not (box.may and box.known):
-        return 0.0, LIMITLESS if box.may else 0.0, not box.may
     bits, top = np.int32(given.log_q), np.int32(given.first.shape[0] - 1)
     near = max(across.value - across.error * SAFETY, down.value - down.error * SAFETY, 0.0)
     far = min(max(across.value + across.error * SAFETY, down.value + down.error * SAFETY), 2.0 * _FAR)
     low, high = mip_level(near, bits, top), mip_level(far, bits, top)
     inverse = Pair(given.inverse, 2.0 * by.quotient * given.inverse)
-    least, most, epsilon = LIMITLESS if box.must else 0.0, 0.0, exact(given.epsilon)
+    least, most, epsilon = LIMITLESS * box.least, LIMITLESS * box.most, exact(given.epsilon)
     for level in range(low, high + 1):
         span = (shape[1] + (1 << level) - 1) >> level
-        for j in range(box.j0, box.j1 + 1):
-            for i in range(box.i0, box.i1 + 1):
-                a, b, place = 0.0, 0.0, given.first[level] + (j >> level) * span + (i >> level)
-                if given.z_low[place] < np.inf and not (j == row and i == column):
-                    b = LIMITLESS
-                    if given.z_high[place] < np.inf:
-                        v = vector_to(given, point_of(given, shape[1], j * shape[1] + i, place, by), here, by)
-                        a, b = term_of(times(v, inverse, by), normal, less, epsilon, given.cubed != 0.0, by)
-                least, most = min(least, a), max(most, b)
-    return least, most, box.must and box.i0 == box.i1 and box.j0 == box.j1 and low == high
+        for k in range(box.texels):
+            (j, i), a, b = texel_of(box, k), 0.0, 0.0
+            place = given.first[level] + (j >> level) * span + (i >> level)
+            if given.z_low[place] < np.inf and not (j == row and i == column):
+                b = LIMITLESS
+                if given.z_high[place] < np.inf:
+                    v = vector_to(seen, point_of(given, shape[1], j * shape[1] + i, place, by), here, by)
+                    a, b = term_of(times(v, inverse, by), normal, less, epsilon, given.cubed != 0.0, by)
+            least, most = min(least, a), max(most, b)
+    return least, most, box.sure and (box.texels == 0 or low == high)
 
 
 @kernel(parallel=True)
-def sum_taps(given, landing, turns, by, fewest, most, undecided):
-    """Write the least and largest sum of every texel's terms, (H, W) float64, and the number of taps in doubt, int32.
+def sum_taps(seen, given, landing, by, sums):
+    """Write the least and largest sum of every texel's terms, and its taps in doubt, (3, H, W) float64.
 
     All taps of a texel are in doubt where its normal is. Sums are not rounded yet.
     """
-    height, width = fewest.shape
+    height, width = seen.depth.shape
     for row in prange(height):
         j = np.int64(row)
         for i in range(width):
-            texel, shape = j * width + i, (height, width)
+            texel, n = j * width + i, given.taps.shape[0]
             low, high = given.z_low[texel], given.z_high[texel]
-            fewest[j, i], most[j, i], undecided[j, i] = 0.0, LIMITLESS if low < np.inf else 0.0, given.taps.shape[0]
+            sums[1, j, i], sums[2, j, i] = LIMITLESS if low < np.inf else 0.0, n
             if not high < np.inf:
                 continue
-            z, here = Pair(0.5 * (low + high), 0.5 * (high - low)), surface_of(given, width, texel, by)
-            normal, known = normal_of(given, shape, j, i, here, by)
+            z, here = Pair(0.5 * (low + high), 0.5 * (high - low)), surface_of(seen, given, texel, by)
+            normal, known = normal_of(seen, given, j, i, here, by)
             slope = Pair(given.depth_bias, 3.0 * by.operation * given.depth_bias)
             less = add(exact(given.bias), multiply(slope, pairs.subtract(z, exact(given.origin), by), by), by)
-            reach, turn = reaches_of(given, shape, j, i, z, by), (1.0, 0.0)
-            if turns is not None:
-                turn = turn_of(turns, i, j)
+            reach = reaches_of(given, (height, width), j, i, z, by)
             if known:
-                most[j, i], undecided[j, i] = 0.0, 0
-                for s in range(given.taps.shape[0]):
-                    a, b, sure = tap_range(given, landing, shape, (j, i), s, reach, turn, here, normal, less, by)
-                    fewest[j, i], most[j, i] = fewest[j, i] + a, most[j, i] + b
-                    undecided[j, i] += np.int32(not sure)
+                sums[1, j, i], sums[2, j, i] = 0.0, 0.0
+                for s in range(n):
+                    a, b, sure = tap_range(seen, given, landing, (j, i), s, reach, here, normal, less, by)
+                    sums[0, j, i], sums[1, j, i] = sums[0, j, i] + a, sums[1, j, i] + b
+                    sums[2, j, i] += 0.0 if sure else 1.0

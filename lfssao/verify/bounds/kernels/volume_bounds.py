@@ -1,35 +1,33 @@
-"""``vo-points`` and ``vo-points-normal`` on pairs: sums of weighted points of each texel's ball that are hidden.
+"""VO on pairs: sums of weighted points of each texel's ball that are hidden, and of weighted hidden lengths of lines.
 
-VO's offset is made of a point by two reflections; no term of it, taken through them and a row in either order, is
-rounded more than ``_ROUNDINGS`` times, so a coordinate is off by that times the sizes of its terms. The reflection by
-the tangent plane is no decision: its lift min(above, 0) has no jump, so an error of ``above`` is one of the place.
+A point's offset is made by two reflections; no term of it, taken through them and a row in either order, is rounded
+more than ``_ROUNDINGS`` times besides a row. The reflection by the tangent plane is no decision: its lift has no jump,
+so an error of ``above`` is one of the place.
+
+A line's length is an interval: each texel that its place may lie in gives one, of the pair d = (z_Q - z_S) / (R w_z),
+and a place that may lie in none gives 0.
 """
-
-from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, exact
-from lfssao.verify.bounds.kernels.projection_bounds import point_row, project, rows_of_point, turned_offset, widen
-from lfssao.verify.bounds.kernels.ssao_bounds import box_of, mapping_of, texel_point, turn_of
+from lfssao.verify.bounds.kernels.disk_bounds import deep_of, frame_of, mirror_of, offset_of, place_of, plane_of, way_of
+from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, divide, exact, multiply, subtract
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, image_of
+from lfssao.verify.bounds.kernels.seen_bounds import (
+    box_of,
+    cast_depth,
+    mapping_of,
+    surface_of,
+    texel_of,
+    texel_point,
+    triple,
+    turn_of,
+)
 
-_ROUNDINGS = 24  # of a term of a turned and reflected offset, rows included; 19 if they are counted
+_ROUNDINGS = 16  # of a term of a turned and reflected offset, but for a row's; 14 if they are counted
 _SMALLEST = 2.0**-126
-
-
-class Ball(NamedTuple):
-    """The ball of ``vo-points`` around each texel's place; lengths are in world units."""
-
-    fractions: Any  # (n,) float64: weights of the points, their sum 1
-    mirrors: Any  # (3, T, T) float64: direction of a texel's mirror, in tiles of T x T texels; zeros for none
-    normals: Any  # (H, W, 3) float32: normals of the tangent planes; (0, 0, 3) for none
-    directions: Any  # (H, W, 3) float32: viewing directions, read for a thickness; (0, 0, 3) for an infinite one
-    axis: Any  # (4,) float64: the last row of ``cast_from_world``, each number a float32
-    radius: float
-    thickness: float
 
 
 @kernel(inline=True)
@@ -39,7 +37,7 @@ def _dot(a, b):
 
 @kernel(inline=True)
 def _sizes(a):
-    return abs(a[0]), abs(a[1]), abs(a[2])
+    return abs(np.float64(a[0])), abs(np.float64(a[1])), abs(np.float64(a[2]))
 
 
 @kernel(inline=True)
@@ -49,104 +47,119 @@ def _minus(a, factor, b):
 
 
 @kernel(inline=True)
-def reflect(offset, sizes, mirror, normal, by):
-    """An offset after both reflections, and the sizes of its coordinates' terms, which came with sizes."""
-    unit = _sizes(mirror)
-    turned = _minus(offset, 2.0 * _dot(mirror, offset), mirror)
-    sizes = _minus(sizes, -2.0 * _dot(unit, sizes), unit)
-    above, size = _dot(turned, normal), _dot(sizes, _sizes(normal))
-    k = _ROUNDINGS * by.operation
-    if not above < k * (1.0 + k) * size:
-        return turned, sizes
-    return _minus(turned, 2.0 * min(above, 0.0), normal), _minus(sizes, -2.0 * size, _sizes(normal))
+def ball_place(seen, ball, s, j, i, by):
+    """The place of a point of a texel's ball: turned, reflected by the texel's mirror, then by its tangent plane."""
+    tile, (c, d), (x, y, z), r = ball.mirrors.shape[1], turn_of(seen, j, i), ball.offsets[s], seen.radius
+    x, y, z = r * x, r * y, r * z
+    offset, sizes = (c * x - d * y, d * x + c * y, z), (abs(c * x) + abs(d * y), abs(d * x) + abs(c * y), abs(z))
+    mirror, k = ball.mirrors[:, j % tile, i % tile], _ROUNDINGS * by.operation
+    offset = _minus(offset, 2.0 * _dot(mirror, offset), mirror)
+    sizes = _minus(sizes, -2.0 * _dot(_sizes(mirror), sizes), _sizes(mirror))
+    if ball.tangent:
+        n = seen.normals[j, i]
+        above, size = _dot(offset, n), _dot(sizes, _sizes(n))
+        if above < k * (1.0 + k) * size:
+            offset = _minus(offset, 2.0 * min(above, 0.0), n)
+            sizes = _minus(sizes, -2.0 * size, _sizes(n))
+    factor, flushed, (u, v, w), (a, b, e) = k * (1.0 + k), FLUSHED * (1.0 + r), offset, sizes
+    moved = Pair(u, factor * a + flushed), Pair(v, factor * b + flushed), Pair(w, factor * e + flushed)
+    return Place(texel_point(seen, j, i, by), moved, sizes, TURNED)
 
 
 @kernel(inline=True)
-def cast_depth(axis, place, by):
-    """Cast z of a place, three pairs."""
-    depth = point_row(axis, 0, place, by.operation)
-    return Pair(depth.value, depth.error * SAFETY)
-
-
-@kernel(parallel=True)
-def write_cast_depths(inputs, axis, by, low, high):
-    """Write the least and largest cast z of each texel's surface, (H, W) float64; its depth but for a camera's."""
-    for j in prange(inputs.depth.shape[0]):
-        for i in range(inputs.depth.shape[1]):
-            depth = exact(np.float64(inputs.depth[j, i]))
-            if inputs.kind == MATRIX and depth.value < np.inf:
-                depth = cast_depth(axis, texel_point(inputs, by, i, j), by)
-            low[j, i], high[j, i] = depth.value - depth.error, depth.value + depth.error
+def reach_of(seen, thickness, j, i, by):
+    """Cast z by which a surface of a thickness hides behind its depth, with its error; infinite without one."""
+    if not thickness < np.inf:
+        return exact(np.inf)
+    way = seen.directions[j, i]
+    error = thickness * _dot(_sizes(way), _sizes(seen.axis)) * (8.0 * by.operation + by.quotient) * SAFETY
+    return Pair(thickness * _dot(way, seen.axis), error + FLUSHED * (1.0 + thickness))
 
 
 @kernel(inline=True)
-def reach_of(ball, row, column, by):
-    """Cast z by which a surface hides behind its depth, with its error; infinite without a thickness."""
-    if ball.directions.shape[0] == 0:
-        return Pair(np.inf, 0.0)
-    w = ball.directions[row, column]
-    way = np.float64(w[0]), np.float64(w[1]), np.float64(w[2])
-    size = ball.thickness * _dot(_sizes(way), _sizes(ball.axis))
-    error = size * (8.0 * by.operation + by.quotient) * SAFETY + FLUSHED * (1.0 + ball.thickness)
-    return Pair(ball.thickness * _dot(way, ball.axis), error)
-
-
-@kernel(inline=True)
-def place_of(inputs, ball, turns, row, column, s, by):
-    """World coordinates of a point of a texel's ball, three pairs."""
-    tile, normal = ball.mirrors.shape[1], (0.0, 0.0, 0.0)
-    if ball.normals.shape[0] != 0:
-        n = ball.normals[row, column]
-        normal = np.float64(n[0]), np.float64(n[1]), np.float64(n[2])
-    offset = inputs.offsets[s][0], inputs.offsets[s][1], inputs.offsets[s][2]
-    sizes = _sizes(offset)
-    if turns is not None:
-        offset, sizes = turned_offset(offset, turn_of(turns, column, row))
-    offset, sizes = reflect(offset, sizes, ball.mirrors[:, row % tile, column % tile], normal, by)
-    here, k = inputs.positions[row, column], _ROUNDINGS * by.operation
-    factor, flushed = k * (1.0 + k), FLUSHED * (1.0 + ball.radius)
-    return (
-        Pair(here[0] + offset[0], factor * (abs(here[0]) + sizes[0]) + flushed),
-        Pair(here[1] + offset[1], factor * (abs(here[1]) + sizes[1]) + flushed),
-        Pair(here[2] + offset[2], factor * (abs(here[2]) + sizes[2]) + flushed),
-    )
-
-
-@kernel(inline=True)
-def is_hidden(inputs, image, depth, reach, low, high, by):
+def is_hidden(seen, image, depth, reach, by):
     """Whether a point of a cast depth may be, and is for sure, hidden at its image point."""
-    box = box_of(inputs.depth.shape, image)
-    if not (box.may and box.known):
-        return box.may, False
-    may, must = False, box.must
-    for j in range(box.j0, box.j1 + 1):
-        for i in range(box.i0, box.i1 + 1):
-            nearest, farthest = depth.value - depth.error - high[j, i], depth.value + depth.error - low[j, i]
-            slack = reach.error + by.operation * abs(farthest)
-            may |= farthest > 0.0 and (nearest <= reach.value + slack or reach.value == np.inf)
-            must &= nearest > 2.0 * _SMALLEST and (farthest <= reach.value - slack or reach.value == np.inf)
+    box = box_of(seen.depth.shape, image)
+    may, must = box.most > 0.0, box.least > 0.0
+    for k in range(box.texels):
+        j, i = texel_of(box, k)
+        nearest, farthest = depth.value - depth.error - seen.high[j, i], depth.value + depth.error - seen.low[j, i]
+        slack = reach.error + by.operation * abs(farthest)
+        may |= farthest > 0.0 and (nearest <= reach.value + slack or reach.value == np.inf)
+        must &= nearest > 2.0 * _SMALLEST and (farthest <= reach.value - slack or reach.value == np.inf)
     return may, must
 
 
 @kernel(parallel=True)
-def sum_hidden(inputs, ball, low, high, by, turns, fewest, most, undecided):
-    """Write the least and largest fraction of every texel's ball that a renderer may find hidden, (H, W) float64.
+def sum_hidden(seen, ball, thickness, by, sums):
+    """Write the least and largest fraction of every texel's ball that is hidden, and its undecided points, (3, H, W).
 
-    Sums are not rounded yet. ``low`` and ``high`` are those of ``write_cast_depths``; ``undecided``, (H, W) int32,
-    gets the number of undecided points.
+    Sums are not rounded yet.
     """
-    for j in prange(inputs.depth.shape[0]):
-        for i in range(inputs.depth.shape[1]):
-            fewest[j, i], most[j, i], undecided[j, i] = 0.0, 0.0, 0
-            if not inputs.depth[j, i] < np.inf:
-                continue
-            reach = reach_of(ball, j, i, by)
-            for s in range(inputs.offsets.shape[0]):
-                place = place_of(inputs, ball, turns, j, i, s, by)
-                rows = rows_of_point(mapping_of(inputs), place, by.operation)
-                image = widen(project(mapping_of(inputs), rows, by), by)
-                depth = cast_depth(ball.axis, place, by) if inputs.kind == MATRIX else image.z
-                may, must = is_hidden(inputs, image, depth, reach, low, high, by)
-                fewest[j, i] += ball.fractions[s] if must else 0.0
-                most[j, i] += ball.fractions[s] if may else 0.0
-                undecided[j, i] += np.int32(may and not must)
+    for j in prange(seen.depth.shape[0]):
+        for i in range(seen.depth.shape[1]):
+            for s in range(ball.weights.shape[0] if seen.depth[j, i] < np.inf else 0):
+                place = ball_place(seen, ball, s, j, i, by)
+                image = image_of(mapping_of(seen), place, by)
+                depth, reach = cast_depth(seen, place, image, by), reach_of(seen, thickness, j, i, by)
+                may, must = is_hidden(seen, image, depth, reach, by)
+                sums[0, j, i] += ball.weights[s] if must else 0.0
+                sums[1, j, i] += ball.weights[s] if may else 0.0
+                sums[2, j, i] += 1.0 if may and not must else 0.0
+
+
+@kernel(inline=True)
+def tops_of(seen, disk, way, offset, half, j, i, by):
+    """The least and largest end of a line: at the tangent plane, or half the ball's extent."""
+    if not disk.tangent:
+        return half, half
+    plane = plane_of(triple(seen.normals[j, i]), way, offset, by)
+    error = plane.error * SAFETY
+    return min(plane.value - error, half), min(plane.value + error, half)
+
+
+@kernel(inline=True)
+def length_of(thickness, half, tops, d, by):
+    """The least and largest hidden length of a line where the surface is met at d; thickness: in radii."""
+    error = d.error * SAFETY
+    if not error < np.inf:
+        return 0.0, 2.0 * half
+    least, most = tops
+    if thickness < np.inf:
+        back = add(d, Pair(thickness, thickness * (2.0 * by.operation + by.quotient)), by)
+        least = min(least, back.value - back.error * SAFETY)
+        most = min(most, back.value + back.error * SAFETY)
+    least -= max(d.value + error, -half)
+    most -= max(d.value - error, -half)
+    r = 2.0 * by.operation
+    return max(least * (1.0 - r) - FLUSHED, 0.0), most * (1.0 + r) + FLUSHED if most > 0.0 else 0.0
+
+
+@kernel(parallel=True)
+def sum_lengths(seen, disk, thickness, by, sums):
+    """Write the least and largest hidden fraction of every texel's ball, and its lines in doubt, (3, H, W).
+
+    Sums are not rounded yet. A line is in doubt if it may be looked up in several texels.
+    """
+    for j in prange(seen.depth.shape[0]):
+        for i in range(seen.depth.shape[1]):
+            way = way_of(seen, j, i)
+            deep, may, must = deep_of(seen, way, by)
+            frame, steep = frame_of(triple(seen.right), way, by), divide(exact(1.0), deep, by)
+            mirror = mirror_of(disk.mirrors, j, i)
+            for s in range(disk.half.shape[0] if may and seen.depth[j, i] < np.inf else 0):
+                half, weight = disk.half[s], disk.weights[s]
+                offset = offset_of(seen, disk.places[s, 0], disk.places[s, 1], mirror, frame, j, i, 0.0, by)
+                place = place_of(texel_point(seen, j, i, by), seen.radius, offset)
+                image = image_of(mapping_of(seen), place, by)
+                z, box = cast_depth(seen, place, image, by), box_of(seen.depth.shape, image)
+                least, most = 2.0 * half * box.least, 2.0 * half * box.most
+                for k in range(box.texels):
+                    surface, length = surface_of(seen, *texel_of(box, k)), (0.0, 0.0)
+                    if surface.value < np.inf:
+                        tops = tops_of(seen, disk, way, offset, half, j, i, by)
+                        length = length_of(thickness, half, tops, multiply(subtract(surface, z, by), steep, by), by)
+                    least, most = min(least, length[0]), max(most, length[1])
+                sums[0, j, i] += max(weight * least - FLUSHED, 0.0) if must else 0.0
+                sums[1, j, i] += weight * most + FLUSHED if most > 0.0 else 0.0
+                sums[2, j, i] += 0.0 if box.sure and must else 1.0

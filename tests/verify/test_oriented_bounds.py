@@ -11,7 +11,7 @@ from lfssao import Buffers, builtin_scene, find_display, make_samples, module_vi
 from lfssao.ao.estimators.oriented import OrientedOptions, half_ball
 from lfssao.ao.estimators.registry import estimate
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.kernels import oriented_bounds as kernels
+from lfssao.verify.bounds.kernels import ball_bounds as kernels
 from lfssao.verify.bounds.kernels.pairs import Pair
 from lfssao.verify.bounds.points import point_bounds
 

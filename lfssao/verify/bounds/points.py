@@ -1,17 +1,14 @@
-"""Bounds of the estimators that count decisions about points of a ball, as Algorithms 1 and 2, or sum lengths of lines.
+"""Bounds of the estimators that count decisions about points, as Algorithms 1 and 2, or sum terms.
 
 ``point``, ``hemisphere``, ``vo-points`` and ``vo-points-normal``. Each point is occluded, clear or undecided
-(``kernels.point_bounds``, ``kernels.volume_bounds``). Occlusion grows with each decision, the remap
+(``kernels.point_bounds``, ``kernels.ball_bounds``). Occlusion grows with each decision, the remap
 2 max(0, occlusion - 1/2) with the occlusion, and both ways of VO to make one of two radii with each of the two: bounds
 go through. VO's points have weights, whose sum takes the place of the count.
 
 ``vo-lines`` and ``vo-lines-normal`` sum lengths, which jump where a look-up falls into another texel, by as much as the
 surface there differs. Each length lies between those that any texel gives where the look-up may fall
-(``kernels.line_bounds``).
-
-``oriented-hemisphere`` sums weights of points likewise (``kernels.oriented_bounds``).
-
-``alchemy`` and ``sao`` sum terms of the points that taps land on, ``hbao`` rises of horizons (``sums``, ``sao``).
+(``kernels.disk_bounds``). So do the weights of ``oriented-hemisphere``, the terms of ``alchemy`` and ``sao`` and the
+rises of horizons of ``hbao`` (``sums``, ``sao``).
 
 The other estimators sum areas, or mean levels of detail. No interval of them is known; they must have equal bits.
 """
@@ -32,10 +29,10 @@ from lfssao.ao.textures import Buffers
 from lfssao.core.affine import sum_in_order
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.kernels import oriented_bounds as oriented_kernels
-from lfssao.verify.bounds.kernels import volume_bounds as volume_kernels
+from lfssao.verify.bounds.kernels import ball_bounds as ball_kernels
+from lfssao.verify.bounds.kernels import disk_bounds as disk_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
-from lfssao.verify.bounds.kernels.seen_bounds import IMAGE, POSITIONS
+from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held
 from lfssao.verify.bounds.sao import sao
@@ -111,7 +108,7 @@ def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     fractions = single(weights / sum_in_order(weights.tolist()))
     ball, thickness = Ball(single(given.points), fractions, single(mirrors), tangent), options.thickness or np.inf
     seen = given.surface(radius, thickness < np.inf)
-    return _summed(given, volume_kernels.sum_hidden, seen, ball, thickness)
+    return _summed(given, ball_kernels.sum_hidden, seen, ball, thickness)
 
 
 def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
@@ -119,7 +116,7 @@ def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     options = VolumeOptions(**given.options)  # type: ignore[arg-type]
     disk = held(make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32)))
     thickness = options.thickness / radius if options.thickness > 0 < radius else np.inf
-    return _summed(given, volume_kernels.sum_lengths, given.surface(radius), disk, thickness)
+    return _summed(given, disk_kernels.sum_lengths, given.surface(radius), disk, thickness)
 
 
 def _oriented(given: Problem, radius: float) -> Bounds:
@@ -127,7 +124,7 @@ def _oriented(given: Problem, radius: float) -> Bounds:
     options = OrientedOptions(**given.options)  # type: ignore[arg-type]
     half, hides = half_ball(given.seen, radius, given.points, options), options.background == "occludes"
     background = float(hides and options.range_check == "none")
-    return _summed(given, oriented_kernels.sum_weights, given.surface(radius, False), held(half), background)
+    return _summed(given, ball_kernels.sum_weights, given.surface(radius, False), held(half), background)
 
 
 def _summed(given: Problem, kernel: Callable[..., None], *samples: Any) -> Bounds:

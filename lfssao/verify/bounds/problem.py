@@ -10,7 +10,7 @@ from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import FloatArray, Texture
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.kernels.seen_bounds import CAST, Seen
+from lfssao.verify.bounds.kernels.seen import CAST, Seen
 from lfssao.verify.bounds.ssao import NOTHING, seen_by, single, with_depths
 
 Options = Mapping[str, Value]

@@ -20,7 +20,7 @@ from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.point_bounds import Points, count_hidden
-from lfssao.verify.bounds.kernels.seen_bounds import IMAGE, Seen, write_depths
+from lfssao.verify.bounds.kernels.seen import IMAGE, Seen, write_depths
 
 NOTHING = np.empty((0, 0, 3), np.float32)
 

@@ -1,7 +1,6 @@
 """Bounds of ``alchemy`` and ``hbao``, which sum terms of the surface around a point.
 
-Each term of ``alchemy`` lies between those that any texel gives where its tap may land (``kernels.obscurance_bounds``);
-occlusion, a power of 1 less the sum, grows with each. ``hbao`` sums rises of horizons (``kernels.horizon_bounds``).
+Occlusion of ``alchemy``, a power of 1 less the sum, grows with each term. ``hbao`` sums rises of horizons.
 """
 
 import numpy as np
@@ -12,8 +11,7 @@ from lfssao.ao.estimators.kernels.alchemy import Strength
 from lfssao.core.elementary import power
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
-from lfssao.verify.bounds.kernels.horizon_bounds import sum_rises
-from lfssao.verify.bounds.kernels.obscurance_bounds import sum_terms
+from lfssao.verify.bounds.kernels.disk_bounds import sum_rises, sum_terms
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.problem import Ends, Problem, held
 from lfssao.verify.bounds.ssao import single

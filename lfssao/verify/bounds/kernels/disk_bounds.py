@@ -1,11 +1,18 @@
-"""Places on a disk around a texel's point, on pairs, for estimators whose samples lie on one.
+"""Estimators whose samples lie on a disk around a texel's point, on pairs: ``vo-lines``, ``alchemy`` and ``hbao``.
 
 Turn, reflection and place on the disk may be applied in any order: no term of an offset f a + g b, a and b the frame's
 pairs, is rounded more than 21 times on its way into a row. A row's own roundings of the offset, 10 of its terms, which
 may cancel, are counted with them twice.
+
+A sample's term is an interval: each texel that its place may lie in gives one, and a place that may lie in none 0.
+Terms are hidden lengths of lines, of the pair d = (z_Q - z_S) / (R w_z); max(0, v . n - bias) / (v . v + epsilon), v
+to where taps land; and attenuated rises of horizons along the steps of directions. A horizon is an interval, too: a
+step raises it by the surface of any texel that may be read, or not where that may be none. A rise lies between those
+above the highest and above the lowest horizon so far. Sums are not rounded yet.
 """
 
 import numpy as np
+from numba import prange
 
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
@@ -14,21 +21,24 @@ from lfssao.verify.bounds.kernels.pairs import (
     FLUSHED,
     SAFETY,
     Pair,
-    apart,
-    cross,
-    divide,
+    add,
+    div,
     dot,
     exact,
-    is_positive,
-    multiply,
-    root,
+    mul,
+    positive,
+    ramp,
+    sub,
     times,
 )
-from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place
-from lfssao.verify.bounds.kernels.seen_bounds import triple, turn_of
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, at_point, row_of, widen
+from lfssao.verify.bounds.kernels.seen import box_of, look, surface_of, texel_of, texel_point, triple, turn_of
 
 ROUNDINGS = 48  # 21 and twice 10 if they are counted
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
+LIMITLESS = 1e300  # a term without an upper bound
+_LARGE = 2.0**126  # sums of squares from it on may be infinite in float32
+_ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
 
 
 @kernel(inline=True)
@@ -41,16 +51,16 @@ def way_of(seen, j, i):
 @kernel(inline=True)
 def deep_of(seen, way, by):
     """R w_z, w_z the change of cast z along a viewing direction; whether it may be positive, and is for sure."""
-    deep = multiply(Pair(seen.radius, by.operation * seen.radius), dot(triple(seen.axis), way, by), by)
-    return deep, *is_positive(deep)
+    deep = mul(Pair(seen.radius, by.operation * seen.radius), dot(triple(seen.axis), way, by), by)
+    return deep, *positive(deep)
 
 
 @kernel(inline=True)
 def frame_of(right, way, by):
     """Unit vectors a and b across a viewing direction, triples of pairs: a to the right, b = w x a."""
-    a = apart(right, times(way, dot(right, way, by), by), by)
-    a = times(a, divide(exact(1.0), root(dot(a, a, by), by), by), by)
-    return a, cross(way, a, by)
+    a = pairs.apart(right, times(way, dot(right, way, by), by), by)
+    a = times(a, div(exact(1.0), pairs.root(dot(a, a, by), by), by), by)
+    return a, pairs.cross(way, a, by)
 
 
 @kernel(inline=True)
@@ -89,4 +99,207 @@ def plane_of(normal, way, offset, by):
     towards = dot(normal, way, by)
     near = max(-towards.value - towards.error * SAFETY, EDGE_ON)
     far = max(-towards.value + towards.error * SAFETY, EDGE_ON)
-    return divide(dot(normal, offset, by), Pair(0.5 * (near + far), 0.5 * (far - near)), by)
+    return div(dot(normal, offset, by), Pair(0.5 * (near + far), 0.5 * (far - near)), by)
+
+
+@kernel(inline=True)
+def tops_of(seen, disk, way, offset, half, j, i, by):
+    """The least and largest end of a line: at the tangent plane, or half the ball's extent."""
+    if not disk.tangent:
+        return half, half
+    plane = plane_of(triple(seen.normals[j, i]), way, offset, by)
+    error = plane.error * SAFETY
+    return min(plane.value - error, half), min(plane.value + error, half)
+
+
+@kernel(inline=True)
+def length_of(thickness, half, tops, d, by):
+    """The least and largest hidden length of a line where the surface is met at d; thickness: in radii."""
+    error = d.error * SAFETY
+    if not error < np.inf:
+        return 0.0, 2.0 * half
+    least, most = tops
+    if thickness < np.inf:
+        back = add(d, Pair(thickness, thickness * (2.0 * by.operation + by.quotient)), by)
+        least = min(least, back.value - back.error * SAFETY)
+        most = min(most, back.value + back.error * SAFETY)
+    least -= max(d.value + error, -half)
+    most -= max(d.value - error, -half)
+    r = 2.0 * by.operation
+    return max(least * (1.0 - r) - FLUSHED, 0.0), most * (1.0 + r) + FLUSHED if most > 0.0 else 0.0
+
+
+@kernel(parallel=True)
+def sum_lengths(seen, disk, thickness, by, sums):
+    """Write the least and largest hidden fraction of every texel's ball, and its lines in doubt, (3, H, W).
+
+    Sums are not rounded yet. A line is in doubt if it may be looked up in several texels.
+    """
+    for j in prange(seen.depth.shape[0]):
+        for i in range(seen.depth.shape[1]):
+            way = way_of(seen, j, i)
+            deep, may, must = deep_of(seen, way, by)
+            frame, steep = frame_of(triple(seen.right), way, by), div(exact(1.0), deep, by)
+            mirror = mirror_of(disk.mirrors, j, i)
+            for s in range(disk.half.shape[0] if may and seen.depth[j, i] < np.inf else 0):
+                half, weight = disk.half[s], disk.weights[s]
+                offset = offset_of(seen, disk.places[s, 0], disk.places[s, 1], mirror, frame, j, i, 0.0, by)
+                place = place_of(texel_point(seen, j, i, by), seen.radius, offset)
+                _, z, box = look(seen, place, by)
+                least, most = 2.0 * half * box.least, 2.0 * half * box.most
+                for k in range(box.texels):
+                    surface, length = surface_of(seen, *texel_of(box, k)), (0.0, 0.0)
+                    if surface.value < np.inf:
+                        tops = tops_of(seen, disk, way, offset, half, j, i, by)
+                        length = length_of(thickness, half, tops, mul(sub(surface, z, by), steep, by), by)
+                    least, most = min(least, length[0]), max(most, length[1])
+                sums[0, j, i] += max(weight * least - FLUSHED, 0.0) if must else 0.0
+                sums[1, j, i] += weight * most + FLUSHED if most > 0.0 else 0.0
+                sums[2, j, i] += 0.0 if box.sure and must else 1.0
+
+
+@kernel(inline=True)
+def axes_of(way, sign, by):
+    """Axes e and -f of ``lfssao.core.vectors.disk_axes`` for a sign of z: those of a reflection by (1, 0)."""
+    x, y, z = way
+    g = exact(sign)
+    a = div(Pair(-sign, 0.0), add(exact(1.0), mul(g, z, by), by), by)
+    b, gx = mul(mul(x, y, by), a, by), mul(g, x, by)
+    e = add(exact(1.0), mul(mul(gx, x, by), a, by), by), mul(g, b, by), Pair(-gx.value, gx.error)
+    last = add(g, mul(mul(y, y, by), a, by), by)
+    return e, (Pair(-b.value, b.error), Pair(-last.value, last.error), y)
+
+
+@kernel(inline=True)
+def term_of(v, normal, less, epsilon, falls, by):
+    """The least and largest term max(0, v . n - less) / (v . v + epsilon), times max(0, 1 - v . v)^3 if it falls."""
+    square, above = dot(v, v, by), sub(dot(v, normal, by), less, by)
+    may, _ = positive(above)
+    if not may:
+        return 0.0, 0.0
+    below = add(square, epsilon, by)
+    term = div(ramp(above), below, by)
+    if falls:
+        left = ramp(sub(exact(1.0), square, by))
+        term = mul(mul(mul(left, left, by), left, by), term, by)
+    error = term.error * SAFETY
+    if not error < np.inf:
+        return 0.0, LIMITLESS
+    sure = below.value + below.error < _LARGE
+    return max(term.value - error, 0.0) if sure else 0.0, max(term.value + error, 0.0)
+
+
+@kernel(inline=True)
+def sum_of(seen, taps, axes, normal, less, epsilon, j, i, by):
+    """The least and largest sum of a texel's terms on a disk of these axes, and its taps in doubt."""
+    low, high, doubt, here = 0.0, 0.0, 0, triple(seen.positions[j, i])
+    for s in range(taps.shape[0]):
+        angle = by.angle if seen.turns.shape[1] > 0 else 0.0
+        offset = offset_of(seen, taps[s, 0], taps[s, 1], (1.0, 0.0), axes, j, i, angle, by)
+        _, _, box = look(seen, place_of(here, seen.radius, offset), by)
+        least, most = LIMITLESS * box.least, LIMITLESS * box.most
+        for k in range(box.texels):
+            (row, column), (a, b) = texel_of(box, k), (0.0, 0.0)
+            if seen.depth[row, column] < np.inf and not (row == j and column == i):
+                v = pairs.apart(triple(seen.positions[row, column]), here, by)
+                a, b = term_of(v, normal, less, epsilon, False, by)
+            least, most = min(least, a), max(most, b)
+        low, high, doubt = low + least, high + most, doubt + int(not box.sure)
+    return low, high, doubt
+
+
+@kernel(parallel=True)
+def sum_terms(seen, taps, away, strength, by, sums):
+    """Write the least and largest sum of every texel's terms, and its taps in doubt, (3, H, W) float64.
+
+    ``taps`` are points of the unit disk, (n, 2); ``away``, (4,), is the distance from the viewers, affine. The disk has
+    either pair of axes where a viewing direction may have either sign of z.
+    """
+    for row in prange(seen.depth.shape[0]):
+        j = np.int64(row)
+        for i in range(seen.depth.shape[1]):
+            here, normal, way = triple(seen.positions[j, i]), triple(seen.normals[j, i]), way_of(seen, j, i)
+            far = ramp(row_of(away, 0, at_point(here), by.operation))
+            less, epsilon = mul(exact(strength.beta), far, by), strength.epsilon
+            found = np.inf, 0.0, 0
+            for sign in (-1.0, 1.0):
+                if seen.depth[j, i] < np.inf and sign * way[2].value >= -LOOK:
+                    axes, room = axes_of(way, sign, by), Pair(epsilon, 4.0 * by.operation * epsilon)
+                    low, high, doubt = sum_of(seen, taps, axes, normal, less, room, j, i, by)
+                    found = min(found[0], low), max(found[1], high), max(found[2], doubt)
+            if seen.depth[j, i] < np.inf:
+                sums[0, j, i], sums[1, j, i], sums[2, j, i] = found
+
+
+@kernel(inline=True)
+def risen(fan, tau):
+    """Sine of the angle of a slope and the bias, 1 beyond the zenith."""
+    cosine = 1.0 / np.sqrt(1.0 + tau * tau)
+    above = cosine * fan.cosine_bias + tau * cosine * fan.sine_bias > 0.0
+    return cosine * fan.sine_bias - tau * cosine * fan.cosine_bias if above else 1.0
+
+
+@kernel(inline=True)
+def step_of(fan, radius, v, way, low, high, by):
+    """The least and largest attenuated rise by a surface at v, and horizon after it, from low to high before."""
+    length, r = pairs.root(dot(v, v, by), by), 4.0 * by.operation
+    sine, far = div(dot(way, v, by), length, by), div(length, Pair(radius, r * radius), by)
+    error, off = sine.error * SAFETY, far.error * SAFETY
+    if far.value - off >= 1.0:
+        return 0.0, 0.0, low, high
+    if not (error < np.inf and off < np.inf):
+        return 0.0, _ZENITH - low, low, _ZENITH
+    near, far_off = max(far.value - off, 0.0), far.value + off
+    strong = 1.0 - (fan.linear * near + fan.quadratic * near * near) + r
+    weak = max(1.0 - (fan.linear * far_off + fan.quadratic * far_off * far_off) - r, 0.0)
+    least, most = min(-sine.value - error, _ZENITH), min(error - sine.value, _ZENITH)
+    rise = strong * max(most - low, 0.0) * (1.0 + r), max(high, most)
+    if far_off >= 1.0:
+        return 0.0, rise[0], low, rise[1]
+    return weak * max(least - high, 0.0) * (1.0 - r), rise[0], max(low, least), rise[1]
+
+
+@kernel
+def march(seen, fan, image, way, horizon, j, i, by):
+    """The least and largest sum of a direction's rises, and its steps that may be read in several texels."""
+    (low, high), least, most, doubt, here = horizon, 0.0, 0.0, 0, triple(seen.positions[j, i])
+    at, to = exact(i + 0.5), exact(j + 0.5)
+    across, down = sub(image.u, at, by), sub(image.v, to, by)
+    for step in range(1, fan.steps + 1):
+        part = Pair(step / fan.steps, by.quotient)
+        u, v = add(at, mul(part, across, by), by), add(to, mul(part, down, by), by)
+        box = box_of(seen, widen(Projected(u, v, exact(0.0), image.may, image.must), by))
+        # Before the texels of the box are looked at: none of them, any, or so many that all may be.
+        rises, ends = (0.0, box.most * (_ZENITH - low)), (low, _ZENITH if box.most > 0.0 else high)
+        if box.least > 0.0:
+            rises, ends = (np.inf, 0.0), (np.inf, -np.inf)
+        for k in range(box.texels):
+            (row, column), (a, b, c, d) = texel_of(box, k), (0.0, 0.0, low, high)
+            if seen.depth[row, column] < np.inf and not (row == j and column == i):
+                v = pairs.apart(triple(seen.positions[row, column]), here, by)
+                a, b, c, d = step_of(fan, seen.radius, v, way, low, high, by)
+            rises, ends = (min(rises[0], a), max(rises[1], b)), (min(ends[0], c), max(ends[1], d))
+        least, most, doubt, (low, high) = least + rises[0], most + rises[1], doubt + int(not box.sure), ends
+    return least, most, doubt
+
+
+@kernel(parallel=True)
+def sum_rises(seen, fan, by, sums):
+    """Write the least and largest sum of every texel's rises, and its steps in doubt, (3, H, W) float64."""
+    for line in prange(seen.depth.shape[0]):
+        j = np.int64(line)
+        for i in range(seen.depth.shape[1]):
+            way, normal = way_of(seen, j, i), triple(seen.normals[j, i])
+            _, may, must = deep_of(seen, way, by)
+            frame, mirror = frame_of(triple(seen.right), way, by), mirror_of(fan.mirrors, j, i)
+            for s in range(fan.around.shape[0] if may and seen.depth[j, i] < np.inf else 0):
+                offset = offset_of(seen, fan.around[s, 0], fan.around[s, 1], mirror, frame, j, i, by.angle, by)
+                place = place_of(triple(seen.positions[j, i]), seen.radius, offset)
+                image, _, _ = look(seen, place, by)
+                slope, off = plane_of(normal, way, offset, by), 8.0 * (by.operation + by.quotient + by.root)
+                horizon, error = (-_ZENITH, _ZENITH), slope.error * SAFETY
+                if error < np.inf:
+                    horizon = risen(fan, slope.value + error) - off, risen(fan, slope.value - error) + off
+                least, most, doubt = march(seen, fan, image, way, horizon, j, i, by)
+                sums[0, j, i] += least if must else 0.0
+                sums[1, j, i], sums[2, j, i] = sums[1, j, i] + most, sums[2, j, i] + doubt

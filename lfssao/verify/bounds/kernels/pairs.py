@@ -58,13 +58,13 @@ def add(x, y, by):
 
 
 @kernel(inline=True)
-def subtract(x, y, by):
+def sub(x, y, by):
     """Difference x - y."""
     return add(x, Pair(-y.value, y.error), by)
 
 
 @kernel(inline=True)
-def multiply(x, y, by):
+def mul(x, y, by):
     """Product x y."""
     p = x.value * y.value
     e = (abs(x.value) * y.error + abs(y.value) * x.error) + x.error * y.error
@@ -72,7 +72,7 @@ def multiply(x, y, by):
 
 
 @kernel(inline=True)
-def divide(x, y, by):
+def div(x, y, by):
     """Quotient x / y; its error is infinite where y may be 0."""
     q = x.value / y.value
     room = abs(y.value) - y.error
@@ -121,7 +121,7 @@ def dot(x, y, by):
 @kernel(inline=True)
 def apart(a, b, by):
     """Difference a - b of two triples."""
-    return subtract(a[0], b[0], by), subtract(a[1], b[1], by), subtract(a[2], b[2], by)
+    return sub(a[0], b[0], by), sub(a[1], b[1], by), sub(a[2], b[2], by)
 
 
 @kernel(inline=True)
@@ -133,28 +133,28 @@ def plus(a, b, by):
 @kernel(inline=True)
 def times(a, x, by):
     """Triple a times x."""
-    return multiply(a[0], x, by), multiply(a[1], x, by), multiply(a[2], x, by)
+    return mul(a[0], x, by), mul(a[1], x, by), mul(a[2], x, by)
 
 
 @kernel(inline=True)
 def cross(a, b, by):
     """Cross product of two triples."""
     return (
-        subtract(multiply(a[1], b[2], by), multiply(a[2], b[1], by), by),
-        subtract(multiply(a[2], b[0], by), multiply(a[0], b[2], by), by),
-        subtract(multiply(a[0], b[1], by), multiply(a[1], b[0], by), by),
+        sub(mul(a[1], b[2], by), mul(a[2], b[1], by), by),
+        sub(mul(a[2], b[0], by), mul(a[0], b[2], by), by),
+        sub(mul(a[0], b[1], by), mul(a[1], b[0], by), by),
     )
 
 
 @kernel(inline=True)
-def positive_part(x):
+def ramp(x):
     """The larger of x and 0."""
     least, largest = max(x.value - x.error * SAFETY, 0.0), max(x.value + x.error * SAFETY, 0.0)
     return Pair(0.5 * (least + largest), 0.5 * (largest - least))
 
 
 @kernel(inline=True)
-def is_positive(x):
+def positive(x):
     """Whether x may be above 0, and whether it is for sure."""
     room = x.error * SAFETY
     return not x.value <= -room, x.value > room

@@ -15,9 +15,9 @@ from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.pairs import Pair, apart, dot, exact, is_positive, multiply
-from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, image_of
-from lfssao.verify.bounds.kernels.seen_bounds import box_of, mapping_of, texel_of, texel_point, triple, turn_of
+from lfssao.verify.bounds.kernels.pairs import Pair, apart, dot, exact, mul, positive
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected
+from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_point, triple, turn_of
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
 SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32
@@ -54,22 +54,22 @@ def is_below(place, normal, by):
     """Whether an offset may and does for sure point below the surface of a normal."""
     (x, y, z), (a, b, c), r = place.offset, place.sizes, place.more * by.operation
     x, y, z = Pair(-x.value, x.error + r * a), Pair(-y.value, y.error + r * b), Pair(-z.value, z.error + r * c)
-    return is_positive(dot(normal, (x, y, z), by))
+    return positive(dot(normal, (x, y, z), by))
 
 
 @kernel(inline=True)
 def in_range(here, there, radius, by):
     """Whether a place, three pairs, may be and is for sure within R of another, by distances or by their squares."""
     away, reach = apart(there, here, by), Pair(radius, radius * SINGLE)
-    square, reach = dot(away, away, by), multiply(reach, reach, by)
+    square, reach = dot(away, away, by), mul(reach, reach, by)
     rounded = square.error + 2.0 * by.root * (square.value + square.error)
-    return is_positive(Pair(reach.value - square.value, reach.error + rounded))
+    return positive(Pair(reach.value - square.value, reach.error + rounded))
 
 
 @kernel(inline=True)
 def is_hidden(seen, image, here, reach, by):
     """Whether a sample at an image point may be and is for sure behind a surface, and in range of its texel's point."""
-    box = box_of(seen.depth.shape, image)
+    box = box_of(seen, image)
     may, must = box.most > 0.0, box.least > 0.0
     z_low, z_high = image.z.value - image.z.error, image.z.value + image.z.error
     for k in range(box.texels):
@@ -116,7 +116,7 @@ def trace_sample(seen, points, here, s, j, i, by):
     image, may, must = Projected(exact(0.0), exact(0.0), exact(0.0), False, False), False, True
     for side in (1.0, -1.0):
         if below if side < 0.0 else not surely:
-            image = image_of(mapping_of(seen), on_side(place, side), by)
+            image, _, _ = look(seen, on_side(place, side), by)
             hidden = is_hidden(seen, image, here, points.reach, by)
             may, must = may | hidden[0], must & hidden[1]
     if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s] and not below:

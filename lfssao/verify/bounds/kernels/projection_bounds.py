@@ -20,19 +20,7 @@ from numba import prange
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import display_module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row, slits_of
-from lfssao.verify.bounds.kernels.pairs import (
-    FLUSHED,
-    SAFETY,
-    Pair,
-    add,
-    affine,
-    divide,
-    exact,
-    is_positive,
-    multiply,
-    root,
-    subtract,
-)
+from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, affine, div, exact, mul, positive, root, sub
 
 TURNED = 3  # roundings more of each term of a row, where offsets are turned
 
@@ -94,12 +82,12 @@ def crossing_pairs(curvature, x, z, dx, dz, by):
     Without curvature the square root is of a square: t = z / -dz twice over, so it is -2 z / (2 (-dz)).
     """
     k = exact(curvature)
-    xx, zz = multiply(x, x, by), multiply(z, z, by)
-    c = subtract(multiply(k, add(xx, zz, by), by), Pair(2.0 * z.value, 2.0 * z.error), by)
-    a = multiply(k, add(multiply(dx, dx, by), multiply(dz, dz, by), by), by)
-    b = subtract(multiply(k, add(multiply(x, dx, by), multiply(z, dz, by), by), by), dz, by)
-    discriminant = subtract(multiply(b, b, by), multiply(a, c, by), by)
-    t = divide(Pair(-c.value, c.error), add(b, root(discriminant, by), by), by)
+    xx, zz = mul(x, x, by), mul(z, z, by)
+    c = sub(mul(k, add(xx, zz, by), by), Pair(2.0 * z.value, 2.0 * z.error), by)
+    a = mul(k, add(mul(dx, dx, by), mul(dz, dz, by), by), by)
+    b = sub(mul(k, add(mul(x, dx, by), mul(z, dz, by), by), by), dz, by)
+    discriminant = sub(mul(b, b, by), mul(a, c, by), by)
+    t = div(Pair(-c.value, c.error), add(b, root(discriminant, by), by), by)
     return t, discriminant
 
 
@@ -107,21 +95,21 @@ def crossing_pairs(curvature, x, z, dx, dz, by):
 def _linear_point(d, t_s, s_y, dx, dz, by):
     """Screen point of the linear diffuser, seen from the lens on the plane z = 0: s_x, s_y and the scale."""
     m_x, m_y, m_z = exact(d.m_x), exact(d.m_y), exact(d.m_z)
-    s_x = add(m_x, multiply(t_s, dx, by), by)
+    s_x = add(m_x, mul(t_s, dx, by), by)
     scale = exact(1.0)
     if d.screen_curvature != 0.0:
-        s_z = add(m_z, multiply(t_s, dz, by), by)
-        scale = divide(m_z, subtract(m_z, s_z, by), by)
-        s_x = add(m_x, multiply(subtract(s_x, m_x, by), scale, by), by)
-        s_y = add(m_y, multiply(subtract(s_y, m_y, by), scale, by), by)
+        s_z = add(m_z, mul(t_s, dz, by), by)
+        scale = div(m_z, sub(m_z, s_z, by), by)
+        s_x = add(m_x, mul(sub(s_x, m_x, by), scale, by), by)
+        s_y = add(m_y, mul(sub(s_y, m_y, by), scale, by), by)
     return s_x, s_y, scale
 
 
 @kernel(inline=True)
 def _length(x, y, z, by):
     """Square root of (x - y)^2 + z^2."""
-    a = subtract(x, y, by)
-    return root(add(multiply(a, a, by), multiply(z, z, by), by), by)
+    a = sub(x, y, by)
+    return root(add(mul(a, a, by), mul(z, z, by), by), by)
 
 
 @kernel(inline=True)
@@ -130,28 +118,28 @@ def _conical_point(d, x, z, s_y, by):
     m_x, z_o = exact(d.m_x), exact(d.z_o)
     h_m = _length(s_y, exact(d.m_y), exact(d.m_z), by)
     h_e = _length(s_y, exact(d.y_o), z_o, by)
-    kappa = multiply(divide(z, z_o, by), divide(h_e, h_m, by), by)
+    kappa = mul(div(z, z_o, by), div(h_e, h_m, by), by)
     room = add(exact(1.0), kappa, by)
-    return divide(add(x, multiply(m_x, kappa, by), by), room, by), room
+    return div(add(x, mul(m_x, kappa, by), by), room, by), room
 
 
 @kernel(inline=True)
 def _distort_pairs(d, u, v, by):
     """Radial distortion of pairs: u, v and r^2."""
     c_u, c_v, f = exact(d.c_u), exact(d.c_v), exact(d.unit)
-    a, b = divide(subtract(u, c_u, by), f, by), divide(subtract(v, c_v, by), f, by)
-    r2 = add(multiply(a, a, by), multiply(b, b, by), by)
-    s = add(exact(d.k1), multiply(r2, exact(d.k2), by), by)
-    s = add(exact(1.0), multiply(r2, s, by), by)
-    u = add(c_u, multiply(f, multiply(a, s, by), by), by)
-    v = add(c_v, multiply(f, multiply(b, s, by), by), by)
+    a, b = div(sub(u, c_u, by), f, by), div(sub(v, c_v, by), f, by)
+    r2 = add(mul(a, a, by), mul(b, b, by), by)
+    s = add(exact(d.k1), mul(r2, exact(d.k2), by), by)
+    s = add(exact(1.0), mul(r2, s, by), by)
+    u = add(c_u, mul(f, mul(a, s, by), by), by)
+    v = add(c_v, mul(f, mul(b, s, by), by), by)
     return u, v, r2
 
 
 @kernel(inline=True)
 def _and_positive(x, may, must):
     """Whether all demands may hold, and hold for sure, with one more: x > 0."""
-    may_x, must_x = is_positive(x)
+    may_x, must_x = positive(x)
     return may & may_x, must & must_x
 
 
@@ -162,17 +150,17 @@ def display_pairs(d, x, y, z, by):
     d, a DisplayModule of float64, is the module.
     """
     m_x, m_z, y_o, z_o = exact(d.m_x), exact(d.m_z), exact(d.y_o), exact(d.z_o)
-    dx, dz = subtract(x, m_x, by), subtract(z, m_z, by)
+    dx, dz = sub(x, m_x, by), sub(z, m_z, by)
     t_s, disc_s = crossing_pairs(d.screen_curvature, m_x, m_z, dx, dz, by)
-    t_v, disc_v = crossing_pairs(d.observer_curvature, m_x, subtract(m_z, z_o, by), dx, dz, by)
-    over, ahead = subtract(t_v, exact(1.0), by), subtract(t_v, t_s, by)
-    may, must = is_positive(Pair(-dz.value, dz.error))
+    t_v, disc_v = crossing_pairs(d.observer_curvature, m_x, sub(m_z, z_o, by), dx, dz, by)
+    over, ahead = sub(t_v, exact(1.0), by), sub(t_v, t_s, by)
+    may, must = positive(Pair(-dz.value, dz.error))
     # A discriminant of zero will do, but roots next to zero have no bound: the error says so.
     for demand in (disc_s, disc_v, over, t_s, ahead):
         may, must = _and_positive(demand, may, must)
     if not may:
         return exact(0.0), exact(0.0), False, False
-    s_y = add(y_o, multiply(subtract(y, y_o, by), divide(ahead, over, by), by), by)
+    s_y = add(y_o, mul(sub(y, y_o, by), div(ahead, over, by), by), by)
     if d.conical != 0.0:
         s_x, room = _conical_point(d, x, z, s_y, by)
     else:
@@ -183,8 +171,8 @@ def display_pairs(d, x, y, z, by):
     may, must = _and_positive(w, may, must)
     if h[6] == 0.0 and h[7] == 0.0 and h[8] == 1.0:
         w = exact(1.0)  # a divisor that a renderer may leave out
-    u = divide(affine(h[0], s_x, h[1], s_y, h[2], by), w, by)
-    v = divide(affine(h[3], s_x, h[4], s_y, h[5], by), w, by)
+    u = div(affine(h[0], s_x, h[1], s_y, h[2], by), w, by)
+    v = div(affine(h[3], s_x, h[4], s_y, h[5], by), w, by)
     if d.k1 != 0.0 or d.k2 != 0.0:
         u, v, r2 = _distort_pairs(d, u, v, by)
         may, must = _and_positive(Pair(d.fold - r2.value, r2.error), may, must)
@@ -197,17 +185,17 @@ def project(projection, rows, by):
     a, b, c, q = rows
     if projection.kind == CROSSED_SLITS:
         slits = slits_of(projection.numbers)
-        f, g = subtract(exact(slits.z_m), c, by), subtract(exact(slits.z_o), c, by)
-        u = add(exact(slits.u_0), divide(a, f, by), by)
-        v = add(exact(slits.v_0), divide(b, g, by), by)
-        may_f, must_f = is_positive(f)
-        may_g, must_g = is_positive(Pair(-g.value, g.error))
+        f, g = sub(exact(slits.z_m), c, by), sub(exact(slits.z_o), c, by)
+        u = add(exact(slits.u_0), div(a, f, by), by)
+        v = add(exact(slits.v_0), div(b, g, by), by)
+        may_f, must_f = positive(f)
+        may_g, must_g = positive(Pair(-g.value, g.error))
         return Projected(u, v, c, may_f & may_g, must_f & must_g)
     if projection.kind == DISPLAY:
         u, v, may, must = display_pairs(display_module(projection.numbers[12:]), a, b, c, by)
         return Projected(u, v, c, may, must)
-    may, must = is_positive(q)
-    return Projected(divide(a, q, by), divide(b, q, by), divide(c, q, by), may, must)
+    may, must = positive(q)
+    return Projected(div(a, q, by), div(b, q, by), div(c, q, by), may, must)
 
 
 @kernel(inline=True)

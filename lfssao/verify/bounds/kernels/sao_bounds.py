@@ -16,10 +16,10 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE
 from lfssao.ao.estimators.sao.kernels.scalable import landed, mip_level
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
-from lfssao.verify.bounds.kernels.obscurance_bounds import LIMITLESS, term_of
-from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, divide, dot, exact, is_positive, multiply, times
+from lfssao.verify.bounds.kernels.disk_bounds import LIMITLESS, term_of
+from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, div, dot, exact, mul, positive, sub, times
 from lfssao.verify.bounds.kernels.projection_bounds import Projected, at_point, row_of, widen
-from lfssao.verify.bounds.kernels.seen_bounds import box_of, texel_of, triple, turn_of
+from lfssao.verify.bounds.kernels.seen import box_of, texel_of, triple, turn_of
 
 _FAR = 2.0**20  # texels to which a radius is held
 
@@ -70,7 +70,7 @@ def point_of(given, width, texel, place, by):
     """World coordinates of the point of a texel's ray at the hierarchy's z of a place."""
     z = Pair(0.5 * (given.z_low[place] + given.z_high[place]), 0.5 * (given.z_high[place] - given.z_low[place]))
     a, b, c, d = ray_of(given, width, texel, by)
-    at, r = at_point((add(a, multiply(z, c, by), by), add(b, multiply(z, d, by), by), z)), by.operation
+    at, r = at_point((add(a, mul(z, c, by), by), add(b, mul(z, d, by), by), z)), by.operation
     return row_of(given.world, 0, at, r), row_of(given.world, 1, at, r), row_of(given.world, 2, at, r)
 
 
@@ -116,10 +116,10 @@ def normal_of(seen, given, row, column, here, by):
     if texel not in (across, down):
         a = vector_to(seen, surface_of(seen, given, across, by), here, by)
         normal = pairs.cross(a, vector_to(seen, surface_of(seen, given, down, by), here, by), by)
-    scale = divide(exact(1.0), pairs.root(dot(normal, normal, by), by), by)
+    scale = div(exact(1.0), pairs.root(dot(normal, normal, by), by), by)
     # It may be divided by its largest coordinate before it is divided by its length.
     normal = times(normal, Pair(scale.value, scale.error + 3.0 * by.quotient * scale.value), by)
-    may, away = is_positive(dot(normal, way, by))
+    may, away = positive(dot(normal, way, by))
     sure &= (away or not may) and normal[0].error + normal[1].error + normal[2].error < np.inf
     return times(normal, exact(-1.0 if away else 1.0), by), sure
 
@@ -127,7 +127,7 @@ def normal_of(seen, given, row, column, here, by):
 @kernel(inline=True)
 def gap(table, k, one, other, by):
     """Difference of a number of two rays."""
-    return pairs.subtract(exact(table[k, other]), exact(table[k, one]), by)
+    return sub(exact(table[k, other]), exact(table[k, one]), by)
 
 
 @kernel(inline=True)
@@ -135,13 +135,13 @@ def texels_of(given, reach, k, one, other, z, by):
     """Texels in a radius, across (k 0) or down (5), with three more roundings; other: the next texel's number."""
     m, t = given.numbers, given.table
     if given.kind == SEPARABLE:
-        length = add(exact(m[k + 2]), multiply(z, exact(m[k + 4]), by), by)
+        length = add(exact(m[k + 2]), mul(z, exact(m[k + 4]), by), by)
     else:
         a, b = gap(t, 0, one, other, by), gap(t, 1, one, other, by)
         c, d = gap(t, 2, one, other, by), gap(t, 3, one, other, by)
-        v = to_world(given.world, (add(a, multiply(z, b, by), by), add(c, multiply(z, d, by), by), exact(0.0)), by)
+        v = to_world(given.world, (add(a, mul(z, b, by), by), add(c, mul(z, d, by), by), exact(0.0)), by)
         length = pairs.root(dot(v, v, by), by)
-    texels = divide(Pair(reach, 3.0 * by.operation * reach), Pair(abs(length.value), length.error), by)
+    texels = div(Pair(reach, 3.0 * by.operation * reach), Pair(abs(length.value), length.error), by)
     return exact(_FAR) if texels.value - texels.error >= _FAR else texels
 
 
@@ -170,10 +170,10 @@ def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
     (row, column), (x, y, far), shape = texel, given.taps[s], seen.depth.shape
     c, d = turn_of(seen, row, column)
     alpha, off = Pair(far, by.quotient * far), 3.0 * (by.operation + by.angle)
-    across, down = multiply(reach[0], alpha, by), multiply(reach[1], alpha, by)
-    u = tap_coordinate(column, multiply(across, Pair(x * c - y * d, off), by), landing, by)
-    v = tap_coordinate(row, multiply(down, Pair(x * d + y * c, off), by), landing, by)
-    box = box_of(shape, widen(Projected(u, v, exact(0.0), True, True), by))
+    across, down = mul(reach[0], alpha, by), mul(reach[1], alpha, by)
+    u = tap_coordinate(column, mul(across, Pair(x * c - y * d, off), by), landing, by)
+    v = tap_coordinate(row, mul(down, Pair(x * d + y * c, off), by), landing, by)
+    box = box_of(seen, widen(Projected(u, v, exact(0.0), True, True), by))
     bits, top = np.int32(given.log_q), np.int32(given.first.shape[0] - 1)
     near = max(across.value - across.error * SAFETY, down.value - down.error * SAFETY, 0.0)
     far = min(max(across.value + across.error * SAFETY, down.value + down.error * SAFETY), 2.0 * _FAR)
@@ -212,7 +212,7 @@ def sum_taps(seen, given, landing, by, sums):
             z, here = Pair(0.5 * (low + high), 0.5 * (high - low)), surface_of(seen, given, texel, by)
             normal, known = normal_of(seen, given, j, i, here, by)
             slope = Pair(given.depth_bias, 3.0 * by.operation * given.depth_bias)
-            less = add(exact(given.bias), multiply(slope, pairs.subtract(z, exact(given.origin), by), by), by)
+            less = add(exact(given.bias), mul(slope, sub(z, exact(given.origin), by), by), by)
             reach = reaches_of(given, (height, width), j, i, z, by)
             if known:
                 sums[1, j, i], sums[2, j, i] = 0.0, 0.0

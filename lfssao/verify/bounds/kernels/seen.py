@@ -11,7 +11,7 @@ from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection
-from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, divide, exact
+from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, div, exact
 from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, row_of, rows_of
 
 # A box of more texels than this is open without looking at them: it takes a mapping next to its singularity.
@@ -55,12 +55,6 @@ class Box(NamedTuple):
 
 
 @kernel(inline=True)
-def mapping_of(seen):
-    """The mapping as a projection."""
-    return Projection(seen.kind, seen.numbers)
-
-
-@kernel(inline=True)
 def triple(x):
     """Three numbers as exact pairs."""
     return exact(np.float64(x[0])), exact(np.float64(x[1])), exact(np.float64(x[2]))
@@ -81,13 +75,13 @@ def texel_point(seen, j, i, by):
         return triple(seen.positions[j, i])
     place = at_point((exact(i + 0.5), exact(j + 0.5), exact(np.float64(seen.depth[j, i]))))
     a, b, c, w = rows_of(Projection(MATRIX, seen.back), place, by.operation)
-    return divide(a, w, by), divide(b, w, by), divide(c, w, by)
+    return div(a, w, by), div(b, w, by), div(c, w, by)
 
 
 @kernel(inline=True)
-def box_of(shape, image):
-    """The texels of a texture of that shape that an image point may lie in."""
-    height, width = shape
+def box_of(seen, image):
+    """The texels that an image point may lie in."""
+    height, width = seen.depth.shape
     u_low, u_high = image.u.value - image.u.error, image.u.value + image.u.error
     v_low, v_high = image.v.value - image.v.error, image.v.value + image.v.error
     if not image.may or u_high < 0.0 or u_low >= width or v_high < 0.0 or v_low >= height:
@@ -126,6 +120,13 @@ def cast_depth(seen, place, image, by):
     return Pair(depth.value, depth.error * SAFETY)
 
 
+@kernel(inline=True)
+def look(seen, place, by):
+    """The image point of a place, the cast z that surfaces there are compared with, and the texels it may lie in."""
+    image = image_of(Projection(seen.kind, seen.numbers), place, by)
+    return image, cast_depth(seen, place, image, by), box_of(seen, image)
+
+
 @kernel(parallel=True)
 def write_depths(seen, kind, background, by, low, high):
     """Write the least and largest depth that a texel's surface may be compared with, (H, W) float64.
@@ -141,8 +142,8 @@ def write_depths(seen, kind, background, by, low, high):
                 low[j, i], high[j, i] = background, background
             elif kind == POSITIONS or (kind == CAST and seen.kind == MATRIX):
                 place = at_point(texel_point(seen, j, i, by))
-                image = image_of(mapping_of(seen), place, by)
-                z = image.z if kind == POSITIONS else cast_depth(seen, place, image, by)
+                image, z, _ = look(seen, place, by)
+                z = image.z if kind == POSITIONS else z
                 low[j, i] = z.value - z.error if kind == CAST or image.may else np.inf
                 high[j, i] = z.value + z.error if kind == CAST or image.must else np.inf
             if abs(depth) < 2.0**-126:  # may be flushed to zero

@@ -8,7 +8,7 @@ go through. VO's points have weights, whose sum takes the place of the count.
 ``vo-lines`` and ``vo-lines-normal`` sum lengths, which jump where a look-up falls into another texel, by as much as the
 surface there differs. Each length lies between those that any texel gives where the look-up may fall
 (``kernels.disk_bounds``). So do the weights of ``oriented-hemisphere``, the terms of ``alchemy`` and ``sao`` and the
-rises of horizons of ``hbao`` (``sums``, ``sao``).
+rises of horizons of ``hbao``.
 
 The other estimators sum areas, or mean levels of detail. No interval of them is known; they must have equal bits.
 """
@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
+from lfssao.ao.estimators.kernels.alchemy import Strength
 from lfssao.ao.estimators.oriented import OrientedOptions, half_ball
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
@@ -35,9 +37,8 @@ from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held
-from lfssao.verify.bounds.sao import sao
-from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points, single, with_depths
-from lfssao.verify.bounds.sums import alchemy, hbao
+from lfssao.verify.bounds.sao import lacking, left_of, sao
+from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points, single
 
 
 def point_bounds(
@@ -72,7 +73,7 @@ def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     lower, upper = fraction_bounds(len(given.points), model)
     if options.get("remap"):
         lower, upper = _remapped(lower, model, -1), _remapped(upper, model, 1)
-    return counted(with_depths(given.surface(radius, False), model, kind, background), points, (lower, upper), model)
+    return counted(given.surface(radius, False, kind, background), points, (lower, upper), model)
 
 
 def _remapped(fractions: Texture, model: ErrorModel, sign: int) -> Texture:
@@ -127,6 +128,27 @@ def _oriented(given: Problem, radius: float) -> Bounds:
     return _summed(given, ball_kernels.sum_weights, given.surface(radius, False), held(half), background)
 
 
+def _alchemy(given: Problem, radius: float) -> Bounds:
+    """Bounds of ``alchemy``."""
+    options, model, n = given.options, given.model, len(given.points)
+    scale, epsilon = 2 * float(options["sigma"]) * radius / n, float(options["epsilon"]) * radius * radius
+    strength = Strength._make([radius, float(single(options["beta"])), epsilon, scale, float(options["k"])])
+    away = single(given.seen.view.viewer_distance())
+    sums, undecided = given.sums(disk_kernels.sum_terms, given.surface(radius), single(given.points), away, strength)
+    return lacking(left_of(sums, scale, n, model), strength.k, undecided, model)
+
+
+def _hbao(given: Problem, radius: float) -> Bounds:
+    """Bounds of ``hbao``."""
+    model, options = given.model, HorizonOptions(**given.options)  # type: ignore[arg-type]
+    fan = held(fan_of(options, np.dtype(np.float32)))
+    (low, high), undecided = given.sums(disk_kernels.sum_rises, given.surface(radius), fan)
+    n = options.directions * options.steps
+    relative = ((n + 2) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
+    low, high = low / options.directions * (1 - relative), high / options.directions * (1 + relative)
+    return Bounds(up_to_single(np.minimum(low, 1)), down_to_single(np.minimum(high, 1)), undecided)
+
+
 def _summed(given: Problem, kernel: Callable[..., None], *samples: Any) -> Bounds:
     """Bounds of sums of a kernel: they are added in any order, and what is above 1 is 1."""
     (fewest, most), undecided = given.sums(kernel, *samples)
@@ -144,9 +166,9 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-points-normal": partial(_hidden_volume, at=_points_at, tangent=True),
     "vo-lines": partial(_hidden_volume, at=_lines_at, tangent=False),
     "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
-    "alchemy": alchemy,
+    "alchemy": _alchemy,
     "oriented-hemisphere": _oriented,
-    "hbao": hbao,
+    "hbao": _hbao,
     "sao": sao,
     "sao-equation-1": sao,
 }

@@ -27,8 +27,8 @@ class Problem(NamedTuple):
     options: Options
     model: ErrorModel
 
-    def surface(self, radius: float, directions: bool = True) -> Seen:
-        """The view as kernels take it, its depths those of cast space."""
+    def surface(self, radius: float, directions: bool = True, kind: int = CAST, background: float = np.inf) -> Seen:
+        """The view as kernels take it, with depths of that kind (``with_depths``)."""
         seen, view = self.seen, self.seen.view
         made = seen_by(seen.depth, seen.positions, view.world_to_image, radius, None, seen.turns)
         made = made._replace(
@@ -37,7 +37,7 @@ class Problem(NamedTuple):
             axis=single(view.cast_from_world[2]),
             right=single(view.world_from_cast[:, 0]),
         )
-        return with_depths(made, self.model, CAST)
+        return with_depths(made, self.model, kind, background)
 
     def sums(self, kernel: Callable[..., None], *given: Any) -> tuple[Ends, NDArray[np.int32]]:
         """Least and largest sum of each texel's terms, by a kernel, and the number of terms in doubt."""

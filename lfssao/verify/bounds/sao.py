@@ -25,13 +25,14 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.estimators.sao.kernels.scalable import Falloff
 from lfssao.ao.estimators.sao.texel_rays import plane_constants, texel_rays
 from lfssao.ao.kernels.post import gaussian_weights
+from lfssao.core.elementary import power
 from lfssao.optics.kernels.rays import Pinhole
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, exactly
-from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exactly, up_to_single
+from lfssao.verify.bounds.error_model import ULP, ErrorModel
 from lfssao.verify.bounds.kernels import sao_bounds as kernels
+from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.problem import Ends, Problem
 from lfssao.verify.bounds.ssao import NOTHING, single
-from lfssao.verify.bounds.sums import lacking, left_of
 
 Layers = list[NDArray[Any]]
 
@@ -190,3 +191,32 @@ def _shifted(texture: FloatArray, off: int, axis: int, beyond: float = np.inf) -
     to, n = np.moveaxis(made, axis, 0), max(len(lines) - abs(off), 0)
     to[max(-off, 0) : max(-off, 0) + n] = lines[max(off, 0) : max(off, 0) + n]
     return made
+
+
+def left_of(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:
+    """Ends of max(0, 1 - scale sum), of n terms added in any order and a scale made by a quotient and products."""
+    relative = ((n + 4) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
+    low, high = scale * sums[0] * (1 - relative), scale * sums[1] * (1 + relative)
+    least = np.where(high > 0, np.maximum(1 - high, 0) * (1 - model.operation * SAFETY), 1.0)
+    return least, np.minimum(np.maximum(1 - low, 0) * (1 + model.operation * SAFETY), 1)
+
+
+def lacking(light: Ends, k: float, undecided: NDArray[np.int32], model: ErrorModel) -> Bounds:
+    """Bounds of 1 - A^k, A between ends, 1 but for rounding at most."""
+    low, high = 1 - _raised(light[1], k, 1, model), 1 - _raised(light[0], k, -1, model)
+    off = model.operation * SAFETY
+    return Bounds(up_to_single(low - off * np.abs(low)), down_to_single(np.minimum(high * (1 + off), 1)), undecided)
+
+
+def _raised(light: FloatArray, k: float, sign: int, model: ErrorModel) -> FloatArray:
+    """Lower (sign -1) or upper (1) ends of A^k, exp2(k log2 A): log2 is off by 2^-21, and by 3 ulp below 1/2 (Vulkan).
+
+    k = 1 takes no power.
+    """
+    if k == 1:
+        return light
+    constant, slope = model.exponential
+    steps = k * (1 - np.frexp(light)[1])  # k |log2 A| at most
+    relative = constant + k * 2.0**-21 + steps * (slope + 5 * ULP) + 2 * k * np.maximum(light - 1, 0)
+    made = np.array([power(min(a, 1.0), k) for a in light.ravel().tolist()]).reshape(light.shape)
+    return np.maximum(made * (1 + sign * relative), 0) if k else made

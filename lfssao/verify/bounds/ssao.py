@@ -42,10 +42,8 @@ def ao_bounds(
     read by Algorithm 1. InputError if a shape, a dtype, the radius or the model is wrong.
     """
     chosen = find_model(model)
-    seen, points = (
-        seen_by(depth, positions, world_to_image, radius, screen_to_world, turns),
-        sample_points(samples, radius),
-    )
+    points = sample_points(samples, radius)
+    seen = seen_by(depth, positions, world_to_image, radius, screen_to_world, turns)
     if chosen.exact:
         if screen_to_world is None:
             made = algorithm2(depth, seen.positions, world_to_image, samples, radius, turns)

@@ -17,20 +17,7 @@ from numba import prange
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
-from lfssao.verify.bounds.kernels.pairs import (
-    FLUSHED,
-    SAFETY,
-    Pair,
-    add,
-    div,
-    dot,
-    exact,
-    mul,
-    positive,
-    ramp,
-    sub,
-    times,
-)
+from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, div, dot, exact, mul, positive, sub, times
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, at_point, row_of, widen
 from lfssao.verify.bounds.kernels.seen import box_of, look, surface_of, texel_of, texel_point, triple, turn_of
 
@@ -178,9 +165,9 @@ def term_of(v, normal, less, epsilon, falls, by):
     if not may:
         return 0.0, 0.0
     below = add(square, epsilon, by)
-    term = div(ramp(above), below, by)
+    term = div(pairs.ramp(above), below, by)
     if falls:
-        left = ramp(sub(exact(1.0), square, by))
+        left = pairs.ramp(sub(exact(1.0), square, by))
         term = mul(mul(mul(left, left, by), left, by), term, by)
     error = term.error * SAFETY
     if not error < np.inf:
@@ -219,7 +206,7 @@ def sum_terms(seen, taps, away, strength, by, sums):
         j = np.int64(row)
         for i in range(seen.depth.shape[1]):
             here, normal, way = triple(seen.positions[j, i]), triple(seen.normals[j, i]), way_of(seen, j, i)
-            far = ramp(row_of(away, 0, at_point(here), by.operation))
+            far = pairs.ramp(row_of(away, 0, at_point(here), by.operation))
             less, epsilon = mul(exact(strength.beta), far, by), strength.epsilon
             found = np.inf, 0.0, 0
             for sign in (-1.0, 1.0):

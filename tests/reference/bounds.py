@@ -91,7 +91,8 @@ def three(a, x, b, y, c, by):
     r = by.operation
     size = (abs(a) * (abs(x.x) + x.e) + abs(b) * (abs(y.x) + y.e)) + abs(c)
     own = abs(a) * x.e + abs(b) * y.e
-    return Pair((a * x.x + b * y.x) + c, own + 3 * (1 + 3 * r) * r * size + FLUSHED * (4 + abs(a) + abs(b)), by)
+    flushed = 3 + (abs(a) + abs(x.x)) + (abs(b) + abs(y.x)) + (abs(c) + 1)
+    return Pair((a * x.x + b * y.x) + c, own + 3 * (1 + 3 * r) * r * size + FLUSHED * flushed, by)
 
 
 def crossing(curvature, x, z, dx, dz):

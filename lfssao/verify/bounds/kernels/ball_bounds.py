@@ -15,9 +15,9 @@ from numba import prange
 from lfssao.ao.estimators.kernels.oriented import ANY, NEAR
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels.disk_bounds import ROUNDINGS, frame_of, place_of
-from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, exact, plus, sub, times
+from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, exact, plus, sub, times, triple
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, at_point, row_of
-from lfssao.verify.bounds.kernels.seen import look, surface_of, texel_of, texel_point, triple, turn_of
+from lfssao.verify.bounds.kernels.seen import look, surface_of, texel_of, texel_point, turn_of
 
 _ROUNDINGS = 16  # of a term of a turned and reflected offset, but for a row's; 14 if they are counted
 _SMALLEST = 2.0**-126

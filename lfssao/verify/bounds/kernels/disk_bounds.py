@@ -17,9 +17,9 @@ from numba import prange
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
-from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, div, dot, exact, mul, positive, sub, times
+from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, div, dot, exact, mul, positive, times, triple
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, at_point, row_of, widen
-from lfssao.verify.bounds.kernels.seen import box_of, look, surface_of, texel_of, texel_point, triple, turn_of
+from lfssao.verify.bounds.kernels.seen import box_of, look, surface_of, texel_of, texel_point, turn_of
 
 ROUNDINGS = 48  # 21 and twice 10 if they are counted
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
@@ -138,7 +138,7 @@ def sum_lengths(seen, disk, thickness, by, sums):
                     surface, length = surface_of(seen, *texel_of(box, k)), (0.0, 0.0)
                     if surface.value < np.inf:
                         tops = tops_of(seen, disk, way, offset, half, j, i, by)
-                        length = length_of(thickness, half, tops, mul(sub(surface, z, by), steep, by), by)
+                        length = length_of(thickness, half, tops, mul(pairs.sub(surface, z, by), steep, by), by)
                     least, most = min(least, length[0]), max(most, length[1])
                 sums[0, j, i] += max(weight * least - FLUSHED, 0.0) if must else 0.0
                 sums[1, j, i] += weight * most + FLUSHED if most > 0.0 else 0.0
@@ -160,14 +160,14 @@ def axes_of(way, sign, by):
 @kernel(inline=True)
 def term_of(v, normal, less, epsilon, falls, by):
     """The least and largest term max(0, v . n - less) / (v . v + epsilon), times max(0, 1 - v . v)^3 if it falls."""
-    square, above = dot(v, v, by), sub(dot(v, normal, by), less, by)
+    square, above = dot(v, v, by), pairs.sub(dot(v, normal, by), less, by)
     may, _ = positive(above)
     if not may:
         return 0.0, 0.0
     below = add(square, epsilon, by)
     term = div(pairs.ramp(above), below, by)
     if falls:
-        left = pairs.ramp(sub(exact(1.0), square, by))
+        left = pairs.ramp(pairs.sub(exact(1.0), square, by))
         term = mul(mul(mul(left, left, by), left, by), term, by)
     error = term.error * SAFETY
     if not error < np.inf:
@@ -251,7 +251,7 @@ def march(seen, fan, image, way, horizon, j, i, by):
     """The least and largest sum of a direction's rises, and its steps that may be read in several texels."""
     (low, high), least, most, doubt, here = horizon, 0.0, 0.0, 0, triple(seen.positions[j, i])
     at, to = exact(i + 0.5), exact(j + 0.5)
-    across, down = sub(image.u, at, by), sub(image.v, to, by)
+    across, down = pairs.sub(image.u, at, by), pairs.sub(image.v, to, by)
     for step in range(1, fan.steps + 1):
         part = Pair(step / fan.steps, by.quotient)
         u, v = add(at, mul(part, across, by), by), add(to, mul(part, down, by), by)

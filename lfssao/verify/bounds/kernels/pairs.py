@@ -50,6 +50,12 @@ def exact(x):
 
 
 @kernel(inline=True)
+def triple(x):
+    """Three numbers as exact pairs."""
+    return exact(np.float64(x[0])), exact(np.float64(x[1])), exact(np.float64(x[2]))
+
+
+@kernel(inline=True)
 def add(x, y, by):
     """Sum x + y."""
     s = x.value + y.value
@@ -90,16 +96,6 @@ def root(x, by):
     s = np.sqrt(x.value)
     e = x.error / (np.sqrt(x.value - x.error) + s) if s > 0.0 else np.sqrt(x.error)
     return Pair(s, e + by.root * (s + e) + FLUSHED)
-
-
-@kernel(inline=True)
-def affine(a, x, b, y, c, by):
-    """(a x + b y) + c of exact numbers a, b, c and pairs x, y, in any order: three roundings of each term."""
-    value = (a * x.value + b * y.value) + c
-    size = (abs(a) * (abs(x.value) + x.error) + abs(b) * (abs(y.value) + y.error)) + abs(c)
-    own = abs(a) * x.error + abs(b) * y.error
-    r = by.operation
-    return Pair(value, own + 3.0 * (1.0 + 3.0 * r) * r * size + FLUSHED * (4.0 + abs(a) + abs(b)))
 
 
 @kernel(inline=True)

@@ -15,9 +15,9 @@ from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.pairs import Pair, apart, dot, exact, mul, positive
+from lfssao.verify.bounds.kernels.pairs import Pair, apart, dot, exact, mul, positive, triple
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected
-from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_point, triple, turn_of
+from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_point, turn_of
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
 SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32

@@ -20,7 +20,8 @@ from numba import prange
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import display_module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row, linear_row, slits_of
-from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, affine, div, exact, mul, positive, root, sub
+from lfssao.verify.bounds.kernels import pairs
+from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, div, dot, exact, mul, positive, sub, triple
 
 TURNED = 3  # roundings more of each term of a row, where offsets are turned
 
@@ -87,7 +88,7 @@ def crossing_pairs(curvature, x, z, dx, dz, by):
     a = mul(k, add(mul(dx, dx, by), mul(dz, dz, by), by), by)
     b = sub(mul(k, add(mul(x, dx, by), mul(z, dz, by), by), by), dz, by)
     discriminant = sub(mul(b, b, by), mul(a, c, by), by)
-    t = div(Pair(-c.value, c.error), add(b, root(discriminant, by), by), by)
+    t = div(Pair(-c.value, c.error), add(b, pairs.root(discriminant, by), by), by)
     return t, discriminant
 
 
@@ -109,7 +110,7 @@ def _linear_point(d, t_s, s_y, dx, dz, by):
 def _length(x, y, z, by):
     """Square root of (x - y)^2 + z^2."""
     a = sub(x, y, by)
-    return root(add(mul(a, a, by), mul(z, z, by), by), by)
+    return pairs.root(add(mul(a, a, by), mul(z, z, by), by), by)
 
 
 @kernel(inline=True)
@@ -166,13 +167,12 @@ def display_pairs(d, x, y, z, by):
     else:
         s_x, s_y, room = _linear_point(d, t_s, s_y, dx, dz, by)
     may, must = _and_positive(room, may, must)
-    h = d.homography
-    w = affine(h[6], s_x, h[7], s_y, h[8], by)
+    h, point = d.homography, (s_x, s_y, exact(1.0))
+    w = dot(triple(h[6:9]), point, by)
     may, must = _and_positive(w, may, must)
     if h[6] == 0.0 and h[7] == 0.0 and h[8] == 1.0:
         w = exact(1.0)  # a divisor that a renderer may leave out
-    u = div(affine(h[0], s_x, h[1], s_y, h[2], by), w, by)
-    v = div(affine(h[3], s_x, h[4], s_y, h[5], by), w, by)
+    u, v = div(dot(triple(h[0:3]), point, by), w, by), div(dot(triple(h[3:6]), point, by), w, by)
     if d.k1 != 0.0 or d.k2 != 0.0:
         u, v, r2 = _distort_pairs(d, u, v, by)
         may, must = _and_positive(Pair(d.fold - r2.value, r2.error), may, must)

@@ -17,9 +17,9 @@ from lfssao.ao.estimators.sao.kernels.scalable import landed, mip_level
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
 from lfssao.verify.bounds.kernels.disk_bounds import LIMITLESS, term_of
-from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, div, dot, exact, mul, positive, sub, times
+from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, div, dot, exact, mul, positive, sub, times, triple
 from lfssao.verify.bounds.kernels.projection_bounds import Projected, at_point, row_of, widen
-from lfssao.verify.bounds.kernels.seen import box_of, texel_of, triple, turn_of
+from lfssao.verify.bounds.kernels.seen import box_of, texel_of, turn_of
 
 _FAR = 2.0**20  # texels to which a radius is held
 
@@ -125,21 +125,16 @@ def normal_of(seen, given, row, column, here, by):
 
 
 @kernel(inline=True)
-def gap(table, k, one, other, by):
-    """Difference of a number of two rays."""
-    return sub(exact(table[k, other]), exact(table[k, one]), by)
-
-
-@kernel(inline=True)
 def texels_of(given, reach, k, one, other, z, by):
     """Texels in a radius, across (k 0) or down (5), with three more roundings; other: the next texel's number."""
-    m, t = given.numbers, given.table
+    m = given.numbers
     if given.kind == SEPARABLE:
         length = add(exact(m[k + 2]), mul(z, exact(m[k + 4]), by), by)
     else:
-        a, b = gap(t, 0, one, other, by), gap(t, 1, one, other, by)
-        c, d = gap(t, 2, one, other, by), gap(t, 3, one, other, by)
-        v = to_world(given.world, (add(a, mul(z, b, by), by), add(c, mul(z, d, by), by), exact(0.0)), by)
+        (a, b, c, d), (p, q, r, s) = ray_of(given, 1, one, by), ray_of(given, 1, other, by)
+        x = add(sub(p, a, by), mul(z, sub(r, c, by), by), by)
+        y = add(sub(q, b, by), mul(z, sub(s, d, by), by), by)
+        v = to_world(given.world, (x, y, exact(0.0)), by)
         length = pairs.root(dot(v, v, by), by)
     texels = div(Pair(reach, 3.0 * by.operation * reach), Pair(abs(length.value), length.error), by)
     return exact(_FAR) if texels.value - texels.error >= _FAR else texels

@@ -11,7 +11,7 @@ from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection
-from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, div, exact
+from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, div, exact, triple
 from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, row_of, rows_of
 
 # A box of more texels than this is open without looking at them: it takes a mapping next to its singularity.
@@ -52,12 +52,6 @@ class Box(NamedTuple):
     span: int
     i0: int
     j0: int
-
-
-@kernel(inline=True)
-def triple(x):
-    """Three numbers as exact pairs."""
-    return exact(np.float64(x[0])), exact(np.float64(x[1])), exact(np.float64(x[2]))
 
 
 @kernel(inline=True)

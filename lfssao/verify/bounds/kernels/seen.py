@@ -1,4 +1,4 @@
-"""What a view sees, on pairs: the texels that a place may be looked up in, and the depths of their surfaces.
+"""A view on pairs: the texels that a place may be looked up in, and the depths of their surfaces.
 
 The image point of a place is a box [u - e_u, u + e_u] x [v - e_v, v + e_v]. A renderer reads one of the texels that the
 box touches, or none. A sample's term lies between the least and the largest that these give.

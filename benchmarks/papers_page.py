@@ -94,6 +94,6 @@ def work_precision_text() -> str:
     from lfssao.bench.work_precision.page import as_text
 
     text = as_text(json.loads(path.read_text())).replace("](work-precision", "](results/work-precision")
-    _, *body = "## ".join(text.split("\n## ")[:3]).split("\n")
-    told = "\n".join(body).replace("## ", "\n### ").strip()
+    _, *body = "\n## ".join(text.split("\n## ")[:3]).split("\n")
+    told = "\n".join(body).replace("## ", "### ").strip()
     return f"\n## Error against run time\n\n{told}\n\nAll of it: [work-precision.json](results/work-precision.json).\n"

@@ -16,10 +16,10 @@ from pathlib import Path
 import numba
 import numpy as np
 from c_baselines import compile_baselines
+from turns import in_turn
 
 from lfssao import builtin_scene, find_display, make_samples, module_views
 from lfssao.ao.kernels import ssao
-from lfssao.bench.times import in_turn
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels.projection import Projection
 from lfssao.rendering.manifest import describe_machine

@@ -24,9 +24,9 @@ import numba
 import numpy as np
 from bench_algorithm2 import Case, gallery_case, image_offsets, ours
 from c_baselines import SOURCES
+from turns import Milliseconds, turns
 
 from lfssao import Buffers, Camera, Mesh, Occluders, RayCaster, builtin_scene, estimate, ray_cast_occlusion
-from lfssao.bench.times import Milliseconds, turns
 from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.settings import diagonal
 from lfssao.samples import sample_set

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numba
 import numpy as np
+from turns import in_turn
 
 from lfssao import builtin_scene, find_display, load_scene, module_views
-from lfssao.bench.times import in_turn
 from lfssao.core.affine import transform_points
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels import rays

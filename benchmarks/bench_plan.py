@@ -24,9 +24,9 @@ from typing import Any
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from turns import turns
 
 from lfssao.ao.textures import Buffers
-from lfssao.bench.times import turns
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display

@@ -87,13 +87,15 @@ def _section(name: str, word: str, here: str, rows: dict[str, Any]) -> list[str]
 
 
 def work_precision_text() -> str:
-    """The first sections of the work-precision run's own page, if there is a run beside the results."""
+    """Most of the work-precision run's own page without its fronts, if there is a run beside the results."""
     path = RESULTS / "work-precision.json"
     if not path.exists():
         return ""
     from lfssao.bench.work_precision.page import as_text
 
     text = as_text(json.loads(path.read_text())).replace("](work-precision", "](results/work-precision")
-    _, *body = "\n## ".join(text.split("\n## ")[:3]).split("\n")
-    told = "\n".join(body).replace("## ", "### ").strip()
-    return f"\n## Error against run time\n\n{told}\n\nAll of it: [work-precision.json](results/work-precision.json).\n"
+    first, *errors = text.split("\n## Slopes")[0].split("\n![")
+    told = "\n## ".join(first.split("\n## ")[:-1]).split("\n", 1)[1].replace("## ", "### ").strip()
+    pictures = "\n".join(f"![{part.split(')')[0]})" for part in errors)
+    links = "All of it: [page](results/work-precision.md), [numbers](results/work-precision.json)."
+    return f"\n## Error against run time\n\n{told}\n\n{pictures}\n\n{links}\n"

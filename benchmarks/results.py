@@ -1,13 +1,15 @@
 """One page of results: ``python benchmarks/results.py`` measures the papers' claims and writes RESULTS.md.
 
 Numbers go to results/papers.json as they are measured, pictures beside it. ``--only NAME`` measures what the name is
-part of, as 'VO' or 'LF table 1', and leaves the rest; ``--quick`` tries all with small textures, in a folder
-results-quick; ``--page`` measures nothing and writes the page.
+part of, as 'VO' or 'LF table 1', and leaves the rest; without it ``lfssao bench work-precision`` is run too, in its own
+folder, where it goes on after an interruption. ``--quick`` tries all with small textures, in a folder results-quick;
+``--page`` measures nothing and writes the page.
 """
 
 import argparse
 import json
 import platform
+import shutil
 import time
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +18,8 @@ from typing import Any
 import papers_common
 from papers_page import CLAIMS, page, work_precision_text
 
+from lfssao.cli.bench_work_precision import FOLDER
+from lfssao.cli.main import main as lfssao_command
 from lfssao.rendering.manifest import describe_machine
 
 PAGE = Path(__file__).parent / "RESULTS.md"
@@ -48,6 +52,13 @@ def main() -> None:
         result[name] = json.loads(json.dumps(measure(name, papers_common.Scale(options.quick, folder)), default=float))
         path.write_text(json.dumps({key: result[key] for key in CLAIMS if key in result}, indent=1) + "\n")
         print(f"{result[name]['seconds']:.0f} s", flush=True)
+    if not (options.only or options.page):
+        words = ["-o", str(folder / "run")] if options.quick else []
+        code = lfssao_command(["bench", "work-precision", *["--quick"][: options.quick], *words])
+        if code:
+            raise SystemExit(code)
+        for file in (folder / "run" if options.quick else FOLDER).glob("work-precision*"):
+            shutil.copy(file, folder)
     target.write_text(page(result, work_precision_text()))
     print(f"wrote {target}")
 

@@ -10,8 +10,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-
-from lfssao.bench.times import balanced_orders
+from turns import balanced_orders
 
 Run = Callable[[], None]
 

@@ -8,12 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
+from turns import Times, balanced_orders, in_turn
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate
 from lfssao.ao.ground_truth import Occluders, ray_cast_occlusion
 from lfssao.ao.post import blur
 from lfssao.bench.least_times import least_times
-from lfssao.bench.times import Times, balanced_orders, in_turn
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision import settings as grid
 from lfssao.bench.work_precision.advise import ERRORS, FORMAT, advice, pareto_front, points_of, usable

@@ -33,8 +33,8 @@ def test_links_and_pictures_are_there():
     for link in links:
         assert link in titles or (results.PAGE.parent / link).is_file()
     pictures = [path.stat().st_size for path in RESULTS.glob("*-*.png")]
-    assert max(pictures) < 150_000
-    assert sum(pictures) < 1_500_000
+    assert max(pictures) < 250_000
+    assert sum(pictures) < 2_000_000
 
 
 def test_verdicts_follow_the_numbers():

@@ -15,6 +15,7 @@ Point = dict[str, Any]
 FORMAT = 5
 COMMITTED = Path(__file__).parents[3] / "benchmarks" / "results" / "work-precision.json"
 COMMAND = "lfssao bench work-precision"
+NOISE = 0.03  # of times and errors, in fronts that are shown
 
 # Errors by name: their title, the entry of a point, and which of its figures.
 ERRORS: dict[str, tuple[str, str, str]] = {
@@ -73,11 +74,16 @@ def usable(result: dict[str, Any], points: Sequence[Point], error: str) -> list[
     return out
 
 
-def pareto_front(points: Sequence[Point], error: str) -> list[Point]:
-    """The points, of ``usable``, that no other beats in both time and error; fastest first."""
+def pareto_front(points: Sequence[Point], error: str, noise: float = 0.0) -> list[Point]:
+    """The points, of ``usable``, that no other beats in both time and error; fastest first.
+
+    With ``noise`` times that differ by at most that share are the same, and errors too.
+    """
     front: list[Point] = []
     for point in sorted(points, key=lambda p: (p["ms"], error_of(p, error))):
-        if not front or error_of(point, error) < error_of(front[-1], error):
+        if not front or error_of(point, error) < (1 - noise) * error_of(front[-1], error):
+            while noise and front and point["ms"] <= (1 + noise) * front[-1]["ms"]:
+                front.pop()
             front.append(point)
     return front
 

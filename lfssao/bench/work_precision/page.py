@@ -6,6 +6,7 @@ from typing import Any
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.bench.work_precision.advise import (
     ERRORS,
+    NOISE,
     Point,
     advice,
     describe,
@@ -89,7 +90,7 @@ def _estimators(result: dict[str, Any]) -> list[str]:
 
 
 def _front(result: dict[str, Any], radii: Sequence[float], error: str) -> list[str]:
-    front = pareto_front(usable(result, points_of(result, radii), error), error)
+    front = pareto_front(usable(result, points_of(result, radii), error), error, NOISE)
     if not front:
         return ["No setting is better than the best constant."]
     rows = [

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from lfssao.bench.work_precision.advise import (
     ERRORS,
+    NOISE,
     Point,
     describe,
     describe_radii,
@@ -53,7 +54,8 @@ def draw(result: dict[str, Any], error: str) -> Figure:
             _draw_estimator(axes, [p for p in points if p["estimator"] == name], error, samplers, k, name)
         _decorate(axes, result, [p for p in points if p["estimator"] in names], error)
         axes.set_title(family, fontsize="medium")
-        if any(p["estimator"] in names for p in points):
+        axes.set_visible(any(p["estimator"] in names for p in points))
+        if axes.get_visible():
             axes.legend(fontsize="x-small", loc="lower left")
     _draw_front(panels[-1], result, points, error)
     handles = [
@@ -105,13 +107,16 @@ def _decorate(axes: Axes, result: dict[str, Any], points: list[Point], error: st
 def _draw_front(axes: Axes, result: dict[str, Any], points: list[Point], error: str) -> None:
     """All points in grey, and the front with the settings' names."""
     axes.plot([p["ms"] for p in points], [error_of(p, error) for p in points], ".", color="0.75", markersize=3)
-    front = pareto_front(usable(result, points, error), error)
+    front = pareto_front(usable(result, points, error), error, NOISE)
     axes.plot([p["ms"] for p in front], [error_of(p, error) for p in front], "o-", color="tab:red", markersize=4)
     for k, point in enumerate(front, 1):
-        place: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points", "fontsize": "small"}
-        axes.annotate(str(k), (point["ms"], error_of(point, error)), color="tab:red", **place)
+        near: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points", "fontsize": "small"}
+        axes.annotate(str(k), (point["ms"], error_of(point, error)), color="tab:red", **near)
     names = "\n".join(f"{k} {describe(point).rsplit(',', 1)[0]}" for k, point in enumerate(front, 1))
-    axes.text(0.99, 0.98, names, transform=axes.transAxes, ha="right", va="top", fontsize=7)
+    place: dict[str, Any] = (
+        {"x": 0.99, "y": 0.98, "va": "top"} if error == "sampling" else {"x": 0.99, "y": 0.08, "va": "bottom"}
+    )
+    axes.text(s=names, transform=axes.transAxes, ha="right", fontsize=7, **place)
     shown = [] if error.startswith("own") else points[:1]
     _decorate(axes, result, shown, error)
     axes.set_title("all, with the Pareto front", fontsize="medium")
@@ -122,4 +127,4 @@ def save_plots(result: dict[str, Any], folder: Path) -> None:
     for error in ERRORS:
         if known(points_of(result), error):
             picture = draw(result, error)
-            write_whole(folder / f"work-precision-{error}.png", partial(picture.savefig, dpi=90))
+            write_whole(folder / f"work-precision-{error}.png", partial(picture.savefig, dpi=80))

@@ -50,9 +50,9 @@ def times(scale: Scale) -> Found:
     sets = (("lines", 5), ("lines", 9), ("points", 12), ("points", 33))
     runs = {f"{name}, {n}": partial(occlusion, f"vo-{name}", buffers, 0.02 * unit, n) for name, n in sets}
     runs["horizons"] = partial(lfssao.estimate, "hbao", buffers, 0.02 * unit)
-    rows = least(runs, scale.repeats(30))
+    rows = least(runs, scale.repeats(90))
     with loaded_machine():
-        loaded = least(runs, scale.repeats(30))
+        loaded = least(runs, scale.repeats(90))
     return {"rows": {n: row | {f"loaded {k}": x for k, x in loaded[n].items()} for n, row in rows.items()}}
 
 

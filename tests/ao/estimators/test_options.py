@@ -97,7 +97,8 @@ def test_all_estimators_are_listed(capsys):
         assert lines[0] == f"{name}: {entry.title} ({entry.source})"
         assert lines[1] == f"    {entry.formula}"
         assert "ao" in entry.formula
-        for line, (parameter, value) in zip(lines[2:], entry.parameters.items(), strict=True):
+        assert lines[2].endswith("weighting {}, falloff {}".format(*entry.integrand))
+        for line, (parameter, value) in zip(lines[3:], entry.parameters.items(), strict=True):
             assert line.strip().startswith(f"{parameter}={value}: {entry.meanings[parameter]}")
 
 

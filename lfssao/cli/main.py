@@ -86,28 +86,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _interruptible() -> Iterator[None]:
-    """Ctrl-C as KeyboardInterrupt, but never inside llvmlite, whose callbacks from C would lose it.
+    """Ctrl-C and SIGTERM as KeyboardInterrupt, but never inside llvmlite, whose callbacks from C would lose it.
 
     Lost there, a render would go on to its end, or numba would stumble over code that it believes compiled.
     """
-    ours = (
-        threading.current_thread() is threading.main_thread()
-        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    )
-    if ours:
-        signal.signal(signal.SIGINT, _on_interrupt)
+    here = threading.current_thread() is threading.main_thread()
+    defaults = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    ours = {number: default for number, default in defaults.items() if here and signal.getsignal(number) == default}
+    for number in ours:
+        signal.signal(number, _on_interrupt)
     try:
         yield
     finally:
-        if ours:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, default in ours.items():
+            signal.signal(number, default)
 
 
-def _on_interrupt(_signal: int, frame: FrameType | None) -> None:
+def _on_interrupt(number: int, frame: FrameType | None) -> None:
     while frame is not None:
         if "llvmlite" in frame.f_code.co_filename:
             thread = threading.get_ident()  # the main one: the signal, sent once more, also ends what it waits for
-            again = threading.Timer(0.02, signal.pthread_kill, (thread, signal.SIGINT))
+            again = threading.Timer(0.02, signal.pthread_kill, (thread, number))
             again.daemon = True
             again.start()
             return

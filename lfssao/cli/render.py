@@ -77,13 +77,13 @@ def _run(job: Job, threads: int, found: dict[Item, Result], scheduler: str | Non
     """Render a job here or on a scheduler, with a progress bar."""
     # Read when numba's threads start: waiting in a loop, they would take time from those that write files.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    total, executor = len(job.items()), None
+    total, executor, share = len(job.items()), None, None
     with ExitStack() as stack:
         if scheduler is not None and len(found) < total:
-            executor, threads = stack.enter_context(executor_of(scheduler, min(threads, total - len(found))))
+            executor, threads, share = stack.enter_context(executor_of(scheduler, min(threads, total - len(found))))
         note: dict[str, Any] = {"unit": "module", "postfix": "the first run compiles kernels"}
         bar = stack.enter_context(progress(total=total, initial=len(found), **note))
         # Closed before the bar: files that were begun are finished first.
-        for _ in stack.enter_context(closing(run(job, threads, found, executor, seconds))):
+        for _ in stack.enter_context(closing(run(job, threads, found, executor, share, seconds))):
             bar.set_postfix_str("", refresh=False)
             bar.update()

@@ -3,26 +3,39 @@
 import json
 import os
 import re
+import secrets
 import shutil
+import stat
 import tempfile
-import uuid
+import time
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from lfssao.errors import InputError
 
 _BLOCK = 65_536  # bytes
+_DAY = 86_400  # seconds
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` make a file under a temporary name in ``path``'s folder, sync it, rename it to ``path``, sync that.
 
-    The temporary name has the same ending; a file of the final name is replaced. InputError if it cannot be written.
+    The temporary name has the same ending and nobody can guess it; a file of the final name is replaced, its mode kept.
+    A device or pipe is written into. InputError if it cannot be written.
     """
-    part = path.with_name(f"{_part_prefix(path.stem)}{path.suffix}")
+    part = path.with_name(f"{_part_prefix(path.stem)}.{secrets.token_hex(8)}.part{path.suffix}")
     try:
+        if path.exists() and not path.is_file():
+            write(path)
+            return
+        with part.open("xb"):  # fails where a link or a file has that name
+            pass
+        if path.exists():
+            part.chmod(stat.S_IMODE(path.stat().st_mode))
         write(part)
         with part.open("rb+") as stream:
             os.fsync(stream.fileno())
@@ -59,8 +72,18 @@ def write_text(path: Path, text: str) -> None:
 
 
 def _part_prefix(stem: str) -> str:
-    """Start of the name of a file that is being written by this process."""
-    return f".{stem}.{os.getpid()}.part"
+    """Start of the name of a file that is being written by this process; names end at 255 bytes."""
+    return f".{stem[:32]}.{_namespace()}.{os.getpid()}"
+
+
+@cache
+def _namespace() -> str:
+    """Digits of this machine's start and of the processes that have numbers of their own here; '0' if unknown."""
+    try:
+        facts = Path("/proc/sys/kernel/random/boot_id").read_text(), Path("/proc/self/ns/pid").stat().st_ino
+        return f"{zlib.crc32(repr(facts).encode()):08x}"
+    except OSError:
+        return "0"
 
 
 def _sync_names(folder: Path) -> None:
@@ -81,23 +104,15 @@ def _is_full(folder: Path) -> bool:
         return False
 
 
-@contextmanager
-def scratch_file(folder: Path, stem: str) -> Iterator[Path]:
-    """A name in a folder for a file that nobody else has and that goes when the block ends, or with the leftovers."""
-    path = folder / f"{_part_prefix(f'{stem}-{uuid.uuid4().hex}')}"
-    try:
-        yield path
-    finally:
-        with suppress(OSError):
-            path.unlink(missing_ok=True)
-
-
 def remove_leftovers(folder: Path) -> None:
-    """Remove the half-written files of processes that were killed; those of running ones stay."""
+    """Remove the half-written files of processes that were killed here, and those of anybody that are a day old."""
     for part in folder.glob(".*.part*"):
-        found = re.fullmatch(r"\..+\.([0-9]+)\.part(\..*)?", part.name)
-        if found and not _is_running(int(found[1])):
-            with suppress(OSError):
+        found = re.fullmatch(r"\..*\.([0-9a-f]+)\.([0-9]+)\.[0-9a-f]{16}\.part(\..*)?", part.name)
+        with suppress(OSError):
+            if found and (
+                (found[1] == _namespace() != "0" and not _is_running(int(found[2])))
+                or time.time() - part.lstat().st_mtime > _DAY
+            ):
                 part.unlink()
 
 
@@ -136,7 +151,7 @@ def output_folder(path: Path) -> Iterator[None]:
         yield
     except BaseException:
         with suppress(OSError):
-            for part in path.glob(f"{_part_prefix('*')}*"):
+            for part in path.glob(f".*.{_namespace()}.{os.getpid()}.*.part*"):
                 part.unlink()
             for folder in missing:  # the deepest first; one that holds something stays
                 folder.rmdir()

@@ -1,9 +1,12 @@
 """Workers of dask.distributed as an executor; no other file knows dask."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
+from functools import partial
+from tempfile import TemporaryDirectory
+from typing import Any
 
 from lfssao.errors import InputError, MissingPackageError
 
@@ -11,15 +14,16 @@ _SECONDS_TO_ANSWER = 10
 
 
 @contextmanager
-def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]]:
-    """An executor on a scheduler's workers, and how many threads each worker has.
+def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int, Callable[[Any], Any]]]:
+    """An executor on a scheduler's workers, how many threads each worker has, and a function that sends them an object.
 
     The scheduler is given by its address, or 'local' makes one on this machine for as long as the block runs, with
     ``processes`` workers of one thread each. Raises InputError if no scheduler answers or it has no worker, and
     MissingPackageError if distributed is not installed.
     """
     try:
-        from distributed import Client, LocalCluster  # late: an optional package
+        from dask import config  # late: optional packages
+        from distributed import Client, LocalCluster
     except ImportError as error:
         raise MissingPackageError(
             "--scheduler needs the package distributed, which is not installed here: pip install 'lfssao[dask]'"
@@ -27,16 +31,20 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int]
     with ExitStack() as stack:
         address = scheduler
         if scheduler == "local":
-            # Silent: a lost worker is replaced and its items are done again, errors of items come back to the caller,
-            # and a worker that is closed during its heartbeat logs an error.
-            quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
-            cluster = LocalCluster(n_workers=processes, threads_per_worker=1, **quiet)
-            address = stack.enter_context(cluster).scheduler_address
+            # TLS with keys of its own: who else is on this machine may not connect. Silent: a lost worker is replaced
+            # and its items are done again, errors of items come back to the caller, and a worker that is closed during
+            # its heartbeat logs an error.
+            alone = {"security": True, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+            # Its servers of pages begin in any case: they have none.
+            settings: dict[str, Any] = {f"distributed.{each}.http.routes": [] for each in ("scheduler", "worker")}
+            settings["temporary-directory"] = stack.enter_context(TemporaryDirectory(prefix="lfssao-"))
+            stack.enter_context(config.set(settings))
+            address = stack.enter_context(LocalCluster(n_workers=processes, threads_per_worker=1, **alone))
         try:
             client = stack.enter_context(Client(address, timeout=_SECONDS_TO_ANSWER))
         except (OSError, ValueError) as error:
-            raise InputError(f"--scheduler: no dask scheduler answers at {address}") from error
+            raise InputError(f"--scheduler: no dask scheduler answers at {scheduler}") from error
         threads = client.nthreads().values()
         if not threads:
-            raise InputError(f"--scheduler: the scheduler at {address} has no workers")
-        yield client.get_executor(pure=False), min(threads)
+            raise InputError(f"--scheduler: the scheduler at {scheduler} has no workers")
+        yield client.get_executor(pure=False), min(threads), partial(client.scatter, broadcast=True, hash=False)

@@ -1,7 +1,8 @@
 """A render job as items that depend on nothing but the job: one view of one frame each."""
 
+import uuid
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,6 +42,7 @@ class Job:
     transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
     neighbours: tuple[tuple[View, ...], ...] = ()  # the adjacent modules that each view asks; empty where none do
     boxes: tuple[NDArray[np.float64], ...] = ()  # around the scene in each frame, (2, 3); made here where not given
+    key: str = field(default_factory=lambda: uuid.uuid4().hex)  # tells jobs apart where they were sent to
 
     def __post_init__(self) -> None:
         if not self.boxes:

@@ -1,21 +1,20 @@
 """Items to files: in this process, files being written while the next passes run, or on anybody's executor."""
 
-import pickle
 import threading
 import time
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from itertools import groupby
-from pathlib import Path
+from typing import Any
 
 import numba
 
 from lfssao import __version__
 from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.ao.estimators.registry import find_estimator
-from lfssao.core.files import output_folder, scratch_file
+from lfssao.core.files import output_folder
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.animation import moved
@@ -33,6 +32,7 @@ def run(
     threads: int,
     found: Mapping[Item, Result] | None = None,
     executor: Executor | None = None,
+    share: Callable[[Job], Any] | None = None,
     seconds: Mapping[str, float] | None = None,
 ) -> Generator[Item, None, None]:
     """Render a job: write each item's file, and the contact sheet and manifest of each frame after its items.
@@ -42,7 +42,8 @@ def run(
 
     ``threads`` are those of each kernel, and of writing files where there is no executor. ``found`` are items that an
     earlier job left whole (``recover``), and are not rendered again. ``executor`` runs whole items wherever the same
-    folder is, on processes or by dask; without one they run here. ``seconds`` are of earlier steps, for manifests.
+    folder is, on processes or by dask; without one they run here. ``share`` sends it the job once, and returns what
+    stands for it. ``seconds`` are of earlier steps, for manifests.
     """
     found, start = found or {}, time.perf_counter()
     rest = [item for item in job.items() if item not in found]
@@ -52,7 +53,7 @@ def run(
             renderer.prepare(rest[0])  # a scene that is refused leaves no folder
         results = run_here(renderer, rest, threads, _views_at_once(job, threads + 2) if threads > 1 else 1)
     else:
-        results = run_on(executor, job, rest, threads)
+        results = run_on(executor, job if share is None else share(job), rest, threads)
     with ExitStack() as stack:
         for folder in (job.folder, *(job.frame_folder(frame) for frame in range(job.frame_count))):
             stack.enter_context(output_folder(folder))
@@ -133,50 +134,40 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
             yield waiting.popleft().result()
 
 
-def run_on(executor: Executor, job: Job, items: Sequence[Item], threads: int) -> Results:
+def run_on(executor: Executor, job: Any, items: Sequence[Item], threads: int) -> Results:
     """Results of the items in their order, run by an executor, passes and files, each kernel on ``threads`` threads.
 
-    The job goes to the workers through a file in its folder, once for each. Raises InputError if a worker cannot write
-    a file, does not see the folder, or runs another version.
+    The job is a ``Job``, or what the executor hands over as one. Raises InputError if a worker cannot write a file,
+    does not see the folder, or runs another version.
     """
-    with scratch_file(job.folder, "work") as path:
-        path.write_bytes(pickle.dumps(job))
-        futures = [executor.submit(run_item, str(path), item, threads, __version__) for item in items]
-        try:
-            for future in futures:
-                yield future.result()
-        finally:
-            for future in futures:
-                future.cancel()
+    futures = [executor.submit(run_item, job, item, threads, __version__) for item in items]
+    try:
+        for future in futures:
+            yield future.result()
+    finally:
+        for future in futures:
+            future.cancel()
 
 
-_here: dict[str, Renderer] = {}
+_here: list[Renderer] = []
 _loading = threading.Lock()
 
 
-def run_item(path: str, item: Item, threads: int, version: str) -> Result:
-    """Run one item of the job in a file in a worker; the last job is kept in memory, with its trees.
+def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
+    """Run one item of a job in a worker; the last job is kept in memory, with its trees.
 
-    Raises InputError if the worker runs another version than the job, does not see the file, or cannot write.
+    Raises InputError if the worker runs another version than the job, does not see its folder, or cannot write.
     """
     if version != __version__:
         raise InputError(f"a worker runs lfssao {__version__}, the job {version}")
+    if not job.folder.is_dir():
+        raise InputError(f"{job.folder}: a worker does not see it: it needs the same folder")
     with _loading:
-        if path not in _here:
+        if not _here or _here[0].job.key != job.key:
             use_one_thread_a_file()
-            _here.clear()
-            _here[path] = Renderer(_load(path), threads)
-        renderer = _here[path]
+            _here[:] = [Renderer(job, threads)]
+        renderer = _here[0]
     return write_view(renderer.job, item, renderer.textures(item))
-
-
-def _load(path: str) -> Job:
-    try:
-        job = pickle.loads(Path(path).read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: a worker cannot read it ({error.strerror}): it needs the same folder") from error
-    assert isinstance(job, Job)
-    return job
 
 
 def recover(job: Job, threads: int) -> Iterator[tuple[Item, Result | None]]:

@@ -1,10 +1,11 @@
 """Files are whole or absent, and folders that cannot be written are refused before anything is touched."""
 
 import os
+from pathlib import Path
 
 import pytest
 
-from lfssao.core.files import check_folder, output_folder, write_whole
+from lfssao.core.files import _part_prefix, check_folder, output_folder, write_whole
 from lfssao.errors import InputError
 
 
@@ -29,6 +30,46 @@ def test_write_whole_replaces_and_does_not_overwrite(tmp_path):
     os.link(path, tmp_path / "link.txt")
     write_whole(path, lambda part: part.write_text("new"))
     assert (path.read_text(), (tmp_path / "link.txt").read_text()) == ("new", "old")
+
+
+def test_temporary_names_cannot_be_guessed_and_links_in_their_place_are_not_followed(tmp_path, monkeypatch):
+    names = []
+    for _ in range(2):
+        write_whole(tmp_path / "a.txt", lambda part: names.append(part.name) or part.write_text("x"))
+    assert len(set(names)) == 2
+    monkeypatch.setattr("secrets.token_hex", lambda _: "f" * 16)
+    victim, planted = tmp_path / "victim", tmp_path / f"{_part_prefix('a')}.{'f' * 16}.part.txt"
+    victim.write_text("mine")
+    planted.symlink_to(victim)
+    with pytest.raises(InputError, match="cannot be written"):
+        write_whole(tmp_path / "a.txt", lambda part: part.write_text("theirs"))
+    assert victim.read_text() == "mine"
+
+
+def test_write_whole_keeps_the_mode_and_takes_names_as_long_as_can_be(tmp_path):
+    path = tmp_path / f"{'n' * 251}.txt"
+    write_whole(path, lambda part: part.write_text("old"))
+    path.chmod(0o640)
+    write_whole(path, lambda part: part.write_text("new"))
+    assert path.read_text() == "new"
+    assert path.stat().st_mode & 0o777 == 0o640
+    other = tmp_path / "other"
+    other.write_text("")
+    write_whole(tmp_path / "b.txt", lambda part: part.write_text("new"))
+    assert (tmp_path / "b.txt").stat().st_mode == other.stat().st_mode
+
+
+def test_a_device_or_pipe_is_written_into_and_stays(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_whole(pipe, lambda part: part.write_text("through"))
+    assert os.read(reader, 100) == b"through"
+    os.close(reader)
+    assert pipe.is_fifo()
+    with pytest.raises(InputError, match="/dev/full: it cannot be written"):
+        write_whole(Path("/dev/full"), lambda part: part.write_text("x"))
+    assert Path("/dev/full").is_char_device()
 
 
 def test_write_whole_into_a_folder_that_went(tmp_path):
@@ -57,8 +98,8 @@ def test_output_folder_removes_only_what_it_made(tmp_path):
     assert os.listdir(tmp_path) == ["old"]
     # A signal between making the temporary file and the clause that removes it leaves it to the folder.
     with pytest.raises(KeyboardInterrupt):
-        fail_in(tmp_path / "new", "whole.exr", f".half.{os.getpid()}.part.exr", ".half.0.part.exr")
-    assert sorted(os.listdir(tmp_path / "new")) == [".half.0.part.exr", "whole.exr"]
+        fail_in(tmp_path / "new", "whole.exr", f"{_part_prefix('half')}.0.part.exr", ".half.0.1.0.part.exr")
+    assert sorted(os.listdir(tmp_path / "new")) == [".half.0.1.0.part.exr", "whole.exr"]
 
 
 def test_check_folder_touches_nothing(tmp_path, monkeypatch):

@@ -10,14 +10,21 @@ import time
 import warnings
 import weakref
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import suppress
+from itertools import product
 from multiprocessing import get_context
+from pathlib import Path
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import pytest
 from jobs import digests_of, render, sentence
 
 import lfssao.rendering.run
+from lfssao.core.files import _namespace
 from lfssao.errors import InputError
 from lfssao.optics.display_file import find_display
+from lfssao.rendering.cluster import executor_of
 from lfssao.rendering.job import Job
 from lfssao.rendering.manifest import describe_scene
 from lfssao.rendering.run import Renderer, run_here, run_item, run_on
@@ -61,7 +68,7 @@ def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys
     killed = []
     # The traces of a worker that is killed while it writes.
     folder.mkdir()
-    (folder / f".module_020.{before[0]}.part.exr").write_text("half")
+    (folder / f".module_020.{_namespace()}.{before[0]}.{0:016x}.part.exr").write_text("half")
 
     def kill_one():
         while not folder.exists() or sum(name.startswith("module_") for name in os.listdir(folder)) < 3:
@@ -166,9 +173,27 @@ def test_any_executor_makes_the_same_and_results_come_by_item(local, tmp_path, k
 def test_a_worker_of_another_version_or_without_the_folder(tmp_path):
     (item,) = job_in(tmp_path, 1).items()
     with pytest.raises(InputError, match=r"a worker runs lfssao \S+, the job 9\.9"):
-        run_item(str(tmp_path / "work"), item, 1, "9.9")
-    with pytest.raises(InputError, match=r"a worker cannot read it .*it needs the same folder"):
-        run_item(str(tmp_path / "work"), item, 1, lfssao.__version__)
+        run_item(job_in(tmp_path, 1), item, 1, "9.9")
+    with pytest.raises(InputError, match="a worker does not see it: it needs the same folder"):
+        run_item(job_in(tmp_path / "other", 1), item, 1, lfssao.__version__)
+
+
+def test_a_local_scheduler_answers_nobody_else_and_shows_no_pages():
+    """Without its keys a client of this machine is turned away."""
+    from distributed import Client
+
+    with executor_of("local", 1) as (executor, _, share):
+        assert executor.submit(len, share([1, 2, 3])).result() == 3
+        (address,) = executor._client.run_on_scheduler(lambda dask_scheduler: [dask_scheduler.address])
+        assert address.startswith("tls://127.0.0.1:")
+        ports = [executor._client.run_on_scheduler(lambda dask_scheduler: dask_scheduler.http_server.port)]
+        ports += executor._client.run(lambda dask_worker: dask_worker.http_server.port).values()
+        for port, page in product(ports, ("status", "info/main/workers.html", "metrics", "health", "sysmon")):
+            with pytest.raises(HTTPError, match="404"):
+                urlopen(f"http://127.0.0.1:{port}/{page}")
+        for stranger in (address, address.replace("tls", "tcp")):
+            with pytest.raises((OSError, TypeError)):
+                Client(stranger, timeout=1)
 
 
 # In this process
@@ -240,3 +265,38 @@ def test_files_that_were_begun_are_finished_when_the_job_is_stopped(tmp_path):
     names = sorted(os.listdir(tmp_path))
     assert names == [f"module_{k:03d}.exr" for k in range(len(names))]
     assert len(names) < 6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheduler", [(), ("--scheduler", "local")], ids=["here", "local"])
+def test_sigterm_leaves_whole_files_and_nothing_else(tmp_path, scheduler):
+    """No half-written file, no worker, no folder of dask; the session of the command has no process left."""
+    folder, temporary = tmp_path / "out", tmp_path / "temporary"
+    temporary.mkdir()
+    command = [sys.executable, "-m", "lfssao", "render", "ammonite", "--display", "sample-a", *scheduler, "-o", folder]
+    running = subprocess.Popen(
+        command, stderr=subprocess.PIPE, env={**os.environ, "TMPDIR": str(temporary)}, start_new_session=True
+    )
+    while running.poll() is None and not list(tmp_path.glob("out/module_*")):
+        time.sleep(0.01)
+    running.terminate()
+    assert running.communicate(timeout=60)[1].decode().count("\n") <= 1
+    assert running.returncode == 130
+    names = os.listdir(folder)
+    assert 0 < len(names) < COUNT
+    assert all(name.startswith("module_") for name in names)
+    assert os.listdir(temporary) == []
+    end = time.monotonic() + 20
+    while time.monotonic() < end and (alive := _alive(running.pid)):
+        time.sleep(0.1)
+    assert not alive
+
+
+def _alive(session):
+    """Statuses of the session's processes, without those that only wait to be read by their parent."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _, _, number = path.read_text().rpartition(") ")[2].split()[:4]
+            found += [path] if int(number) == session and state != "Z" else []
+    return found

@@ -21,7 +21,7 @@ from exr_parts import read_parts, write_parts
 from jobs import digests_of, manifest_of, render, sentence
 
 import lfssao.rendering.run
-from lfssao.core.files import remove_leftovers
+from lfssao.core.files import _namespace, remove_leftovers
 from lfssao.errors import InputError
 from lfssao.rendering.exr import Part, write_exr
 
@@ -119,14 +119,18 @@ def test_killed_at_fifty_random_moments(server, undisturbed, tmp_path):
     assert stopped_between > 10  # else the moments would not be where files are written
 
 
-def test_leftovers_of_the_dead_go_and_those_of_the_living_stay(tmp_path):
+def test_leftovers_of_the_dead_go_and_those_of_the_living_and_of_other_machines_stay(tmp_path):
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
-    names = [f".a.{dead.pid}.part.exr", f".work-0.{dead.pid}.part", f".a.{os.getpid()}.part.exr", ".mine.part", "a.exr"]
-    for name in names:
+    here, end = _namespace(), f"{0:016x}.part"
+    gone = [f".a.{here}.{dead.pid}.{end}.exr", f".a.b.{here}.{dead.pid}.{end}", f".old.abc.1.{end}.exr"]
+    stay = [f".a.{here}.{os.getpid()}.{end}.exr", f".a.0ther.{dead.pid}.{end}.exr", f".a.abc.{dead.pid}.{end}.exr"]
+    for name in [*gone, *stay, ".mine.part", "a.exr"]:
         (tmp_path / name).write_text("x")
+    os.utime(tmp_path / gone[2], (0, 0))
+    os.utime(tmp_path / ".mine.part", (0, 0))
     remove_leftovers(tmp_path)
-    assert sorted(os.listdir(tmp_path)) == sorted(names[2:])
+    assert sorted(os.listdir(tmp_path)) == sorted([*stay, ".mine.part", "a.exr"])
 
 
 # Full disks, unwritable folders

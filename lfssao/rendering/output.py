@@ -1,7 +1,8 @@
 """The files of a job: an EXR file a view, and the contact sheet and manifest of each frame.
 
-An EXR file proves itself: its metadata hold the SHA-256 of each part's pixels and the identity of what they were made
-from (``Job.identity``), so that a later job can take it up. Its bytes hold the time too and may differ.
+An EXR file proves itself: its metadata hold the SHA-256 of each part's pixels, that of its headers, and the identity
+of what they were made from (``Job.identity``), so that a later job can take it up. Its bytes hold the time too and may
+differ.
 """
 
 import json
@@ -24,7 +25,7 @@ from lfssao.rendering import plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest
+from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest, short_digest
 from lfssao.rendering.passes import Textures
 from lfssao.rendering.settings import Settings
 
@@ -81,6 +82,7 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     begin = time.perf_counter()
     parts = exr_parts(textures, job.settings)
     parts[0] = _with(parts[0], made_from=json.dumps(job.identity(item)))
+    parts[0] = _with(parts[0], header_sha256=_header_digest(parts))
     hashed = time.perf_counter()
     write_exr(job.path(item), parts)
     written = time.perf_counter()
@@ -98,10 +100,12 @@ def recover_view(job: Job, item: Item) -> Result | None:
     path, start = job.path(item), time.perf_counter()
     try:
         parts = [_in_order(part) for part in read_exr(path).values()]
+        if parts[0].attributes["header_sha256"] != _header_digest(parts):
+            return None
         made_from = json.loads(parts[0].attributes["made_from"])
         whole = [digest(part.pixels) for part in parts] == [part.attributes["sha256"] for part in parts]
         entry = entry_of(job.views[item.view], path, parts, {})
-    except (InputError, KeyError, ValueError, IndexError):
+    except (InputError, KeyError, ValueError, IndexError, AttributeError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = job.identity(item)
     if made_from != wanted:
@@ -114,6 +118,16 @@ def recover_view(job: Job, item: Item) -> Result | None:
         return None
     picture = _strip(job, item, parts)
     return Result({**entry, "seconds": {"verify": time.perf_counter() - start}}, picture)
+
+
+def _header_digest(parts: Sequence[Part]) -> str:
+    """The SHA-256 of all that the parts' headers say but itself, numbers as the file has them."""
+    said = []
+    for part in parts:
+        attributes = {name: value for name, value in part.attributes.items() if name != "header_sha256"}
+        rounded = {name: float(np.float32(v)) if isinstance(v, float) else v for name, v in attributes.items()}
+        said.append([part.name, part.channels, part.pixels.shape, part.guard, rounded])
+    return short_digest(said)
 
 
 def _with(part: Part, **attributes: str | int) -> Part:

@@ -284,10 +284,26 @@ def without_an_attribute(path):
     write_parts(path, parts)
 
 
+def other_header(path):
+    """A whole file with right pixels whose headers tell the manifest other numbers."""
+    parts = read_parts(path)
+    parts[0][0].attribute("lfssao:surface_texels", 1)
+    write_parts(path, parts)
+
+
+def another_shape(path):
+    """Metadata that are JSON of another shape than ours."""
+    parts = read_parts(path)
+    parts[0][0].attribute("lfssao:made_from", "[1, 2]")
+    write_parts(path, parts)
+
+
 DAMAGES = {
     "bit": flip,
     "pixels": other_pixels,
     "attribute": without_an_attribute,
+    "header": other_header,
+    "shape": another_shape,
     "cut": lambda path: os.truncate(path, path.stat().st_size // 2),
     "empty": lambda path: path.write_bytes(b""),
     "absent": lambda path: path.unlink(),

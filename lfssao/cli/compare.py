@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lfssao.cli.terminal import NOT_COMPARED, printable, progress
+from lfssao.cli.terminal import NOT_COMPARED, fault_of_name, printable, progress
 from lfssao.errors import InputError, LfssaoError
 from lfssao.verify.compare.compare import Comparison
 from lfssao.verify.compare.report import Report
@@ -90,7 +90,9 @@ def _compare(options: argparse.Namespace) -> int:
         report = _report(options)
     except (LfssaoError, MemoryError, KeyboardInterrupt):
         raise
-    except Exception:  # a fault of this program must not end with 1, which says that textures are right
+    except Exception as error:  # a fault of this program must not end with 1, which says that textures are right
+        if fault_of_name(error):
+            raise
         traceback.print_exc()
         return NOT_COMPARED
     with suppress(BrokenPipeError):  # the reader of the text may have gone; the exit code still counts

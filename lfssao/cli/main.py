@@ -14,7 +14,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from lfssao import __version__
-from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, say
+from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, fault_of_name, say
 from lfssao.errors import InputError, LfssaoError
 
 # A command is a file of this folder.
@@ -81,6 +81,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of the output has gone; Python would complain once more when it exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except (OSError, ValueError) as error:
+        if not fault_of_name(error):
+            raise
+        say(fault_of_name(error))
+        return bad_input
     return code or 0
 
 

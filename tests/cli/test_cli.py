@@ -141,6 +141,27 @@ def test_output_that_cannot_be_written(capsys, tmp_path, place):
     assert (tmp_path / "file").read_text() == "mine"
 
 
+LONG, ZERO = "n" * 300, "a\0b"
+
+
+@pytest.mark.parametrize("name", [LONG, ZERO], ids=["long", "zero byte"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["render", "NAME", "-o", "out"], ["render", "statue", "-o", "NAME"],
+        ["render", "-o", "out", "--display", "NAME"],
+        ["view", "NAME"], ["compare", "NAME", "."], ["compare", ".", "NAME"], ["samples", "check", "NAME.csv"],
+        ["kit", "NAME"], ["ao", "--depth", "NAME", "--buffers", "NAME", "--radii", "1", "-o", "out"],
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_a_name_that_no_file_can_have_is_one_sentence(tmp_path, monkeypatch, capsys, words, name):
+    monkeypatch.chdir(tmp_path)
+    assert main([word.replace("NAME", name) for word in words]) == (4 if words[0] == "compare" else 2)
+    assert capsys.readouterr().err.count("\n") == 1
+    assert os.listdir(tmp_path) == []
+
+
 def test_refused_command_leaves_a_folder_as_it_was(capsys, tmp_path):
     (tmp_path / "module_000.exr").write_text("mine")
     before = os.stat(tmp_path).st_mtime_ns

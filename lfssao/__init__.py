@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lfssao.rendering.viewer import LightField, Photograph, eye_point, eye_range, eye_view
     from lfssao.rendering.views import module_views
     from lfssao.samples import make_samples, square_points
-    from lfssao.scene.builtin import builtin_scene
+    from lfssao.scene.builtin import builtin_scene, find_scene
     from lfssao.scene.load import load_scene
     from lfssao.scene.mesh import Mesh, Paint
     from lfssao.verify.compare.compare import compare
@@ -56,7 +56,7 @@ __getattr__, __dir__ = late_names(
         "rendering.settings": ("Settings", "default_radii"),
         "rendering.views": ("module_views",),
         "samples": ("make_samples", "square_points"),
-        "scene.builtin": ("builtin_scene",),
+        "scene.builtin": ("builtin_scene", "find_scene"),
         "scene.load": ("load_scene",),
         "scene.mesh": ("Mesh", "Paint"),
         "optics.view": ("View", "WorldToImage"),
@@ -69,6 +69,6 @@ __all__ = [
     "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph", "RayCaster", "Report",
     "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "blur", "builtin_scene", "compare",
     "default_radii", "display_names", "display_text", "estimate", "eye_point", "eye_range", "eye_view",
-    "find_display", "fit_roi", "load_scene", "make_samples", "merge", "module_views", "parse_display",
+    "find_display", "find_scene", "fit_roi", "load_scene", "make_samples", "merge", "module_views", "parse_display",
     "ray_cast_occlusion", "read_exr", "reference", "render", "render_view", "shade", "square_points", "write_exr",
 ]  # fmt: skip

@@ -31,6 +31,12 @@ def check_choice(kind: str, name: object, choices: Collection[str]) -> None:
         raise no_such(kind, name, choices)
 
 
+def check_type(argument: str, value: object, kind: type) -> None:
+    """Refuse a value of another class, as where arguments are in the wrong order."""
+    if not isinstance(value, kind):
+        raise InputError(f"{argument} is of type {type(value).__name__}, expected a {kind.__name__}")
+
+
 @contextmanager
 def errors_of(place: str) -> Iterator[None]:
     """Put a place, such as an option or a file, before the message of an InputError that the block raises."""

@@ -83,7 +83,7 @@ def _ao(options: argparse.Namespace) -> None:
     gbuffer = GBuffer(buffers.depth, buffers.positions, color, surface, buffers.normals)
     made = finish_view(gbuffer, buffers.view, settings)
     with output_folder(options.output):
-        parts = exr_parts(made, settings)
+        parts = exr_parts(made)
         write_exr(target, parts)
         head = {
             "format": FORMAT,

@@ -11,10 +11,10 @@ from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision.advise import read_result
 from lfssao.bench.work_precision.settings import FULL, QUICK, SCENES
 from lfssao.cli import values
-from lfssao.cli.job_options import load
 from lfssao.cli.terminal import progress
 from lfssao.core.files import check_folder, output_folder, write_text
 from lfssao.errors import InputError
+from lfssao.scene.builtin import find_scene
 
 FOLDER = Path("work-precision")
 FIGURES = "work-precision.json"
@@ -39,7 +39,7 @@ def _measure(options: argparse.Namespace) -> None:
     if options.threads > numba.config.NUMBA_NUM_THREADS:
         raise InputError(f"--threads: {options.threads} are more than the {numba.config.NUMBA_NUM_THREADS} there are")
     check_folder(options.output)
-    meshes, grid = [load(name) for name in options.scene], QUICK if options.quick else FULL
+    meshes, grid = [find_scene(name) for name in options.scene], QUICK if options.quick else FULL
     file = options.output / FIGURES
     result = _started(file, run.start(meshes, grid, options.threads))
 

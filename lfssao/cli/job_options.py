@@ -26,7 +26,7 @@ from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
 from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
-from lfssao.scene.builtin import BUILTIN, TEST_VIEW, builtin_scene
+from lfssao.scene.builtin import TEST_VIEW, find_scene
 from lfssao.scene.mesh import Mesh
 
 CAMERA_RESOLUTION = (1024, 768)
@@ -130,7 +130,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     _check_size(options, display)
     if options.output is not None:
         check_folder(Path(options.output))
-    mesh = load(options.scene, options.texture)
+    mesh = find_scene(options.scene, options.texture)
     _say_notes(mesh)
     settings = replace(settings, radii=_radii(options, mesh))
     transforms = _transforms(options.frames, mesh)
@@ -220,20 +220,6 @@ def _check_size(options: argparse.Namespace, display: Display) -> None:
     texel_bytes = find_estimator(options.estimator).texel_bytes
     for width, height in sizes:
         check_memory(width + 2 * options.guard, height + 2 * options.guard, radius_count, texel_bytes)
-
-
-def load(scene: str, texture: str | None = None) -> Mesh:
-    """The mesh of a file, or the embedded scene of a name; InputError if there is none, or it cannot be rendered."""
-    # The embedded scenes' names have no ending, which a mesh file needs: a folder of that name does not matter.
-    if scene in BUILTIN:
-        if texture is not None:
-            raise InputError(f"--texture: the embedded scene {scene} takes none")
-        return builtin_scene(scene)
-    if not Path(scene).suffix and not Path(scene).exists():
-        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
-    from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
-
-    return load_scene(scene, texture)
 
 
 def _say_notes(mesh: Mesh) -> None:

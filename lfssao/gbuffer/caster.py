@@ -9,7 +9,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
@@ -88,6 +88,7 @@ class RayCaster:
     """
 
     def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:
+        check_type("mesh", mesh, Mesh)
         self.mesh = mesh
         self.bounds = mesh.bounds
         self.threads = threads

@@ -11,7 +11,7 @@ from lfssao.core.affine import Matrix, determinant, invert_affine, multiply, to_
 from lfssao.core.elementary import sincospi
 from lfssao.errors import InputError, check_choice
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import View, WorldToImage
+from lfssao.optics.view import View, WorldToImage, finite_numbers
 
 PROJECTIONS = ("perspective", "orthographic")
 
@@ -63,6 +63,7 @@ class Camera:
     @classmethod
     def looking_at(cls, box: NDArray[np.float64], projection: str = "perspective") -> "Camera":
         """A camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin."""
+        box = finite_numbers("box", box, 2, 3)
         centre = 0.5 * box[0] + 0.5 * box[1]
         size = box[1] - box[0]
         depth = float(size[2])

@@ -7,7 +7,7 @@ from typing import Any
 
 from lfssao.core.elementary import sincospi
 from lfssao.core.files import read_text
-from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.errors import InputError, check_choice, check_type, errors_of
 from lfssao.optics.display import Display, Module
 from lfssao.optics.view import finite_numbers
 
@@ -32,11 +32,14 @@ def display_text(name: str) -> str:
     return resources.files("lfssao.optics").joinpath("presets", f"{name}.toml").read_text(encoding="utf-8")
 
 
-def find_display(name: str | Path) -> Display:
-    """A display: a preset by its name, or one read from a file whose name ends in .toml.
+def find_display(name: str | Path | Display) -> Display:
+    """A display: a preset by its name, one read from a file whose name ends in .toml, or the display itself.
 
     InputError if there is none, the file cannot be read, or a value is wrong; the message names the key and the reason.
     """
+    if not isinstance(name, str | Path):
+        check_type("display", name, Display)
+        return name
     path = Path(name)
     if path.suffix != ".toml":
         return parse_display(display_text(str(name)), f"display {name}")

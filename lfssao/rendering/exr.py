@@ -47,12 +47,13 @@ def use_one_thread_a_file() -> None:
     oiio.attribute("exr_threads", -1)
 
 
-def write_exr(path: Path, parts: Sequence[Part]) -> None:
+def write_exr(path: str | Path, parts: Sequence[Part]) -> None:
     """Write parts to one file, whole or not at all, zip-compressed; image viewers show part 0.
 
     InputError if the file cannot be written, or would not hold what the parts hold: pixels that are not float32, names
     that are not unique or too long for the format, numbers beyond 32 bits, several display windows.
     """
+    path = Path(path)
     name = utf8_name(path)  # else nobody could read it
     for part in parts:
         _check_part(f"{name}: part {part.name}", part)
@@ -115,13 +116,13 @@ def _spec(part: Part) -> Any:
     return spec
 
 
-def read_exr(path: Path) -> dict[str, Part]:
+def read_exr(path: str | Path) -> dict[str, Part]:
     """All parts of a file by name, channels in the file's own order.
 
     InputError if the file is missing, is no EXR file or cannot be read.
     """
     parts: dict[str, Part] = {}
-    for image in read_image_file(path, ("openexr",)):
+    for image in read_image_file(Path(path), ("openexr",)):
         pixels = np.stack(image.planes, axis=-1).astype(np.float32, copy=False)
         guard = -image.origin[0] if image.origin else 0
         parts[image.name] = Part(image.name, image.channels, pixels, image.attributes, guard)

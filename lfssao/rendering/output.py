@@ -40,14 +40,14 @@ class Result(NamedTuple):
     strip: Image | None
 
 
-def exr_parts(textures: Textures, settings: Settings) -> list[Part]:
+def exr_parts(textures: Textures) -> list[Part]:
     """The layers of one view that are kept as the parts of an EXR file, the shaded image first: viewers show part 0.
 
     Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
     merged.AO, blurred.AO; N.X N.Y N.Z (world normals) if asked for. AO is occlusion everywhere, and the metadata says
     so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
     """
-    gbuffer, guard = textures.gbuffer, textures.view.guard
+    gbuffer, guard, settings = textures.gbuffer, textures.view.guard, textures.settings
     depth_kind = textures.view.depth_kind
     parts = []
     if textures.shaded is not None:
@@ -80,7 +80,7 @@ def _occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[st
 def write_view(job: Job, item: Item, textures: Textures) -> Result:
     """Write an item's file, with digests and identity; InputError if it cannot be written."""
     begin = time.perf_counter()
-    parts = exr_parts(textures, job.settings)
+    parts = exr_parts(textures)
     parts[0] = _with(parts[0], made_from=json.dumps(job.identity(item)))
     parts[0] = _with(parts[0], header_sha256=_header_digest(parts))
     hashed = time.perf_counter()

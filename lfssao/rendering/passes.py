@@ -1,10 +1,11 @@
 """The order of the passes: from a mesh and a view to all textures of that view (LF section 7)."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +16,18 @@ from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.pictures import image_png
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
+from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View
 from lfssao.optics.window import seen_rows
 from lfssao.rendering import contact
+from lfssao.rendering.exr import write_exr
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples.rotation import angle_turns, texel_turns
+from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
 FloatTexture = NDArray[np.float32]
@@ -54,8 +58,8 @@ class Textures:
         Samples of each radius that fell outside the texture or the mapping's domain; empty where AO was not computed.
     surface_texels : int
         Texels of the depth texture that see a surface.
-    layers : tuple of str
-        Which layers are kept (``Settings.kept``).
+    settings : Settings
+        What they were made by; its ``kept`` says which layers are here.
     seconds : dict
         Wall time of each pass; the first call of a kernel after an install includes compiling it.
     """
@@ -68,8 +72,19 @@ class Textures:
     shaded: FloatTexture | None
     outside: tuple[int, ...]
     surface_texels: int
-    layers: tuple[str, ...]
+    settings: Settings
     seconds: dict[str, float]
+
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """Which layers are kept."""
+        return self.settings.kept
+
+    def save(self, path: str | Path) -> None:
+        """Write an EXR file as ``lfssao render`` does, a part a layer; InputError if it cannot be written."""
+        from lfssao.rendering.output import exr_parts  # late: it stands above the passes
+
+        write_exr(Path(path), exr_parts(self))
 
     @cached_property
     def image(self) -> FloatTexture:
@@ -101,6 +116,12 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
     The caster has the mesh in the view's cast space. Neighbours are mapping, ``WorldToImage``, and depth texture, (H,
     W) float32, of each other module that is asked.
     """
+    for argument, value, kind in (
+        ("caster", caster, RayCaster),
+        ("view", view, View),
+        ("settings", settings, Settings),
+    ):
+        check_type(argument, value, kind)
     seconds: dict[str, float] = {}
     gbuffer = _timed(seconds, "ray_cast", lambda: _cast(caster, view, settings))
     return finish_view(gbuffer, view, settings, seconds, neighbours)
@@ -142,7 +163,7 @@ def finish_view(
         shaded=_cropped(view, shaded) if "shaded" in kept else None,
         outside=tuple(each.outside for each in ao) if "ao" in computed else (),
         surface_texels=surface_texels,
-        layers=kept,
+        settings=settings,
         seconds=seconds,
     )
 
@@ -219,19 +240,46 @@ def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
     return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
 
 
-def render(
-    mesh: Mesh, display: Display, settings: Settings | None = None, modules: range | None = None, threads: int = 1
-) -> Iterator[Textures]:
-    """Yield the textures of the modules of a display in their order, each rendered when it is asked for.
+class Rendered(Sequence[Textures]):
+    """The textures of some modules of a display, each rendered when it is asked for, and not kept."""
 
-    By default settings are those of ``Settings`` with ``default_radii``, and all modules are rendered. Threads are
-    those of the ray caster; numba's are set by ``numba.set_num_threads``. InputError if a module does not exist or the
-    mesh leaves float32 in physical space.
+    def __init__(self, caster: RayCaster, views: Sequence[View], asked: Sequence[tuple[View, ...]], settings: Settings):
+        self._caster, self._views, self._asked, self._settings = caster, views, asked, settings
+        self._cache = DepthCache(caster, 2 * settings.neighbours + 1)
+
+    def __len__(self) -> int:
+        return len(self._views)
+
+    def __getitem__(self, number: Any) -> Any:
+        """The textures of one of the modules, or a list of those of a slice."""
+        if isinstance(number, slice):
+            return [self[k] for k in range(len(self))[number]]
+        neighbours = self._cache.neighbours(self._asked[number], self._settings.caster)
+        return render_view(self._caster, self._views[number], self._settings, neighbours)
+
+
+def render(
+    mesh: Mesh | str | Path,
+    display: Display | str | Path,
+    settings: Settings | None = None,
+    modules: Sequence[int] | None = None,
+    threads: int = 1,
+) -> Rendered:
+    """Return the textures of the modules of a display as a sequence, each rendered when it is asked for.
+
+    Mesh and display are objects, names or files (``find_scene``, ``find_display``). By default settings are those of
+    ``Settings`` with ``default_radii``, and all modules are rendered. Threads are those of the ray caster; numba's are
+    set by ``numba.set_num_threads``. InputError if a module does not exist or the mesh leaves float32 in physical
+    space.
+
+    Examples
+    --------
+    >>> textures = render("statue", "sample-a", modules=[10])
+    >>> textures[0].save("module_010.exr")  # doctest: +SKIP
     """
-    settings = settings or Settings(default_radii(mesh))
+    mesh, display = find_scene(mesh), find_display(display)
+    settings = Settings(default_radii(mesh)) if settings is None else settings
+    check_type("settings", settings, Settings)
     views = module_views(mesh, display, modules)
     asked = neighbour_views(mesh, display, settings.neighbours, modules)
-    caster = RayCaster(mesh, views[0].cast_from_world, threads)
-    cache = DepthCache(caster, 2 * settings.neighbours + 1)
-    for view, others in zip(views, asked, strict=True):
-        yield render_view(caster, view, settings, cache.neighbours(others, settings.caster))
+    return Rendered(RayCaster(mesh, views[0].cast_from_world, threads), views, asked, settings)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
 from lfssao.samples.rotation import check_angles, check_rotation
+from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
 # LF merges five radii and does not print them: fractions of the scene's diagonal, each 1.6 to 2 times the last.
@@ -32,8 +34,9 @@ def diagonal(mesh: Mesh) -> float:
     return sqrt((x * x + y * y) + z * z)
 
 
-def default_radii(mesh: Mesh) -> tuple[float, ...]:
-    """Five radii for a mesh, world units: DEFAULT_RADII times the diagonal of its bounding box."""
+def default_radii(mesh: Mesh | str | Path) -> tuple[float, ...]:
+    """Five radii for a mesh (``find_scene``), world units: DEFAULT_RADII times the diagonal of its bounding box."""
+    mesh = find_scene(mesh)
     return tuple(fraction * diagonal(mesh) for fraction in DEFAULT_RADII)
 
 
@@ -82,7 +85,7 @@ class Settings:
         normals if ``normals`` names a kind.
     """
 
-    radii: tuple[float, ...]
+    radii: tuple[float, ...] = ()
     samples: NDArray[np.float64] | None = None
     blur: float = 1.0
     color_filter: str = "bilinear"
@@ -99,7 +102,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         if not self.radii:
-            raise InputError("radii: at least one is needed")
+            raise InputError("radii: at least one is needed; default_radii(mesh) gives five")
         for radius in self.radii:
             check_radius(radius)
         post.gaussian_kernel(self.blur)

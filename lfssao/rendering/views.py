@@ -1,33 +1,43 @@
 """The views of a display's modules, the scene fitted into the display's region of interest."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.neighbours import nearest_modules
 from lfssao.errors import InputError
 from lfssao.optics.display import Display, fit_roi
+from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View, check_positions
+from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
 Box = NDArray[np.float64]  # (2, 3): lower and upper corner
 
 
 def module_views(
-    mesh: Mesh, display: Display, modules: range | None = None, guard: int = 0, bounds: Box | None = None
+    mesh: Mesh | str | Path,
+    display: Display | str | Path,
+    modules: Sequence[int] | None = None,
+    guard: int = 0,
+    bounds: Box | None = None,
 ) -> list[View]:
     """The views of a display's modules, all by default, a box of world space fitted into the display's ROI.
 
+    Mesh and display may be names or files (``find_scene``, ``find_display``), modules a range or a list of numbers.
     ``guard`` is the width of the guard band, texels (``Display.view``), and ``bounds``, (2, 3) float64, the box's lower
     and upper corner, world units, the mesh's own by default. InputError if the range holds no module, or one that the
     display does not have; if the box is too far from the world's origin for float32 positions
     (``lfssao.optics.view.check_positions``).
     """
+    mesh, display = find_scene(mesh), find_display(display)
     count = len(display.modules)
     wanted = range(count) if modules is None else modules
-    if len(wanted) == 0 or wanted[0] < 0 or wanted[-1] >= count:
-        raise InputError(
-            f"modules {wanted.start}:{wanted.stop} are not a part of 0:{count}, the modules of {display.name}"
-        )
+    if len(wanted) == 0 or min(wanted) < 0 or max(wanted) >= count:
+        named = f"{wanted.start}:{wanted.stop}" if isinstance(wanted, range) else f"{list(wanted)}"
+        raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")
     box = mesh.bounds if bounds is None else bounds
     physical_from_world = fit_roi(box, display.roi)
     texels = max(display.modules[index].width for index in wanted) / display.screen_width
@@ -36,7 +46,12 @@ def module_views(
 
 
 def neighbour_views(
-    mesh: Mesh, display: Display, count: int, modules: range | None = None, guard: int = 0, bounds: Box | None = None
+    mesh: Mesh,
+    display: Display,
+    count: int,
+    modules: Sequence[int] | None = None,
+    guard: int = 0,
+    bounds: Box | None = None,
 ) -> list[tuple[View, ...]]:
     """The views of the ``count`` nearest modules of each module; other arguments as for ``module_views``.
 

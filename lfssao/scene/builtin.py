@@ -4,12 +4,13 @@ They are read from ``meshes``, whose files ``benchmarks/scenes`` makes.
 """
 
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.errors import check_choice
+from lfssao.errors import InputError, check_choice, check_type
 from lfssao.scene.mesh import Mesh, Paint
 
 BUILTIN = ("gallery", "statue", "ammonite", "armadillo", "corner")
@@ -40,6 +41,30 @@ def builtin_scene(name: str = "gallery") -> Mesh:
     faces = arrays["faces"]
     paint = Paint.from_vertex_colors(arrays["colors"], len(faces)) if "colors" in arrays else None
     return Mesh(arrays["vertices"], faces, paint, name=name)
+
+
+def find_scene(scene: str | Path | Mesh, texture: str | Path | None = None) -> Mesh:
+    """The embedded scene of a name, the mesh of a file (``load_scene``), or the mesh itself.
+
+    A name of ``BUILTIN`` wins over a folder of that name. InputError if there is none, or a texture does not fit.
+
+    Examples
+    --------
+    >>> find_scene("statue").name
+    'statue'
+    """
+    if isinstance(scene, str) and scene in BUILTIN:
+        if texture is not None:
+            raise InputError(f"--texture: the embedded scene {scene} takes none")
+        return builtin_scene(scene)
+    if not isinstance(scene, str | Path):
+        check_type("mesh", scene, Mesh)
+        return scene
+    if not Path(scene).suffix and not Path(scene).exists():
+        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
+    from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
+
+    return load_scene(scene, texture)
 
 
 def _read(name: str) -> _Arrays:

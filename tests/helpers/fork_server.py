@@ -21,7 +21,7 @@ def warm_up():
     """Load the kernels; write nothing, as threads of OpenImageIO do not survive a fork."""
     numba.set_num_threads(1)
     display = find_display("sample-a").with_resolution(64, 48)
-    next(render(builtin_scene("ammonite"), display, Settings((0.05, 0.1)), range(3, 4)))
+    render(builtin_scene("ammonite"), display, Settings((0.05, 0.1)), range(3, 4))[0]
 
 
 def serve():

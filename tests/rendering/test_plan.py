@@ -72,7 +72,7 @@ def everything(caster, view, options, neighbours=()):
     made = [np.ascontiguousarray(texture[*inner]) for texture in (merged, blurred, shaded)]
     ao_textures = tuple(np.ascontiguousarray(each.texture[*inner]) for each in ao)
     seen = int((g.triangle >= 0).sum())
-    return Textures(view, g, ao_textures, *made, tuple(each.outside for each in ao), seen, options.kept, {})
+    return Textures(view, g, ao_textures, *made, tuple(each.outside for each in ao), seen, options, {})
 
 
 def check(caster, view, options, neighbours=()):

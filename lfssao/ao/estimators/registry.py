@@ -10,7 +10,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.ssao import Occlusion, check_radius
 from lfssao.ao.textures import Buffers
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 
 # A family is a file of this folder. It is imported when one of its estimators is asked for: the default needs one.
 _FAMILIES: dict[str, tuple[str, ...]] = {
@@ -106,6 +106,7 @@ def estimate_radii(
 ) -> list[Occlusion]:
     """Return ``estimate`` of each of several radii; together they may take less time."""
     estimator = find_estimator(name)
+    check_type("buffers", buffers, Buffers)
     for radius in radii:
         check_radius(radius)
     parameters = full_parameters(estimator, parameters)

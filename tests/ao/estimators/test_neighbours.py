@@ -237,5 +237,5 @@ def test_neighbours_are_seen_by_the_caster_of_the_settings(monkeypatch):
     monkeypatch.setattr(RayCaster, "gbuffer", recorded)
     display = SAMPLE_A.with_resolution(20, 12)
     for caster in ("exact", "embree"):
-        next(render(ball(), display, Settings((0.1,), neighbours=2, caster=caster), range(3, 4)))
+        render(ball(), display, Settings((0.1,), neighbours=2, caster=caster), range(3, 4))[0]
     assert asked == ["exact"] * 3 + ["embree"] * 3

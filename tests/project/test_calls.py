@@ -1,0 +1,59 @@
+"""Calls from Python: names and files in place of objects, and one sentence on an argument of another type."""
+
+import numpy as np
+import pytest
+from jobs import render as render_files
+
+import lfssao
+from lfssao.errors import InputError
+from lfssao.optics.display_file import display_text
+
+MESH, DISPLAY = lfssao.builtin_scene("statue"), lfssao.find_display("sample-a").with_resolution(40, 24)
+VIEW = lfssao.module_views(MESH, DISPLAY, [10])[0]
+
+WRONG = {
+    "mesh is of type Display": lambda: lfssao.module_views(DISPLAY, MESH),
+    "mesh is of type str": lambda: lfssao.RayCaster("statue", np.eye(3, 4)),
+    "display is of type NoneType": lambda: lfssao.find_display(None),
+    "settings is of type str": lambda: lfssao.render(MESH, DISPLAY, "lf"),
+    "caster is of type Mesh": lambda: lfssao.render_view(MESH, VIEW, lfssao.Settings((0.1,))),
+    "view is of type Settings": lambda: lfssao.render_view(
+        lfssao.RayCaster(MESH, VIEW.cast_from_world), lfssao.Settings((0.1,)), VIEW
+    ),
+    "buffers is of type Mesh": lambda: lfssao.estimate("lf", MESH, 0.1),
+    "box is": lambda: lfssao.Camera.looking_at(MESH),
+    "radii: at least one is needed; default_radii": lfssao.Settings,
+    "no embedded scene of that name": lambda: lfssao.render("stature", "sample-a"),
+    r"modules \[3, 21\]": lambda: lfssao.render("statue", "sample-a", modules=[3, 21]),
+}
+
+
+@pytest.mark.parametrize("said", WRONG)
+def test_a_wrong_argument_is_named(said):
+    with pytest.raises(InputError, match=said):
+        WRONG[said]()
+
+
+def test_names_and_files_stand_for_scenes_displays_and_textures(tmp_path):
+    (tmp_path / "own.toml").write_text(display_text("sample-a"))
+    assert lfssao.find_scene(MESH) is MESH
+    assert lfssao.default_radii("statue") == lfssao.default_radii(MESH)
+    named = lfssao.module_views("statue", str(tmp_path / "own.toml"), [10])[0]
+    assert np.array_equal(named.cast_from_world, VIEW.cast_from_world)
+
+
+def test_three_lines_render_modules_when_they_are_asked_for_and_save_them_as_the_command_does(tmp_path, monkeypatch):
+    made = []
+    real = lfssao.rendering.passes.render_view
+    monkeypatch.setattr("lfssao.rendering.passes.render_view", lambda *all_: made.append(all_[1].name) or real(*all_))
+    textures = lfssao.render("statue", DISPLAY, modules=[10, 2])
+    assert (len(textures), made) == (2, [])
+    textures[0].save(str(tmp_path / "out.exr"))
+    assert made == ["module_010"]
+    assert [each.view.name for each in textures[:]] == ["module_010", "module_002"]
+
+    folder = tmp_path / "job"
+    render_files(folder, "statue", "--display", "sample-a", "--resolution", "40x24", "--modules", "10:11")
+    ours, theirs = (lfssao.read_exr(str(path)) for path in (tmp_path / "out.exr", folder / "module_010.exr"))
+    assert list(ours) == list(theirs)
+    assert all(np.array_equal(ours[name].pixels, theirs[name].pixels) for name in ours)

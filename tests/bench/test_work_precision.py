@@ -378,6 +378,12 @@ def test_no_advice_where_nothing_beats_the_best_constant():
         )
 
 
+def test_times_and_errors_within_the_noise_are_the_same_on_a_front_that_is_shown():
+    points = [point(*each, 0.1) for each in ((1.0, 0.3), (1.02, 0.29), (2.0, 0.285), (3.0, 0.1))]
+    assert [p["ms"] for p in pareto_front(points, "visibility")] == [1.0, 1.02, 2.0, 3.0]
+    assert [p["ms"] for p in pareto_front(points, "visibility", 0.03)] == [1.02, 3.0]
+
+
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [

@@ -18,7 +18,8 @@ from typing import Any
 import papers_common
 from papers_page import CLAIMS, page, work_precision_text
 
-from lfssao.cli.bench_work_precision import FOLDER
+from lfssao.bench.work_precision.advise import COMMITTED, fronts_only, read_result
+from lfssao.cli.bench_work_precision import FIGURES, FOLDER
 from lfssao.cli.main import main as lfssao_command
 from lfssao.rendering.manifest import describe_machine
 
@@ -59,6 +60,9 @@ def main() -> None:
             raise SystemExit(code)
         for file in (folder / "run" if options.quick else FOLDER).glob("work-precision*"):
             shutil.copy(file, folder)
+        if not options.quick:  # what the package answers 'bench advise' from
+            fronts = fronts_only(read_result(folder / FIGURES))
+            COMMITTED.write_text(json.dumps(fronts, separators=(",", ":")) + "\n")
     target.write_text(page(result, work_precision_text()))
     print(f"wrote {target}")
 

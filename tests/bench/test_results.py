@@ -3,6 +3,7 @@
 import copy
 import json
 import re
+from itertools import product
 
 import cpu_times
 import numpy as np
@@ -13,6 +14,7 @@ import results
 from papers_common import PAPERS, RESULTS
 
 import lfssao
+from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, advice, fronts_only, read_result
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -24,6 +26,16 @@ def test_the_page_is_what_its_numbers_give():
     assert papers_page.page(MEASURED, papers_page.work_precision_text()) == PAGE
     assert list(MEASURED) == list(PAPERS) == list(papers_page.CLAIMS)
     assert not any(entry["quick"] for entry in MEASURED.values())
+
+
+def test_the_package_answers_as_the_whole_run_does():
+    run, held = read_result(RESULTS / "work-precision.json"), read_result(COMMITTED)
+    assert fronts_only(run) == held
+    for error, radii, limit, kind in product(
+        ERRORS, run["setup"]["grid"]["radii"][:2], np.geomspace(1e-3, 30, 6), ("max_error", "max_ms")
+    ):
+        answers = [advice(result, error, radii=radii, **{kind: limit}) for result in (run, held)]
+        assert answers[0] == answers[1]
 
 
 def test_links_and_pictures_are_there():

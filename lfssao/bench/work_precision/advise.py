@@ -13,7 +13,7 @@ from lfssao.errors import InputError, check_choice
 Point = dict[str, Any]
 
 FORMAT = 5
-COMMITTED = Path(__file__).parents[3] / "benchmarks" / "results" / "work-precision.json"
+COMMITTED = Path(__file__).with_name("committed.json")  # the fronts of the run in benchmarks/results
 COMMAND = "lfssao bench work-precision"
 NOISE = 0.03  # of times and errors, in fronts that are shown
 
@@ -86,6 +86,21 @@ def pareto_front(points: Sequence[Point], error: str, noise: float = 0.0) -> lis
                 front.pop()
             front.append(point)
     return front
+
+
+def fronts_only(result: dict[str, Any]) -> dict[str, Any]:
+    """A result with the points of its fronts alone, which are all that ``advice`` reads."""
+    kept = [
+        point
+        for error in ERRORS
+        for radii in result["setup"]["grid"]["radii"]
+        for point in pareto_front(usable(result, points_of(result, radii), error), error)
+    ]
+    estimators = {
+        name: {**each, "points": [point for point in each["points"] if point in kept]}
+        for name, each in result["estimators"].items()
+    }
+    return {**result, "estimators": estimators}
 
 
 def describe(point: Point) -> str:

@@ -14,6 +14,7 @@ from lfssao.bench.work_precision.advise import (
     error_of,
     known,
     margin,
+    null_of,
     pareto_front,
     points_of,
     usable,
@@ -36,7 +37,8 @@ def as_text(result: dict[str, Any]) -> str:
     for error, (title, _, _) in ERRORS.items():
         out += ["", f"## {error}: {title}", "", f"![{title} over the time](work-precision-{error}.png)"]
         for radii in result["setup"]["grid"]["radii"]:
-            out += ["", f"Pareto front, {describe_radii(radii)}:", "", *_front(result, radii, error)]
+            out += ["", f"Pareto front, {describe_radii(radii)}{_beside(result, radii, error)}:"]
+            out += ["", *_front(result, radii, error)]
     return "\n".join([*out, "", "## Slopes of the sampling error", "", *_slopes(result)])
 
 
@@ -87,6 +89,14 @@ def _estimators(result: dict[str, Any]) -> list[str]:
     head = "setting", "ms (spread)", "ms, all threads", "truth", *FIGURES
     note = f"{describe_radii(radii)}; the truth is rays weighted uniformly or by the cosine, with that falloff."
     return [note, "", *table(head, rows)]
+
+
+def _beside(result: dict[str, Any], radii: Sequence[float], error: str) -> str:
+    """The null lines of a front; of own errors they differ, and each row has its best constant."""
+    null = null_of(result, points_of(result, radii)[0], error)
+    if null is None or error.startswith("own"):
+        return ""
+    return f" (no AO {null['none']}, the best constant {null['constant']}, the truth's own error {null['truth']})"
 
 
 def _front(result: dict[str, Any], radii: Sequence[float], error: str) -> list[str]:

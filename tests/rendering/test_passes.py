@@ -85,8 +85,9 @@ def test_only_layers_that_are_asked_for_are_kept_and_only_what_they_read_is_comp
     (view,) = module_views(statue, find_display("virtual").with_resolution(64, 48), None, 4, box)
     caster, cast = RayCaster(statue, view.cast_from_world), []
 
-    class Caster:
-        bounds = statue.bounds
+    class Caster(RayCaster):
+        def __init__(self):
+            self.bounds = statue.bounds
 
         def gbuffer(self, *look):
             cast.append(look)

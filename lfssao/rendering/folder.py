@@ -43,6 +43,8 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
         display = display_of(manifest["display"], entries)
         _check_layer(path, entries, layer)
         return display, entries
+    except InputError:
+        raise
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise InputError(f"{path}: it is not what 'lfssao render' writes ({type(error).__name__}: {error})") from error
 

@@ -1,6 +1,7 @@
 """Meshes from files, through trimesh; a broken file is refused in one sentence."""
 
 import io
+import logging
 import re
 import warnings
 from pathlib import Path
@@ -19,6 +20,9 @@ from lfssao.core.affine import cofactors, transform_points
 from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
 from lfssao.scene.mesh import Mesh, Paint
+
+# Its warnings are for whoever listens to them, and none of Python's handlers of last resort.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 _GLTF = (".glb", ".gltf")
 _NOT_IMAGES = (".mtl", ".bin")

@@ -151,6 +151,8 @@ def test_a_camera_a_display_of_one_module_and_a_missing_folder_are_refused(tmp_p
         render(tmp_path, "statue", *words, *small)
         capsys.readouterr()
         assert view(tmp_path) == 2
-        assert reason in sentence(capsys)
+        said = sentence(capsys)
+        assert reason in said
+        assert "it is not what" not in said  # the manifest is whole
     assert view(tmp_path / "none") == 2
     assert "there is no folder" in sentence(capsys)

@@ -4,6 +4,8 @@ import io
 import json
 import logging
 import struct
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -389,3 +391,10 @@ def test_real_meshes(name, faces, texture):
     textured = mesh.paint is not None and mesh.paint.textures[0] is not None
     assert textured == (texture is not None or name == "fuze/fuze.obj")
     assert mesh.notes == ()
+
+
+def test_warnings_of_trimesh_do_not_reach_the_terminal():
+    """In a process of its own: pytest listens to all loggers, and Python prints what nobody listens to."""
+    code = "import lfssao.scene.load, trimesh; trimesh.util.log.warning('that cannot be helped')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("", "")

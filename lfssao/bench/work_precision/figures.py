@@ -9,6 +9,7 @@ from skimage.metrics import structural_similarity
 
 from lfssao.ao.textures import Texture
 from lfssao.bench.work_precision.references import rms
+from lfssao.viz.truth import deviation
 
 Surface = NDArray[np.bool_]
 FIGURES = ("rmse", "bias", "gain_free", "correlation", "ssim")
@@ -21,17 +22,14 @@ def figures(occlusion: Texture, truth: Texture, surface: Surface, seen: bool = T
     ``ssim``, the mean structural similarity of visibility (Wang et al. 2004), is NaN unless it is ``seen``: it takes
     longer than all others.
     """
-    ours, exact = occlusion[surface].astype(np.float64), truth[surface].astype(np.float64)
-    error = ours - exact
-    a, b = ours - ours.mean(), exact - exact.mean()
-    along, across, square = float((a * a).mean()), float((a * b).mean()), float((b * b).mean())
-    rest = square - across * across / along if along > 0 else square
+    found = deviation(occlusion, truth, surface)
+    correlation = 0.0 if np.isnan(found.correlation) else found.correlation
+    rest = float(truth[surface].std()) * max(1 - correlation * correlation, 0.0) ** 0.5  # of the regression line
     similar = np.nan
     if seen:
         _, each = structural_similarity(1 - occlusion.astype(np.float64), 1 - truth, data_range=1.0, full=True)
         similar = float(each[surface].mean())
-    correlation = across / (along * square) ** 0.5 if along > 0 and square > 0 else 0.0
-    return [rms(error), float(error.mean()), max(rest, 0.0) ** 0.5, correlation, similar]
+    return [found.rmse, found.bias, rest, correlation, similar]
 
 
 def pooled(found: Sequence[list[float]]) -> list[float]:

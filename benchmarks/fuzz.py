@@ -1,0 +1,193 @@
+"""Hands mutated files to a loader, and prints whatever comes of it that is neither success nor an InputError.
+
+    python benchmarks/fuzz.py mesh --count 2000 --seed 1 --keep findings
+
+A loader is one entry of LOADERS: its seeds, each a dict of relative names and contents, and a function that gets the
+path of a seed's first file. A mutant is a seed with one of its files changed. All mutants run in one process, which is
+started again when it dies; it may take --megabytes of memory beyond what its imports took, and --seconds a mutant.
+--keep is a folder for the files of findings; --only 17 runs mutant 17 alone.
+"""
+
+import argparse
+import multiprocessing
+import os
+import random
+import re
+import resource
+import shutil
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import fuzz_seeds
+from fuzz_seeds import Files
+
+from lfssao.errors import LfssaoError
+from lfssao.scene.load import load_scene
+
+Outcome = tuple[str, str]  # 'read', 'refused' or the kind of a finding; its message or traceback
+GOOD = ("read", "refused")
+
+
+@dataclass(frozen=True)
+class Loader:
+    """Whole files, equal bytes each time they are made, and what reads the first of a seed."""
+
+    seeds: Callable[[], list[Files]]
+    load: Callable[[Path], object]
+
+
+LOADERS = {"mesh": Loader(fuzz_seeds.meshes, load_scene)}
+
+_WORDS = [
+    *b"0 1 -1 2 255 65536 2147483648 -2147483649 1000000000000 1e400 -1e30 1e-320 0.5 nan inf null true".split(),
+    *(b"[]", b"{}", b'""', b"", b"/dev/zero", b"..", b"\0", b"\xff\xfe", b"\xc3\x28", b"#"),
+    *(b"[" * 5000, b"9" * 5000, b"a" * 300),
+]
+_BYTES = [bytes(1), bytes(4), bytes(16), *(b"\xff" * n for n in (1, 2, 4, 8)), b"\x7f", b"\x80\0\0\0", b"\0\0\0\x80"]
+
+
+def mutant(seeds: list[Files], number: int, seed: int) -> Files:
+    """Seed number modulo their count, with one of its files, most often the first, changed in one to four places."""
+    draw = random.Random(f"{seed}/{number}")
+    files = dict(seeds[number % len(seeds)])
+    name = draw.choice([*files, *[next(iter(files))] * len(files)])
+    for _ in range(draw.choice((1, 1, 2, 4))):
+        files[name] = _changed(files[name], draw, seeds)
+    return files
+
+
+def _changed(data: bytes, draw: random.Random, seeds: list[Files]) -> bytes:
+    """Content with one change of its bytes, words or lines."""
+    start, stop = sorted(draw.randint(0, len(data)) for _ in range(2))
+    words, lines = list(re.finditer(rb"[-+.\w]+", data)), data.split(b"\n")
+    match draw.randrange(10):
+        case 0:
+            new = data[:start] + bytes(byte ^ 1 << draw.randrange(8) for byte in data[start:][:1]) + data[start + 1 :]
+        case 1:
+            put = draw.choice(_BYTES)
+            new = data[:start] + put + data[start + len(put) :]
+        case 2:
+            new = data[:start]
+        case 3:
+            new = data[:start] + data[stop:]
+        case 4:
+            new = data[:stop] + data[start:stop] * draw.choice((1, 2, 50)) + data[stop:]
+        case 5:
+            other = draw.choice([content for files in seeds for content in files.values()])
+            new = data[:start] + other[draw.randint(0, len(other)) :]
+        case 6 | 7 | 8 if words:
+            word, put = draw.choice(words), draw.choice([*_WORDS, draw.choice(words).group()])
+            new = data[: word.start()] + put + data[word.end() :]
+        case _:
+            a, b = draw.randrange(len(lines)), draw.randrange(len(lines))
+            lines[a], lines[b] = lines[b], lines[a]
+            new = b"\n".join(lines[: draw.choice((None, -1))])
+    return new
+
+
+def outcome_of(load: Callable[[Path], object], files: Files, folder: Path) -> Outcome:
+    """The outcome of files for a loader; they are written to a folder."""
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    try:
+        load(folder / next(iter(files)))
+    except BaseException as error:
+        causes = [error]
+        while (cause := causes[-1].__cause__ or causes[-1].__context__) and cause not in causes:
+            causes.append(cause)
+        if any(isinstance(each, MemoryError) for each in causes):
+            return "memory", traceback.format_exc()
+        if not isinstance(error, LfssaoError):
+            return "traceback", traceback.format_exc()
+        return "refused" if "\n" not in str(error) else "not a sentence", str(error)
+    return "read", ""
+
+
+def _work(name: str, seed: int, megabytes: int, connection: Connection) -> None:
+    """Run mutants by their numbers until there is none; what they print goes nowhere."""
+    loader = LOADERS[name]
+    seeds = loader.seeds()
+    with tempfile.TemporaryDirectory() as root:
+        outcome_of(loader.load, seeds[0], Path(root))  # imports and compiles
+        taken = int(re.search(r"VmData:\s*(\d+)", Path("/proc/self/status").read_text())[1]) << 10
+        resource.setrlimit(resource.RLIMIT_DATA, (taken + (megabytes << 20),) * 2)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        connection.send("ready")
+        with suppress(EOFError):
+            while True:
+                folder = Path(root, str(number := connection.recv()))
+                connection.send(outcome_of(loader.load, mutant(seeds, number, seed), folder))
+                shutil.rmtree(folder)
+
+
+def outcomes(name: str, numbers: range, seed: int, megabytes: int = 2048, seconds: float = 30) -> Iterator[Outcome]:
+    """The outcome of each mutant, in the order of their numbers."""
+    context = multiprocessing.get_context("spawn")
+    worker, ours = None, None
+    for number in numbers:
+        if worker is None:
+            ours, theirs = context.Pipe()
+            worker = context.Process(target=_work, args=(name, seed, megabytes, theirs), daemon=True)
+            worker.start()
+            theirs.close()
+            ours.recv()
+        ours.send(number)
+        ready = ours.poll(seconds)
+        try:
+            yield ours.recv() if ready else ("hang", f"no answer in {seconds:g} s")
+        except EOFError:
+            worker.join()
+            ready = False
+            yield "died", f"exit code {worker.exitcode}"
+        if not ready:
+            worker.kill()
+            worker = None
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("loader", choices=LOADERS)
+    parser.add_argument("--count", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", type=int, help="the number of the one mutant to run")
+    parser.add_argument("--megabytes", type=int, default=2048)
+    parser.add_argument("--seconds", type=float, default=30)
+    parser.add_argument("--keep", type=Path, help="folder for the files of findings")
+    options = parser.parse_args()
+    numbers = range(options.count) if options.only is None else range(options.only, options.only + 1)
+    seeds = LOADERS[options.loader].seeds()
+    found: Counter[Outcome] = Counter()
+    counts: Counter[str] = Counter()
+    results = outcomes(options.loader, numbers, options.seed, options.megabytes, options.seconds)
+    for number, (kind, text) in zip(numbers, results, strict=True):
+        counts[kind] += 1
+        if kind in GOOD and options.only is None:
+            continue
+        files = mutant(seeds, number, options.seed)
+        # Tracebacks that end alike are printed once.
+        end = text if kind in ("hang", "died") else "\n".join(text.strip().split("\n")[-4:-1])
+        found[kind, end] += 1
+        if found[kind, end] == 1 or kind == "hang":
+            print(f"--- {kind}: mutant {number} of {next(iter(files))}\n{text}", flush=True)
+        for name, content in files.items() if options.keep else ():
+            path = options.keep / str(number) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    print(f"{options.loader}, seed {options.seed}: " + ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())))
+    sys.exit(any(kind not in GOOD for kind in counts))
+
+
+if __name__ == "__main__":
+    main()

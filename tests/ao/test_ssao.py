@@ -1,4 +1,4 @@
-"""LF Algorithms 1 and 2: against the reference bit for bit, and against values found by hand and by geometry."""
+"""LF Algorithms 1 and 2: against the reference bit for bit, and against a value found by geometry."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,6 @@ from ssao_cases import (
     all_spans,
     assert_same,
     both,
-    by_hand,
     camera_cases,
     drawn_turns,
     module_cases,
@@ -29,7 +28,6 @@ from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 
 
-@pytest.mark.slow
 @both
 @settings(max_examples=300)
 @given(data=st.data())
@@ -88,31 +86,6 @@ def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
 
 
 @both
-@pytest.mark.parametrize(
-    ("depth", "samples", "want", "outside"),
-    [
-        # One texel right and 1 behind: texel 0 meets depth 1 at z = 1, a tie; 1 meets 1.5 at z = 2; 2 leaves.
-        ([0, 1, 1.5], [(1, 0, 1)], [0, 1, 0], 1),
-        ([0, 0], [(0, 0, 1), (0, 0, 0), (0, 0, -1)], [1 / 3, 1 / 3], 0),
-        ([0, np.inf], [], [0, 0], 0),
-        ([np.inf, np.inf], [(0, 0, 1)], [0, 0], 0),
-        ([0, np.inf], [(1, 0, 100)], [0, 0], 0),  # the sample sees background
-        # Texel edges: x = 1 is texel 1 (depth -9: occluded), x = 2 is beyond the texture.
-        ([0, -9], [(0.5, 0, 0)], [1, 0], 1),
-        ([0, -9], [(-0.5, 0, 0)], [0, 0], 0),  # x = 0 and 1: their own texels, ties
-    ],
-)
-def test_rows_of_texels_by_hand(dtype, depth, samples, want, outside):
-    assert by_hand(depth, samples, dtype=dtype) == (np.array(want, dtype).tolist(), outside)
-
-
-@both
-def test_the_last_number_below_an_edge_belongs_to_the_texel_on_its_left(dtype):
-    past = float(np.nextafter(dtype(0.5), dtype(1)))  # 1.5 - past is the last number below 1, 0.5 - past is negative
-    assert by_hand([-9, 0], [(-past, 0, 0)], dtype=dtype) == ([0, 1], 1)
-
-
-@both
 def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
     """One of each pair +d, -d lies behind the plane: inside the texture ao is 1/2 without error."""
     display = Display("d", 1.0, 0.75, 0.1, -2.0, (Module(0.4, 0.0, 0.7, 48, 36),), ROI)
@@ -124,19 +97,8 @@ def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
     depth = np.full((36, 48), z, dtype)
     d = np.random.default_rng(1).uniform(-1, 1, (500, 3))
     d = d[np.abs(d[:, 2]) > 1e-3]
-    radius = 0.05
-    result = ssao.algorithm2(depth, positions, view.world_to_image, np.concatenate([d, -d]), radius)
+    result = ssao.algorithm2(depth, positions, view.world_to_image, np.concatenate([d, -d]), 0.05)
     assert np.all(result.texture[7:-7, 7:-7] == 0.5)
-    # At the border: which samples land inside, by DESIGN's formula; those within 1e-3 texel of it may count or not.
-    far = radius * np.concatenate([d, -d])
-    for j, i in [(0, 0), (0, 20), (35, 47), (18, 47)]:
-        p = np.array([x[j, i], y[j, i], z]) + far
-        u = 48 * (0.5 + 0.4 + (p[:, 0] - 0.4) * 0.7 / (0.7 - p[:, 2]))
-        v = 36 * (0.5 - (0.1 + (p[:, 1] - 0.1) * -2 / (-2 - p[:, 2])) / 0.75)
-        room = np.minimum(np.minimum(u, 48 - u), np.minimum(v, 36 - v))
-        behind = far[:, 2] > 0
-        least, most = np.mean(behind & (room > 1e-3)), np.mean(behind & (room > -1e-3))
-        assert least - 1e-6 <= result.texture[j, i] <= most + 1e-6 < 0.5
 
 
 def test_algorithm2_does_not_mind_how_arrays_lie_in_memory():

@@ -1,4 +1,4 @@
-"""Ray-cast occlusion through Embree: its kernels bit for bit against plain Python, and the whole against our tree.
+"""Ray-cast occlusion through Embree against our tree.
 
 Both cast the same rays. One is answered differently in float32 than in float64 if it passes an outline, or its end lies
 before or behind a triangle, within some 1e-7 of the scene's size: fewer than one ray in 100,000 (MISSED).
@@ -11,15 +11,9 @@ import analytic_scenes as scenes
 import numpy as np
 import pytest
 from bits import assert_same_bits
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from reference import truth
 
 from lfssao import Buffers, InputError, Mesh
 from lfssao.ao.ground_truth import _CLEAR, FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
-from lfssao.ao.kernels import truth_batches
-from lfssao.ao.kernels.truth_batches import Begun
-from lfssao.ao.kernels.truth_rays import Cast
 from lfssao.gbuffer.embree import CentredScene, in_chunks
 
 pytest.importorskip("embreex", reason="Embree has no wheel here")
@@ -28,46 +22,11 @@ MISSED = 1e-5
 
 
 def both(occluders, seen, radius, *names, **options):
-    """Through the tree, and through Embree."""
     return [ray_cast_occlusion(occluders, seen, radius, *names, **options, intersector=n) for n in INTERSECTORS]
 
 
 def moved_by(seen, positions):
     return Buffers(seen.view, seen.depth, positions, seen.normals)
-
-
-# Kernels
-
-
-@settings(max_examples=25)
-@given(data=st.data())
-def test_rays_are_the_trees_rounded_once(data):
-    """Each of the tree's rays, which the reference makes: its origin about the middle, in units of the scene."""
-    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
-    positions, normals = rng.uniform(-3, 3, (2, 5, 3))
-    normals[rng.random(5) < 0.3] = 0
-    seen = np.flatnonzero(rng.random(5) < 0.8)
-    step, unit = data.draw(st.sampled_from([0.0, 1e-3, 2.0])), 2.0 ** data.draw(st.integers(-40, 40))
-    middle = rng.uniform(-1, 1, 3)
-    texels, points, axes = begun_arrays = Begun(np.empty(5, np.int64), np.empty((5, 3)), np.empty((5, 3, 3)))
-    n = truth_batches.begin_texels(seen, positions, normals, step, begun_arrays)
-    begun = {int(k): truth.begin(positions[k], normals[k], step) for k in seen}
-    begun = {k: found for k, found in begun.items() if found is not None}
-    assert texels[:n].tolist() == list(begun)
-    for k, (origin, around) in enumerate(begun.values()):
-        assert_same_bits(points[k], origin)
-        assert_same_bits(axes[k], np.array(around))
-    number, strata, seed = data.draw(st.tuples(st.integers(0, 99), st.integers(1, 3), st.integers(0, 2**64 - 1)))
-    weighting = data.draw(st.sampled_from(WEIGHTINGS))
-    chosen = np.flatnonzero(rng.random(n) < 0.7)
-    origins, directions = np.empty((2, len(chosen) * strata**2, 3), np.float32)
-    cast = Cast(1.0, step, WEIGHTINGS.index(weighting), 0, strata, 2, 2, 0.0, np.uint64(seed))
-    truth_batches.write_round(chosen, begun_arrays, number, cast, middle, unit, origins, directions)
-    for row, k in enumerate(texels[chosen].tolist()):
-        part, (origin, around) = slice(row * strata**2, (row + 1) * strata**2), begun[k]
-        assert_same_bits(origins[part], np.tile(((origin - middle) / unit).astype(np.float32), (strata**2, 1)))
-        ways = truth.directions_of(k, number, strata, seed, weighting, around)
-        assert_same_bits(directions[part], ways.astype(np.float32))
 
 
 # Beside the tree

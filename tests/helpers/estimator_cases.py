@@ -67,11 +67,6 @@ def filled_ball(n):
     return np.concatenate([d, -d])
 
 
-def cap(t):
-    """Share of a ball beyond a plane at the distance t from its middle, in radii."""
-    return (1 - t) ** 2 * (2 + t) / 4 if t < 1 else 0.0
-
-
 def with_one_thread_and_two(make):
     """Both results of a function."""
     before = numba.get_num_threads()

@@ -150,14 +150,3 @@ def all_spans(depth, at, end, most):
 
 
 IDENTITY = np.eye(4).ravel()
-
-
-def by_hand(depth, offsets, m=IDENTITY, dtype=np.float64):
-    """Occlusion and outside of one row of texels, points at their centres, by both algorithms."""
-    depth = np.array([depth], dtype)
-    width = depth.shape[1]
-    positions = np.stack([np.arange(width) + 0.5, np.full(width, 0.5), depth[0]], axis=-1).astype(dtype)[None]
-    offsets, m = np.array(offsets, dtype).reshape(-1, 3), m.astype(dtype)
-    second = run2(depth, positions, offsets, MATRIX, m)
-    assert_same(run1(depth, offsets, IDENTITY.astype(dtype), m), second)
-    return second[0][0].tolist(), int(second[1][0])

@@ -99,20 +99,6 @@ def test_a_neighbour_sees_behind_a_card():
     np.testing.assert_array_equal(together <= alone, True)
 
 
-def test_a_sample_that_only_a_neighbour_can_tell_counts():
-    """Outside the module's own texture, in the neighbour's: behind its surface."""
-    mapping = find_display("virtual").with_resolution(1, 1).view(0, np.eye(3, 4)).world_to_image
-    wide = find_display("virtual").with_resolution(40, 30).view(0, np.eye(3, 4)).world_to_image
-    depth, positions = np.zeros((1, 1), np.float32), np.zeros((1, 1, 3), np.float32)
-    shifted = WorldToImage(mapping.kind, mapping.numbers + np.eye(1, 16, 14)[0] * 5)  # 5 texels to the right: outside
-    samples = np.array([[0.0, 0.0, 0.1]])
-    assert ssao.algorithm2(depth, positions, shifted, samples, 1.0).outside == 1
-    for z, hidden in ((0.05, 1.0), (0.2, 0.0)):
-        other = wide, np.full((30, 40), z, np.float32)
-        found = neighbours.algorithm2_with_neighbours(depth, positions, shifted, [other], samples, 1.0)
-        assert (float(found.texture[0, 0]), found.outside) == (hidden, 0)
-
-
 @pytest.mark.parametrize(
     ("others", "words"),
     [

@@ -123,18 +123,6 @@ def test_a_wide_view_from_near_by():
             check(in_world(scene, view, rng), view)
 
 
-def test_by_hand():
-    """A wall at z = 0.35, half the module's distance: what the screen shows, drawn together to the module."""
-    view = scenes.VIEWS["virtual"](4, 3)
-    wall = np.array([[-9.0, -9.0, 0.35], [9.0, -9.0, 0.35], [0.0, 9.0, 0.35]])
-    seen = RayCaster(Mesh(wall, [[0, 1, 2]]), view.cast_from_world).gbuffer(view)
-    assert (seen.depth == np.float32(0.35)).all()
-    x = [-0.375, -0.125, 0.125, 0.375]
-    np.testing.assert_allclose(seen.positions[..., 0], np.tile(np.multiply(x, 0.5), (3, 1)), rtol=1e-6)
-    y = [0.25, 0, -0.25]
-    np.testing.assert_allclose(seen.positions[..., 1], np.tile(np.multiply(y, 1.175), (4, 1)).T, rtol=1e-6, atol=1e-9)
-
-
 def test_coordinates_beyond_float32_are_refused():
     view = scenes.VIEWS["virtual"](4, 3)
     mesh = Mesh([[0, 0, 0], [1e20, 0, 0], [0, 1e20, 0]], [[0, 1, 2]])
@@ -313,18 +301,3 @@ def test_colour_equals_the_reference(name, textured, colored):
     assert len(np.unique(want, axis=0)) > 5 or not (textured or colored)
     assert caster.gbuffer(view, color=None).color is None
     assert RayCaster(bare, view.cast_from_world).gbuffer(view).color is None
-
-
-def test_colour_by_hand():
-    """Red, green and blue at the corners; the texel in the middle sees a third of each, a corner's only its own.
-
-    The texture is longer than the pieces of it that are looked at together: most see nothing.
-    """
-    view = scenes.VIEWS["orthographic"](3, 99)
-    vertices = scenes.at(view, [0.5, 2.5, 1.5], [0.5, 0.5, 3.5], 0.0)
-    paint = Paint.from_vertex_colors(np.eye(3, dtype=np.float32), 1)
-    seen = RayCaster(Mesh(scenes.to_world(view, vertices), [[0, 1, 2]], paint), view.cast_from_world).gbuffer(view)
-    np.testing.assert_allclose(seen.color[0], [[1, 0, 0], [0.5, 0.5, 0], [0, 1, 0]], atol=1e-7)
-    np.testing.assert_allclose(seen.color[1, 1], [1 / 3, 1 / 3, 1 / 3], atol=1e-7)
-    assert not seen.color[2, [0, 2]].any()
-    assert not seen.color[4:].any()

@@ -1,4 +1,4 @@
-"""Exact signs, hits of triangles, the tree, and the first hit of every texel against brute force, bit for bit."""
+"""Exact signs, the tree, and the first hit of every texel against brute force, bit for bit."""
 
 from fractions import Fraction
 
@@ -14,11 +14,8 @@ from reference import raycast
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.kernels import bvh, first_hit
 from lfssao.gbuffer.kernels.triangle import (
-    Triangle,
     edge_function,
     exact_difference,
-    hit_triangle,
-    point_on_triangle,
     two_product,
     two_sum,
 )
@@ -84,79 +81,6 @@ def test_differences_of_products_have_the_sign_of_fractions(four):
     np.testing.assert_array_equal(
         bits(exact_difference(*four)), bits(raycast.exact_difference(*np.array(four)[:, None]))
     )
-
-
-def test_edge_function_where_the_plain_difference_has_the_wrong_sign():
-    e = 2.0**-52
-    assert (1 + e) * (1 - e) - 1.0 * 1.0 == 0.0
-    assert edge_function(1 + e, 1 - e, 1.0, 1.0) == -(e * e)
-    assert edge_function(1.0, 1.0, 1 + e, 1 - e) == e * e
-    assert edge_function(1 + e, 1 + e, 1 + 2 * e, 1.0) == e * e
-    assert edge_function(3.0, 5.0, 15.0, 1.0) == 0.0
-
-
-# One triangle by hand: (0, 0), (4, 0), (0, 4) at z = 2, 2, 6
-
-
-A, B, C = (0.0, 0.0, 2.0), (4.0, 0.0, 2.0), (0.0, 4.0, 6.0)
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "want"),
-    [
-        (1.0, 1.0, (3.0, 0.25, 0.25)),
-        (0.0, 0.0, (2.0, 0.0, 0.0)),  # corners
-        (4.0, 0.0, (2.0, 1.0, 0.0)),
-        (0.0, 4.0, (6.0, 0.0, 1.0)),
-        (2.0, 0.0, (2.0, 0.5, 0.0)),  # edges
-        (0.0, 2.0, (4.0, 0.0, 0.5)),
-        (2.0, 2.0, (4.0, 0.5, 0.5)),
-    ],
-)
-def test_a_hit_by_hand(x, y, want):
-    z, weight_b, weight_c = want
-    assert hit_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == (True, z)
-    assert point_on_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == want
-    back = Triangle(*C, *B, *A)  # the other way round
-    assert hit_triangle(x, y, 0.0, 0.0, back) == (True, z)
-    assert point_on_triangle(x, y, 0.0, 0.0, back) == (z, weight_b, 1 - weight_b - weight_c)
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "nearest"),
-    [  # the next number beside each edge, and far from all
-        (2.0, np.nextafter(2.0, 3), (4.0, 0.5, 0.5)),
-        (np.nextafter(0.0, -1), 2.0, (4.0, 0.0, 0.5)),
-        (2.0, np.nextafter(0.0, -1), (2.0, 0.5, 0.0)),
-        (-1.0, -1.0, (2.0, 0.0, 0.0)),
-    ],
-)
-def test_a_miss_by_hand(x, y, nearest):
-    """Embree's triangle may be passed by: its nearest weights stand for it."""
-    assert hit_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == (False, 0.0)
-    assert point_on_triangle(x, y, 0.0, 0.0, Triangle(*A, *B, *C)) == pytest.approx(nearest, abs=1e-15)
-
-
-def test_a_triangle_seen_edge_on_is_not_hit():
-    for corners in ([(0, 0, 1), (0, 2, 1), (0, 0, 3)], [(0, 0, 1), (1, 1, 2), (2, 2, 0)], [A, A, A]):
-        flat = Triangle(*(float(n) for corner in corners for n in corner))
-        assert hit_triangle(0.0, 0.0, 0.0, 0.0, flat) == (False, 0.0)
-        assert point_on_triangle(0.0, 0.0, 0.0, 0.0, flat) == (corners[0][2], 0.0, 0.0)
-
-
-def test_z_is_held_between_the_corners():
-    """Weights that round would leave a plane of constant z."""
-    rng = np.random.default_rng(1)
-    off = 0
-    for _ in range(400):
-        xy, z = rng.uniform(-1, 1, (3, 2)), rng.uniform(-1, 1)
-        flat = Triangle(*(n for x, y in xy for n in (x, y, z)))
-        hit, depth = hit_triangle(0.0, 0.0, 0.0, 0.0, flat)
-        if hit:
-            _, b, c = point_on_triangle(0.0, 0.0, 0.0, 0.0, flat)
-            assert depth == z
-            off += ((1 - b - c) * z + b * z) + c * z != z
-    assert off > 5
 
 
 # The tree
@@ -237,7 +161,9 @@ sizes = st.sampled_from([(20, 15), (24, 16), (17, 23), (33, 9), (21, 19), (64, 4
 def test_first_hits_are_those_of_brute_force(scene, view, size, seed):
     rng = np.random.default_rng(seed)
     view = scenes.VIEWS[view](*size)
-    check(view, *scene(view, rng), rng)
+    want = check(view, *scene(view, rng), rng)
+    if scene in (scenes.sheet, scenes.flat_sheet, scenes.shallow_sheet):  # over the whole view
+        assert (want.triangle >= 0).all()
 
 
 @settings(max_examples=250)
@@ -307,20 +233,6 @@ def test_the_ends_of_a_ray_are_not_on_it(name):
         vertices = np.column_stack([ox + dx * z, oy + dy * z, np.full_like(ox, z)])[ends]
         want = check(view, vertices, np.array([[0, 1, 2]], np.int32), np.random.default_rng(0))
         assert (want.triangle[ends] >= 0).all() == (z > near[0])
-
-
-# No cracks
-
-
-@pytest.mark.parametrize("name", VIEWS)
-def test_a_sheet_over_the_view_has_no_cracks(name):
-    """Corners dead centre on texels, edges through others."""
-    for seed, size in enumerate([(64, 48), (61, 43), (32, 24), (17, 9), (64, 48), (8, 8)]):
-        view = scenes.VIEWS[name](*size)
-        for bumpy in (0.0, 0.05, 0.8):
-            rng = np.random.default_rng(seed)
-            vertices, faces = scenes.sheet(view, rng, step=1 + seed % 4, bumpy=bumpy)
-            assert (scenes.traced(view, TriangleTree(vertices, faces), -1)[0] >= 0).all()
 
 
 @pytest.mark.parametrize("times", [0, 2])

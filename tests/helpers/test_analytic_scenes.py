@@ -46,13 +46,3 @@ def test_the_ray_caster_sees_the_same(name, sight):
     at = there & same
     np.testing.assert_allclose(cast.positions[at], seen.positions[at], rtol=0, atol=1e-6)
     np.testing.assert_allclose(cast.depth[at], seen.depth[at], rtol=0, atol=1e-6)
-
-
-def test_holes_are_background():
-    sight = scenes.SIGHTS["display"](5, 4)
-    hole = np.eye(4, 5, dtype=bool)
-    seen = scenes.buffers("step", sight, np.float32, hole)
-    assert np.isposinf(seen.depth[hole]).all()
-    assert np.isposinf(seen.positions[hole]).all()
-    assert not seen.normals[hole].any()
-    assert seen.depth.dtype == seen.positions.dtype == seen.normals.dtype == np.float32

@@ -9,19 +9,7 @@ from hypothesis import strategies as st
 
 from lfssao import Camera, InputError
 from lfssao.optics.kernels import rays
-
-unit = st.floats(-1, 1)
-
-
-@st.composite
-def cameras(draw):
-    direction = st.tuples(unit, unit, unit).filter(lambda d: math.dist((0, 0, 0), d) > 0.1)
-    eye, forward = np.array(draw(st.tuples(unit, unit, unit))) * 5, np.array(draw(direction)) * 3
-    up = np.array(draw(direction.filter(lambda d: np.linalg.norm(np.cross(d, forward)) > 0.1)))
-    near = draw(st.floats(0.05, 1))
-    kind = draw(st.sampled_from(["perspective", "orthographic"]))
-    extent, far = draw(st.floats(0.1, 10)), near * draw(st.floats(1.5, 100))
-    return Camera(kind, tuple(eye), tuple(eye + forward), tuple(up), extent, near, far)
+from lfssao.testing import cameras
 
 
 @given(cameras(), st.tuples(*[st.floats(0, 1)] * 3), st.integers(1, 2000), st.integers(1, 2000))

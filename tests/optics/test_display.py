@@ -48,7 +48,6 @@ def coordinates(dtype):
 # The reference and the textbook
 
 
-@pytest.mark.slow
 @both
 @settings(max_examples=500)
 @given(data=st.data())

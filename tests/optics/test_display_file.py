@@ -146,7 +146,6 @@ WRONG = {
 
 
 def keys_of(data, path=""):
-    """All keys of a file, with their values."""
     for name, value in data.items():
         yield f"{path}{name}", value
         entries = {f"[{k}]": entry for k, entry in enumerate(value)} if name == "list" else {"": value}

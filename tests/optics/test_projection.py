@@ -1,4 +1,4 @@
-"""World -> image and the rays of texels: the reference, and values by hand."""
+"""World -> image and the rays of texels, and textures: the reference."""
 
 import math
 
@@ -18,9 +18,6 @@ from lfssao.optics.view import KINDS
 
 def bits(values, dtype=np.float64):
     return np.array(values, dtype).view(np.int32 if dtype == np.float32 else np.int64)
-
-
-# The reference
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -63,22 +60,3 @@ def test_sample_texture_equals_the_reference(seed, wide, high, first, u, v):
     for channel in range(3):
         actual = paint.sample_texture(texels, first, wide, high, u, v, channel)
         assert bits(actual) == bits(raycast.sample_texture(texture, u, v, channel))
-
-
-# Domains by hand
-
-
-@pytest.mark.parametrize(("q", "valid"), [(2.0, True), (5e-324, True), (0.0, False), (-0.0, False), (-1.0, False)])
-def test_a_matrix_is_defined_for_positive_q(q, valid):
-    m = np.eye(4)
-    m[3] = [0, 0, 0, q]
-    assert mapping.world_to_image(Projection(mapping.MATRIX, m.ravel()), 0.0, 0.0, 0.0)[3] is valid
-
-
-@pytest.mark.parametrize(("z", "valid"), [(3.0, False), (2.5, True), (-1.5, True), (-2.0, False), (math.nan, False)])
-def test_crossed_slits_are_defined_between_the_slits(z, valid):
-    m = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -2, 10, 20])  # z_m = 3, z_o = -2
-    u, v, depth, defined = mapping.world_to_image(Projection(mapping.CROSSED_SLITS, m), 1.0, 7.0, z)
-    assert defined is valid
-    if z == 2.5:
-        assert (u, v, depth) == (10 + 1 / 0.5, 20 + 7 / -4.5, 2.5)

@@ -1,4 +1,4 @@
-"""Views and mappings: numbers that float32 cannot hold are refused, and distances from the viewers."""
+"""Views and mappings: numbers that float32 cannot hold are refused; mappings of one's own."""
 
 import doctest
 from dataclasses import replace
@@ -21,24 +21,6 @@ def test_mappings_beyond_float32_are_refused(factor):
     assert mapping.as_type(np.float64).numbers[0] == factor
     with pytest.raises(InputError, match="leaves the range of float32: scale the world"):
         mapping.as_type(np.float32)
-
-
-def test_numbers_are_rounded_once():
-    mapping = CAMERA.view(40, 30).world_to_image
-    assert (mapping.as_type(np.float32).numbers == mapping.numbers.astype(np.float32)).all()
-
-
-def test_distances_from_the_viewers():
-    """A camera's are along its axis; a module's count from the observers' line."""
-    a, b, c, d = CAMERA.view(40, 30).viewer_distance()
-    assert d + a * 1.0 + b * 2.0 + c * 5.0 == pytest.approx(0.0, abs=1e-12)  # the eye
-    assert d == pytest.approx(np.sqrt(30.0))  # the target, at 0
-    display = find_display("virtual").with_resolution(8, 6)
-    scale = 0.25
-    a, b, c, d = display.view(0, np.diag([scale, scale, -scale, 1.0])[:3]).viewer_distance()
-    assert (a, b) == (0.0, 0.0)
-    assert d + c * (-display.observer_z / scale) == pytest.approx(0.0, abs=1e-12)
-    assert d == pytest.approx(-display.observer_z / scale)
 
 
 def test_scenes_too_far_from_the_origin_are_refused():

@@ -55,9 +55,3 @@ def discrepancy_squared(s, tau):
             d = (alpha[i] - alpha[j]) * tau % 1
             total += (1 - max(alpha[i], alpha[j])) * (Fraction(1, 2) - d * (1 - d)) / s**2
     return total
-
-
-def sector_error(s, tau, a, start, length):
-    """Fraction of the taps in one sector minus the fraction that it ought to hold."""
-    inside = sum((2 * i + 1) / (2 * s) < a and ((2 * i + 1) * tau / (2 * s) - start) % 1.0 < length for i in range(s))
-    return inside / s - a * length

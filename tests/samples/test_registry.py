@@ -68,20 +68,6 @@ def test_algorithms_3_and_4_equal_the_reference(xi1, xi2, t, shell):
     )
 
 
-def test_algorithms_3_and_4_by_hand():
-    assert ball.algorithm3(1.0, 0.3) == (0, 0, 1)
-    assert ball.algorithm3(-1.0, 0.3) == (0, 0, -1)
-    assert ball.algorithm3(0.0, 0.0) == (1, 0, 0)  # phi = 0
-    assert ball.algorithm3(0.0, 0.5) == (0, 1, 0)  # phi = pi / 2
-    assert ball.algorithm3(0.0, -0.5) == (0, -1, 0)
-    assert ball.algorithm3(0.0, 1.0) == ball.algorithm3(0.0, -1.0) == (-1, 0, 0)
-    assert ball.algorithm3(0.6, 0.5) == (0, 0.8, 0.6)
-    assert ball.algorithm4(0.0, 0.0, 1.0, 0.0, 2.0, 4.0) == (0, 0, 2)
-    assert ball.algorithm4(0.0, 0.0, 1.0, 1.0, 2.0, 4.0) == (0, 0, 4)
-    assert ball.algorithm4(0.0, 1.0, 0.0, 19 / 56, 2.0, 4.0) == pytest.approx((0, 3, 0), rel=1e-15)  # r^3 = 8 + 19
-    assert ball.algorithm4(0.0, 1.0, 0.0, 0.125, 0.0, 4.0) == (0, 2, 0)
-
-
 def test_the_short_calls_are_sample_sets():
     np.testing.assert_array_equal(square_points("jittered", 6, 3), sample_set("square", "jittered", 6, 3).points)
     np.testing.assert_array_equal(make_samples(), sample_set("ball", "latin", 8, 0, r_min=0.8, r_max=1.0).points)

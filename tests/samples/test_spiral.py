@@ -1,4 +1,4 @@
-"""SAO's spiral: the reference, the hash by hand, exact reduction of the angle, and the table of the best turns."""
+"""SAO's spiral: the reference, exact reduction of the angle, and the table of the best turns."""
 
 import math
 
@@ -9,7 +9,6 @@ from bits import bits
 from hypothesis import given
 from hypothesis import strategies as st
 from reference import spiral as reference
-from reference.elementary import sincospi
 
 from lfssao.errors import InputError
 from lfssao.samples import best_turns
@@ -28,13 +27,6 @@ def test_the_hash_equals_the_reference(variant, x, y):
     angle = spiral.hash_angle(x, y, VARIANTS[variant])
     assert bits(angle) == bits(reference.half_turns(reference.hash_word(x, y, variant)))
     assert 0 <= angle < 2
-
-
-def test_the_hash_by_hand():
-    assert spiral.hash_word(5, 7, spiral.PAPER) == 499  # 150 ^ (7 + 350)
-    assert spiral.hash_word(5, 7, spiral.COMMON) == 370  # 10 (15 ^ 42)
-    assert spiral.hash_word(0, 9, spiral.PAPER) == 9
-    assert spiral.hash_word(1, 0, spiral.COMMON) == 30
 
 
 @given(st.integers(-(2**31), 2**31 - 1))
@@ -58,22 +50,6 @@ def test_taps_equal_the_reference_and_stand_on_the_spiral(s, data, angle):
     assert tap[:2] == pytest.approx((math.cos(theta), math.sin(theta)), abs=1e-15 * (4 + theta))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@given(s=st.integers(1, 99), x=st.integers(0, 5000), y=st.integers(0, 5000))
-def test_a_table_turned_by_an_angle_is_the_spiral_at_that_angle(dtype, s, x, y):
-    tau = best_turns(s)
-    taps = np.empty((s, 3), dtype)
-    spiral.unit_taps(tau, taps)
-    want = np.array([reference.tap_of(i, s, tau) for i in range(s)])
-    np.testing.assert_array_equal(taps, want.astype(dtype))
-    angle = spiral.hash_angle(x, y, spiral.PAPER)
-    sine, cosine = sincospi(angle)
-    for i, (u, v, _) in enumerate(taps):
-        got = spiral.rotated(u, v, dtype(cosine), dtype(sine))
-        assert got == (u * dtype(cosine) - v * dtype(sine), u * dtype(sine) + v * dtype(cosine))
-        assert got == pytest.approx(reference.tap_of(i, s, tau, angle)[:2], abs=6 * float(np.finfo(dtype).eps))
-
-
 # The table
 
 
@@ -81,14 +57,6 @@ def test_a_table_turned_by_an_angle_is_the_spiral_at_that_angle(dtype, s, x, y):
 def test_the_discrepancy_is_the_references(s):
     for tau in range(1, s + 1):
         assert spiral_discrepancy(s, tau) == pytest.approx(math.sqrt(reference.discrepancy_squared(s, tau)), rel=1e-9)
-
-
-def test_the_discrepancy_is_the_root_mean_square_over_sectors():
-    """A grid of 40 x 40 x 40 sectors (midpoints) against the closed form, 1 %; the two are never equal."""
-    middles = (np.arange(40) + 0.5) / 40
-    for tau in (1, 2, 3):
-        errors = [reference.sector_error(5, tau, a, b, c) for a in middles for b in middles for c in middles]
-        assert spiral_discrepancy(5, tau) == pytest.approx(math.sqrt(np.mean(np.square(errors))), rel=0.01)
 
 
 def test_the_table_has_the_best_turns_of_every_number_of_taps():
@@ -105,11 +73,6 @@ def test_the_table_has_the_best_turns_of_every_number_of_taps():
 def test_beyond_the_table_the_golden_ratios_turns_are_nearly_as_good(s):
     assert math.gcd(best_turns(s), s) == 1
     assert spiral_discrepancy(s, best_turns(s)) < 1.5 * min(spiral_discrepancy(s, tau) for tau in range(1, s // 2 + 1))
-
-
-def test_the_papers_seven_turns_for_nine_taps_are_among_the_best():
-    scores = {tau: spiral_discrepancy(9, tau) for tau in range(1, 9)}
-    assert [tau for tau, score in scores.items() if score < 1.001 * min(scores.values())] == [2, 4, 5, 7]
 
 
 def test_a_number_of_taps_below_one_is_refused():

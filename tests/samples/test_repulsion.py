@@ -1,66 +1,17 @@
-"""VO's tables: the reference, forces, tables made again, weights, and which numbers of points are good."""
+"""VO's tables: made again, weights, and which numbers of points are good."""
 
 import math
 
 import make_repulsion
 import numpy as np
 import pytest
-import repulsion
 from bits import bits
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from reference import repulsion as reference
 
 from lfssao.errors import InputError
 from lfssao.samples import repulsion_table, sample_set
 
 VOLUME = 4 / 3 * math.pi
 KINDS = [("ball", None), ("disk", None), ("disk", True), ("disk", False)]
-
-
-# Kernels
-
-
-@settings(max_examples=20)
-@given(n=st.integers(1, 12), d=st.sampled_from([2, 3]), seed=st.integers(0, 2**64 - 1))
-def test_darts_and_cells_equal_the_reference(n, d, seed):
-    points = np.empty((n, d))
-    repulsion.throw_darts(np.uint64(seed), points)
-    np.testing.assert_array_equal(bits(points), bits(reference.darts(seed, n, d)))
-    weights, centroids = np.empty(n), np.empty((n, d))
-    cells = 7 if d == 3 else 14
-    repulsion.voronoi(points, cells, weights, centroids)
-    want_weights, want_centroids = reference.voronoi(points, cells)
-    np.testing.assert_array_equal(bits(weights), bits(want_weights))
-    np.testing.assert_array_equal(bits(centroids), bits(want_centroids))
-    spread = np.sqrt(np.mean((n * weights - 1) ** 2))
-    assert repulsion.unevenness(weights) == pytest.approx(spread, rel=1e-12, abs=1e-15)
-
-
-@pytest.mark.parametrize("d", [2, 3])
-@pytest.mark.parametrize("n", [1, 2, 7])
-def test_forces_are_the_slope_of_the_energy(n, d):
-    """The reference sums the energy over 2048 charges of the circle, or integrates it over the sphere."""
-    points = np.array(reference.darts(5, n, d)) * 0.9
-    forces = np.empty((n, d))
-    energy = repulsion.repel(points, 1.7, forces)
-    assert energy == pytest.approx(reference.energy(points, 1.7), rel=1e-6)
-    for k, a in np.ndindex(n, d):
-        ahead, behind = points.copy(), points.copy()
-        ahead[k, a] += 1e-5
-        behind[k, a] -= 1e-5
-        slope = (reference.energy(ahead, 1.7) - reference.energy(behind, 1.7)) / 2e-5
-        assert forces[k, a] == pytest.approx(-slope, rel=1e-4, abs=1e-3)
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_points_settle_where_the_forces_end(d):
-    points = np.array(reference.darts(3, 5, d))
-    before, after = np.empty((5, d)), np.empty((5, d))
-    high = repulsion.repel(points, 2.0, before)
-    repulsion.settle(points, False, 2.0, 400)
-    assert repulsion.repel(points, 2.0, after) < high
-    assert np.abs(after).max() < 1e-3 * np.abs(before).max()
 
 
 # Tables

@@ -15,7 +15,6 @@ from lfssao.verify.kit.folder import write_kit
 
 @pytest.fixture(scope="module")
 def context():
-    """A context for shaders."""
     from glsl_renderer import open_context, without_opengl  # late: few tests need OpenGL
 
     try:

@@ -250,7 +250,6 @@ def folder(tmp_path_factory):
 
 @functools.cache
 def renderer(folder, number=0):
-    """The renderer of a folder's view."""
     manifest = json.loads((folder / "manifest.json").read_text())
     entry = manifest["views"][number]
     textures = {}

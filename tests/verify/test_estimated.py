@@ -72,21 +72,12 @@ def other_hash(b):
 
 
 @pytest.mark.parametrize(("name", "kind", "values", "make"), [
-    ("sao", "beta 0 in place of 0.01", (), lambda b, c: occlusion(b, c, beta=0.0)),
-    ("sao", "epsilon", (4.37,), lambda b, c: occlusion(b, c, epsilon=0.0437)),
-    ("sao", "intensity", (0.5113,), lambda b, c: occlusion(b, c, intensity=0.5113)),
     ("sao", "taps 11 in place of 9", (), lambda b, c: occlusion(b, c, taps=11)),
     ("sao", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),
-    ("sao", "radius in texels x 2.000, as of a projection scale without its 1/2,", (),
-     lambda b, c: occlusion(b, c, reach=2.0)),
     ("sao", "reach", (1.137,), lambda b, c: occlusion(b, c, reach=1.137)),
-    ("sao", "log_q 0 in place of 3", (), lambda b, c: occlusion(b, c, log_q=0)),
     ("alchemy", "sigma", (1.713,), lambda b, c: occlusion(b, c, sigma=1.713)),
     ("alchemy", "radius", (0.931,), lambda b, c: occlusion(b, c, 0.931)),
     ("alchemy", "normals with the other sign", (), lambda b, c: occlusion(replace(b, normals=-b.normals), c)),
-    ("hbao", "steps 5 in place of 8", (), lambda b, c: occlusion(b, c, steps=5)),
-    ("hbao", "samples are not turned", (), lambda b, c: occlusion(replace(b, turns=None), c)),
-    ("hbao", "turns of rows from below", (), lambda b, c: occlusion(with_turns(b, b.turns[:, ::-1]), c)),
     ("hbao", "bias", (21.36,), lambda b, c: occlusion(b, c, bias=21.36)),
     ("vo-points", "samples mirrored in y", (), lambda b, c: occlusion(b, c, samples=c.inputs["points"] * [1, -1, 1])),
     ("vo-points", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),

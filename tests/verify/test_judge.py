@@ -8,7 +8,6 @@ allow it they would allow anybody.
 
 import functools
 import math
-import operator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,8 +17,7 @@ from scipy.ndimage import map_coordinates
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, Settings, WorldToImage, fit_roi, make_samples, render_view
 from lfssao.ao import post, ssao
-from lfssao.ao.kernels.post import blur_horizontal
-from lfssao.core.srgb import to_codes, to_linear
+from lfssao.core.srgb import to_codes
 from lfssao.optics.kernels import projection as kinds
 from lfssao.rendering.manifest import describe_settings, describe_view
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds, displaced
@@ -56,7 +54,6 @@ def stages(made):
 
 
 def case_of(textures, settings, **from_mesh):
-    """The case that a manifest describes."""
     described = view_case(Path(), {"settings": describe_settings(settings)}, {"view": describe_view(textures.view)})
     return replace(described, outputs=stages(textures), bounds=from_mesh)
 
@@ -100,8 +97,8 @@ def scene_of(mesh, view, settings):
 
 
 @functools.cache
-def small_scene(samples=8):
-    table = make_samples("latin", samples, 1, 0.3, 1.0)
+def small_scene():
+    table = make_samples("latin", 8, 1, 0.3, 1.0)
     return scene_of(
         wall_and_block(), DISPLAY.view(1, FIT), Settings(radii=(0.5, 0.9), samples=table, blur=0.8, rotation="none")
     )
@@ -113,15 +110,14 @@ def seen_by(scene, view, mesh=None):
     return stages(render_view(caster, view, scene.settings))
 
 
-def remade(scene, radius_factor=1.0, samples=None, mapping=None, **wrong):
-    """Stages of a renderer with other parameters of AO and these textures, but whose later ones are right for them."""
+def remade(scene, mapping=None, **wrong):
+    """Stages of a renderer with another mapping of AO and these textures, but whose later ones are right for them."""
     seen = {name: scene.right[name] for name in ("depth", "positions", "color")}
     made = seen | {name: np.ascontiguousarray(texture, np.float32) for name, texture in wrong.items()}
-    samples = scene.settings.samples if samples is None else samples
-    given = made["depth"], made["positions"], mapping or scene.view.world_to_image, samples
+    given = made["depth"], made["positions"], mapping or scene.view.world_to_image, scene.settings.samples
     for number, radius in enumerate(scene.settings.radii, start=1):
         if f"ao_{number}" not in made:
-            made[f"ao_{number}"] = ssao.algorithm2(*given, radius_factor * radius).texture
+            made[f"ao_{number}"] = ssao.algorithm2(*given, radius).texture
     made = {"merged": post.merge([made["ao_1"], made["ao_2"]]), **made}
     made = {"blurred": post.blur(made["merged"], scene.settings.blur), **made}
     return {"shaded": post.shade(made["color"], made["blurred"]), **made}
@@ -131,16 +127,13 @@ def with_ao(scene, layers):
     return remade(scene, ao_1=layers[0], ao_2=layers[1])
 
 
-def at(depth, row, column):
-    """The surface of a texel; None outside the texture."""
+def nearest(depth, u, v):
+    """The surface of the texel that an image point lies in; None outside the texture."""
+    row, column = math.floor(v), math.floor(u)
     return depth[row, column] if 0 <= row < len(depth) and 0 <= column < depth.shape[1] else None
 
 
-def at_floor(depth, u, v):
-    return at(depth, math.floor(v), math.floor(u))
-
-
-def own_ao(scene, look_up=at_floor, behind=operator.lt):
+def own_ao(scene, look_up=nearest):
     """AO by a plain loop in float32 with one line replaced."""
     projection, depth = scene.view.world_to_image.as_type(np.float32), scene.right["depth"]
     layers = []
@@ -151,7 +144,7 @@ def own_ao(scene, look_up=at_floor, behind=operator.lt):
             for o in offsets:
                 u, v, z, valid = kinds.world_to_image(projection, *(scene.right["positions"][j, i] + o))
                 surface = look_up(depth, u, v)
-                out[j, i] += valid and surface is not None and behind(surface, z)
+                out[j, i] += valid and surface is not None and surface < z
         layers.append(out / np.float32(len(offsets)))
     return with_ao(scene, layers)
 
@@ -187,39 +180,22 @@ def pinhole_for_two_slits(scene):
 
 def bilinear(depth, u, v):
     """As a texture with a linear filter is read."""
-    if at_floor(depth, u, v) is None:
+    if nearest(depth, u, v) is None:
         return None
     with np.errstate(invalid="ignore"):
         return map_coordinates(depth, ([v - 0.5], [u - 0.5]), order=1, mode="nearest")[0]
-
-
-def blurred_horizontally_twice(scene):
-    weights, source = post.blur_weights(scene.settings.blur), scene.right["merged"]
-    for _ in range(2):
-        target = np.empty_like(source)
-        blur_horizontal(source, weights, target)
-        source = target
-    return remade(scene, blurred=source)
-
-
-def shaded(scene, factor):
-    """The image times a factor."""
-    return remade(scene, shaded=scene.right["color"] * factor[..., None])
 
 
 # The textures of each wrong renderer, by the stage that must be named.
 BUGS = {
     "depth": {
         "hundredth_texel_shift": lambda s: seen_by(s, displaced(s.view, 0.01, 0.0)),
-        "transposed": lambda s: remade(s, depth=s.right["depth"].T, positions=s.right["positions"].transpose(1, 0, 2)),
         "observer_too_high": lambda s: seen_by(s, replace(DISPLAY, observer_height=0.2).view(1, FIT)),
-        "observers_too_near": lambda s: seen_by(s, replace(DISPLAY, observer_z=-1.6).view(1, FIT)),
         "background_at_zero": lambda s: remade(s, depth=np.where(s.surface, s.right["depth"], 0)),
         "back_faces_only": back_faces_only,
     },
     "positions": {
         "positions_of_the_next_texel": lambda s: remade(s, positions=np.roll(s.right["positions"], -1, axis=1)),
-        "half_floats_in_positions": lambda s: remade(s, positions=s.right["positions"].astype(np.float16)),
         "positions_zero_without_surface": lambda s: remade(
             s, positions=np.where(s.surface[..., None], s.right["positions"], 0)
         ),
@@ -229,16 +205,9 @@ BUGS = {
         "color_not_decoded": lambda s: remade(s, color=to_codes(s.right["color"]) / 255),
     },
     "ao_1": {
-        "radius_one_percent_too_large": lambda s: remade(s, radius_factor=1.01),
-        "another_seed": lambda s: remade(s, samples=make_samples("latin", 8, 2, 0.3, 1.0)),
         "pinhole_for_two_slits": pinhole_for_two_slits,
-        # Rounded towards zero: what lies a little left of the texture reads its first column.
-        "look_up_truncated": lambda s: own_ao(s, lambda depth, u, v: at(depth, math.trunc(v), math.trunc(u))),
         "look_up_bilinear": lambda s: own_ao(s, bilinear),
-        # <= for <: see tie_scene.
-        "less_or_equal": lambda s: own_ao(s, behind=operator.le),
         "background_occluded": lambda s: with_ao(s, np.where(s.surface, s.layers, 1)),
-        "ao_in_eight_bits": lambda s: with_ao(s, np.round(s.layers * 255) / 255),
         "radii_exchanged": lambda s: with_ao(s, s.layers[::-1]),
     },
     "ao_2": {
@@ -248,36 +217,18 @@ BUGS = {
         "sum_for_maximum": lambda s: remade(s, merged=s.layers.sum(axis=0)),
     },
     "blurred": {
-        "horizontal_pass_twice": blurred_horizontally_twice,
-        "variance_for_sigma": lambda s: remade(s, blurred=post.blur(s.right["merged"], s.settings.blur**2)),
         "blur_of_the_first_radius": lambda s: remade(s, blurred=post.blur(s.layers[0], s.settings.blur)),
     },
     "shaded": {
-        # SRGB codes of the shaded image, taken for linear light and encoded once more on the way out.
-        "encoded_twice": lambda s: remade(s, shaded=to_codes(s.right["shaded"]) / 255),
-        "decoded_twice": lambda s: remade(s, shaded=to_linear(np.round(s.right["shaded"] * 255).astype(np.uint8))),
-        "occlusion_applied_twice": lambda s: shaded(s, (1 - s.right["blurred"]) ** 2),
+        "occlusion_applied_twice": lambda s: remade(s, shaded=post.shade(s.right["shaded"], s.right["blurred"])),
     },
 }
 PLANTED = [(stage, name) for stage, bugs in BUGS.items() for name in bugs]
 
 
-@functools.cache
-def tie_scene():
-    """One texel of a wall at the depth 1/8, and one sample next to it at the same depth: no rounding decides this."""
-    display = Display("tie", 0.5, 0.5, 0.0, -2.0, (Module(0.0, 0.0, 1.0, 2, 1),), ROI)
-    view = display.view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
-    wall = np.array([(-1.0, -1, -0.125), (1, -1, -0.125), (1, 1, -0.125), (-1, 1, -0.125)])
-    colors = Paint.from_vertex_colors(np.full((4, 3), 0.5, np.float32), 2)
-    mesh = Mesh(wall, np.array([(0, 1, 2), (0, 2, 3)], np.int32), colors)
-    settings = Settings(radii=(0.125, 0.25), samples=np.array([[0.125, 0.0, 0.0]]), blur=0.8)
-    return scene_of(mesh, view, settings)
-
-
 @pytest.mark.parametrize(("stage", "name"), PLANTED)
 def test_every_bug_is_named_by_the_stage_that_it_was_planted_in(stage, name):
-    many = name == "radius_one_percent_too_large"  # it changes so little that few samples may all fall as before
-    scene = tie_scene() if name == "less_or_equal" else small_scene(64 if many else 8)
+    scene = small_scene()
     found = failing(BUGS[stage][name](scene), scene.case)
     assert found[0] == stage
     if stage == "ao_1":  # whatever is made of wrong AO is right

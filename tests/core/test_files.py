@@ -103,8 +103,13 @@ def test_output_folder_removes_only_what_it_made(tmp_path):
 
 
 def test_check_folder_touches_nothing(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    for bad in ("file", "file/a", "file/a/b", "link", "link/a"):
+        with pytest.raises(InputError, match="the output folder cannot be made"):
+            check_folder(tmp_path / bad)
     check_folder(tmp_path / "a" / "b")
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(InputError, match="no permission"):
         check_folder(tmp_path / "a" / "b")
-    assert os.listdir(tmp_path) == []
+    assert sorted(os.listdir(tmp_path)) == ["file", "link"]

@@ -59,7 +59,6 @@ class Frame:
 
 
 def levels_of(frame):
-    """How many levels SAO's hierarchy has."""
     count, (width, height) = 1, frame.size
     while count <= frame.options["max_level"] and max(width, height) > 1:
         width, height, count = -(-width // 2), -(-height // 2), count + 1

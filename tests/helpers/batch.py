@@ -15,13 +15,12 @@ import numpy as np
 
 from lfssao import Camera, Display, Mesh, Module, Occluders, make_samples, ray_cast_occlusion
 from lfssao.ao.estimators.neighbours import algorithm2_with_neighbours
-from lfssao.ao.kernels import ssao, truth_batches
+from lfssao.ao.kernels import truth_batches
 from lfssao.ao.kernels.truth_rays import Cast
 from lfssao.ao.post import blur, merge, shade, shade_white
 from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
-from lfssao.gbuffer.kernels import triangle
 from lfssao.samples import METHODS, ROTATIONS, sample_set, texel_angles, texel_turns
 from lfssao.samples.kernels import ball, spiral
 from lfssao.verify.bounds import post
@@ -74,17 +73,10 @@ def occlusions():
     rgb = rng.random((HEIGHT, WIDTH, 3))
     yield "ssao", np.array([layer.texture for layer in layers])
     yield "outside", np.array([layer.outside for layer in layers])
-    yield "no samples", no_samples(depth, positions, module.world_to_image.as_type(np.float64))
     yield "merge", merged
     yield "blur", np.array([blur(merged, sigma) for sigma in (0.01, 0.7, 2.5)])
     yield "shade", shade(rgb, merged)
     yield "shade white", shade_white(depth, merged)
-
-
-def no_samples(depth, positions, projection):
-    occlusion, outside = np.empty((1, *depth.shape), depth.dtype), np.empty((1, HEIGHT), np.int64)
-    ssao.algorithm2(depth, positions, np.empty((1, 0, 3), depth.dtype), projection, None, occlusion, outside)
-    return occlusion
 
 
 def accepted():
@@ -132,17 +124,6 @@ def scalars():
         yield f"angles {name}", texel_angles(name, 64, 64)
 
 
-def triangles():
-    """Rays that hit triangles, miss them, and that meet corners and edges of a grid of eighths."""
-    rng = np.random.default_rng(5)
-    cases = np.concatenate([rng.uniform(-1, 1, (400, 13)), rng.integers(-8, 9, (400, 13)) / 8])
-    for function in (triangle.hit_triangle, triangle.point_on_triangle):
-        yield function.__name__, np.array([function(*case[:4], triangle.Triangle(*case[4:])) for case in cases], float)
-    near = rng.uniform(0.5, 1, (400, 2))
-    nearly = np.column_stack([near, near[:, ::-1] * (1 + 2.0**-52 * rng.integers(-2, 3, (400, 2)))])
-    yield "edge_function", np.array([triangle.edge_function(*four) for four in nearly])
-
-
 def truth():
     """Ray-cast occlusion of a crease and of triangles anywhere."""
     rng = np.random.default_rng(6)
@@ -183,7 +164,7 @@ def conformance():
 
 
 GROUPS = {
-    "scalars": lambda: (*scalars(), *triangles()),
+    "scalars": scalars,
     "truth": lambda: (*truth(), *batches()),
     "kit": lambda: (*conformance(), *accepted()),
     "float64": occlusions,

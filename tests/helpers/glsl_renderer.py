@@ -122,7 +122,6 @@ class Renderer:
         return {"shaded": shaded, "merged": crop(merged), "blurred": blurred, **made}
 
     def solve(self, stage, parameters, inputs):
-        """All outputs of a case by name."""
         return getattr(self, stage)(parameters, inputs)
 
 

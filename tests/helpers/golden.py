@@ -105,7 +105,6 @@ def digest(texture):
 
 
 def digests_of(textures):
-    """Digest of each texture of a view, by name."""
     seen = textures.gbuffer
     named = {"depth": seen.depth, "positions": seen.positions, "normals": seen.normals, "color": seen.color}
     named |= {f"ao_{number}": texture for number, texture in enumerate(textures.ao, start=1)}

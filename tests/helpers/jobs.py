@@ -16,7 +16,6 @@ def manifest_of(folder):
 
 
 def digests_of(folder):
-    """The digests of each view's textures by the manifest."""
     return [{name: t["sha256"] for name, t in v["textures"].items()} for v in manifest_of(folder)["views"]]
 
 

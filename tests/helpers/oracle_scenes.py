@@ -95,14 +95,12 @@ def turned(offsets, turns):
 
 
 def arithmetic(model, rng, renderers):
-    """The arithmetic of random renderers within an error model."""
     if model == "nearest":
         return rr.Arithmetic(rng, renderers, directed=False, quotient=0.5, root=0.5)
     return rr.Arithmetic(rng, renderers)
 
 
 def assert_inside(values, bound, name):
-    """Assert that values of all renderers lie within bounds."""
     low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
     outside = ~((values >= low) & (values <= high))
     assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"

@@ -119,7 +119,6 @@ class Renderer:
             return (normal / np.linalg.norm(normal, axis=-1, keepdims=True)).astype(np.float32)
 
     def blur(self, sigma=1.0, reach=3.0, total=None, mode="nearest", axes=(1, 0), seed=None):
-        """The Gaussian blur of the merged texture."""
         if seed is not None:
             table = blur_table(self.sigma)
             return rr.blur(arithmetic(seed), self.merged, self.sigma, len(table) // 2, table)[0][0].astype("f4")

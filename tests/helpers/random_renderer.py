@@ -149,7 +149,6 @@ def turned_row(ar, m, k, point, offset, turn):
 
 
 def turned(ar, offset, turn):
-    """An offset turned about z."""
     (c, s), (x, y, z) = turn, offset
     return [ar.total([c, -s], [x, y]), ar.total([s, c], [x, y]), z]
 
@@ -314,7 +313,6 @@ def points_behind(ar, given, samples, radius, options):
 
 
 def mapping_of(given):
-    """Kind and numbers of a view's mapping."""
     return given.view.world_to_image.kind, single(given.view.world_to_image.numbers)
 
 
@@ -384,7 +382,6 @@ def across(ar, a, b):
 
 
 def normalized(ar, a):
-    """Vectors over their lengths."""
     length = ar.root(ar.total(a, a))
     scale = ar.divide(1.0, length)
     return [ar.choose(ar.lot(0.5), ar.multiply(b, scale), ar.divide(b, length)) for b in a]
@@ -450,7 +447,6 @@ def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
 
 
 def dual(ar, a, b, combine):
-    """Two radii's occlusions as one."""
     if combine == "minimum":
         return np.maximum(a, b)
     product = ar.subtract(1.0, ar.multiply(ar.subtract(1.0, a), ar.subtract(1.0, b)))

@@ -58,7 +58,6 @@ def lacking(ar, light, k):
 
 @np.errstate(all="ignore")
 def alchemy(ar, given, places, radius, options, angle):
-    """Alchemy's occlusion, of every renderer: (R, H, W)."""
     (kind, m), depth, r, n = rr.mapping_of(given), given.depth, single(radius), len(places)
     point, normal, w = (spread(ar, texture) for texture in (given.positions, given.normals, given.directions))
     x, y = (ar.full(single(places)[None, None, :, k]) for k in range(2))
@@ -108,7 +107,6 @@ def points_of(ar, world, lines, z):
 
 
 def linear_z(ar, given):
-    """Linear z, (R, H, W)."""
     depth = ar.full(given.depth)
     if given.view.screen_to_world is None:
         return depth
@@ -215,7 +213,6 @@ def sao(ar, given, rays, radius, options, angle):
 
 
 def averaged(ar, light, z, edge):
-    """The 2x2 average."""
     for axis in (2, 1):
         one, two = (np.arange(k, light.shape[axis] // 2 * 2, 2) for k in (0, 1))
         a, b, p, q = (np.take(texture, half, axis) for texture in (light, z) for half in (one, two))

@@ -59,7 +59,6 @@ def anywhere(view, rng, n, deep=0.9):
 
 
 def centres(view, rng, n):
-    """Texels' centres."""
     return rng.integers(0, view.width, n) + 0.5, rng.integers(0, view.height, n) + 0.5
 
 

@@ -178,19 +178,12 @@ def test_functions_and_files_are_short(path):
             assert any(LONG.search(line) for line in lines[node.lineno - 1 : node.end_lineno]), node.name
 
 
-def test_long_functions_are_found():
-    body = "\n".join("    x = 1" for _ in range(61))
-    (long,) = ast.parse(f'def f():\n    """Says\n\n    what."""\n{body}\n').body
-    assert length(long) == 61
-
-
 # Sentences
 
 PROSE = [*SOURCES, *(p for room in ("tests", "benchmarks") for p in sorted(PACKAGE.parent.glob(f"{room}/**/*.py")))]
 
 
 def sentences(path):
-    """The sentences of a file's docstrings and comments."""
     text = path.read_text()
     nodes = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     docs = [ast.get_docstring(node) or "" for node in ast.walk(ast.parse(text)) if isinstance(node, nodes)]
@@ -284,15 +277,6 @@ def check_docstring(thing):
 @pytest.mark.parametrize("name", OBJECTS)
 def test_documented_parameters_are_those_of_the_signature(name):
     check_docstring(OBJECTS[name])
-
-
-def test_the_check_of_docstrings_notices_a_missing_parameter():
-    def wrong(a, b, c):
-        pass
-
-    wrong.__doc__ = "Does.\n\nParameters\n----------\na, c : int\n    Two of three.\n\nReturns\n-------\nb : int\n"
-    with pytest.raises(AssertionError):
-        check_docstring(wrong)
 
 
 def test_all_names_resolve_and_are_described():

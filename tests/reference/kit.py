@@ -137,12 +137,10 @@ STAGES = {
 
 @np.errstate(all="ignore")
 def solve(stage, parameters, inputs):
-    """All outputs of a case by name."""
     return STAGES[stage](parameters, inputs)
 
 
 def differing(made, expected):
-    """Names of the outputs whose bits differ."""
     return [
         name
         for name, array in expected.items()

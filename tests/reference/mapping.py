@@ -180,7 +180,6 @@ def fold_of(k1, k2):
 
 
 def numbers(display, index, guard, physical_from_world):
-    """The numbers of a module's mapping, binary64."""
     module, g, rows = display["modules"][index], float(guard), [list(row) for row in physical_from_world]
     wide, high = float(module["width"]), float(module["height"])
     w, h = display["screen_width"], display["screen_height"]

@@ -71,8 +71,6 @@ class Scene:
 
 
 class Frame:
-    """The frame of a texel."""
-
     def __init__(self, scene, j, i, r):
         self.scene, self.p, self.w = scene, scene.positions[j, i], scene.directions[j, i]
         sine, cosine = scene.dtype(0), scene.dtype(1)

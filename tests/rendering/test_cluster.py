@@ -54,7 +54,6 @@ def cluster():
 
 
 def processes(cluster):
-    """Process number of each worker."""
     from distributed import Client
 
     with Client(cluster.scheduler_address) as client:

@@ -277,33 +277,19 @@ def other_pixels(path):
     write_parts(path, parts)
 
 
-def without_an_attribute(path):
-    """A whole file with right digests whose metadata do not say all that the manifest does."""
+def other_header(path, change):
+    """A whole file with right pixels, the metadata of its first part changed."""
     parts = read_parts(path)
-    parts[0][0].erase_attribute("lfssao:surface_texels")
-    write_parts(path, parts)
-
-
-def other_header(path):
-    """A whole file with right pixels whose headers tell the manifest other numbers."""
-    parts = read_parts(path)
-    parts[0][0].attribute("lfssao:surface_texels", 1)
-    write_parts(path, parts)
-
-
-def another_shape(path):
-    """Metadata that are JSON of another shape than ours."""
-    parts = read_parts(path)
-    parts[0][0].attribute("lfssao:made_from", "[1, 2]")
+    change(parts[0][0])
     write_parts(path, parts)
 
 
 DAMAGES = {
     "bit": flip,
     "pixels": other_pixels,
-    "attribute": without_an_attribute,
-    "header": other_header,
-    "shape": another_shape,
+    "attribute": lambda path: other_header(path, lambda spec: spec.erase_attribute("lfssao:surface_texels")),
+    "header": lambda path: other_header(path, lambda spec: spec.attribute("lfssao:surface_texels", 1)),
+    "shape": lambda path: other_header(path, lambda spec: spec.attribute("lfssao:made_from", "[1, 2]")),
     "cut": lambda path: os.truncate(path, path.stat().st_size // 2),
     "empty": lambda path: path.write_bytes(b""),
     "absent": lambda path: path.unlink(),

@@ -9,7 +9,6 @@ import pytest
 from reference import viewer as reference
 
 from lfssao import InputError, LightField, Mesh, Paint, RayCaster, eye_point, eye_range, eye_view, find_display
-from lfssao.optics.display import Module
 from lfssao.rendering.viewer import BLENDS
 
 IDENTITY = np.eye(3, 4)
@@ -74,19 +73,6 @@ def test_the_reference_composes_the_same_bits(name):
             dark[blend] += missed
     for missed in dark.values():
         assert 0 < missed < 4 * 41 * height  # the modules that shine reach some of it and not all
-
-
-def test_one_module_alone_shows_its_texture():
-    """Only the middle module's rays pass near an eye at 0: the others are 5 m away."""
-    modules = tuple(Module(x, 0.0, 0.7, 60, 36) for x in (-5.0, 0.0, 5.0))
-    field, textures = random_field(replace(DISPLAYS["sample-a"], modules=modules), np.random.default_rng(1))
-    shot = field.photograph(0.0, 60, "nearest")
-    assert np.array_equal(shot.image, textures[1])
-    assert shot.dark == 0
-    double = field.photograph(0.0, 120, "nearest").image  # between the texels' centres
-    inner = 0.75 * textures[1][:, :-1] + 0.25 * textures[1][:, 1:]
-    middle = 0.75 * inner[:-1] + 0.25 * inner[1:]
-    assert double[1:-1:2, 1:-1:2] == pytest.approx(middle, abs=1e-6)
 
 
 def test_nothing_is_seen_where_no_module_reaches():
@@ -165,26 +151,6 @@ def test_the_picture_approaches_the_direct_ray_cast(z, wave):
     first, second = (0.4 * math.sqrt(sum(k ** (2 * n) for k in (4, 6, 9)) / 6) for n in (1, 2))
     assert errors["nearest"][-1] == pytest.approx(first * shift / math.sqrt(12), rel=0.1)
     assert errors["linear"][-1] == pytest.approx(second * shift**2 / (2 * math.sqrt(30)), rel=0.2)
-
-
-@pytest.mark.parametrize("z", [-0.25, -0.1, 0.1, 0.25])
-def test_points_are_displaced_by_as_much_as_the_angular_resolution_says(z):
-    """|z| p / (m_z sqrt(12)) in the root mean square and at most |z| p / (2 m_z), horizontally only."""
-    display, mesh, eye_x = line(33), sheet(z), 0.123
-    found = layers(mesh, display, "positions").photograph(eye_x, 100, "nearest").image
-    error = found.astype(np.float64) - direct(mesh, display, eye_x, "positions")
-    pitch, m_z = 2 / 32, 0.7
-    assert rms(error[..., 0]) == pytest.approx(abs(z) * pitch / (m_z * math.sqrt(12)), rel=0.1)
-    # The nearest module is the nearest in angle, which differs a little from the nearest in x.
-    assert np.abs(error[..., 0]).max() < 1.02 * abs(z) * pitch / (2 * m_z)
-    assert np.abs(error[..., 1:]).max() < 1e-6
-
-
-@pytest.mark.parametrize("blend", BLENDS)
-def test_the_screen_plane_itself_is_sharp(blend):
-    display, mesh = line(9), sheet(0.0)
-    shot = layers(mesh, display, "color").photograph(0.3, 100, blend)
-    assert shot.image == pytest.approx(direct(mesh, display, 0.3, "color"), abs=1e-6)
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -5,7 +5,6 @@ import pytest
 
 import lfssao
 from lfssao.errors import InputError
-from lfssao.optics.display import crossed_slits
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.viewer import eye_view
@@ -37,16 +36,6 @@ def test_a_pinhole_is_a_matrix():
     fit = mapping.best_matrix(eye_view(DISPLAY, WORLD, 0.3, 48).world_to_image, points)
     assert fit.distance.max() < 1e-9
     assert np.linalg.norm(fit.matrix) == pytest.approx(1)
-
-
-def test_slits_far_away_are_a_parallel_projection_and_come_off_it_as_they_draw_near():
-    """The two slits of a module, before and behind what it shows, never meet, so this is the matrix they come near."""
-    points, rmse = mapping.roi_lattice(DISPLAY, (5, 5, 5)), []
-    for far in (1e9, 1e3, 10.0, 0.7):
-        lens = np.array([0.2, far, 0.1, -2 * far, 48.0, 24.0, -53.0, 16.0])
-        rmse.append(mapping.best_matrix(crossed_slits(WORLD, lens), points).rmse)
-    assert rmse[0] < 1e-6
-    assert 1e-6 < rmse[1] < 0.1 * rmse[2] < 0.1 * rmse[3]
 
 
 def test_no_module_of_a_display_is_a_matrix():

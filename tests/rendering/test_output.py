@@ -68,6 +68,20 @@ def test_files_parts_and_channels_are_the_documented_ones(folder):
     assert found["blurred"][0]["lfssao:sigma"] == 1.5
 
 
+def test_textures_belong_together(folder):
+    found = {name: np.stack([arrays[c] for c in TEXTURES[name]], axis=-1)
+             for name, (_, arrays) in read(folder / "module_004.exr").items()}  # fmt: skip
+    empty = np.isinf(found["depth"][..., 0])
+    assert 0 < empty.sum() < empty.size
+    assert np.isposinf(found["positions"][empty]).all()
+    assert np.isfinite(found["positions"][~empty]).all()
+    assert np.array_equal(found["merged"], np.maximum(found["ao_1"], found["ao_2"]))
+    # Six samples: occlusion is a number of sixths.
+    assert found["ao_1"] * 6 == pytest.approx(np.round(found["ao_1"] * 6), abs=1e-5)
+    assert found["shaded"] == pytest.approx(found["color"] * (1 - found["blurred"]), abs=1e-6)
+    assert 0.05 < found["blurred"][~empty].mean() < 0.95
+
+
 def test_digests_are_those_of_the_files_pixels(folder, manifest):
     for view in manifest["views"]:
         found = read(folder / view["file"])

@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import raycast_scenes as scenes
 from bits import assert_same_bits
 from jobs import manifest_of, render
 
 from lfssao import (
     Buffers,
     Camera,
+    Mesh,
     RayCaster,
     Settings,
     Textures,
@@ -145,6 +147,26 @@ def test_the_one_sample_of_radius_0_counts_for_all_that_fall_outside(statue):
     right = ssao.algorithm2(gbuffer.depth, gbuffer.positions, shifted.world_to_image, options.samples, 0.0)
     assert made.outside == right.outside == 8 * (gbuffer.triangle >= 0).sum()
     assert_same_bits(made.texture, right.texture)
+
+
+@pytest.mark.parametrize("way", scenes.WAYS)
+@pytest.mark.parametrize("name", scenes.VIEWS)
+def test_gbuffers_of_some_rows(way, name):
+    """In them the texture of the whole, elsewhere nothing; by the tree and by rasterisation."""
+    rng = np.random.default_rng(2)
+    view = scenes.VIEWS[name](37, 26)
+    vertices, faces = scenes.sheet(view, rng, 3)
+    caster = RayCaster(Mesh(scenes.to_world(view, vertices), faces, normals=vertices), view.cast_from_world)
+    whole = caster.gbuffer(view, normals="smooth")
+    for rows in (range(9, 22), range(26), range(25, 26), range(0)):
+        with scenes.way(way):
+            seen = caster.gbuffer(view, normals="smooth", rows=rows)
+        inside = np.zeros((26, 37), np.bool_)
+        inside[rows.start : rows.stop] = True
+        for part, nothing in (("depth", np.inf), ("positions", np.inf), ("normals", 0), ("triangle", -1)):
+            got, want = getattr(seen, part), getattr(whole, part).copy()
+            want[~inside] = nothing
+            assert_same_bits(got, want)
 
 
 # The command and the manifest

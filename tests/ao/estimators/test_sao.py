@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import scalable as reference
 
-from lfssao import InputError, estimate
+from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels import face_normals, reconstruct
+from lfssao.ao.estimators.sao.kernels import scalable as kernels
 from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -66,6 +67,13 @@ def test_rebuilt_positions_are_those_of_the_positions_texture(sight, dtype):
     assert_same_bits(made, reference_view(buffers.view, dtype).places(z))
 
 
+@pytest.mark.parametrize("sight", ["perspective", "orthographic"])
+def test_a_cameras_positions_texture_is_not_read(sight):
+    buffers = seen("sphere on a plane", sight)
+    blank = Buffers(buffers.view, buffers.depth, np.zeros_like(buffers.positions))
+    assert_same_bits(estimate("sao", blank, 0.1).texture, estimate("sao", buffers, 0.1).texture)
+
+
 def normals_of(buffers):
     z = linear_z(buffers)
     rays = texel_rays(buffers.view, z.dtype)
@@ -103,6 +111,26 @@ def test_every_filter_equals_the_reference(how, dtype, data):
     for one, two in zip(made, expected, strict=True):
         np.testing.assert_array_equal(np.isnan(one), np.isnan(two))
         assert_same_bits(np.nan_to_num(one), np.nan_to_num(two))
+
+
+@both
+@given(st.integers(0, 2**20), st.integers(0, 15), st.integers(0, 15), st.floats(0, 0.999))
+def test_levels_are_the_papers(dtype, whole, log_q, top, part):
+    h = dtype(whole + part) if whole < 2**16 else dtype(whole)
+    expected = min(max(int(h).bit_length() - 1 - log_q, 0), top)
+    assert kernels.mip_level(h, np.int32(log_q), np.int32(top)) == expected
+    if int(h) >= 1:
+        assert expected == min(max(int(np.floor(np.log2(int(h)) - log_q + 1e-12)), 0), top)  # equation 9
+
+
+@both
+def test_packing_equals_the_reference(dtype):
+    """Over all keys and without a surface."""
+    a, keys = np.linspace(0, 1, 4002, dtype=dtype)[None], np.append(np.linspace(0, 1, 4001), np.inf).astype(dtype)[None]
+    packed = scalable.pack(a, keys)
+    assert_same_bits(packed.view(np.int8), reference.pack(a, keys).view(np.int8))
+    for made, want in zip(scalable.unpack(packed, keys.dtype), reference.unpack(packed, dtype), strict=True):
+        assert_same_bits(made, want)
 
 
 # Limits

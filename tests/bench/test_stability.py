@@ -16,7 +16,7 @@ from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.bench.stability import estimators, exact, measure, scalar_cases
 from lfssao.bench.stability.cases import CASES
 from lfssao.bench.stability.conditions import FEW
-from lfssao.bench.stability.exact import CameraAtOrigin, CrossedSlits, GeneralDisplay, exact_image
+from lfssao.bench.stability.exact import CrossedSlits, GeneralDisplay, exact_image
 from lfssao.bench.stability.inputs import UNCHANGED, along_rays, display, near, on_surface, scene
 from lfssao.bench.stability.measure import PATHS
 from lfssao.bench.stability.running_error import EXACT, Arithmetic
@@ -222,37 +222,6 @@ def test_exact_images_of_a_flat_display_are_those_of_any_display():
         assert (one is None) == (other is None)
         if one is not None:
             assert [float(n) for n in one] == pytest.approx([float(n) for n in other], rel=1e-14)
-
-
-def test_exact_images_of_turned_samples_are_those_of_turned_offsets():
-    """By the angle of sine 4/5 in a world that is no rotation of the display's."""
-    world, place = np.array([[1.0, 0.5, 0.25, 0], [0.25, 2, -1, 0], [0.5, 0.25, 1, 0]]), (Fraction(1, 8),) * 3
-    turned, still = (CrossedSlits(display(), world, turn).steps(EXACT) for turn in ((0.6, 0.8), ()))
-    cos, sin = Fraction(0.6), Fraction(0.8)
-    x, y, z = offset = Fraction(1, 4), Fraction(1, 16), Fraction(-1, 32)
-    right = exact_image(still, place, (x * cos - y * sin, x * sin + y * cos, z))
-    assert exact_image(turned, place, offset) == right != exact_image(still, place, offset)
-
-
-@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
-def test_the_steps_of_a_camera_are_its_matrices_and_end_where_they_began(projection):
-    eye = CameraAtOrigin(projection, 3.0, 1.25, 0.3, 7.0, 8, 6)
-    forth, back = eye.matrices(Arithmetic.of("float64"))
-    for tracked, matrix in ((forth, eye.to_image.numbers.reshape(4, 4)), (back, eye.back)):
-        for ours, number in zip(np.ravel(tracked), np.ravel(matrix), strict=True):
-            assert abs(ours.value - Fraction(float(number))) <= Fraction(ours.error)
-    point = u, v, depth = Fraction(7, 2), Fraction(5, 4), Fraction(3, 8)
-    assert exact_image(eye.steps(EXACT), point, NOTHING) == point
-    near, far, texel = Fraction(eye.near), Fraction(eye.far), Fraction(eye.extent) / eye.height
-    x, y, z = offset = Fraction(1, 8), Fraction(1, 16), Fraction(-1, 4)
-    if projection == "orthographic":
-        right = u + x / texel, v - y / texel, depth - z / (far - near)
-    else:  # by similar triangles; texel / distance is the size of a texel at a distance of 1
-        away = near * far / (far - depth * (far - near))
-        x, y = x + (u - 4) * texel / 3 * away, y - (v - 3) * texel / 3 * away
-        away -= z
-        right = 4 + x / away / texel * 3, 3 - y / away / texel * 3, (far - near * far / away) / (far - near)
-    assert exact_image(eye.steps(EXACT), point, offset) == right
 
 
 def test_a_blur_that_loses_a_hundred_thousandth_breaks_a_row(monkeypatch):

@@ -78,18 +78,6 @@ def test_cbrt_is_within_1_ulp_and_exp_within_2(name, points, ulps):
             assert abs(mpmath.mpf(ours(x)) - exact) <= ulps * math.ulp(float(exact))
 
 
-@pytest.mark.parametrize("x", [-3.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 2.0**40 + 0.5, -(2.0**49) + 1])
-def test_sincospi_is_exact_at_halves(x):
-    quarter = int(2 * x) % 4
-    assert elementary.sincospi(x) == ((0, 1, 0, -1)[quarter], (1, 0, -1, 0)[quarter])
-
-
-@given(st.integers(0, 2**17))
-def test_cbrt_of_cubes_is_exact(n):
-    assert elementary.cbrt(float(n**3)) == n
-    assert elementary.cbrt(n**3 / 2**30) == n / 2**10
-
-
 def test_exp_special_values():
     assert elementary.exp(0.0) == elementary.exp(-0.0) == 1
     assert elementary.exp(1.0) == pytest.approx(math.e, rel=2 * 2**-52)

@@ -66,8 +66,3 @@ def test_weights_that_cannot_be_are_refused(name, dimensions, weights):
     seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](4, 3))
     with pytest.raises(InputError, match="weights"):
         estimate(name, seen, 0.1, np.zeros((2, dimensions)), np.array(weights))
-
-
-def test_lines_of_no_length_hide_nothing():
-    seen = scenes.buffers("step", scenes.SIGHTS["crossed slits"](4, 3))
-    assert not estimate("vo-lines", seen, 0.1, np.array([[1.0, 0.0], [0.0, 1.0]])).texture.any()

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from lfssao.core.affine import Matrix, cofactors, determinant, transform_points
 from lfssao.core.elementary import sincospi
 from lfssao.core.files import read_json
+from lfssao.core.npy import read_npy
 from lfssao.errors import InputError, errors_of
 from lfssao.scene.mesh import Mesh
 
@@ -38,12 +39,11 @@ def read_transforms(path: Path) -> list[Matrix]:
     """
     if path.suffix.lower() not in (".json", ".npy"):
         raise InputError(f"{path}: frames come from a .json or an .npy file")
+    given = read_npy(path) if path.suffix.lower() == ".npy" else read_json(path)
     try:
-        matrices = np.load(path) if path.suffix.lower() == ".npy" else np.asarray(read_json(path))
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: it cannot be read as matrices ({error})") from error
+        matrices = np.asarray(given)
+    except (ValueError, OverflowError):  # rows of several lengths, numbers of hundreds of digits
+        matrices = np.empty(0)
     if matrices.dtype.kind not in "iuf" or matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
         raise InputError(f"{path}: it does not hold a list of 4x4 matrices of numbers")
     if not 1 <= len(matrices) <= MOST_FRAMES:

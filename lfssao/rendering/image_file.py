@@ -1,18 +1,16 @@
 """Image files of renderers, EXR, TIFF, PNG and NPY, read with the bits that they hold; hostile ones are refused."""
 
-import ast
-import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
-import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from lfssao.core.npy import read_npy
 from lfssao.errors import InputError
 
 ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
@@ -25,7 +23,6 @@ _MOST_EXPANSION = 2048
 _HARMLESS = 256 * 2**20
 
 Keep = Callable[[str, tuple[str, ...]], bool]
-_MOST_HEADER = 10_000  # bytes before the numbers of an NPY file
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,22 +143,10 @@ def first_line(message: str) -> str:
 
 
 def _read_npy(path: Path) -> ImagePart:
-    """A table (W,) or an array (H, W) or (H, W, C) from a file of exactly the bytes of its numbers."""
-    try:
-        with path.open("rb") as stream:
-            shape, by_columns, dtype = _npy_header(stream)
-            there = path.stat().st_size - stream.tell()
-        if dtype.kind not in "fiu" or dtype.itemsize > 8 or len(shape) not in (1, 2, 3) or 0 in shape:
-            raise InputError(f"{path}: it holds {dtype} {shape}, expected numbers of shape (H, W) or (H, W, C)")
-        count = int(np.prod([int(n) for n in shape], dtype=object))
-        if count * dtype.itemsize != there:
-            raise InputError(f"{path}: it is damaged (shape {shape} needs {count * dtype.itemsize} bytes, has {there})")
-        pixels = np.fromfile(path, dtype, offset=path.stat().st_size - there)
-    except InputError:
-        raise
-    except (OSError, ValueError, TypeError, SyntaxError, KeyError, RecursionError, OverflowError) as error:
-        raise InputError(f"{path}: it cannot be read as an NPY file ({first_line(str(error))})") from None
-    pixels = pixels.reshape(shape, order="F" if by_columns else "C").astype(dtype.newbyteorder("="), copy=False)
+    """A table (W,) or an array (H, W) or (H, W, C)."""
+    pixels = read_npy(path)
+    if pixels.ndim not in (1, 2, 3) or pixels.size == 0:
+        raise InputError(f"{path}: it holds {pixels.dtype} {pixels.shape}, expected numbers (H, W) or (H, W, C)")
     return part_of(pixels)
 
 
@@ -180,14 +165,3 @@ def part_of(array: NDArray[Any]) -> ImagePart:
     channels = {1: ("Y",), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}.get(pixels.shape[2])
     names = channels or tuple(f"channel{k}" for k in range(pixels.shape[2]))
     return ImagePart("", names, tuple(pixels[..., k] for k in range(pixels.shape[2])))
-
-
-def _npy_header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Shape, whether columns come first, and type. NumPy's own reader trusts any length and repairs headers."""
-    version = np.lib.format.read_magic(stream)
-    length = int.from_bytes(stream.read(2 if version == (1, 0) else 4), "little")
-    if length > _MOST_HEADER:
-        raise ValueError(f"its header claims {length} bytes")
-    fields = ast.literal_eval(stream.read(length).decode("utf-8").strip())
-    shape = tuple(operator.index(n) for n in fields["shape"])
-    return shape, bool(fields["fortran_order"]), np.dtype(fields["descr"])

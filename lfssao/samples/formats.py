@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lfssao.core.files import read_json, read_text
+from lfssao.core.npy import read_npy
 from lfssao.errors import InputError, check_choice, no_such
 from lfssao.samples.sets import FloatArray, SampleSet
 
@@ -75,7 +76,8 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     .json: an object with 'points', or the list of points itself; .npy: (n, 2) or (n, 3). InputError if the file cannot
     be read, or does not hold points.
     """
-    readers = {**dict.fromkeys((".csv", ".txt", ".dat"), _read_text), ".json": _read_json, ".npy": _read_npy}
+    readers: dict[str, Callable[[Path], Any]] = dict.fromkeys((".csv", ".txt", ".dat"), _read_text)
+    readers |= {".json": _read_json, ".npy": lambda path: (read_npy(path).astype(np.float64), None, None)}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise no_such("format of points", path.suffix.lower(), readers)
@@ -123,13 +125,3 @@ def _numbers(path: Path, key: str, value: Any) -> FloatArray:
         return np.array(value, np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{path}: its '{key}' are not a table of numbers") from None
-
-
-def _read_npy(path: Path) -> tuple[FloatArray, None, None]:
-    try:
-        table = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise InputError(f"{path}: it is not a .npy file of numbers ({error})") from error
-    if table.dtype.kind not in "fiu":
-        raise InputError(f"{path}: it is an array of {table.dtype}, not of numbers")
-    return table.astype(np.float64), None, None

@@ -179,7 +179,7 @@ def test_bad_options_get_one_sentence(words, message, capsys):
     ("a.json", b"{}", "no 'points'"),
     ("a.json", b'{"points": [[1, 2], [3]]}', "not a table of numbers"),
     ("a.json", b'{"points": [[1, 2]], "domain": "sqare"}', "nearest is 'square'"),
-    ("a.npy", b"no", "not a .npy file"),
+    ("a.npy", b"PK\3\4", "it cannot be read as an NPY file"),
 ])  # fmt: skip
 def test_malformed_files_get_one_sentence(tmp_path, capsys, name, content, message):
     (tmp_path / name).write_bytes(content)

@@ -97,10 +97,6 @@ def test_mutants_of_other_formats_are_read_or_refused(tmp_path, ending):
             read += 1
     assert min(len(refused), read) > 20
     assert all(sentence.startswith(str(path)) and "\n" not in sentence for sentence in refused)
-    if ending == "npy":
-        path.write_bytes(b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + bytes(100))
-        with pytest.raises(InputError, match="claims 4294967295 bytes"):
-            read_image_file(path)
 
 
 @pytest.mark.parametrize("ending", ["exr", "tif"])

@@ -102,10 +102,10 @@ def recover_view(job: Job, item: Item) -> Result | None:
         parts = [_in_order(part) for part in read_exr(path).values()]
         if parts[0].attributes["header_sha256"] != _header_digest(parts):
             return None
-        made_from = json.loads(parts[0].attributes["made_from"])
+        made_from = dict(json.loads(parts[0].attributes["made_from"]))
         whole = [digest(part.pixels) for part in parts] == [part.attributes["sha256"] for part in parts]
         entry = entry_of(job.views[item.view], path, parts, {})
-    except (InputError, KeyError, ValueError, IndexError, AttributeError):
+    except (InputError, KeyError, ValueError, IndexError, AttributeError, TypeError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = job.identity(item)
     if made_from != wanted:

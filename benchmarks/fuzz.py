@@ -9,6 +9,7 @@ started again when it dies; it may take --megabytes of memory beyond what its im
 """
 
 import argparse
+import json
 import multiprocessing
 import os
 import random
@@ -27,6 +28,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+import fuzz_files
 import fuzz_seeds
 from fuzz_seeds import Files
 
@@ -46,11 +48,17 @@ class Loader:
 
 
 LOADERS = {"mesh": Loader(fuzz_seeds.meshes, load_scene)}
+LOADERS |= {name: Loader(*each) for name, each in fuzz_files.LOADS.items()}
 
 _WORDS = [
     *b"0 1 -1 2 255 65536 2147483648 -2147483649 1000000000000 1e400 -1e30 1e-320 0.5 nan inf null true".split(),
     *(b"[]", b"{}", b'""', b"", b"/dev/zero", b"..", b"\0", b"\xff\xfe", b"\xc3\x28", b"#"),
     *(b"[" * 5000, b"9" * 5000, b"a" * 300),
+]
+_VALUES = [
+    *("null", "true", "false", "0", "-1", "1", "2", "7", "4096", "2147483648", "0.5", "1e308", "NaN", "Infinity"),
+    *('""', '"x"', '"../../x"', '"\\u0000"', '"display"', '"matrix"', "[]", "{}", "[[]]", "[null]", "[[1, 2, 3]]"),
+    *('{"a": 1}', "1" + "0" * 400, f'"{"e" * 300}"', "[" * 50 + "]" * 50),
 ]
 _BYTES = [bytes(1), bytes(4), bytes(16), *(b"\xff" * n for n in (1, 2, 4, 8)), b"\x7f", b"\x80\0\0\0", b"\0\0\0\x80"]
 
@@ -61,7 +69,8 @@ def mutant(seeds: list[Files], number: int, seed: int) -> Files:
     files = dict(seeds[number % len(seeds)])
     name = draw.choice([*files, *[next(iter(files))] * len(files)])
     for _ in range(draw.choice((1, 1, 2, 4))):
-        files[name] = _changed(files[name], draw, seeds)
+        change = _changed_values if name.endswith(".json") and draw.random() < 0.6 else _changed
+        files[name] = change(files[name], draw, seeds)
     return files
 
 
@@ -94,6 +103,32 @@ def _changed(data: bytes, draw: random.Random, seeds: list[Files]) -> bytes:
     return new
 
 
+def _changed_values(data: bytes, draw: random.Random, seeds: list[Files]) -> bytes:
+    """JSON with one value, at any depth, left out, doubled, or replaced by another or one of another type."""
+    try:
+        value = json.loads(data)
+    except (ValueError, RecursionError):  # changed before
+        return _changed(data, draw, seeds)
+    node, places = value, []
+    while isinstance(node, dict | list) and node:
+        places.append((node, draw.choice(list(node) if isinstance(node, dict) else range(len(node)))))
+        node = places[-1][0][places[-1][1]]
+    if not places:
+        return _changed(data, draw, seeds)
+    parent, key = draw.choice(places)
+    match draw.randrange(4):
+        case 0:
+            del parent[key]
+        case 1 if isinstance(parent, list):
+            parent.append(parent[key])
+        case 2:
+            other, name = draw.choice(places)
+            parent[key] = json.loads(json.dumps(other[name]))
+        case _:
+            parent[key] = json.loads(draw.choice(_VALUES))
+    return json.dumps(value).encode()
+
+
 def outcome_of(load: Callable[[Path], object], files: Files, folder: Path) -> Outcome:
     """The outcome of files for a loader; they are written to a folder."""
     for name, content in files.items():
@@ -118,7 +153,8 @@ def _work(name: str, seed: int, megabytes: int, connection: Connection) -> None:
     loader = LOADERS[name]
     seeds = loader.seeds()
     with tempfile.TemporaryDirectory() as root:
-        outcome_of(loader.load, seeds[0], Path(root))  # imports and compiles
+        for number, files in enumerate(seeds):  # imports and compiles
+            outcome_of(loader.load, files, Path(root, f"seed{number}"))
         taken = int(re.search(r"VmData:\s*(\d+)", Path("/proc/self/status").read_text())[1]) << 10
         resource.setrlimit(resource.RLIMIT_DATA, (taken + (megabytes << 20),) * 2)
         nowhere = os.open(os.devnull, os.O_WRONLY)

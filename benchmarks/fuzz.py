@@ -16,6 +16,7 @@ import random
 import re
 import resource
 import shutil
+import struct
 import sys
 import tempfile
 import traceback
@@ -69,8 +70,8 @@ def mutant(seeds: list[Files], number: int, seed: int) -> Files:
     files = dict(seeds[number % len(seeds)])
     name = draw.choice([*files, *[next(iter(files))] * len(files)])
     for _ in range(draw.choice((1, 1, 2, 4))):
-        change = _changed_values if name.endswith(".json") and draw.random() < 0.6 else _changed
-        files[name] = change(files[name], draw, seeds)
+        special = _SPECIAL.get(Path(name).suffix, _changed)
+        files[name] = (special if draw.random() < 0.6 else _changed)(files[name], draw, seeds)
     return files
 
 
@@ -127,6 +128,19 @@ def _changed_values(data: bytes, draw: random.Random, seeds: list[Files]) -> byt
         case _:
             parent[key] = json.loads(draw.choice(_VALUES))
     return json.dumps(value).encode()
+
+
+def _changed_header(data: bytes, draw: random.Random, seeds: list[Files]) -> bytes:
+    """An EXR file with another number in an attribute of its headers, or anywhere in these."""
+    places = [found.end() for found in re.finditer(rb"\0(box2i|int|compression|chlist|string|tiledesc)\0", data)]
+    if not places:
+        return _changed(data, draw, seeds)
+    start = draw.choice(places) + draw.choice((0, 4, 8, 12, 16)) if draw.random() < 0.7 else draw.randrange(max(places))
+    return data[:start] + struct.pack("<i", draw.choice(_WHOLE)) + data[start + 4 :]
+
+
+_SPECIAL = {".json": _changed_values, ".exr": _changed_header}
+_WHOLE = 0, 1, 2, -1, -2, 7, 255, 256, 65535, 65536, 100_000, 2**31 - 1, -(2**31), 2**30, 10**9, 31_623, 8192, -8192
 
 
 def outcome_of(load: Callable[[Path], object], files: Files, folder: Path) -> Outcome:

@@ -175,7 +175,7 @@ def load_view_of_display(path: Path) -> None:
 
 def load_compare(path: Path) -> None:
     root = path.parent if path.name == "manifest.json" else path.parents[1]
-    run("compare", root / "mine", root, "--no-diagnosis", "--html", root / "a.html", "--json", root / "a.json")
+    run("compare", root / "mine", root, "--no-diagnosis", "--json", root / "a.json")
 
 
 def textures() -> list[Files]:

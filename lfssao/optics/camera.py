@@ -166,7 +166,7 @@ def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis
         x, y = a - c_u * q, c_v * q - b
         f_u, f_v = _length(x), _length(y)
         eye_from_world = np.array([x / f_u, y / f_v, forward])
-    skews = *(_dot(*eye_from_world[list(pair)]) for pair in ((0, 1), (0, 2), (1, 2))), *off_axis[:3]
+        skews = *(_dot(*eye_from_world[list(pair)]) for pair in ((0, 1), (0, 2), (1, 2))), *off_axis[:3]
     if not np.isfinite(eye_from_world).all() or not abs(determinant(eye_from_world)) > _SKEW:
         raise InputError("the matrix of the view is singular")
     if not max(map(abs, skews)) < _SKEW:

@@ -149,7 +149,9 @@ def _agreement(normals: Single, positions: Single) -> float:
 
 def _distance(depth: Single, said: Description) -> Double:
     """Cast space z of a depth texture: infinite where there is no surface, NaN where no number stands for that."""
-    view, kind, d = said.view, said.depth_kind, depth.astype(np.float64)
+    view, kind = said.view, said.depth_kind
+    with np.errstate(invalid="ignore"):  # of a NaN that signals
+        d = depth.astype(np.float64)
     if view.screen_to_world is None:
         return np.where(d == -np.inf, np.nan, d)
     near, far, orthographic = view.lens[4:7].tolist()

@@ -1,5 +1,7 @@
 """The folder of an earlier ``lfssao render``, read back and checked."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.files import read_json
-from lfssao.errors import InputError
+from lfssao.errors import InputError, errors_of
 from lfssao.optics.display import Display, Module
 from lfssao.rendering.exr import read_exr
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
@@ -30,23 +32,48 @@ def load_manifest(folder: Path) -> dict[str, Any]:
     return manifest
 
 
+@contextmanager
+def reading_manifest(folder: Path) -> Iterator[None]:
+    """Turn whatever a wrong manifest leads to in the block into an InputError that names its folder."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        what = f"it has no {error}" if isinstance(error, KeyError) else f"{type(error).__name__}: {error}"
+        raise InputError(f"{folder}: its manifest is not what 'lfssao render' writes ({what:.80})") from error
+
+
+def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """The manifest's entry of each view by its name; InputError if one names no file, channel or digest."""
+    with reading_manifest(folder):
+        entries = {str(entry["name"]): entry for entry in manifest["views"]}
+        for entry in entries.values():
+            if not Path(entry["file"]).name or "\0" in entry["file"]:
+                raise ValueError("a file has no name")
+            for described in entry["textures"].values():
+                named = described["channels"], described["sha256"]
+                if not named[0] or not all(isinstance(name, str) and name for name in (*named[0], named[1])):
+                    raise ValueError("a texture has no channels or no digest")
+        if not entries or len(entries) != len(manifest["views"]):
+            raise ValueError("views without names of their own")
+    return entries
+
+
 def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str, Any]]]:
     """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
 
     Raises InputError if the manifest is not one of a display, or a module does not have the layer.
     """
-    path, manifest = folder / MANIFEST, load_manifest(folder)
-    try:
+    manifest = load_manifest(folder)
+    named = entries_of(folder, manifest)
+    with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
         if manifest["display"] is None:
-            raise InputError(f"{path}: it describes a camera's view (--camera), but an eye looks at a display")
-        entries = {int(e["name"].removeprefix("module_")): e for e in manifest["views"]}
+            raise InputError("it describes a camera's view (--camera), but an eye looks at a display")
+        entries = {int(name.removeprefix("module_")): entry for name, entry in named.items()}
         display = display_of(manifest["display"], entries)
-        _check_layer(path, entries, layer)
-        return display, entries
-    except InputError:
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise InputError(f"{path}: it is not what 'lfssao render' writes ({type(error).__name__}: {error})") from error
+    _check_layer(folder, entries, layer)
+    return display, entries
 
 
 def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
@@ -69,12 +96,12 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
     return display
 
 
-def _check_layer(path: Path, entries: dict[int, dict[str, Any]], layer: str) -> None:
+def _check_layer(folder: Path, entries: dict[int, dict[str, Any]], layer: str) -> None:
     for entry in entries.values():
         named = {name: t["channels"] for name, t in entry["textures"].items()}
         shown = [name for name, c in named.items() if c[0].endswith("AO") or c[0][-1] == "R"]
         if layer not in shown:
-            raise InputError(f"--layer: {path.parent} has no '{layer}' to show: choose one of {', '.join(shown)}")
+            raise InputError(f"--layer: {folder} has no '{layer}' to show: choose one of {', '.join(shown)}")
 
 
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:

@@ -17,7 +17,7 @@ from lfssao.optics.display import PHYSICAL_Z
 from lfssao.optics.display_file import find_display, parse_toml
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Slits
 from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
-from lfssao.rendering.folder import load_manifest
+from lfssao.rendering.folder import load_manifest, reading_manifest
 from lfssao.rendering.manifest import MANIFEST, view_of
 
 CHOICES = {
@@ -115,10 +115,17 @@ def _of_mapping(size: Size, mapping: WorldToImage) -> View:
         if not z_o < 0 < z_m:
             raise InputError(f"z_o is {z_o:g} and z_m is {z_m:g}, they must be z_o < 0 < z_m, the screen's z")
         lens = np.array([0.0, z_m, 0.0, z_o, 1 / z_m, u_0, 1 / z_o, v_0])
-    if determinant(cast) == 0:
-        raise InputError("M has no inverse")
     width, height, guard = size
-    return View("", width, height, lens, cast, invert_affine(cast), mapping, None, PHYSICAL_Z, guard)
+    return View("", width, height, lens, cast, _inverse("M", cast), mapping, None, PHYSICAL_Z, guard)
+
+
+def _inverse(name: str, affine: Matrix) -> Matrix:
+    """The inverse of an affine map; InputError if it has none, or none of finite numbers."""
+    with np.errstate(all="ignore"):
+        inverse = invert_affine(affine) if determinant(affine) != 0 else np.full((3, 4), np.inf)
+    if not np.isfinite(inverse).all():
+        raise InputError(f"{name} has no inverse")
+    return inverse
 
 
 def _rigid(view: ArrayLike, layout: str) -> Matrix:
@@ -159,8 +166,7 @@ def _camera(size: Size, view: ArrayLike, projection: ArrayLike, clip: str, layou
 def _module(size: Size, display: str, module: int, physical_from_world: ArrayLike) -> View:
     """The view of a display's module."""
     affine = finite_numbers("physical_from_world", physical_from_world, 3, 4)
-    if determinant(affine) == 0:
-        raise InputError("physical_from_world has no inverse")
+    _inverse("physical_from_world", affine)
     width, height, guard = size
     found = find_display(str(display)).with_resolution(width - 2 * guard, height - 2 * guard)
     if not isinstance(module, int) or not 0 <= module < len(found.modules):
@@ -172,17 +178,12 @@ def _folder(size: Size, folder: str, name: str) -> View:
     """A view of a rendered folder, by the numbers of its manifest."""
     path, name = Path(str(folder)), str(name)
     manifest = load_manifest(path)
-    with errors_of(folder):
-        try:
-            views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
-            check_choice("view", name, views)
-            view = view_of(name, views[name])
-        except InputError:
-            raise
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise InputError(f"{MANIFEST}: it is not what 'lfssao render' writes ({error!r:.80})") from error
-        there = Size(view.width, view.height, view.guard)
-        if there != size:
-            told = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (there, size)]
-            raise InputError(f"its view {name} has {told[0]} the textures have {told[1].rstrip(',')}")
-        return view
+    with reading_manifest(path), errors_of(f"{path}: its manifest"):
+        views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
+        check_choice("view", name, views)
+        view = view_of(name, views[name])
+    there = Size(view.width, view.height, view.guard)
+    if there != size:
+        told = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (there, size)]
+        raise InputError(f"{path}: its view {name} has {told[0]} the textures have {told[1].rstrip(',')}")
+    return view

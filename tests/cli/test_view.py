@@ -112,6 +112,8 @@ SPOILED = {
     "negative": lambda f: edit(f, "display", "screen_width", value=-1),
     "unknown key": lambda f: edit(f, "display", "more", value=1),
     "no modules": lambda f: edit(f, "display", "modules", value=None),
+    "no file": lambda f: edit(f, "views", 3, "file", value=5.0),
+    "no channels": lambda f: edit(f, "views", 3, "textures", "depth", "channels", value=[]),
     "texture size": lambda f: edit(f, "views", 3, "view", "width", value=90),
     "missing EXR": lambda f: (f / "module_007.exr").unlink(),
     "corrupt EXR": lambda f: (f / "module_007.exr").write_bytes(b"v/1\x01rubbish"),
@@ -153,6 +155,6 @@ def test_a_camera_a_display_of_one_module_and_a_missing_folder_are_refused(tmp_p
         assert view(tmp_path) == 2
         said = sentence(capsys)
         assert reason in said
-        assert "it is not what" not in said  # the manifest is whole
+        assert "is not what" not in said  # the manifest is whole
     assert view(tmp_path / "none") == 2
     assert "there is no folder" in sentence(capsys)

@@ -119,6 +119,7 @@ def test_a_far_plane_at_infinity(tmp_path, slope):
     (CAMERA, {"layout": "columns"}, "the view is skewed"),
     (CAMERA, {"projection": [*LENS[:2], [0, 0, -1.5, 2.5], LENS[3]]}, "projection: depth falls with the distance"),
     (CAMERA, {"projection": np.zeros((4, 4)).tolist()}, "the matrix of the view is singular"),
+    (CAMERA, {"projection": [LENS[0], [0, 1e-320, 0, 0], *LENS[2:]]}, "the matrix of the view is singular"),
     (CAMERA, {"layout": "row"}, "there is no layout 'row': the nearest is 'rows' of rows, columns"),
     (CAMERA, {"view": np.eye(4)[[0, 1, 3, 2]].tolist()}, "view: its last row, with layout = 'rows', is not 0 0 0 1"),
     (CAMERA, {"view": (np.eye(4) + np.eye(4, k=-3)).tolist()}, "view: its last row, with layout = 'rows'"),
@@ -129,6 +130,7 @@ def test_a_far_plane_at_infinity(tmp_path, slope):
     (MODULE, {"module": 99}, "module is 99, convex has 0 to "),
     (MODULE, {"display": "round"}, "there is no display 'round'"),
     (MODULE, {"physical_from_world": [ROWS[0]] * 3}, "physical_from_world has no inverse"),
+    (MODULE, {"physical_from_world": [*ROWS[:2], [0, 0, 1e-320, 0]]}, "physical_from_world has no inverse"),
     (DISPLAY, {"homography": None}, "homography is missing"),
     (DISPLAY, {"homography": [1, 0, 0, 0, 1, 0, 1, 0, 0]}, "the homography is singular"),
     (DISPLAY, {"homography": [1, 0, 0]}, "homography is [1, 0, 0], it must be 9 finite numbers"),
@@ -147,8 +149,8 @@ def test_a_wrong_value_is_refused_in_a_sentence_with_file_and_key(tmp_path, valu
     ("camra", {}, "there is no view 'camra': the nearest is 'camera'"),
     ("camera", {"world_to_image": [1.0] * 12}, "world_to_image is [1.0, 1.0"),
     ("camera", {"screen_to_world": ROWS}, "screen_to_world is [["),
-    ("camera", {"screen_to_world": None}, "it is not what 'lfssao render' writes"),
-    ("camera", {"world_to_image_kind": "lens"}, "it is not what 'lfssao render' writes"),
+    ("camera", {"screen_to_world": None}, "its manifest is not what 'lfssao render' writes"),
+    ("camera", {"world_to_image_kind": "lens"}, "its manifest is not what 'lfssao render' writes"),
     ("camera", {"width": 41}, "its view camera has 41x30 texels, 3 of them a guard band on each side, the textures"),
 ])  # fmt: skip
 def test_a_folder_without_the_view_is_refused(tmp_path, view, changes, reason):

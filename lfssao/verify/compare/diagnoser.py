@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
+from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.image_file import read_image_file
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
-from lfssao.verify.compare.view_case import not_written
 from lfssao.verify.diagnosis.diagnose import Diagnosis, Known, diagnose
 from lfssao.verify.judge import inputs_of
 from lfssao.verify.verdict import Judgement, Verdict
@@ -39,10 +39,8 @@ class Diagnoser:
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         if case.stage != VIEW or judged.verdict not in _WRONG or stage in self._given_up:
             return None
-        try:
+        with reading_manifest(self._reference.path):
             cast = np.array(self._reference.entries[module]["view"]["cast_from_world"], np.float64).reshape(3, 4)
-        except (LookupError, TypeError, ValueError) as error:
-            raise not_written(self._reference.path, error) from error
         known = Known(
             {
                 self._words(module, other): described_mapping(described.parameters)

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from lfssao.errors import InputError
-from lfssao.rendering.folder import load_manifest
+from lfssao.rendering.folder import entries_of, load_manifest
 from lfssao.rendering.image_file import ENDINGS, ImagePart, part_of, read_image_file
 from lfssao.rendering.manifest import MANIFEST, digest
 from lfssao.verify.case import IMAGES, Case
 from lfssao.verify.compare.files import File, Files, files_like, holds_modules, module_of
 from lfssao.verify.compare.layers import Layer, layers_of
-from lfssao.verify.compare.view_case import not_written, view_case
+from lfssao.verify.compare.view_case import view_case
 from lfssao.verify.kit.folder import read_case, read_index
 
 
@@ -46,7 +46,7 @@ class Reference:
                 raise InputError(f"{path}: there is no image ({', '.join(ENDINGS)}) in it")
             return cls(path, files, None, {})
         manifest = load_manifest(folder)
-        entries = _entries(folder / MANIFEST, manifest)
+        entries = entries_of(folder, manifest)
         files = {name: folder / Path(entry["file"]).name for name, entry in entries.items()}
         if path == folder:
             return cls(path, files, manifest, entries)
@@ -96,22 +96,6 @@ def _images(path: Path) -> list[tuple[str, Path]]:
     except OSError as error:
         raise InputError(f"{path}: the folder cannot be read ({error.strerror})") from error
     return [(f.stem, f) for f in inside if f.suffix.lower() in ENDINGS and not f.name.startswith(".") and f.is_file()]
-
-
-def _entries(path: Path, manifest: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """The manifest's entry of each module."""
-    try:
-        entries = {str(entry["name"]): entry for entry in manifest["views"]}
-        for entry in entries.values():
-            if not Path(entry["file"]).name or "\0" in entry["file"]:
-                raise ValueError("a file has no name")
-            for described in entry["textures"].values():
-                [str(name) for name in described["channels"]], str(described["sha256"])
-        if not entries or len(entries) != len(manifest["views"]):
-            raise ValueError("views without names of their own")
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise not_written(path, error) from error
-    return entries
 
 
 def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -> None:

@@ -1,7 +1,6 @@
 """The mesh that a reference shows: with it the intervals of depth and colour are bounds and no estimates."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,13 @@ from lfssao.core.affine import Matrix
 from lfssao.errors import InputError, MissingPackageError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.animation import moved
+from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.manifest import describe_scene, view_of
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.compare.view_case import not_written
 
 
 class MeshBounds(Mapping[str, Bounds]):
@@ -48,23 +47,13 @@ class Surface:
         self._path, self._manifest, self._file = path, manifest, file
         self._caster: RayCaster | None = None  # all views of a folder share their cast space
 
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        """Turn whatever a wrong manifest leads to into an InputError."""
-        try:
-            yield
-        except InputError:
-            raise
-        except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-            raise not_written(self._path, error) from error
-
     @cached_property
     def mesh(self) -> Mesh | None:
         """The mesh where it stands in the folder's frame; None if it is not at hand, or another version's.
 
         InputError if the file cannot be read or is not the scene that the manifest describes.
         """
-        with self._reading():
+        with reading_manifest(self._path):
             scene, frame = self._manifest["scene"], self._manifest.get("frame")
             if not isinstance(scene["name"], str):
                 raise TypeError(f"the scene's name is {scene['name']!r}")
@@ -87,7 +76,7 @@ class Surface:
         They are left out where the mesh is not at hand or has other colours, and where rays cannot be cast here.
         ``shape`` is the depth texture's. InputError if the manifest does not describe the scene and the view.
         """
-        with self._reading():
+        with reading_manifest(self._path):
             if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
                 return {}
             view = view_of(entry["name"], entry["view"])

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
 from lfssao.ao.post import MAX_SIGMA
-from lfssao.errors import InputError
+from lfssao.errors import errors_of
 from lfssao.optics.view import KINDS
+from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.image_file import read_angles
 from lfssao.rendering.manifest import ANGLES, view_of
 from lfssao.samples.rotation import angle_turns, check_rotation
@@ -24,21 +25,13 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
 
     InputError, with the manifest's path, if they do not hold what bounds are made of.
     """
-    try:
+    with reading_manifest(path), errors_of(f"{path}: its manifest"):
         parameters = _parameters(manifest["settings"], entry["view"])
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))
         tables: dict[str, NDArray[Any]] = {**_tables(manifest["settings"], parameters)}
         if manifest["settings"].get("rotation") == "angles":
             tables["turns"] = angle_turns(read_angles(path / ANGLES, False), np.dtype(np.float32))
         return Case("", VIEW, "", parameters, tables, {})
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise not_written(path, error) from error
-
-
-def not_written(path: Path, error: Exception) -> InputError:
-    """The error of a folder or manifest that is not what 'lfssao render' writes, from what it led to."""
-    what = f"its manifest has no {error}" if isinstance(error, KeyError) else f"{type(error).__name__}: {error}"
-    return InputError(f"{path}: it is not what 'lfssao render' writes ({what:.80})")
 
 
 def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, Any]:

@@ -111,7 +111,8 @@ def inputs(tmp_path, monkeypatch):
     single = depth.astype(np.float32)
     x, y = (1 - single) * (np.arange(8) - 3.5), (1 + single) * (2.5 - np.arange(6)[:, None])
     arrays = {"half": depth, "D": single, "P": np.stack([x, y, single], axis=-1).astype(np.float32)}
-    arrays |= {"small": arrays["P"][1:], "four": np.zeros((6, 8, 5), np.float32), "nan": np.full(single.shape, 0x7FA00000, np.uint32).view("f4")}
+    arrays |= {"small": arrays["P"][1:], "four": np.zeros((6, 8, 5), np.float32)}
+    arrays["nan"] = np.full(single.shape, 0x7FA00000, np.uint32).view(np.float32)  # one that signals
     arrays |= {"whole": depth.astype(np.uint16), "double": depth.astype(np.float64), "hole": np.nan * arrays["P"]}
     arrays |= {"off": arrays["P"] + np.float32([4, 0, 0]), "deep": 3 * single}
     for name, array in arrays.items():

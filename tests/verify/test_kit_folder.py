@@ -127,6 +127,15 @@ def test_wrong_descriptions_of_arrays_are_refused(small_kit, change):
         read_case(path.parent)
 
 
+def test_bounds_of_another_shape_than_the_output_are_refused(small_kit):
+    path = small_kit / "cases" / "frame" / "case.json"
+    value = json.loads(path.read_text())
+    value["bounds"]["ao_1"]["upper"] = value["outputs"]["shaded"]
+    path.write_text(json.dumps(value))
+    with pytest.raises(InputError, match="the bounds of ao_1 are not of the shape"):
+        read_case(path.parent)
+
+
 def test_mutated_json_never_crashes_the_reader(few, small_kit):
     rng = np.random.default_rng(1)
     sentences = []

@@ -200,6 +200,9 @@ def read_case(folder: Path) -> Case:
     )
     if not outputs:
         raise InputError(f"{path}: it has no outputs")
+    for name, each in bounds.items():
+        if name not in outputs or not each.lower.shape == each.upper.shape == outputs[name].shape:
+            raise InputError(f"{path}: the bounds of {name} are not of the shape of an output of that name")
     head = {key: described[key] for key in _HEAD}
     return Case(**head, parameters=described["parameters"], inputs=inputs, outputs=outputs, bounds=bounds)
 

@@ -107,6 +107,19 @@ def test_a_renderer_that_stores_fewer_bits_conforms(tmp_path, request, folder, k
     assert lfssao.compare(mine, source, stored=said, exact=True).exit_code == 2
 
 
+@pytest.mark.parametrize("kind", ["float", "srgb8"])
+def test_a_colour_that_differs_where_there_is_a_guard_band(tmp_path, guarded, kind):
+    """Color has the band and shaded has not: each is judged, diagnosed and drawn in its own size."""
+    redder = lambda layer, codes: np.roll(codes, 1, 2) if layer in ("color", "shaded") else codes  # noqa: E731
+    kinds = {} if kind == "float" else {"color": kind, "shaded": kind}
+    mine = render(guarded, tmp_path / "mine", "module_004", kinds, redder)
+    words = "--html", tmp_path / "a.html", "--json", tmp_path / "a.json", "--picture", tmp_path / "a.png"
+    assert compare(mine, guarded, *words) == compare(mine, guarded, "--no-diagnosis") == 2
+    results = lfssao.compare(mine, guarded).results
+    wrong = {r.layer: (r.module, r.metrics.texels) for r in results if r.verdict is Verdict.OUTSIDE}
+    assert wrong == {"color": ("module_004", (48 + 6) * (32 + 6)), "shaded": ("module_004", 48 * 32)}
+
+
 def test_a_cameras_depth_of_16_bits_has_no_surface_at_its_largest_code(tmp_path):
     words = ["render", "statue", "--camera", "--resolution", "48x32", "--radii", "4%", "-o", str(tmp_path / "camera")]
     assert lfssao.cli.main.main(words) == 0

@@ -1,33 +1,22 @@
 """Image files that are refused: damaged, of other formats, with headers that claim too much."""
 
+import struct
 import zlib
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from exr_parts import write_tiled
 from PIL import Image
 
 from lfssao.errors import InputError
 from lfssao.rendering.image_file import read_image_file
 
 
-def test_npy_files_are_checked_before_they_are_read(tmp_path):
-    def refused(words):
-        with pytest.raises(InputError, match=words):
-            read_image_file(tmp_path / "a.npy")
-
-    np.save(tmp_path / "a.npy", np.ones((3, 4), np.float32))
-    data = (tmp_path / "a.npy").read_bytes()
-    (tmp_path / "a.npy").write_bytes(data[:-1])
-    refused("is damaged")
-    (tmp_path / "a.npy").write_bytes(data.replace(b"(3, 4)", b"(30000, 40000)"))
-    refused("is damaged|cannot be read")
-    np.save(tmp_path / "a.npy", np.array([{}], object), allow_pickle=True)
-    refused("holds object")
+def test_an_array_of_four_dimensions_is_refused(tmp_path):
     np.save(tmp_path / "a.npy", np.ones((1, 2, 3, 4)))
-    refused(r"expected numbers of shape \(H, W\)")
-    (tmp_path / "a.npy").write_bytes(b"\x93NUMPY")
-    refused("cannot be read as an NPY file")
+    with pytest.raises(InputError, match=r"expected numbers \(H, W\) or \(H, W, C\)"):
+        read_image_file(tmp_path / "a.npy")
 
 
 def test_deep_images_and_other_formats_are_refused(tmp_path):
@@ -55,3 +44,28 @@ def test_sizes_that_the_format_believes_are_refused_by_the_files_own(tmp_path):
     (tmp_path / "a.png").write_bytes(data)
     with pytest.raises(InputError, match="its header claims 10000x10000 texels"):
         read_image_file(tmp_path / "a.png")
+
+
+@pytest.mark.parametrize("ending", ["exr", "tif"])
+def test_a_tile_that_is_larger_than_memory_is_refused(tmp_path, ending):
+    """The reader allocates a whole tile, however small the image is."""
+    path = tmp_path / f"a.{ending}"
+    pixels = np.random.default_rng(1).random((15, 20, 1), np.float32)
+    write_tiled(path, pixels, 16)
+    (part,) = read_image_file(path)
+    assert np.array_equal(part.planes[0], pixels[..., 0])
+    data = path.read_bytes()
+    if ending == "exr":
+        before = b"tiles\0tiledesc\0" + struct.pack("<i", 9)
+        small, large = (before + struct.pack("<II", size, size) for size in (16, 30_000))
+    else:  # TIFF's tags 322 and 323, TileWidth and TileLength: short, one of them, padded to 4 bytes
+        small, large = (
+            b"".join(struct.pack("<HHIHH", tag, 3, 1, size, 0) for tag in (322, 323)) for size in (16, 30_000)
+        )
+    assert data.count(small) == 1
+    path.write_bytes(data.replace(small, large))
+    words = (
+        r"a\.\w+: its header claims 20x15 texels in tiles of 30000x30000, 3\.6 GB in all; a file of \d+ bytes cannot"
+    )
+    with pytest.raises(InputError, match=words):
+        read_image_file(path)

@@ -1,0 +1,16 @@
+"""Mutated files of every kind that is read: each is read or refused in a sentence, in bounded time and memory."""
+
+import fuzz
+import pytest
+
+pytestmark = pytest.mark.slow
+FEW = 100  # of each kind; `benchmarks/fuzz.py` runs thousands
+LEAST = 3  # of them are read, and so reach what lies behind the reader
+
+
+@pytest.mark.parametrize("kind", fuzz.LOADERS)
+def test_mutants_are_read_or_refused(kind):
+    outcomes = list(fuzz.outcomes(kind, range(FEW), seed=2))
+    assert [each for each in outcomes if each[0] not in fuzz.GOOD] == []
+    read = sum(outcome == "read" for outcome, _ in outcomes)
+    assert LEAST <= read < FEW

@@ -13,9 +13,8 @@ from stages import Arrays, ours, recorded
 
 import lfssao
 from lfssao.ao.estimators.sao import estimator as scalable
-from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
-from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
-from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
+from lfssao.ao.estimators.sao.kernels.passes import bilateral
+from lfssao.ao.estimators.sao.kernels.reconstruct import face_normals, linear_depth
 from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
 from lfssao.ao.kernels.post import gaussian_weights
 from lfssao.samples import texel_angles

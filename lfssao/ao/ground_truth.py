@@ -32,9 +32,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.kernels import truth_batches
-from lfssao.ao.kernels.truth_batches import Begun
-from lfssao.ao.kernels.truth_rays import Cast
+from lfssao.ao.kernels import truth
+from lfssao.ao.kernels.truth import Begun, Cast
 from lfssao.ao.ssao import check_radius
 from lfssao.ao.textures import Buffers
 from lfssao.errors import InputError
@@ -179,12 +178,10 @@ def ray_cast_occlusion(
 
 def _through_tree(tree: TriangleTree, textures: list[NDArray[Any]], cast: Cast, made: GroundTruth) -> None:
     """Write the ground truth as our own tree gives it."""
-    from lfssao.ao.kernels.truth import ray_cast_rows  # late: compiled for this alone
-
     height = len(made.texture)
     for first in range(0, height, _ROWS):
         rows = first, min(first + _ROWS, height)
-        ray_cast_rows(rows, *textures, cast, tree.arrays, made.texture, made.error, made.rays)
+        truth.ray_cast_rows(rows, *textures, cast, tree.arrays, made.texture, made.error, made.rays)
 
 
 def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: Cast, made: GroundTruth) -> None:
@@ -201,7 +198,7 @@ def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: Cas
     def work(start: int, stop: int) -> None:
         n = stop - start
         begun = Begun(np.empty(n, np.int64), np.empty((n, 3)), np.empty((n, 3, 3)))
-        n = truth_batches.begin_texels(seen[start:stop], positions, normals, cast.step, begun)
+        n = truth.begin_texels(seen[start:stop], positions, normals, cast.step, begun)
         for texture, values in zip(out, _rounds(scene, cast, begun, n), strict=True):
             texture[begun.texels[:n]] = values
 
@@ -217,9 +214,9 @@ def _rounds(
     chosen, number = np.arange(n), 0
     while len(chosen) and number < cast.most:
         origins, directions = np.empty((2, len(chosen) * cells, 3), np.float32)
-        truth_batches.write_round(chosen, begun, number, cast, scene.middle, scene.unit, origins, directions)
+        truth.write_round(chosen, begun, number, cast, scene.middle, scene.unit, origins, directions)
         distances = scene.distances(origins, directions, far, FALLOFFS[cast.falloff] == "constant")
-        truth_batches.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)
+        truth.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)
         number += 1
         done[chosen] = number
         if number >= cast.least:

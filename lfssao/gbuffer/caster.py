@@ -13,8 +13,7 @@ from lfssao.errors import InputError, check_type
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
-from lfssao.gbuffer.kernels import albedo, first_hit, surface
-from lfssao.gbuffer.kernels import normals as normal_kernels
+from lfssao.gbuffer.kernels import first_hit, surface
 from lfssao.optics.kernels.rays import make_rays
 from lfssao.optics.view import View
 from lfssao.scene.mesh import Mesh, Paint
@@ -157,12 +156,12 @@ class RayCaster:
                 surface.points_on_triangles(rays, self._tree.arrays, seen, z, weights, rows.start)
             surface.write_surface(rays, world, seen, z, depth[part], at, rows.start)
             if rgb is not None:
-                albedo.write_albedo(seen, weights, mesh.faces, self._material, color == "nearest", rgb[part])
+                surface.write_albedo(seen, weights, mesh.faces, self._material, color == "nearest", rgb[part])
             if directions is not None:
                 at_vertices = np.zeros((0, 3)) if mesh.normals is None else mesh.normals
-                known = normal_kernels.Surface(mesh.vertices, mesh.faces, at_vertices)
+                known = surface.Surface(mesh.vertices, mesh.faces, at_vertices)
                 used = weights if smooth else weights[:0]
-                normal_kernels.write_normals(rays, world, seen, used, known, directions[part], rows.start)
+                surface.write_normals(rays, world, seen, used, known, directions[part], rows.start)
         return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
     def _first_hits(self, view: View, rows: range, triangle: NDArray[np.int32], z: NDArray[np.float64]) -> None:
@@ -220,7 +219,7 @@ def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTy
     return texture
 
 
-def _material(source: Paint) -> albedo.Material:
+def _material(source: Paint) -> surface.Material:
     """A mesh's paint as the arrays that the kernel takes."""
     sizes = [(0, 0) if t is None else (t.shape[1], t.shape[0]) for t in source.textures]
     first = np.cumsum([0, *(w * h for w, h in sizes)])[:-1]
@@ -229,4 +228,4 @@ def _material(source: Paint) -> albedo.Material:
     texels = np.concatenate(images) if images else np.zeros((0, 3), np.float32)
     colors = np.zeros((0, 3), np.float32) if source.vertex_colors is None else source.vertex_colors
     uv = np.zeros((0, 2)) if source.uv is None else source.uv
-    return albedo.Material(source.factors, source.face_material, colors, uv, table, texels)
+    return surface.Material(source.factors, source.face_material, colors, uv, table, texels)

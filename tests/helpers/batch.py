@@ -15,8 +15,7 @@ import numpy as np
 
 from lfssao import Camera, Display, Mesh, Module, Occluders, make_samples, ray_cast_occlusion
 from lfssao.ao.estimators.neighbours import algorithm2_with_neighbours
-from lfssao.ao.kernels import truth_batches
-from lfssao.ao.kernels.truth_rays import Cast
+from lfssao.ao.kernels import truth as truth_kernels
 from lfssao.ao.post import blur, merge, shade, shade_white
 from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.ao.textures import Buffers
@@ -141,16 +140,16 @@ def batches():
     rng = np.random.default_rng(7)
     seen = analytic_scenes.buffers("tilted plane", analytic_scenes.SIGHTS["perspective"](9, 7))
     positions, normals = seen.positions.reshape(-1, 3), seen.normals.reshape(-1, 3)
-    begun = truth_batches.Begun(np.empty(63, np.int64), np.empty((63, 3)), np.empty((63, 3, 3)))
-    assert truth_batches.begin_texels(np.arange(63), positions, normals, 0.01, begun) == 63
+    begun = truth_kernels.Begun(np.empty(63, np.int64), np.empty((63, 3)), np.empty((63, 3, 3)))
+    assert truth_kernels.begin_texels(np.arange(63), positions, normals, 0.01, begun) == 63
     totals, squares, errors = np.zeros(63), np.zeros(63), np.zeros(63)
     for number, weighting in ((0, 0), (1, 1)):
         rays_of = np.empty((2, 63 * 16, 3), np.float32)
-        cast = Cast(1.0, 0.01, weighting, 0, 4, 2, 2, 0.0, np.uint64(5))
-        truth_batches.write_round(np.arange(63), begun, number, cast, np.ones(3), 0.5, *rays_of)
+        cast = truth_kernels.Cast(1.0, 0.01, weighting, 0, 4, 2, 2, 0.0, np.uint64(5))
+        truth_kernels.write_round(np.arange(63), begun, number, cast, np.ones(3), 0.5, *rays_of)
         yield f"batch {number}", rays_of
         distances = rng.uniform(0, 2, 63 * 16).astype(np.float32)
-        truth_batches.add_round(np.arange(63), number, 4, distances, 1.5, 2, totals, squares, errors)
+        truth_kernels.add_round(np.arange(63), number, 4, distances, 1.5, 2, totals, squares, errors)
     yield "batch sums", np.stack([totals, squares, errors])
 
 

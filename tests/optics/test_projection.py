@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reference import mapping as reference
 from reference import raycast
 
-from lfssao.gbuffer.kernels import albedo as paint
+from lfssao.gbuffer.kernels import surface as paint
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels import rays
 from lfssao.optics.kernels.projection import Projection

@@ -1,4 +1,8 @@
-"""Spans: the texels of a row that see a surface. Estimators compute those, and write 0 for the rest."""
+"""Spans: the texels of a row that see a surface. Estimators compute those, and write 0 for the rest.
+
+Slots: the numbers of a chunk of texels, in one array of k * CHUNK numbers, slot k of texel i at ``slot(k, i)``.
+The slots' constant distances show LLVM that they do not overlap, so that it makes vectors of loops over texels.
+"""
 
 import numpy as np
 
@@ -10,6 +14,8 @@ ROWS_A_BLOCK = 8
 
 # Texels that are skipped together, two of the widest vectors: spans consist of whole groups.
 GROUP = 32
+
+CHUNK = 256  # texels of a chunk
 
 
 @kernel(inline=True)
@@ -34,3 +40,19 @@ def next_span(depth, at, end, most):
     while at < last and sees_surface(depth, at, min(at + GROUP, last)):
         at += GROUP
     return start, min(at, last) - start
+
+
+@kernel(inline=True)
+def slot(k, i):
+    """Place of slot k of texel i of a chunk."""
+    return np.uint64(k * CHUNK) + np.uint64(i)
+
+
+@kernel(inline=True)
+def load(triples, first, n, slots, k):
+    """Copy n triples of an array (3 N,), from number ``first`` on, into slots k, k + 1 and k + 2."""
+    for i in range(n):
+        t = np.uint64(3) * (np.uint64(first) + np.uint64(i))
+        slots[slot(k, i)] = triples[t]
+        slots[slot(k + 1, i)] = triples[t + np.uint64(1)]
+        slots[slot(k + 2, i)] = triples[t + np.uint64(2)]

@@ -1,17 +1,170 @@
-"""Ray-cast ambient occlusion through our own tree: float64, equal bits anywhere.
+"""Ray-cast ambient occlusion, float64: rays and the values of their hits, in batches or through our own tree.
 
-Whether a ray hits a triangle is decided by ``hit_triangle`` after its axes have been renamed so that the ray's steepest
-is z. The tree only leaves out boxes that the ray cannot touch: they are larger than their triangles by far more than
+Equal bits anywhere. Whether a ray hits a triangle is decided by ``hit_triangle`` after its axes have been renamed so
+that the ray's steepest is z. The tree only leaves out boxes that the ray cannot touch: they are larger than their triangles by far more than
 the tests below can be off, so the result is that of trying every triangle.
 """
+
+from math import sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import prange
 
-from lfssao.ao.kernels.truth_rays import CONSTANT, begin_texel, covered, ray_direction, standard_error
+from lfssao.core.elementary import sincospi
 from lfssao.core.jit import kernel
+from lfssao.core.philox import philox4x32
+from lfssao.core.vectors import disk_axes
 from lfssao.gbuffer.kernels.bvh import LEAF
 from lfssao.gbuffer.kernels.triangle import Triangle, hit_triangle
+
+COSINE, UNIFORM = 0, 1
+CONSTANT, LINEAR, QUADRATIC, CUBIC, SHELL = 0, 1, 2, 3, 4
+_WORD = 4294967296.0
+_MASK = np.uint64(0xFFFFFFFF)
+_32 = np.uint64(32)
+
+
+class Cast(NamedTuple):
+    """The numbers of a run of ray-cast ambient occlusion."""
+
+    radius: float  # R, world units; it may be infinite
+    step: float  # how far off the surface rays begin along the normal, world units
+    weighting: int  # COSINE or UNIFORM
+    falloff: int  # CONSTANT, LINEAR, QUADRATIC, CUBIC or SHELL
+    strata: int  # a round has strata squared rays
+    least: int  # rounds of a texel, 2 or more
+    most: int
+    tolerance: float  # a texel is done when its standard error is not above it
+    seed: np.uint64  # key of the random numbers
+
+
+@kernel(inline=True)
+def begin_texel(place, normal, step, point, axes):
+    """Write the point where a texel's rays begin, (3,), and its axes, two and the normal, (3, 3); False: no normal."""
+    x, y, z = np.float64(normal[0]), np.float64(normal[1]), np.float64(normal[2])
+    length = sqrt((x * x + y * y) + z * z)
+    if not length > 0.0:
+        return False
+    x, y, z = x / length, y / length, z / length
+    axes[2, 0], axes[2, 1], axes[2, 2] = x, y, z
+    axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2] = disk_axes(x, y, z)
+    for axis in range(3):
+        point[axis] = np.float64(place[axis]) + step * axes[2, axis]
+    return True
+
+
+@kernel(inline=True)
+def local_direction(u, v, weighting):
+    """A direction about (0, 0, 1) from (u, v) in (0, 1)^2: COSINE (density cos / pi) or UNIFORM (1 / 2 pi)."""
+    sine, cosine = sincospi(2.0 * v)
+    if weighting == COSINE:
+        r, z = sqrt(u), sqrt(1.0 - u)
+    else:
+        r, z = sqrt(1.0 - u * u), u
+    return r * cosine, r * sine, z
+
+
+@kernel(inline=True)
+def ray_direction(texel, number, cell, cast, axes):
+    """Direction of one ray of a texel's round, which has one in each of strata x strata cells of (u, v), row by row.
+
+    The ray of cell c of round number r has Philox words 0 and 1 of counter (r strata^2 + c, 0, texel, 0).
+    """
+    strata, seed = cast.strata, cast.seed
+    a, b, _, _ = philox4x32(number * strata * strata + cell, 0, texel, 0, seed & _MASK, seed >> _32)
+    u = (np.float64(cell % strata) + (np.float64(a) + 0.5) / _WORD) / np.float64(strata)
+    v = (np.float64(cell // strata) + (np.float64(b) + 0.5) / _WORD) / np.float64(strata)
+    x, y, z = local_direction(u, v, cast.weighting)
+    dx = (axes[0, 0] * x + axes[1, 0] * y) + axes[2, 0] * z
+    dy = (axes[0, 1] * x + axes[1, 1] * y) + axes[2, 1] * z
+    dz = (axes[0, 2] * x + axes[1, 2] * y) + axes[2, 2] * z
+    return dx, dy, dz
+
+
+@kernel(inline=True)
+def covered(t, far, falloff):
+    """Value of a hit at distance t, 1 - rho, rho rising from 0 at 0 to 1 at far; 0 for no hit, t = infinity."""
+    if not t <= far or t == np.inf:
+        return 0.0
+    if falloff == CONSTANT:
+        return 1.0
+    part = t / far
+    if falloff == LINEAR:
+        return 1.0 - part
+    if falloff == QUADRATIC:
+        return 1.0 - part * part
+    if falloff == CUBIC:
+        return 1.0 - part * part * part
+    part = max(part, 0.8)
+    return (1.0 - part * part * part) / 0.488  # 1 - 0.8^3
+
+
+@kernel(inline=True)
+def standard_error(total, squares, done):
+    """Standard error of the mean of k = ``done`` rounds' means m: sqrt((sum m^2 - (sum m)^2 / k) / (k (k - 1)))."""
+    rest = max(squares - total * total / done, 0.0)
+    return sqrt(rest / (np.float64(done) * np.float64(done - 1)))
+
+
+class Begun(NamedTuple):
+    """Texels that cast rays: their numbers (n,) int64, where these begin (n, 3), two axes and the normal (n, 3, 3)."""
+
+    texels: Any
+    points: Any
+    axes: Any
+
+
+@kernel
+def begin_texels(seen, positions, normals, step, begun):
+    """Write, and count, those of the texels ``seen`` that have a normal.
+
+    positions, normals: (T, 3), the textures row by row; step: how far off the surface rays begin along the normal.
+    """
+    found = 0
+    for texel in seen:
+        if begin_texel(positions[texel], normals[texel], step, begun.points[found], begun.axes[found]):
+            begun.texels[found] = texel
+            found += 1
+    return found
+
+
+@kernel
+def write_round(chosen, begun, number, cast, middle, unit, origins, directions):
+    """Write the rays of round ``number`` of each chosen texel, (n strata^2, 3) float32.
+
+    Origins are relative to ``middle``, (3,), in units of ``unit``; chosen are places in ``begun``.
+    """
+    row = 0
+    for place in chosen:
+        point, axes = begun.points[place], begun.axes[place]
+        x, y, z = (point[0] - middle[0]) / unit, (point[1] - middle[1]) / unit, (point[2] - middle[2]) / unit
+        for cell in range(cast.strata * cast.strata):
+            dx, dy, dz = ray_direction(begun.texels[place], number, cell, cast, axes)
+            origins[row, 0], origins[row, 1], origins[row, 2] = x, y, z
+            directions[row, 0], directions[row, 1], directions[row, 2] = dx, dy, dz
+            row += 1
+
+
+@kernel
+def add_round(chosen, number, strata, distances, far, falloff, totals, squares, errors):
+    """Add the mean of a round to each chosen texel's sums, and write the standard error of the mean so far.
+
+    number: rounds before this one. distances: (n strata^2,) float32, of each ray's hit, infinity for none; far: the
+    radius in their unit. totals, squares: sums of the rounds' means and of their squares, in and out. errors: out,
+    infinity after the first round.
+    """
+    row = 0
+    for place in chosen:
+        total = 0.0
+        for _ in range(strata * strata):
+            total += covered(np.float64(distances[row]), far, falloff)
+            row += 1
+        mean = total / np.float64(strata * strata)
+        totals[place] += mean
+        squares[place] += mean * mean
+        errors[place] = standard_error(totals[place], squares[place], number + 1) if number else np.inf
+
 
 _STACK = 128  # two nodes a level
 _SMALL = 1e-200

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.estimators.vo.kernels.area import depth_model
+from lfssao.ao.estimators.vo.kernels.disks import depth_model
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels import ssao
 from lfssao.bench.stability.inputs import lattice

@@ -13,7 +13,7 @@ from reference import scalable as reference
 
 from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
-from lfssao.ao.estimators.sao.kernels import face_normals, reconstruct
+from lfssao.ao.estimators.sao.kernels import reconstruct
 from lfssao.ao.estimators.sao.kernels import scalable as kernels
 from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
 
@@ -79,7 +79,7 @@ def normals_of(buffers):
     rays = texel_rays(buffers.view, z.dtype)
     positions = positions_of(buffers, z, rays)
     normals = np.empty_like(positions)
-    face_normals.face_normals(z, positions, rays, normals)
+    reconstruct.face_normals(z, positions, rays, normals)
     return (z, positions, rays), normals
 
 

@@ -1,7 +1,7 @@
 """Alchemy AO: SAO equation 1 on points of the positions texture around each texel.
 
 Texels are computed by tiles, so that the surface around them, on which the turned taps of neighbours land far apart,
-stays in the nearest caches. The numbers of a texel are in slots (``kernels.slots``).
+stays in the nearest caches. The numbers of a texel are in slots (``kernels.spans``).
 """
 
 from typing import NamedTuple
@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.kernels.slots import CHUNK, load, slot
-from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
+from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, next_span, slot
 from lfssao.core.elementary import power
 from lfssao.core.jit import kernel
 from lfssao.core.vectors import disk_axes

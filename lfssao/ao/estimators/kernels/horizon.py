@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.kernels.slots import CHUNK, load, slot
 from lfssao.ao.estimators.vo.kernels.local_frame import (
     E1,
     LOOK,
@@ -22,7 +21,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     start_points,
     start_slopes,
 )
-from lfssao.ao.kernels.spans import ROWS_A_BLOCK
+from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, slot
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
 

@@ -1,11 +1,11 @@
 """Scalable Ambient Obscurance, whole (SAO sections 2.2 to 2.4 and its appendix): all passes from depth to blurred A.
 
     depth -> z (equation 2) -> hierarchy of z (table 1)          sao/kernels/reconstruct, z_pyramid
-    z -> positions, face normals (equations 3 and 4)             sao/kernels/reconstruct, face_normals
+    z -> positions, face normals (equations 3 and 4)             sao/kernels/reconstruct
     s taps in the hierarchy -> A (equations 5 to 10)             sao/kernels/scalable, samples/kernels/spiral
-    2x2 average                                                  sao/kernels/quad
-    A and z packed into three bytes                              sao/kernels/packing
-    two bilateral passes of seven taps, stride three             sao/kernels/bilateral
+    2x2 average                                                  sao/kernels/passes
+    A and z packed into three bytes                              sao/kernels/passes
+    two bilateral passes of seven taps, stride three             sao/kernels/passes
 
 ``sao`` has the appendix's falloff, ``sao-equation-1`` the one first published. With u = v / r and n the normal,
 
@@ -46,11 +46,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option, turns_of
-from lfssao.ao.estimators.sao.kernels import packing, scalable, z_pyramid
-from lfssao.ao.estimators.sao.kernels.bilateral import bilateral
-from lfssao.ao.estimators.sao.kernels.face_normals import face_normals
-from lfssao.ao.estimators.sao.kernels.quad import average_quads
-from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TexelRays
+from lfssao.ao.estimators.sao.kernels import passes, scalable, z_pyramid
+from lfssao.ao.estimators.sao.kernels.passes import average_quads, bilateral
+from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TexelRays, face_normals
 from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
 from lfssao.ao.kernels.post import gaussian_weights
 from lfssao.ao.ssao import Occlusion
@@ -209,21 +207,21 @@ def keys_of(z: Texture, origin: float, z_min: float) -> Texture:
     keys = np.empty_like(z)
     scale = 1 / z_min if z_min > 0 and isfinite(1 / z_min) else 1.0
     with np.errstate(over="ignore", under="ignore"):
-        packing.depth_keys(z, z.dtype.type(origin), z.dtype.type(scale), keys)
+        passes.depth_keys(z, z.dtype.type(origin), z.dtype.type(scale), keys)
     return keys
 
 
 def pack(visibility: Texture, keys: Texture) -> NDArray[np.uint8]:
-    """Return A and key, (H, W) each, in three bytes a texel: (H, W, 3) uint8 (``sao.kernels.packing``)."""
+    """Return A and key, (H, W) each, in three bytes a texel: (H, W, 3) uint8 (``sao.kernels.passes``)."""
     rgb = np.empty((*keys.shape, 3), np.uint8)
-    packing.pack(visibility, keys, rgb)
+    passes.pack(visibility, keys, rgb)
     return rgb
 
 
 def unpack(rgb: NDArray[np.uint8], dtype: np.dtype[Any]) -> tuple[Texture, Texture]:
     """Return A and key, (H, W) of a dtype, from three bytes a texel."""
     visibility, keys = np.empty(rgb.shape[:2], dtype), np.empty(rgb.shape[:2], dtype)
-    packing.unpack(rgb, visibility, keys)
+    passes.unpack(rgb, visibility, keys)
     return visibility, keys
 
 

@@ -29,8 +29,7 @@ import numpy as np
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, option, run_kernel
-from lfssao.ao.estimators.vo.kernels.area import FAR, area_occlusion
-from lfssao.ao.estimators.vo.kernels.lines import line_occlusion
+from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion, line_occlusion
 from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors, flat_turns, seen_surface

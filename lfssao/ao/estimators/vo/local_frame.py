@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.kernels.slots import CHUNK
-from lfssao.ao.estimators.vo.kernels.axis_depth import write_axis_depth
-from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface
+from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface, write_axis_depth
+from lfssao.ao.kernels.spans import CHUNK
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.elementary import sincospi
 from lfssao.core.philox import random_signed

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.sao.kernels.face_normals import partner
-from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE
+from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, partner
 from lfssao.ao.estimators.sao.kernels.scalable import landed, mip_level
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs

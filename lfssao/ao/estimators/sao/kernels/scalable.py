@@ -17,9 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.kernels.slots import CHUNK, slot
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, ray_point, table_point
-from lfssao.ao.kernels.spans import ROWS_A_BLOCK
+from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, slot
 from lfssao.core.elementary import power
 from lfssao.core.intrinsics import scratch
 from lfssao.core.jit import kernel

@@ -20,14 +20,15 @@ The surface that texel Q shows is met by the line P + R (x e1 + y e2) + t R w at
 which takes one look-up. It is exact in parallel projection and for surfaces at constant z; elsewhere it takes the ray
 of Q to be parallel to that of P. It is VO's d_r, depth 'mapped into the unit sphere's coordinate system'.
 
-Kernels work through a row of texels in chunks; what belongs to a texel is in slots (``estimators.kernels.slots``).
+Kernels work through a row of texels in chunks; what belongs to a texel is in slots (``ao.kernels.spans``).
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from numba import prange
 
-from lfssao.ao.estimators.kernels.slots import load, slot
+from lfssao.ao.kernels.spans import load, slot
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, linear_row
@@ -256,3 +257,20 @@ def project(kind, lens, n, slots):
             u, v, answer = physical_to_image(d, slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)], z)
             slots[slot(PLACE, i)] = u if answer == VALID else type(z)(np.nan)
             slots[slot(PLACE + 1, i)] = v
+
+
+@kernel(parallel=True)
+def write_axis_depth(depth, positions, axis, linear):
+    """Cast z of every texel's position, (H, W), out; +infinity where the depth texture is.
+
+    axis: (4,), the row of cast space's z in the affine map world -> cast space.
+    """
+    height, width = depth.shape
+    depths, places, out = depth.reshape(-1), positions.reshape(-1), linear.reshape(-1)
+    a, b, c, d = axis[0], axis[1], axis[2], axis[3]
+    for j in prange(height):
+        for i in range(width):
+            texel = np.uint64(j * width + i)
+            t = np.uint64(3) * texel
+            z = ((a * places[t] + b * places[t + np.uint64(1)]) + c * places[t + np.uint64(2)]) + d
+            out[texel] = z if depths[texel] < np.inf else depths[texel]

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from lfssao.ao.estimators.kernels.slots import CHUNK, load, slot
 from lfssao.ao.estimators.vo.kernels.local_frame import (
     PLACE,
     POINT,
@@ -20,7 +19,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     project,
     start_points,
 )
-from lfssao.ao.kernels.spans import ROWS_A_BLOCK
+from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, slot
 from lfssao.ao.kernels.ssao import offset_row, transform_offsets, turned_offset
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection, hold_inside, last_below, linear_row, texel_number

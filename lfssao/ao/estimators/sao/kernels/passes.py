@@ -1,0 +1,147 @@
+"""SAO's passes after the taps: 2x2 average, A and z in three bytes a texel (2.3), bilateral reconstruction (2.4).
+
+(R, G, B) = (A, fix(256 key) / 256, fract(256 key)) with key = z / z_min. Reading: a byte holds k / 255. Then a G of
+k / 256 would be the byte of k - 0.5 or so, and 128 and 129 would share one; here byte G is fix(256 key) itself, as
+k / 255, and byte B is fract(256 key) rounded to 255ths. The key is within 1 / (2 * 255 * 256) of what was packed.
+G = B = 255 is kept for texels without a surface, so that the three bytes are all that the next pass reads.
+"""
+
+import numpy as np
+from numba import prange
+
+from lfssao.core.jit import kernel
+
+
+@kernel(inline=True)
+def blend(a, b, z_a, z_b, edge):
+    """(a + b) / 2 for both where the depths differ by less than ``edge``; no surface, +infinity, never does."""
+    mean = (a + b) * type(a)(0.5)
+    near = abs(z_a - z_b) < edge
+    return (mean if near else a), (mean if near else b)
+
+
+@kernel(parallel=True)
+def average_quads(visibility, z, edge, target):
+    """Average A over quads of 2x2 texels, first each row's two, then each column's two.
+
+    The paper prints neither the threshold nor the order; on a GPU it is two screen-space derivatives, one after the
+    other, so that a depth edge in one direction leaves the other's average. A texel without a partner, at the end of an
+    odd row or column, stays. visibility, z (+infinity where there is no surface) and target, out: (H, W); edge:
+    difference of depth from which on two texels are not averaged.
+    """
+    height, width = z.shape
+    for quad in prange((height + 1) // 2):
+        j = 2 * quad
+        last = min(j + 1, height - 1)
+        for row in range(j, last + 1):
+            for pair in range(width // 2):
+                i = 2 * pair
+                target[row, i], target[row, i + 1] = blend(
+                    visibility[row, i], visibility[row, i + 1], z[row, i], z[row, i + 1], edge
+                )
+            if width & 1:
+                target[row, width - 1] = visibility[row, width - 1]
+        if last > j:
+            for i in range(width):
+                target[j, i], target[last, i] = blend(target[j, i], target[last, i], z[j, i], z[last, i], edge)
+
+
+@kernel(parallel=True)
+def depth_keys(z, origin, scale, keys):
+    """(z - origin) scale, held in [0, 1]; +infinity where there is no surface. All (H, W), or scalars of that dtype."""
+    height, width = z.shape
+    for j in prange(height):
+        zero, one = z.dtype.type(0), z.dtype.type(1)
+        for i in range(width):
+            key = min(one, max(zero, (z[j, i] - origin) * scale))  # of NaN the constant, as GPUs have it
+            keys[j, i] = key if z[j, i] < np.inf else z.dtype.type(np.inf)
+
+
+@kernel(parallel=True)
+def pack(visibility, keys, rgb):
+    """Bytes of A and the key; visibility in [0, 1] and keys as of depth_keys, (H, W); rgb: (H, W, 3) uint8, out."""
+    height, width = keys.shape
+    dtype = keys.dtype.type
+    half, whole, steps, zero = dtype(0.5), dtype(256), dtype(255), dtype(0)
+    values, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
+    most = np.int32(255)
+    for j in prange(height):
+        red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
+        for i in range(width):
+            texel = np.uint64(j * width + i)
+            key = depths[texel]
+            there = key < np.inf
+            scaled = (key if there else zero) * whole
+            high = np.int32(scaled)
+            high = high if high < most else most
+            low = np.int32((scaled - dtype(high)) * steps + half)
+            last = np.int32(254) if high == most else most  # 255, 255 is no surface
+            low = low if low < last else last
+            red[i] = np.uint8(np.int32(values[texel] * steps + half))
+            green[i], blue[i] = np.uint8(high if there else most), np.uint8(low if there else most)
+        for i in range(width):
+            place = np.uint64(3 * (j * width + i))
+            out[place], out[place + np.uint64(1)], out[place + np.uint64(2)] = red[i], green[i], blue[i]
+
+
+@kernel(parallel=True)
+def unpack(rgb, visibility, keys):
+    """A = R / 255 and key = (G + B / 255) / 256; key +infinity for G = B = 255. Shapes as in pack; both out."""
+    height, width = keys.shape
+    dtype = keys.dtype.type
+    whole, steps, nothing = dtype(1 / 256), dtype(255), dtype(np.inf)
+    packed, values, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
+    for j in prange(height):
+        red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
+        for i in range(width):
+            place = np.uint64(3 * (j * width + i))
+            red[i], green[i], blue[i] = packed[place], packed[place + np.uint64(1)], packed[place + np.uint64(2)]
+        for i in range(width):
+            high, low = np.int32(green[i]), np.int32(blue[i])
+            key = (dtype(high) + dtype(low) / steps) * whole
+            texel = np.uint64(j * width + i)
+            values[texel] = dtype(np.int32(red[i])) / steps
+            depths[texel] = nothing if high + low == np.int32(510) else key
+
+
+@kernel(inline=True)
+def tap_weight(gauss, key, centre, sharpness):
+    """Gauss max(0, 1 - sharpness |key - centre|); 0 where one of the two has no surface (+infinity)."""
+    zero = type(gauss)(0)
+    near = type(gauss)(1) - sharpness * abs(key - centre)
+    return gauss * (near if near > zero else zero)  # NaN is not above 0
+
+
+@kernel(parallel=True)
+def bilateral(values, keys, weights, step, sharpness, target):
+    """One pass: sum w_k values[texel + k' step] / sum w_k, k' = k - taps // 2, first tap to last.
+
+    The paper's weight is Gaussian 'modulated by linear depth difference scaled by a constant'; read as the Gaussian
+    weight times max(0, 1 - constant |difference|). Taps beyond the border and texels without a surface do not
+    contribute.
+
+    keys: (H, W), depths between 0 and 1, +infinity where there is no surface. weights: Gaussian, an odd number.
+    step: columns and rows between taps, one of them 0. target: out, 1 where there is no surface.
+    """
+    height, width = keys.shape
+    a, z, out = values.reshape(-1), keys.reshape(-1), target.reshape(-1)
+    taps = weights.shape[0]
+    for row in prange(height):
+        j = np.int64(row)
+        zero, one = keys.dtype.type(0), keys.dtype.type(1)
+        total, weight = np.zeros(width, keys.dtype), np.zeros(width, keys.dtype)
+        for k in range(taps):
+            right, down = (k - taps // 2) * step[0], (k - taps // 2) * step[1]
+            if not 0 <= j + down < height:
+                continue
+            start, n = max(0, -right), width - abs(right)
+            centre = j * width + start
+            other = centre + down * width + right
+            for i in range(n):  # unsigned numbers: numba need not ask whether they count from the end
+                tapped, place = np.uint64(other + i), np.uint64(start + i)
+                w = tap_weight(weights[k], z[tapped], z[np.uint64(centre + i)], sharpness)
+                total[place] += w * a[tapped]
+                weight[place] += w
+        for i in range(width):
+            quotient = total[i] / weight[i]
+            out[np.uint64(j * width + i)] = quotient if weight[i] > zero else one

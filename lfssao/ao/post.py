@@ -1,6 +1,5 @@
 """Merge, Gaussian blur and shading of arrays from any source, in their dtype (LF section 7, passes 4 to 6)."""
 
-from collections.abc import Callable
 from math import ceil
 
 import numpy as np
@@ -87,21 +86,14 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     check_texture("rgb", rgb, 3)
     check_texture("occlusion", occlusion, 2)
     check_fit("rgb", rgb, occlusion, 3)
-    return _shaded(post_kernels.apply_occlusion, rgb, occlusion)
+    shaded = np.empty(rgb.shape, rgb.dtype)
+    post_kernels.apply_occlusion(np.ascontiguousarray(rgb), np.ascontiguousarray(occlusion), shaded)
+    return shaded
 
 
 def shade_white(depth: Texture, occlusion: Texture) -> Texture:
-    """The post pass of a scene without colour: ``shade`` of an image that is 1 on the surface and 0 elsewhere.
-
-    The surface is where depth, (H, W), is below infinity; errors are those of ``shade``.
-    """
+    """The post pass of a scene without colour: ``shade`` of 1 where depth, (H, W), is finite, and of 0 elsewhere."""
     check_texture("depth", depth, 2)
-    check_texture("occlusion", occlusion, 2)
-    check_fit("depth", depth, occlusion)
-    return _shaded(post_kernels.apply_to_white, depth, occlusion)
-
-
-def _shaded(kernel: Callable[..., None], image: Texture, occlusion: Texture) -> Texture:
-    shaded = np.empty((*occlusion.shape, 3), occlusion.dtype)
-    kernel(np.ascontiguousarray(image), np.ascontiguousarray(occlusion), shaded)
-    return shaded
+    white = np.empty((*depth.shape, 3), depth.dtype)
+    white[:] = (depth < np.inf)[..., None]
+    return shade(white, occlusion)

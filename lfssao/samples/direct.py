@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from lfssao.samples.kernels import warp
+from lfssao.samples.kernels.spiral import unit_taps
 from lfssao.samples.method import SHELL, Method, fill
 from lfssao.samples.repulsion import MOST, PROMISES, repulsion_table
 from lfssao.samples.sets import FloatArray, SampleSet
@@ -16,7 +17,9 @@ def _rejected(n: int, seed: int, columns: int) -> FloatArray:
 
 
 def _rejection_sphere(n: int, seed: int) -> FloatArray:
-    return fill(warp.normalise, (n, 3), _rejected(n, seed, 3))
+    points = _rejected(n, seed, 3)
+    x, y, z = points.T
+    return np.asarray(points / np.sqrt((x * x + y * y) + z * z)[:, None])
 
 
 def _rejection_ball(n: int, seed: int, r_min: float, r_max: float) -> FloatArray:
@@ -38,7 +41,8 @@ def _repulsion_disk(n: int, seed: int, centre: bool) -> SampleSet:
 
 
 def _spiral(n: int, seed: int, turns: int | None) -> FloatArray:
-    return fill(warp.spiral_points, (n, 2), best_turns(n) if turns is None else turns)
+    taps = fill(unit_taps, (n, 3), best_turns(n) if turns is None else turns)
+    return np.asarray(taps[:, :2] * taps[:, 2:])
 
 
 _REJECTION = "rejection", "independent points of the cube or square that lie inside", "LF section 6"

@@ -27,11 +27,16 @@ def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> 
     return Occlusion(occlusion, int(outside.sum()))
 
 
+def flat_turns(buffers: Buffers) -> Texture | None:
+    """The turns of a view's samples as the kernels take them, (2, H * W), or None."""
+    return None if buffers.turns is None else np.ascontiguousarray(buffers.turns).reshape(2, -1)
+
+
 def turns_of(buffers: Buffers) -> Texture:
-    """Cosine and sine of each texel's turn, (2, H * W) in depth's dtype, those of angle 0 where there are no turns."""
-    turns = (buffers.turned("none") if buffers.turns is None else buffers).turns
+    """The same with those of angle 0 where there are no turns."""
+    turns = flat_turns(buffers.turned("none") if buffers.turns is None else buffers)
     assert turns is not None
-    return np.ascontiguousarray(turns).reshape(2, -1)
+    return turns
 
 
 def option(

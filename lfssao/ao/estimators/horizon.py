@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, Options, option, run_kernel
+from lfssao.ao.estimators.estimator import Estimator, Options, flat_turns, option, run_kernel
 from lfssao.ao.estimators.kernels.horizon import Horizons, horizon_occlusion
-from lfssao.ao.estimators.vo.local_frame import disk_mirrors, flat_turns, seen_surface
+from lfssao.ao.estimators.vo.local_frame import disk_mirrors, seen_surface
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi

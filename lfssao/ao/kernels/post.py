@@ -86,14 +86,3 @@ def apply_occlusion(rgb, occlusion, shaded):
             visibility = one - occlusion[j, i]
             for c in range(3):
                 shaded[j, i, c] = rgb[j, i, c] * visibility
-
-
-@kernel(parallel=True)
-def apply_to_white(depth, occlusion, shaded):
-    """The same of an image that is white where there is a surface, depth < infinity, and black elsewhere."""
-    zero, one = occlusion.dtype.type(0), occlusion.dtype.type(1)
-    for j in prange(occlusion.shape[0]):
-        for i in range(occlusion.shape[1]):
-            white = one if depth[j, i] < np.inf else zero
-            for c in range(3):
-                shaded[j, i, c] = white * (one - occlusion[j, i])

@@ -1,8 +1,8 @@
 """Ray-cast ambient occlusion, float64: rays and the values of their hits, in batches or through our own tree.
 
 Equal bits anywhere. Whether a ray hits a triangle is decided by ``hit_triangle`` after its axes have been renamed so
-that the ray's steepest is z. The tree only leaves out boxes that the ray cannot touch: they are larger than their triangles by far more than
-the tests below can be off, so the result is that of trying every triangle.
+that the ray's steepest is z. The tree only leaves out boxes that the ray cannot touch: they are larger than their
+triangles by far more than the tests below can be off, so the result is that of trying every triangle.
 """
 
 from math import sqrt

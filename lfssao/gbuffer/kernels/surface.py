@@ -72,6 +72,15 @@ def _unit(x, y, z):
     return x / length, y / length, z / length
 
 
+@kernel
+def interpolate(values, faces, face, weight_b, weight_c, k):
+    """Column k of per-vertex values at a place on a face: (a w_a + b w_b) + c w_c, w_a = (1 - w_b) - w_c, float64."""
+    a = np.float64(values[faces[face, 0], k])
+    b = np.float64(values[faces[face, 1], k])
+    c = np.float64(values[faces[face, 2], k])
+    return (a * ((1.0 - weight_b) - weight_c) + b * weight_b) + c * weight_c
+
+
 @kernel(parallel=True)
 def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0):
     """Write unit normals in world space towards the viewer, (H, W, 3) float32; 0 where there is no surface.
@@ -80,21 +89,20 @@ def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0
     b w_b) + c w_c of the vertices' normals, w_a = (1 - w_b) - w_c; geometric ones, for weights of shape (0, 0, 2), are
     (b - a) x (c - a). top: the view's row that row 0 is.
     """
-    m, vertices, smooth, at_vertices = world_from_cast, mesh.vertices, weights.shape[0] > 0, mesh.normals
+    m, vertices, smooth = world_from_cast, mesh.vertices, weights.shape[0] > 0
     for row in prange(triangle.shape[0]):
         for column in range(triangle.shape[1]):
             face = triangle[row, column]
             if face < 0:
                 normals[row, column, 0], normals[row, column, 1], normals[row, column, 2] = 0, 0, 0
                 continue
-            i, j, k = mesh.faces[face, 0], mesh.faces[face, 1], mesh.faces[face, 2]
             if smooth:
                 b, c = weights[row, column, 0], weights[row, column, 1]
-                a = (1.0 - b) - c
-                x = (at_vertices[i, 0] * a + at_vertices[j, 0] * b) + at_vertices[k, 0] * c
-                y = (at_vertices[i, 1] * a + at_vertices[j, 1] * b) + at_vertices[k, 1] * c
-                z = (at_vertices[i, 2] * a + at_vertices[j, 2] * b) + at_vertices[k, 2] * c
+                x = interpolate(mesh.normals, mesh.faces, face, b, c, 0)
+                y = interpolate(mesh.normals, mesh.faces, face, b, c, 1)
+                z = interpolate(mesh.normals, mesh.faces, face, b, c, 2)
             else:
+                i, j, k = mesh.faces[face, 0], mesh.faces[face, 1], mesh.faces[face, 2]
                 e0, e1 = vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1]
                 e2, f0 = vertices[j, 2] - vertices[i, 2], vertices[k, 0] - vertices[i, 0]
                 f1, f2 = vertices[k, 1] - vertices[i, 1], vertices[k, 2] - vertices[i, 2]
@@ -102,13 +110,9 @@ def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0
             x, y, z = _unit(x, y, z)
             _, _, _, dx, dy, _, _, _ = texel_ray(rays, column + 0.5, (top + row) + 0.5)
             # The ray's direction in world space; a normal along it shows the surface's back.
-            away = (x * linear_row(m, 0, dx, dy, 1.0) + y * linear_row(m, 1, dx, dy, 1.0)) + z * linear_row(
-                m, 2, dx, dy, 1.0
-            )
-            sign = -1.0 if away > 0.0 else 1.0
-            normals[row, column, 0] = sign * x
-            normals[row, column, 1] = sign * y
-            normals[row, column, 2] = sign * z
+            wx, wy, wz = linear_row(m, 0, dx, dy, 1.0), linear_row(m, 1, dx, dy, 1.0), linear_row(m, 2, dx, dy, 1.0)
+            sign = -1.0 if (x * wx + y * wy) + z * wz > 0.0 else 1.0
+            normals[row, column, 0], normals[row, column, 1], normals[row, column, 2] = sign * x, sign * y, sign * z
 
 
 class Material(NamedTuple):
@@ -123,12 +127,6 @@ class Material(NamedTuple):
 
 
 @kernel
-def wrap(index, size):
-    """Index modulo size, 0 <= result < size: textures repeat."""
-    return index - (index // size) * size
-
-
-@kernel
 def sample_texture(texels, first, wide, high, u, v, channel):
     """One channel of a texture at (u, v), bilinear between texel centres, repeated outside [0, 1).
 
@@ -139,8 +137,8 @@ def sample_texture(texels, first, wide, high, u, v, channel):
     y = (1.0 - (v - floor(v))) * high - 0.5
     column, row = floor(x), floor(y)
     fx, fy = x - column, y - row
-    left, right = wrap(column, wide), wrap(column + 1, wide)
-    top, bottom = first + wrap(row, high) * wide, first + wrap(row + 1, high) * wide
+    left, right = column % wide, (column + 1) % wide  # textures repeat
+    top, bottom = first + (row % high) * wide, first + ((row + 1) % high) * wide
     a, b = np.float64(texels[top + left, channel]), np.float64(texels[top + right, channel])
     c, d = np.float64(texels[bottom + left, channel]), np.float64(texels[bottom + right, channel])
     upper = a + (b - a) * fx
@@ -154,15 +152,6 @@ def nearest_sample(texels, first, wide, high, u, v, channel):
     column = min(int((u - floor(u)) * wide), wide - 1)
     row = min(int((1.0 - (v - floor(v))) * high), high - 1)
     return np.float64(texels[first + row * wide + column, channel])
-
-
-@kernel
-def interpolate(values, faces, face, weight_b, weight_c, k):
-    """Column k of per-vertex values at a place on a face: (a w_a + b w_b) + c w_c, w_a = (1 - w_b) - w_c, float64."""
-    a = np.float64(values[faces[face, 0], k])
-    b = np.float64(values[faces[face, 1], k])
-    c = np.float64(values[faces[face, 2], k])
-    return (a * ((1.0 - weight_b) - weight_c) + b * weight_b) + c * weight_c
 
 
 @kernel(parallel=True)

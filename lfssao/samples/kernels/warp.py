@@ -1,4 +1,4 @@
-"""Maps from the square to the sphere, the ball and the disk, rejection, and SAO's spiral.
+"""Maps from the square to the sphere, the ball and the disk, and rejection.
 
 All maps keep volumes: uniform numbers give uniform points.
 """
@@ -9,7 +9,6 @@ from lfssao.core.elementary import sincospi
 from lfssao.core.jit import kernel
 from lfssao.core.philox import random_signed
 from lfssao.samples.kernels.ball import algorithm3, algorithm4
-from lfssao.samples.kernels.spiral import spiral_tap
 
 
 @kernel
@@ -62,21 +61,3 @@ def rejection(seed, out):
         k += 1
         if square <= 1.0:
             count += 1
-
-
-@kernel
-def normalise(points, out):
-    """Directions of points that are not the centre: (n, 3)."""
-    for k in range(out.shape[0]):
-        x, y, z = points[k, 0], points[k, 1], points[k, 2]
-        r = sqrt((x * x + y * y) + z * z)
-        out[k, 0], out[k, 1], out[k, 2] = x / r, y / r, z / r
-
-
-@kernel
-def spiral_points(tau, out):
-    """SAO's taps on the unit disk, (n, 2): alpha_i u_i at angle 0 (equations 6 and 7)."""
-    n = out.shape[0]
-    for i in range(n):
-        x, y, alpha = spiral_tap(i, n, tau, 0.0)
-        out[i, 0], out[i, 1] = alpha * x, alpha * y

@@ -9,37 +9,26 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
+from lfssao.ao.estimators.vo.kernels.local_frame import PLACE, project
 from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, next_span, slot
 from lfssao.core.elementary import power
 from lfssao.core.jit import kernel
 from lfssao.core.vectors import disk_axes
-from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
-from lfssao.optics.kernels.projection import (
-    CROSSED_SLITS,
-    MATRIX,
-    affine_row,
-    linear_row,
-    nearest_texel,
-    project_crossed_slits,
-    project_matrix,
-    slits_of,
-    texel_number,
-)
+from lfssao.optics.kernels.projection import MATRIX, affine_row, hold_inside, last_below, linear_row, texel_number
 from lfssao.samples.kernels.spiral import rotated
 
-# Slots: four numbers k + 0 to k + 3 are the mapping's rows, three are x, y and z.
+# Slots: four numbers k + 0 to k + 3 are the mapping's rows u, v, divisor (of MATRIX alone) and z; three are x, y and z.
 _POINT = 0
 _NORMAL = 3
-_LOOK = 6  # the direction in which the texel looks
-_ROWS = 9  # of the point
-_ALONG = 13  # the linear rows of the disk's first axis, times R
-_ACROSS = 17
-_PLACE = 21  # the rows of the tap
-_SINE = 25
-_COSINE = 26
-_BIAS = 27
-_TOTAL = 28
-_SLOTS = 29
+_ROWS = 6  # of the point
+_SINE = 10
+_COSINE = 11
+_BIAS = 12
+_TOTAL = 13
+_LOOK = PLACE  # the direction in which the texel looks, before PLACE has the rows of a tap
+_ALONG = 20  # the linear rows of the disk's first axis, times R
+_ACROSS = 24
+_SLOTS = 28
 
 
 class Seen(NamedTuple):
@@ -68,13 +57,13 @@ class Strength(NamedTuple):
 def start_texels(projection, turns, first, away, strength, n, slots, found):
     """Begin n texels from texel number ``first`` on, whose points and directions are in their slots."""
     (kind, m), radius = projection, strength.radius
-    zero, last = type(radius)(0), 3 if kind == MATRIX else 2  # row 3 of M is a camera's
+    zero, divisor = type(radius)(0), 3 if kind == MATRIX else 2  # row 3 of M is a camera's
     for i in range(n):
         x, y, z = slots[slot(_POINT, i)], slots[slot(_POINT + 1, i)], slots[slot(_POINT + 2, i)]
         ax, ay, az, bx, by, bz = disk_axes(slots[slot(_LOOK, i)], slots[slot(_LOOK + 1, i)], slots[slot(_LOOK + 2, i)])
         ax, ay, az = radius * ax, radius * ay, radius * az
         bx, by, bz = radius * bx, radius * by, radius * bz
-        for k, row in ((0, 0), (1, 1), (2, 2), (3, last)):
+        for k, row in ((0, 0), (1, 1), (2, divisor), (3, 2)):
             slots[slot(_ROWS + k, i)] = affine_row(m, row, x, y, z)
             slots[slot(_ALONG + k, i)] = linear_row(m, row, ax, ay, az)
             slots[slot(_ACROSS + k, i)] = linear_row(m, row, bx, by, bz)
@@ -93,74 +82,34 @@ def move_taps(x, y, n, slots):
         u, v = rotated(x, y, slots[slot(_COSINE, i)], slots[slot(_SINE, i)])
         for k in range(4):
             moved = u * slots[slot(_ALONG + k, i)] + v * slots[slot(_ACROSS + k, i)]
-            slots[slot(_PLACE + k, i)] = slots[slot(_ROWS + k, i)] + moved
+            slots[slot(PLACE + k, i)] = slots[slot(_ROWS + k, i)] + moved
 
 
 @kernel(inline=True)
-def add_term(surface, places, texel, epsilon, i, slots):
-    """Add equation 1's term of a tap of texel i, max(0, v . n + z_C beta) / (v . v + epsilon), whose Q is at ``texel``.
+def add_terms(seen, size, epsilon, n, slots, found):
+    """Add equation 1's term of one tap of n texels, max(0, v . n + z_C beta) / (v . v + epsilon), whose image is known.
 
-    0 where the tap is outside or sees background (surface: its depth, +infinity there), where numerator or denominator
-    is no number, and where the denominator is 0 (the tap's point is the texel's own) or overflows (it is too far away
-    to occlude).
+    0 where the tap is outside or sees background, where numerator or denominator is no number, and where the
+    denominator is 0 (the tap's point is the texel's own) or overflows (it is too far away to occlude). size: (height,
+    width) of the texture. found: how many taps are in the texture, in and out.
     """
-    t, zero = np.uint64(3) * np.uint64(texel), type(epsilon)(0)
-    x = places[t] - slots[slot(_POINT, i)]
-    y = places[t + np.uint64(1)] - slots[slot(_POINT + 1, i)]
-    z = places[t + np.uint64(2)] - slots[slot(_POINT + 2, i)]
-    nx, ny, nz = slots[slot(_NORMAL, i)], slots[slot(_NORMAL + 1, i)], slots[slot(_NORMAL + 2, i)]
-    above = ((x * nx + y * ny) + z * nz) - slots[slot(_BIAS, i)]
-    square = ((x * x + y * y) + z * z) + epsilon
-    there = (surface < np.inf) & (above > zero) & (square > zero) & (square < np.inf)
-    slots[slot(_TOTAL, i)] += above / square if there else zero
-
-
-@kernel
-def add_display_taps(m, seen, size, epsilon, n, slots, found):
-    """``add_taps`` of any display, m its numbers; a function of its own, so that flat displays' loops stay vectors."""
-    dtype, module = type(epsilon), display_module(m[12:])
-    wide, high, nothing = dtype(size[1]), dtype(size[0]), dtype(np.inf)
+    dtype, places = type(epsilon), seen.positions
+    zero, right_edge, bottom_edge = dtype(0), last_below(dtype(size[1])), last_below(dtype(size[0]))
     for i in range(n):
-        a, b, c = slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], slots[slot(_PLACE + 2, i)]
-        u, v, answer = physical_to_image(module, a, b, c)
-        slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)] = u if answer == VALID else type(a)(-1), v
-    for i in range(n):
-        there, texel = nearest_texel(slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], wide, high)
-        surface = seen.depth[texel]
-        add_term(surface if there else nothing, seen.positions, texel, epsilon, i, slots)
-        found[i] += np.int32(there)
-
-
-@kernel(inline=True)
-def add_taps(projection, seen, size, epsilon, n, slots, found):
-    """Add the terms of one tap of n texels, in their places; found: how many are in the texture, in and out.
-
-    size: (height, width) of the texture.
-    """
-    (kind, m), dtype = projection, type(epsilon)
-    wide, high, zero, nothing = dtype(size[1]), dtype(size[0]), dtype(0), dtype(np.inf)
-    if kind == CROSSED_SLITS:
-        slits = slits_of(m)
-        for i in range(n):
-            a, b, c = slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], slots[slot(_PLACE + 2, i)]
-            u, v, z, _ = project_crossed_slits(slits, a, b, c)
-            there = (z < slits.z_m) & (z > slits.z_o) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
-            column, row = u if there else zero, v if there else zero
-            texel = texel_number(column, row, wide)
-            surface = seen.depth[texel]
-            add_term(surface if there else nothing, seen.positions, texel, epsilon, i, slots)
-            found[i] += np.int32(there)
-    elif kind == MATRIX:
-        for i in range(n):
-            a, b, c = slots[slot(_PLACE, i)], slots[slot(_PLACE + 1, i)], slots[slot(_PLACE + 2, i)]
-            u, v, _, valid = project_matrix(a, b, c, slots[slot(_PLACE + 3, i)])
-            there, texel = nearest_texel(u, v, wide, high)
-            there = there & valid
-            surface = seen.depth[texel]
-            add_term(surface if there else nothing, seen.positions, texel, epsilon, i, slots)
-            found[i] += np.int32(there)
-    else:
-        add_display_taps(m, seen, size, epsilon, n, slots, found)
+        u, v = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)]
+        column, row = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
+        inside = (column == u) & (row == v)
+        texel = texel_number(column, row, size[1])
+        t = np.uint64(3) * np.uint64(texel)
+        x = places[t] - slots[slot(_POINT, i)]
+        y = places[t + np.uint64(1)] - slots[slot(_POINT + 1, i)]
+        z = places[t + np.uint64(2)] - slots[slot(_POINT + 2, i)]
+        nx, ny, nz = slots[slot(_NORMAL, i)], slots[slot(_NORMAL + 1, i)], slots[slot(_NORMAL + 2, i)]
+        above = ((x * nx + y * ny) + z * nz) - slots[slot(_BIAS, i)]
+        square = ((x * x + y * y) + z * z) + epsilon
+        there = inside & (seen.depth[texel] < np.inf) & (above > zero) & (square > zero) & (square < np.inf)
+        slots[slot(_TOTAL, i)] += above / square if there else zero
+        found[i] += np.int32(inside)
 
 
 @kernel
@@ -186,7 +135,7 @@ def alchemy(seen, taps, turns, projection, away, strength, occlusion, outside):
     outside: (H,), out: taps of each row outside the texture or the mapping's domain; they add nothing.
     """
     size, samples, dtype = occlusion.shape, taps.shape[0], occlusion.dtype
-    (height, width), fractions = size, occlusion.reshape(-1)
+    (height, width), fractions, lens = size, occlusion.reshape(-1), projection.numbers[12:]
     blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
     for block in prange(blocks):
         top = block * ROWS_A_BLOCK
@@ -206,7 +155,8 @@ def alchemy(seen, taps, turns, projection, away, strength, occlusion, outside):
                     start_texels(projection, turns, start, away, strength, n, slots, found)
                     for s in range(samples):
                         move_taps(taps[s, 0], taps[s, 1], n, slots)
-                        add_taps(projection, seen, size, strength.epsilon, n, slots, found)
+                        project(projection.kind, lens, n, slots)
+                        add_terms(seen, size, strength.epsilon, n, slots, found)
                     finish_alchemy(seen.depth, at, start, n, strength, slots, fractions)
                     for i in range(n):
                         there = seen.depth[np.uint64(start + i)] < np.inf

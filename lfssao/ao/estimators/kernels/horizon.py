@@ -13,13 +13,10 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     SLOTS,
     TOTAL,
     chunk_span,
-    clear_sums,
     finish_chunk,
     place_on_disk,
     project,
-    start_frames,
-    start_points,
-    start_slopes,
+    start_disks,
 )
 from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, slot
 from lfssao.core.jit import kernel
@@ -125,15 +122,12 @@ def horizon_occlusion(seen, fan, turns, radius, occlusion, outside):
         slots, missed = np.empty((SLOTS + 4) * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         texels, dtype = np.empty(CHUNK, np.uint32), fractions.dtype.type
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            lost = 0
+            outside[j] = 0
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
                 column = np.int64(first) - j * width
-                start_frames(seen, radius, fan.mirrors, turns, j, first, n, slots)
-                start_slopes(True, seen.normals, first, n, slots)
-                start_points(seen, first, n, slots)
+                start_disks(seen, radius, fan.mirrors, True, turns, j, first, n, missed, slots)
                 load(seen.positions, first, n, slots, _WHERE)
-                clear_sums(n, missed, slots)
                 for s in range(fan.around.shape[0]):
                     place_on_disk(n, fan.around[s, 0], fan.around[s, 1], slots)
                     project(seen.kind, seen.lens, n, slots)
@@ -142,7 +136,4 @@ def horizon_occlusion(seen, fan, turns, radius, occlusion, outside):
                         part = dtype(step) / dtype(fan.steps)
                         look_up(seen.positions, size, part, column, j, n, texels, missed, slots)
                         raise_horizons(fan, radius, n, slots)
-                for i in range(n):
-                    slots[slot(TOTAL, i)] = slots[slot(TOTAL, i)] / dtype(fan.around.shape[0])
-                lost += finish_chunk(first, n, missed, slots, fractions)
-            outside[j] = lost
+                outside[j] += finish_chunk(first, n, fan.around.shape[0], missed, slots, fractions)

@@ -13,7 +13,6 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     STEEP,
     TOTAL,
     chunk_span,
-    clear_sums,
     finish_chunk,
     map_rows,
     project,
@@ -116,17 +115,13 @@ def oriented_occlusion(seen, surface, half, turns, occlusion, outside):
     for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
         slots, missed = np.empty(_SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            lost = 0
+            outside[j] = 0
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
                 start_axes(seen, half, turns, first, n, slots)
-                start_points(seen, first, n, slots)
-                clear_sums(n, missed, slots)
+                start_points(seen, first, n, missed, slots)
                 for s in range(count):
                     place_above(half.points[s], n, slots)
                     project(seen.kind, seen.lens, n, slots)
                     add_weights(surface, size, half, n, missed, slots)
-                for i in range(n):
-                    slots[slot(TOTAL, i)] /= fractions.dtype.type(count)
-                lost += finish_chunk(first, n, missed, slots, fractions)
-            outside[j] = lost
+                outside[j] += finish_chunk(first, n, count, missed, slots, fractions)

@@ -165,14 +165,6 @@ def count_near(projection, seen, choices, size, n, points, moved, count):
     return found
 
 
-@kernel(inline=True)
-def remap_fractions(fractions, at, end):
-    """Map fractions by 2 max(0, fraction - 1/2), from texel number ``at`` to before ``end``."""
-    for texel in range(np.uint64(at), np.uint64(end)):
-        above = fractions[texel] - fractions.dtype.type(0.5)
-        fractions[texel] = fractions.dtype.type(2) * max(fractions.dtype.type(0), above)
-
-
 @kernel(parallel=True)
 def occluded_fraction(seen, normals, offsets, projection, choices, turns, occlusion, outside):
     """Fraction of samples behind the visible surface, with options, into occlusion (H, W).
@@ -225,5 +217,7 @@ def occluded_fraction(seen, normals, offsets, projection, choices, turns, occlus
                         found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)
                 outside[j] += finish_run(seen.depth, at, start, n, samples, count, fractions) - found
                 if choices.remap:
-                    remap_fractions(fractions, at, start + n)
+                    for texel in range(np.uint64(at), np.uint64(start + n)):
+                        above = fractions[texel] - fractions.dtype.type(0.5)
+                        fractions[texel] = fractions.dtype.type(2) * max(fractions.dtype.type(0), above)
                 at = start + n

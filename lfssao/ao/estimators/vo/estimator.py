@@ -28,11 +28,11 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao import post
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, option, run_kernel
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, flat_turns, option, run_kernel
 from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion, line_occlusion
 from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
-from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors, flat_turns, seen_surface
+from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors, seen_surface
 from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels.post import merge_product
 from lfssao.ao.ssao import Occlusion

@@ -37,11 +37,6 @@ def seen_surface(buffers: Buffers) -> SeenSurface:
     )
 
 
-def flat_turns(buffers: Buffers) -> Texture | None:
-    """Return the turns of a view's samples as the kernels take them, (2, H * W), or None."""
-    return None if buffers.turns is None else np.ascontiguousarray(buffers.turns).reshape(2, -1)
-
-
 def _linear_depth(buffers: Buffers, positions: Texture) -> Texture:
     depth = np.ascontiguousarray(buffers.depth)
     if buffers.view.world_to_image.kind != MATRIX:

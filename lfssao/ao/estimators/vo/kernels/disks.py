@@ -73,16 +73,15 @@ def line_occlusion(seen, disk, turns, radius, thickness, occlusion, outside):
     for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
         slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            lost = 0
+            outside[j] = 0
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_disks(seen, radius, disk, turns, j, first, n, missed, slots)
+                start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
                 for s in range(disk.half.shape[0]):
                     place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
                     project(seen.kind, seen.lens, n, slots)
                     add_line(seen.depth, size, disk, s, thickness, n, missed, slots)
-                lost += finish_chunk(first, n, missed, slots, fractions)
-            outside[j] = lost
+                outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
 
 
 FAR = 2.0**100  # boxes end here, in units of R, so that no width is infinite; a thickness of 4 FAR has no end
@@ -228,14 +227,13 @@ def area_occlusion(seen, disk, pyramid, half_width, turns, radius, thickness, oc
     for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
         slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            lost = 0
+            outside[j] = 0
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_disks(seen, radius, disk, turns, j, first, n, missed, slots)
+                start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
                 start_detail(seen, n, slots)
                 for s in range(disk.half.shape[0]):
                     place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
                     project(seen.kind, seen.lens, n, slots)
                     add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots)
-                lost += finish_chunk(first, n, missed, slots, fractions)
-            outside[j] = lost
+                outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)

@@ -110,19 +110,12 @@ def chunk_span(depth, chunk, n, occlusion):
 
 
 @kernel(inline=True)
-def clear_sums(n, missed, slots):
-    """Set the sums of n texels to 0: TOTAL, and the number of samples outside the texture."""
-    for i in range(n):
-        slots[slot(TOTAL, i)] = 0
-        missed[i] = 0
-
-
-@kernel(inline=True)
-def finish_chunk(first, n, missed, slots, occlusion):
-    """Write TOTAL held in [0, 1], 0 where STEEP is NaN; return how many samples of the other texels are outside."""
+def finish_chunk(first, n, count, missed, slots, occlusion):
+    """Write TOTAL / count held in [0, 1], 0 where STEEP is NaN; return how many samples of other texels are outside."""
     zero, one, lost = occlusion.dtype.type(0), occlusion.dtype.type(1), 0
     for i in range(n):
-        total, seen = slots[slot(TOTAL, i)], slots[slot(STEEP, i)] == slots[slot(STEEP, i)]
+        total = slots[slot(TOTAL, i)] / occlusion.dtype.type(count)
+        seen = slots[slot(STEEP, i)] == slots[slot(STEEP, i)]
         total = total if total > zero else zero
         total = total if total < one else one
         occlusion[first + np.uint64(i)] = total if seen else zero
@@ -131,12 +124,11 @@ def finish_chunk(first, n, missed, slots, occlusion):
 
 
 @kernel(inline=True)
-def start_disks(seen, radius, disk, turns, j, first, n, missed, slots):
+def start_disks(seen, radius, mirrors, tangent, turns, j, first, n, missed, slots):
     """Frames, tangent planes, points and sums of n texels of row j from number ``first`` on."""
-    start_frames(seen, radius, disk.mirrors, turns, j, first, n, slots)
-    start_slopes(disk.tangent, seen.normals, first, n, slots)
-    start_points(seen, first, n, slots)
-    clear_sums(n, missed, slots)
+    start_frames(seen, radius, mirrors, turns, j, first, n, slots)
+    start_slopes(tangent, seen.normals, first, n, slots)
+    start_points(seen, first, n, missed, slots)
 
 
 @kernel(inline=True)
@@ -149,10 +141,11 @@ def map_rows(rows, scale, x, y, z, slots, k, i):
 
 
 @kernel(inline=True)
-def start_points(seen, first, n, slots):
-    """POINT: the mapping's rows of n positions from texel number ``first`` on; PLACE is overwritten."""
+def start_points(seen, first, n, missed, slots):
+    """POINT: the mapping's rows of n positions from texel number ``first`` on; sums are 0, PLACE is overwritten."""
     load(seen.positions, first, n, slots, PLACE)
     for i in range(n):
+        slots[slot(TOTAL, i)], missed[i] = 0, 0
         x, y, z = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)], slots[slot(PLACE + 2, i)]
         for k in range(4):
             slots[slot(POINT + k, i)] = affine_row(seen.rows, k, x, y, z)

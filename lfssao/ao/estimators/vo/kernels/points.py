@@ -13,7 +13,6 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     TILE,
     TOTAL,
     chunk_span,
-    clear_sums,
     finish_chunk,
     map_rows,
     project,
@@ -131,13 +130,12 @@ def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
     for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
         slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
         for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            lost = 0
+            outside[j] = 0
             for chunk in range(0, width, CHUNK):
                 first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
                 start_reflections(seen, radius, ball, j, first, n, slots)
                 start_reach(seen, radius, thickness, first, n, slots)
-                start_points(seen, first, n, slots)
-                clear_sums(n, missed, slots)
+                start_points(seen, first, n, missed, slots)
                 for s in range(offsets.shape[0]):
                     place_in_ball(ends, radius, offsets, s, turns, first, n, slots)
                     project(seen.kind, seen.lens, n, slots)
@@ -145,5 +143,4 @@ def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
                 for i in range(n):  # for finish_chunk; NaN in these slots before would cost vectors of the loops above
                     there = seen.depth[first + np.uint64(i)] < np.inf
                     slots[slot(STEEP, i)] = radius if there else type(radius)(np.nan)
-                lost += finish_chunk(first, n, missed, slots, fractions)
-            outside[j] = lost
+                outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)

@@ -65,10 +65,9 @@ class CentredScene:
     def distances(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32], far: float, any_hit: bool
     ) -> NDArray[np.float32]:
-        """How far each ray goes to the first triangle, (n,), infinity where there is none within ``far``.
+        """How far each ray goes to the first triangle, (n,), infinity for none within ``far``; any hit is 0 if asked.
 
-        Rays are (n, 3) in the scene's space and unit, directions of length 1. With ``any_hit`` it matters only if there
-        is a triangle: its distance is then given as 0.
+        Rays are (n, 3) in the scene's space and unit, directions of length 1.
         """
         if far == 0:  # a triangle at the origin would be hit
             return np.full(len(origins), np.inf, np.float32)

@@ -30,10 +30,7 @@ class Candidates(NamedTuple):
 
 
 def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates | None:
-    """Find the texels of some rows in which each triangle can be hit.
-
-    None if rays are not separable: on curved screens, with conical diffusers and calibrated optics.
-    """
+    """Texels of some rows in which each triangle can be hit; None on displays whose rays are not separable."""
     if view.rays.kind == DISPLAY:
         return None
     columns, lines = np.empty((2, view.width)), np.empty((2, len(rows)))
@@ -47,10 +44,7 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
 
 
 def first_hits(candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.int32], z: NDArray[np.float64]) -> None:
-    """Write the first triangle, -1 for none, and z of every texel's ray among its candidates.
-
-    triangle, z: (H, W) int32, (H, W) float64, cast space.
-    """
+    """Write the first triangle, int32, -1 for none, and z, float64, of every texel's ray among its candidates."""
     ends = np.cumsum(candidates.in_band)
     members = np.empty(ends[-1], np.int32)
     rasterize.sort_into_bands(candidates.bounds, ends - candidates.in_band, members)

@@ -41,10 +41,7 @@ def write_surface(rays, world_from_cast, triangle, z, depth, positions, top=0):
 
 @kernel(parallel=True)
 def points_on_triangles(rays, tree, triangle, z, weights, top=0):
-    """Point of each texel's visible triangle: z, (H, W) float64, and the weights of its corners b and c, (H, W, 2).
-
-    Texels without a surface, triangle -1, are left as they are.
-    """
+    """Write z, (H, W) float64, and weights of corners b and c, (H, W, 2), of each texel that sees a triangle."""
     for j in prange(triangle.shape[0]):
         for i in range(triangle.shape[1]):
             if triangle[j, i] >= 0:

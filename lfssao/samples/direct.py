@@ -1,14 +1,14 @@
 """Methods that do not go through the square: rejection, VO's tables by repulsion, SAO's spiral."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from lfssao.samples.kernels import warp
 from lfssao.samples.kernels.spiral import unit_taps
-from lfssao.samples.method import SHELL, Method, fill
 from lfssao.samples.repulsion import MOST, PROMISES, repulsion_table
-from lfssao.samples.sets import FloatArray, SampleSet
+from lfssao.samples.sets import SHELL, FloatArray, Method, SampleSet, fill
 from lfssao.samples.spiral import best_turns
 
 
@@ -24,10 +24,6 @@ def _rejection_sphere(n: int, seed: int) -> FloatArray:
 
 def _rejection_ball(n: int, seed: int, r_min: float, r_max: float) -> FloatArray:
     return fill(warp.shell_points, (n, 3), _rejected(n, seed, 3), r_min, r_max)
-
-
-def _rejection_disk(n: int, seed: int) -> FloatArray:
-    return _rejected(n, seed, 2)
 
 
 def _repulsion_ball(n: int, seed: int, r_min: float, r_max: float) -> SampleSet:
@@ -53,7 +49,7 @@ _UNBIASED = ("inside", "distinct", "unbiased")
 METHODS = (
     Method(*_REJECTION, "sphere", _rejection_sphere, _UNBIASED, prefix=True),
     Method(*_REJECTION, "ball", _rejection_ball, _UNBIASED, SHELL, prefix=True),
-    Method(*_REJECTION, "disk", _rejection_disk, _UNBIASED, prefix=True),
+    Method(*_REJECTION, "disk", partial(_rejected, columns=2), _UNBIASED, prefix=True),
     Method(*_REPULSION, "ball", _repulsion_ball, PROMISES, SHELL, seeded=False, most=MOST),
     Method(*_REPULSION, "disk", _repulsion_disk, PROMISES, {"centre": True}, seeded=False, most=MOST),
     Method(*_SPIRAL, "disk", _spiral, ("inside", "distinct", "radii"), {"turns": None}, seeded=False),

@@ -6,8 +6,7 @@ import numpy as np
 
 from lfssao.errors import InputError, check_choice
 from lfssao.samples import direct, square
-from lfssao.samples.method import Method, Value
-from lfssao.samples.sets import DIMENSIONS, FloatArray, SampleSet
+from lfssao.samples.sets import DIMENSIONS, FloatArray, Method, SampleSet, Value
 
 METHODS: dict[str, dict[str, Method]] = {
     domain: {method.name: method for method in (*square.METHODS, *direct.METHODS) if method.domain == domain}
@@ -87,7 +86,6 @@ def make_samples(
 ) -> FloatArray:
     """Sample offsets in the shell r_min <= r <= r_max of the ball, (n, 3) float64, by Algorithms 3 and 4.
 
-    Arguments and errors are those of ``sample_set``. The radii are LF's over R; LF found 0.8 and 1 suitable. Multiply
-    the result by R, in world units.
+    Arguments and errors are those of ``sample_set``; LF found radii of 0.8 and 1, over R, suitable. Multiply by R.
     """
     return sample_set("ball", method, n, seed, r_min=r_min, r_max=r_max).points

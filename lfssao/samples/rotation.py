@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from lfssao.core.elementary import exp
 from lfssao.core.philox import random_below
 from lfssao.errors import InputError, check_choice
-from lfssao.samples.kernels import dither
+from lfssao.samples.kernels import spiral
 from lfssao.samples.kernels.spiral import COMMON, PAPER
 from lfssao.samples.kernels.square import R2_1, R2_2
-from lfssao.samples.method import fill
-from lfssao.samples.sets import FloatArray
+from lfssao.samples.sets import FloatArray, fill
 
 TILE = 64  # texels a side of the blue noise tile
 LARGEST_ANGLE = 2.0**32  # radians
@@ -38,16 +37,12 @@ class Rotation:
     tile: int | None  # texels a side after which it repeats; None where it does not
 
 
-def _none(height: int, width: int, seed: int) -> FloatArray:
-    return np.zeros((height, width))
-
-
 def _filled(kernel: Callable[..., None], *arguments: int) -> Callable[[int, int, int], FloatArray]:
     return lambda height, width, seed: fill(kernel, (height, width), *arguments)
 
 
 def _random(height: int, width: int, seed: int) -> FloatArray:
-    return fill(dither.random_angles, (height, width), np.uint64(seed))
+    return fill(spiral.random_angles, (height, width), np.uint64(seed))
 
 
 def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int, int], FloatArray]:
@@ -58,9 +53,8 @@ def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int, int], Float
     return angles
 
 
-def _bayer() -> FloatArray:
-    """Sixteenths of a turn, in half-turns; those that follow each other lie far apart."""
-    return np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]]) / 8.0
+# Sixteenths of a turn, in half-turns; those that follow each other lie far apart.
+_BAYER = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]]) / 8.0
 
 
 @cache
@@ -134,18 +128,18 @@ _BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"
 ROTATIONS = {
     entry.name: entry
     for entry in (
-        Rotation("none", "the same samples at every texel", "LF section 6", _none, 1),
+        Rotation("none", "the same samples at every texel", "LF section 6", lambda *size: np.zeros(size[:2]), 1),
         Rotation("hash", "a random angle of each texel, of a seed", "Salmon et al. 2011", _random, None),
-        Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(_bayer), 4),
+        Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(lambda: _BAYER), 4),
         Rotation("ign", "interleaved gradient noise", "Jimenez 2014", _gradient_noise, None),
         Rotation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
         Rotation("r2", "the recurrence R2", "Roberts 2018", _recurrence, None),
-        Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(dither.hashed_angles, PAPER), None),
+        Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(spiral.hashed_angles, PAPER), None),
         Rotation(
             "common-hash",
             "the hash that other renderers ship",
             "SAO equation 8, varied",
-            _filled(dither.hashed_angles, COMMON),
+            _filled(spiral.hashed_angles, COMMON),
             None,
         ),
     )
@@ -186,7 +180,7 @@ def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[A
     ((2, 480, 640), [1.0, 0.0])
     """
     turns = np.empty((2, height, width), dtype)
-    dither.turns_of(texel_angles(name, height, width, seed), turns)
+    spiral.turns_of(texel_angles(name, height, width, seed), turns)
     return turns
 
 
@@ -213,5 +207,5 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
     """
     check_angles(radians)
     turns = np.empty((2, *radians.shape), dtype)
-    dither.turns_of(fill(dither.radian_angles, radians.shape, np.ascontiguousarray(radians)), turns)
+    spiral.turns_of(fill(spiral.radian_angles, radians.shape, np.ascontiguousarray(radians)), turns)
     return turns

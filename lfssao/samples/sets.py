@@ -1,6 +1,8 @@
-"""The sample set: points of a domain, their weights, and the promises of the method that made them."""
+"""The sample set, and the method that makes it, as the registry knows it."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,7 @@ from numpy.typing import NDArray
 from lfssao.core.pictures import figure_png
 
 FloatArray = NDArray[np.float64]
+Value = float | int | bool | None  # of a method's option
 
 # Coordinates of a point on the square [-1, 1]^2, the unit sphere, in the unit ball or its shell, and on the unit disk.
 DIMENSIONS = {"square": 2, "sphere": 3, "ball": 3, "disk": 2}
@@ -44,3 +47,31 @@ class SampleSet:
         from lfssao.samples.plot import draw_samples  # late: only notebooks show it
 
         return figure_png(draw_samples([self]))
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to make a point set on one domain."""
+
+    name: str  # its name in the registry and on the command line
+    title: str  # one line for lists
+    source: str  # the publication that describes it
+    domain: str  # 'square', 'sphere', 'ball' or 'disk'
+    # ``make(n, seed, **options)``, n and seed checked before: the points, or a whole set that was made before
+    make: Callable[..., FloatArray | SampleSet]
+    promises: tuple[str, ...]  # names of ``lfssao.testing.PROMISES`` that hold of every set
+    options: Mapping[str, Value] = field(default_factory=dict)  # names and default values of its options
+    prefix: bool = False  # whether the set of n points begins every longer one of that seed
+    seeded: bool = True  # whether the seed matters
+    most: int | None = None  # the most points there are; None where any number is
+
+
+# The shell of every method of the ball, by default the whole ball; LF found one from 0.8 suitable.
+SHELL: Mapping[str, Value] = {"r_min": 0.0, "r_max": 1.0}
+
+
+def fill(kernel: Callable[..., Any], shape: tuple[int, int], *arguments: Any) -> FloatArray:
+    """Return the float64 array of a shape that a kernel fills as its last argument."""
+    out = np.empty(shape)
+    kernel(*arguments, out)
+    return out

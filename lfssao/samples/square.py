@@ -11,9 +11,8 @@ from math import isqrt
 
 import numpy as np
 
-from lfssao.samples.kernels import ball, poisson, sequences, square, warp
-from lfssao.samples.method import SHELL, Method, fill
-from lfssao.samples.sets import FloatArray
+from lfssao.samples.kernels import ball, poisson, square, warp
+from lfssao.samples.sets import SHELL, FloatArray, Method, fill
 
 # (n, seed, columns) -> (n, columns)
 Points = Callable[[int, int, int], FloatArray]
@@ -32,18 +31,6 @@ def _jittered(n: int, seed: int, columns: int) -> FloatArray:
 def _by(kernel: Callable[..., object]) -> Points:
     """Points that a kernel makes of the seed alone."""
     return lambda n, seed, columns: fill(kernel, (n, columns), np.uint64(seed))
-
-
-def _on_square(points: Points, n: int, seed: int) -> FloatArray:
-    return points(n, seed, 2)
-
-
-def _on_sphere(points: Points, n: int, seed: int) -> FloatArray:
-    return fill(warp.sphere_points, (n, 3), points(n, seed, 2))
-
-
-def _on_disk(points: Points, n: int, seed: int) -> FloatArray:
-    return fill(warp.disk_points, (n, 2), points(n, seed, 2))
 
 
 def _in_ball(points: Points, n: int, seed: int, r_min: float, r_max: float) -> FloatArray:
@@ -65,16 +52,15 @@ def _methods(
     """One method in all four domains, with its promises on the square and those that are left on the sphere."""
     always = ("inside", "distinct", "unbiased") if unbiased else ("inside", "distinct")
     makers: dict[str, tuple[Callable[..., FloatArray], tuple[str, ...]]] = {
-        "square": (_on_square, promises),
-        "sphere": (_on_sphere, sphere),
-        "ball": (_in_ball, ()),
-        "disk": (_on_disk, ()),
+        "square": (lambda n, seed: points(n, seed, 2), promises),
+        "sphere": (lambda n, seed: fill(warp.sphere_points, (n, 3), points(n, seed, 2)), sphere),
+        "ball": (partial(_in_ball, points), ()),
+        "disk": (lambda n, seed: fill(warp.disk_points, (n, 2), points(n, seed, 2)), ()),
     }
-    out = []
-    for domain, (make, kept) in makers.items():
-        options = SHELL if domain == "ball" else {}
-        out.append(Method(name, title, source, domain, partial(make, points), (*always, *kept), options, prefix))
-    return out
+    return [
+        Method(name, title, source, domain, make, (*always, *kept), SHELL if domain == "ball" else {}, prefix)
+        for domain, (make, kept) in makers.items()
+    ]
 
 
 METHODS = (
@@ -86,9 +72,9 @@ METHODS = (
     *_methods("poisson", "Poisson disk set of exactly n points; distances wrap in xi_2", "LF section 6, Bridson 2007",
               _by(poisson.poisson), ("poisson",), unbiased=False),
     *_methods("halton", "Halton's sequence in bases 2, 3 and 5, digits scrambled", "Halton 1960, Owen 1995",
-              _by(sequences.halton_points), ("low-discrepancy",), prefix=True),
+              _by(square.halton_points), ("low-discrepancy",), prefix=True),
     *_methods("sobol", "Sobol's sequence, Owen-scrambled", "Sobol 1967, Owen 1995",
-              _by(sequences.sobol_points), ("net", "low-discrepancy"), prefix=True),
+              _by(square.sobol_points), ("net", "low-discrepancy"), prefix=True),
     *_methods("r2", "Roberts's sequence, R2 on surfaces and R3 in the ball, shifted", "Roberts 2018",
               _by(square.roberts), ("low-discrepancy",), prefix=True),
     *_methods("fibonacci", "Fibonacci lattice: on the sphere the Fibonacci sphere, on the disk Vogel's spiral; shifted",

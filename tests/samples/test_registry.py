@@ -13,7 +13,7 @@ from reference import sequences as reference
 
 from lfssao.errors import InputError
 from lfssao.samples import METHODS, make_samples, sample_set, square_points
-from lfssao.samples.kernels import ball, sequences, square
+from lfssao.samples.kernels import ball, square
 from lfssao.testing import check_promise
 from lfssao.testing import radii as drawn_radii
 
@@ -93,18 +93,18 @@ def test_sequences_are_those_of_scipy_before_they_are_scrambled():
 
     seed = np.uint64(0)
     halton = [
-        [sequences.radical_inverse(k, base, digits, seed, 0, False) for base, digits in ((2, 32), (3, 20), (5, 13))]
+        [square.radical_inverse(k, base, digits, seed, 0, False) for base, digits in ((2, 32), (3, 20), (5, 13))]
         for k in range(500)
     ]
     np.testing.assert_allclose(halton, qmc.Halton(3, scramble=False).random(500), atol=5e-10)
-    ours = np.array([[sequences.sobol_word(k, a) / 2**32 for a in range(3)] for k in range(512)])
+    ours = np.array([[square.sobol_word(k, a) / 2**32 for a in range(3)] for k in range(512)])
     theirs = qmc.Sobol(3, scramble=False).random(512)  # in Gray code's order: the same set
     np.testing.assert_array_equal(ours[np.lexsort(ours.T)], theirs[np.lexsort(theirs.T)])
 
 
 @given(index=st.integers(0, 2**32 - 1), dimension=st.integers(0, 2))
 def test_sobol_words_equal_the_reference(index, dimension):
-    assert sequences.sobol_word(index, dimension) == reference.sobol_word(index, dimension)
+    assert square.sobol_word(index, dimension) == reference.sobol_word(index, dimension)
 
 
 # Promises

@@ -1,4 +1,4 @@
-"""SAO's spiral of taps and its hashed rotation (SAO section 2.3, equations 6 to 8).
+"""SAO's spiral of taps (SAO section 2.3, equations 6 and 7), and angles of texels: hashes, random ones, anybody's.
 
 Angles are in half-turns, so that no multiple of pi is rounded before it is reduced. A loop over texels calls
 ``hash_angle`` and ``sincospi`` once a texel and turns one table of taps (``unit_taps``) by that sine and cosine.
@@ -6,8 +6,9 @@ Angles are in half-turns, so that no multiple of pi is rounded before it is redu
 
 import numpy as np
 
-from lfssao.core.elementary import sincospi
+from lfssao.core.elementary import PI, sincospi
 from lfssao.core.jit import kernel
+from lfssao.core.philox import random_word
 
 # Equation 8 as C reads it, and the form that other renderers ship.
 PAPER, COMMON = 0, 1
@@ -57,8 +58,7 @@ def hash_angle(x, y, variant):
 def spiral_tap(i, s, tau, angle):
     """Equations 6 and 7: tap i of s, unit vector (u_x, u_y) and alpha = h' / r', float64.
 
-    theta = 2 pi alpha tau + phi. The whole numbers i, s and tau give the first part exactly, (2 i + 1) tau modulo 2 s
-    over s half-turns; angle, phi in half-turns, is added to it.
+    theta = 2 pi alpha tau + phi in half-turns: (2 i + 1) tau modulo 2 s, a whole number, over s, and the angle phi.
     """
     sine, cosine = sincospi(np.float64(((2 * i + 1) * tau) % (2 * s)) / np.float64(s) + angle)
     return cosine, sine, (i + 0.5) / s
@@ -76,3 +76,45 @@ def unit_taps(tau, taps):
 def rotated(x, y, cosine, sine):
     """A vector turned by an angle of that cosine and sine, in the arguments' dtype."""
     return x * cosine - y * sine, x * sine + y * cosine
+
+
+# 2 pi in three parts: the first two have 23 bits, so that products with whole numbers below 2**30 are exact.
+_TURN = 6.2831850051879883, 3.0199157663446385e-07, 2.1561211432632476e-14
+
+
+@kernel
+def hashed_angles(variant, angles):
+    """SAO's equation 8 at every texel; angles: (H, W) float64, half-turns in [0, 2), out."""
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            angles[y, x] = hash_angle(x, y, variant)
+
+
+@kernel
+def random_angles(seed, angles):
+    """Philox's word of (seed, row, column) over 2^31; angles: (H, W) float64, half-turns in [0, 2), out."""
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            angles[y, x] = np.float64(random_word(seed, y, x)) / 2147483648.0
+
+
+@kernel
+def radian_angles(radians, angles):
+    """Radians up to 2**32 either way, (H, W), in half-turns of [-1, 1], (H, W) float64, out; off by 3e-16 at most.
+
+    Whole turns are taken off in three parts, the first two exactly.
+    """
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            angle = np.float64(radians[y, x])
+            turns = np.floor(angle / (2.0 * PI) + 0.5)
+            angles[y, x] = (((angle - turns * _TURN[0]) - turns * _TURN[1]) - turns * _TURN[2]) / PI
+
+
+@kernel
+def turns_of(angles, turns):
+    """Cosine and sine of angles, (H, W) half-turns, each rounded to the dtype of turns, (2, H, W), out."""
+    for y in range(angles.shape[0]):
+        for x in range(angles.shape[1]):
+            sine, cosine = sincospi(angles[y, x])
+            turns[0, y, x], turns[1, y, x] = cosine, sine

@@ -36,7 +36,7 @@ from lfssao.ao.kernels import truth
 from lfssao.ao.kernels.truth import Begun, Cast
 from lfssao.ao.ssao import check_radius
 from lfssao.ao.textures import Buffers
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import CentredScene, in_chunks
 from lfssao.scene.mesh import Mesh
@@ -149,13 +149,9 @@ def ray_cast_occlusion(
         raise InputError("ray-cast occlusion reads normals, and there is no normals texture")
     if not (radius == np.inf and falloff == "constant"):
         check_radius(radius)
-    for name, value, choices in (
-        ("weighting", weighting, WEIGHTINGS),
-        ("falloff", falloff, FALLOFFS),
-        ("intersector", intersector, INTERSECTORS),
-    ):
-        if value not in choices:
-            raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
+    check_choice("weighting", weighting, WEIGHTINGS)
+    check_choice("falloff", falloff, FALLOFFS)
+    check_choice("intersector", intersector, INTERSECTORS)
     if not 2 <= rounds[0] <= rounds[1] <= 2**16 or not 1 <= strata <= 256:
         raise InputError(f"rounds {rounds} must be 2 <= least <= most <= 65536, and strata {strata} from 1 to 256")
     if not tolerance >= 0 or not 0 <= offset < np.inf:
@@ -170,18 +166,12 @@ def ray_cast_occlusion(
     shape = buffers.depth.shape
     made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
     if intersector == "tree":
-        _through_tree(occluders.tree, textures, cast, made)
+        for first in range(0, shape[0], _ROWS):
+            rows = first, min(first + _ROWS, shape[0])
+            truth.ray_cast_rows(rows, *textures, cast, occluders.tree.arrays, made.texture, made.error, made.rays)
     else:
         _through_embree(occluders.embree, textures, cast, made)
     return made
-
-
-def _through_tree(tree: TriangleTree, textures: list[NDArray[Any]], cast: Cast, made: GroundTruth) -> None:
-    """Write the ground truth as our own tree gives it."""
-    height = len(made.texture)
-    for first in range(0, height, _ROWS):
-        rows = first, min(first + _ROWS, height)
-        truth.ray_cast_rows(rows, *textures, cast, tree.arrays, made.texture, made.error, made.rays)
 
 
 def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: Cast, made: GroundTruth) -> None:

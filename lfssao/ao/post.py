@@ -14,10 +14,9 @@ MAX_SIGMA = 1024.0
 
 
 def merge(layers: list[Texture] | Texture) -> Texture:
-    """Multi-resolution merge: the maximum over textures of several radii (LF section 6).
+    """Multi-resolution merge: the maximum over (K, H, W), or K textures (H, W), of several radii (LF section 6).
 
-    Layers are (K, H, W), or a list of K textures (H, W): occlusion, one texture a radius, K >= 1. InputError if there
-    is no texture, or their sizes or dtypes differ.
+    InputError if there is no texture, or their sizes or dtypes differ.
     """
     if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
         raise InputError("merge needs at least one texture, all of one size")
@@ -32,10 +31,7 @@ def merge(layers: list[Texture] | Texture) -> Texture:
 
 
 def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
-    """The normalised Gaussian, float64, 2 ceil(3 sigma) + 1 weights; sigma in texels, 0 gives the one weight 1.
-
-    InputError if sigma is negative, above MAX_SIGMA or not a number.
-    """
+    """The normalised Gaussian, float64, 2 ceil(3 sigma) + 1 weights; InputError unless sigma is 0 to MAX_SIGMA."""
     if not 0 <= sigma <= MAX_SIGMA:
         raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
     radius = ceil(3 * sigma)
@@ -83,7 +79,6 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     ``rgb`` is linear colour, (H, W, 3) float32 or float64, and occlusion (H, W) of that dtype, 0 to 1. InputError if
     sizes or dtypes do not fit.
     """
-    check_texture("rgb", rgb, 3)
     check_texture("occlusion", occlusion, 2)
     check_fit("rgb", rgb, occlusion, 3)
     shaded = np.empty(rgb.shape, rgb.dtype)

@@ -88,25 +88,9 @@ def algorithm2(
 ) -> Occlusion:
     """LF Algorithm 2: occlusion of one module's texture from its depth and positions textures.
 
-    Parameters
-    ----------
-    depth : (H, W) float32 or float64
-        Image z, +infinity where there is no surface.
-    positions : (H, W, 3), same dtype
-        World coordinates of the visible surface.
-    world_to_image : WorldToImage
-        The module's mapping (``View.world_to_image``).
-    samples : (n, 3)
-        Offsets in the unit ball (``make_samples``).
-    radius : float
-        R, world units.
-    turns : (2, H, W), same dtype, optional
-        Cosine and sine by which each texel's samples are turned about world z (``texel_turns``); else none are.
-
-    Raises
-    ------
-    InputError
-        If a shape, a dtype or the radius is wrong.
+    Depth is image z, +infinity where there is no surface, and positions are the surface's world coordinates, (H, W, 3)
+    of depth's dtype; the mapping is the module's (``View.world_to_image``). Samples, radius, turns and errors are those
+    of ``algorithm1``.
     """
     return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,), turns)[0]
 
@@ -123,7 +107,6 @@ def algorithm2_of_radii(
     if not radii:
         raise InputError("radii: at least one is needed")
     check_texture("depth", depth, 2)
-    check_texture("positions", positions, 3)
     check_fit("positions", positions, depth, 3)
     check_turns(turns, depth)
     depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)

@@ -52,7 +52,6 @@ class Buffers:
             raise InputError(f"depth has shape {self.depth.shape}, the view's is {(self.view.height, self.view.width)}")
         for name, texture in (("positions", self.positions), ("normals", self.normals)):
             if texture is not None:
-                check_texture(name, texture, 3)
                 check_fit(name, texture, self.depth, 3)
         check_turns(self.turns, self.depth)
 
@@ -85,7 +84,8 @@ def check_texture(name: str, texture: Texture, dimensions: int) -> None:
 
 
 def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> None:
-    """Refuse a texture whose size or dtype is not that of another one, (H, W), or with other channels."""
+    """Refuse all but a texture (``check_texture``) of another one's size, (H, W), and dtype, with these channels."""
+    check_texture(name, texture, 2 + len(channels))
     shape = *other.shape, *channels
     if texture.shape != shape or texture.dtype != other.dtype:
         raise InputError(f"{name}: {texture.shape} of {texture.dtype}, expected {shape} of {other.dtype}")

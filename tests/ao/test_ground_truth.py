@@ -202,7 +202,7 @@ def test_extremes(through):
         ({"radius": np.inf, "falloff": "linear"}, "radius"),
         ({"weighting": "even"}, "weighting"),
         ({"falloff": "steep"}, "falloff"),
-        ({"intersector": "optix"}, f"intersector is 'optix': choose one of {', '.join(INTERSECTORS)}"),
+        ({"intersector": "optix"}, f"there is no intersector 'optix': choose one of {', '.join(INTERSECTORS)}"),
         ({"rounds": (1, 4)}, "rounds"),
         ({"rounds": (8, 4)}, "rounds"),
         ({"strata": 0}, "strata"),

@@ -34,8 +34,7 @@ from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, optio
 from lfssao.ao.estimators.kernels import alchemy as kernels
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
-from lfssao.samples import best_turns
-from lfssao.samples.kernels import spiral
+from lfssao.samples import sample_set
 
 
 @dataclass(frozen=True)
@@ -74,9 +73,7 @@ def alchemy(
 
 def spiral_points(n: int) -> tuple[FloatArray, None]:
     """Return SAO's spiral of n taps by the most even number of turns, as points of the unit disk."""
-    taps = np.empty((n, 3))
-    spiral.unit_taps(best_turns(n), taps)
-    return taps[:, :2] * taps[:, 2:], None
+    return sample_set("disk", "spiral", n).points, None
 
 
 ENTRIES = (

@@ -1,7 +1,7 @@
 """Algorithm 2 on several modules: which are a module's neighbours, their depth textures, and the occlusion by all."""
 
 from collections.abc import Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,7 @@ Neighbour = tuple[WorldToImage, NDArray[np.float32]]
 
 
 def nearest_modules(display: Display, index: int, count: int) -> list[int]:
-    """Return the modules whose lenses are nearest to one module's, without itself; of equals the lower first.
-
-    Raises InputError if the display has fewer others.
-    """
+    """Modules whose lenses are nearest to one's, without itself; of equals the lower first. InputError if too few."""
     if not 0 <= count < len(display.modules):
         raise InputError(
             f"neighbours is {count}: {display.name} has {len(display.modules) - 1} modules besides module {index}"
@@ -39,22 +36,18 @@ def nearest_modules(display: Display, index: int, count: int) -> list[int]:
 
 
 class DepthCache:
-    """Depth textures of views of a caster's scene, the ``size`` that were asked for last.
-
-    Modules that come one after the other need twice the neighbours of one, and one more.
-    """
+    """Depth textures of a caster's scene, the last ``size``: modules in turn need twice their neighbours, and one."""
 
     def __init__(self, caster: RayCaster, size: int) -> None:
-        self._depth = lru_cache(size)(partial(_depth, caster))
+        def depth(view: View, how: str) -> NDArray[np.float32]:
+            rows = seen_rows(view, caster.bounds)
+            return caster.gbuffer(view, None, rows=rows, caster=how, positions=False).depth
+
+        self._depth = lru_cache(size)(depth)
 
     def neighbours(self, views: tuple[View, ...], caster: str = "exact") -> list[Neighbour]:
         """Mapping and depth texture of each view; ``caster`` as of ``RayCaster.gbuffer``."""
         return [(view.world_to_image, self._depth(view, caster)) for view in views]
-
-
-def _depth(scene: RayCaster, view: View, caster: str) -> NDArray[np.float32]:
-    rows = seen_rows(view, scene.bounds)
-    return scene.gbuffer(view, None, rows=rows, caster=caster, positions=False).depth
 
 
 def algorithm2_with_neighbours(
@@ -77,7 +70,6 @@ def algorithm2_with_neighbours(
     from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: the default does not need it
 
     check_texture("depth", depth, 2)
-    check_texture("positions", positions, 3)
     check_fit("positions", positions, depth, 3)
     views = [(world_to_image, depth), *neighbours]
     for number, (_, other) in enumerate(views):

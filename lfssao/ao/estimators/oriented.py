@@ -81,11 +81,6 @@ def half_ball(buffers: Buffers, radius: float, points: FloatArray, options: Orie
     )
 
 
-def _ball(n: int) -> tuple[FloatArray, None]:
-    """Return n points that fill the ball, by the Latin square."""
-    return make_samples("latin", n, r_min=0.0), None
-
-
 ENTRIES = (
     Estimator(
         name="oriented-hemisphere",
@@ -97,7 +92,7 @@ ENTRIES = (
         ),
         run=oriented_hemisphere,
         options=OrientedOptions,
-        samples=_ball,
+        samples=lambda n: (make_samples("latin", n, r_min=0.0), None),
         count=64,
         normals=True,
         texel_bytes=24,

@@ -24,10 +24,11 @@ rounding of a position moves its depth past a sample's; the depth texture's is r
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao.ao import ssao
 from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, run_kernel
@@ -80,33 +81,16 @@ def lf_radii(
     return ssao.algorithm2_of_radii(depth, buffers.positions, view.world_to_image, points, radii, buffers.turns)
 
 
-def point(
-    buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: PointOptions
+def in_ball(
+    buffers: Buffers, radius: float, points: FloatArray, weights: Any, options: HemisphereOptions, half: bool
 ) -> Occlusion:
-    """Return LF Algorithm 2's occlusion on every view, cameras included, with options; arguments of ``lf``."""
-    return _occluded(buffers, radius, points, None, options, options.remap)
+    """Return LF Algorithm 2's occlusion on every view, cameras included, with options; arguments are those of ``lf``.
 
-
-def hemisphere(
-    buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: HemisphereOptions
-) -> Occlusion:
-    """Return occlusion of the half ball above the surface: samples below it move to the other side of the point.
-
+    With ``half``, it is that of the half ball above the surface: samples below it move to the other side of the point.
     VO section 4.4 says 'reflecting the points that are underneath'. An offset o is replaced by -o here, which keeps its
     bits, and not mirrored in the surface; both send a ball's uniform points to the half ball's. A texel whose normal is
-    0 keeps its ball. Arguments are those of ``lf``.
+    0 keeps its ball.
     """
-    return _occluded(buffers, radius, points, buffers.normals, options)
-
-
-def _occluded(
-    buffers: Buffers,
-    radius: float,
-    points: FloatArray,
-    normals: NDArray[np.floating] | None,
-    options: HemisphereOptions,
-    remap: bool = False,
-) -> Occlusion:
     from lfssao.ao.estimators.kernels import point as kernels  # late: 'lf', the default, does not need it
 
     depth, dtype = buffers.depth, buffers.depth.dtype.type
@@ -115,60 +99,52 @@ def _occluded(
         reach = dtype(float(radius) * float(radius)) if options.range_check else dtype(np.inf)
     looked = depth if options.background == "open" else np.where(depth < np.inf, depth, -dtype(np.inf))
     seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in (depth, buffers.positions, looked)))
-    above = None if normals is None else np.ascontiguousarray(normals).ravel()
+    above = np.ascontiguousarray(buffers.normals).ravel() if half else None
+    remap = isinstance(options, PointOptions) and options.remap
     choices = kernels.Choices(reach, options.surface == "positions", remap)
     projection = buffers.view.world_to_image.as_type(dtype)
     return run_kernel(kernels.occluded_fraction, depth, seen, above, offsets, projection, choices, buffers.turns)
 
 
-def _shell(n: int) -> tuple[FloatArray, None]:
-    """Return LF's shell, 0.8 R to R, by the Latin square."""
-    return make_samples("latin", n), None
-
+_LF = Estimator(
+    name="lf",
+    title="share of samples in the ball behind the surface",
+    source="LF Algorithms 1 and 2",
+    formula="ao = (number of samples with surDepth < smp.z) / (number of samples)",
+    run=lf,
+    run_radii=lf_radii,
+    samples=lambda n: (make_samples("latin", n), None),
+    sampling="latin",
+    integrand=("uniform", "shell"),
+    whole_ball=True,
+    turns=True,
+    rotation="hash",  # LF section 4 spawns random samples at each pixel
+)
 
 ENTRIES = (
-    Estimator(
-        name="lf",
-        title="share of samples in the ball behind the surface",
-        source="LF Algorithms 1 and 2",
-        formula="ao = (number of samples with surDepth < smp.z) / (number of samples)",
-        run=lf,
-        run_radii=lf_radii,
-        samples=_shell,
-        sampling="latin",
-        integrand=("uniform", "shell"),
-        whole_ball=True,
-        turns=True,
-        rotation="hash",  # LF section 4 spawns random samples at each pixel
-    ),
-    Estimator(
+    _LF,
+    replace(
+        _LF,
         name="point",
         title="share of samples in the ball behind the surface, positions from a texture on every view",
         source="LF Algorithm 2, Mittring 2007",
         formula="ao = (number of samples with surDepth < smp.z) / (number of samples); with remap 2 max(0, ao - 1/2)",
-        run=point,
+        run=partial(in_ball, half=False),
+        run_radii=None,
         options=PointOptions,
-        samples=_shell,
         texel_bytes=8,
-        sampling="latin",
-        integrand=("uniform", "shell"),
-        whole_ball=True,
-        turns=True,
-        rotation="hash",
     ),
-    Estimator(
+    replace(
+        _LF,
         name="hemisphere",
         title="share of samples in the half ball above the surface behind it",
         source="VO section 4.4",
         formula="ao = (number of samples with surDepth < smp.z) / (number of samples), at C - o where o.n < 0",
-        run=hemisphere,
+        run=partial(in_ball, half=True),
+        run_radii=None,
         options=HemisphereOptions,
-        samples=_shell,
         texel_bytes=8,
-        sampling="latin",
-        integrand=("uniform", "shell"),
-        turns=True,
-        rotation="hash",
         normals=True,
+        whole_ball=False,
     ),
 )

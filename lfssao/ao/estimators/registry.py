@@ -10,7 +10,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.ssao import Occlusion, check_radius
 from lfssao.ao.textures import Buffers
-from lfssao.errors import InputError, check_type
+from lfssao.errors import InputError, check_choice, check_type
 
 # A family is a file of this folder. It is imported when one of its estimators is asked for: the default needs one.
 _FAMILIES: dict[str, tuple[str, ...]] = {
@@ -47,8 +47,7 @@ ESTIMATORS: Mapping[str, Estimator] = _Registry(_FAMILIES)
 
 def find_estimator(name: str) -> Estimator:
     """Return the estimator of a name; raises InputError if there is none."""
-    if name not in ESTIMATORS:
-        raise InputError(f"there is no estimator '{name}': choose one of {', '.join(ESTIMATORS)}")
+    check_choice("estimator", name, ESTIMATORS)
     return ESTIMATORS[name]
 
 
@@ -132,10 +131,7 @@ def check_turning(estimator: Estimator) -> None:
 
 
 def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:
-    """Return all parameters of an estimator, each with its default or the value given, in the type of the default.
-
-    Raises InputError if it has no parameter of a name, or a value has the wrong type or is out of range.
-    """
+    """All parameters of an estimator, in the default's type; InputError if a name or a value is wrong."""
     defaults = estimator.parameters
     unknown = sorted(set(parameters) - set(defaults))
     if unknown:

@@ -138,10 +138,9 @@ def count_display(d, depth, width, height, n, a, b, c, first, samples, offsets, 
 
 @kernel
 def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
-    """Write occlusion, 0 of the texels from number ``at`` to the run's start and count / samples of the n in the run.
+    """Write 0 from texel ``at`` to the run's start, count / samples of the n in it; return the visible points' samples.
 
-    before: number of ``occlusion`` at which the texture begins. Returns the number of samples of the run's visible
-    points.
+    before: number of ``occlusion`` at which the texture begins.
     """
     zero, total = depth.dtype.type(0), depth.dtype.type(max(samples, 1))
     first = np.uint64(before)
@@ -217,10 +216,9 @@ def algorithm2(depth, positions, offsets, projection, turns, occlusion, outside)
 
 @kernel(parallel=True)
 def algorithm1(depth, offsets, screen_to_world, projection, turns, occlusion, outside):
-    """LF Algorithm 1, occlusion of every texel of an ordinary view.
+    """LF Algorithm 1, occlusion of every texel of an ordinary view, whose projection is of kind MATRIX.
 
-    Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,) the rows of a 4x4 matrix, in place of
-    the positions texture; the projection is of kind MATRIX.
+    Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,), the rows of a matrix, for the positions.
     """
     height, width = depth.shape
     surface, fractions = depth.reshape(height * width), occlusion.reshape(height * width)

@@ -117,10 +117,7 @@ class Begun(NamedTuple):
 
 @kernel
 def begin_texels(seen, positions, normals, step, begun):
-    """Write, and count, those of the texels ``seen`` that have a normal.
-
-    positions, normals: (T, 3), the textures row by row; step: how far off the surface rays begin along the normal.
-    """
+    """Write, and count, those of the texels ``seen`` that have a normal; positions, normals: (T, 3), row by row."""
     found = 0
     for texel in seen:
         if begin_texel(positions[texel], normals[texel], step, begun.points[found], begun.axes[found]):
@@ -131,10 +128,7 @@ def begin_texels(seen, positions, normals, step, begun):
 
 @kernel
 def write_round(chosen, begun, number, cast, middle, unit, origins, directions):
-    """Write the rays of round ``number`` of each chosen texel, (n strata^2, 3) float32.
-
-    Origins are relative to ``middle``, (3,), in units of ``unit``; chosen are places in ``begun``.
-    """
+    """Write round ``number``'s rays of chosen places in ``begun``, float32, about ``middle`` in units of ``unit``."""
     row = 0
     for place in chosen:
         point, axes = begun.points[place], begun.axes[place]
@@ -190,10 +184,7 @@ def _inverse(d):
 
 @kernel
 def first_distance(point, dx, dy, dz, far, any_hit, tree, stack):
-    """Distance from a point along a unit direction to the first triangle, infinity where there is none in (0, far].
-
-    any_hit: any distance to a triangle within reach will do. stack: (_STACK,) int64, scratch.
-    """
+    """Distance along a unit direction to the first triangle, or to any, in (0, far], else infinity; stack: scratch."""
     px, py, pz = point[0], point[1], point[2]
     corners, boxes = tree.corners, tree.boxes
     if abs(dx) >= abs(dy) and abs(dx) >= abs(dz):
@@ -248,10 +239,9 @@ def round_mean(texel, number, cast, point, axes, tree, stack):
 
 @kernel(parallel=True)
 def ray_cast_rows(rows, depth, positions, normals, cast, tree, occlusion, error, rays):
-    """Ray-cast AO of the rows from rows[0] to before rows[1].
+    """Ray-cast AO of the rows from rows[0] to before rows[1]; 0 where there is no surface or no normal.
 
-    depth, positions, normals: the textures, of which texels without a surface or a normal give 0. occlusion, error,
-    rays: (H, W) float64, float64, int64, out: mean of the rounds' means; their standard error; rays cast.
+    occlusion, error, rays: (H, W), out: mean of the rounds' means, float64; its standard error; rays cast, int64.
     """
     first, last = rows
     width = depth.shape[1]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
+from lfssao.ao.estimators.vo.estimator import moment_pyramid
 from lfssao.ao.estimators.vo.kernels.disks import depth_model
-from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels import ssao
 from lfssao.bench.stability.inputs import lattice
 from lfssao.bench.stability.measure import Measured, error_of
@@ -104,8 +104,7 @@ def spread(relief: float, path: str) -> Measured:
 def slivers(path: str) -> Measured:
     """Measure the sign of a b - c d, the side of a triangle's edge that a ray passes on, for triangles a few ulp wide.
 
-    Rays are cast in float64 on every path. 'flipped' are wrong signs; the condition number is that of the difference,
-    which the rounded products cannot tell from 0.
+    Rays are cast in float64 on every path. 'flipped' are wrong signs; the condition number is the difference's.
     """
     del path
     wrong = decisions = 0

@@ -41,10 +41,7 @@ class Seen(NamedTuple):
 
 
 class Strength(NamedTuple):
-    """Numbers of equation 1, scalars of the dtype: R, world units; beta; epsilon, squared world units; 2 sigma / s; k.
-
-    k is float64.
-    """
+    """Numbers of equation 1 in the dtype, k in float64: R, beta, epsilon (world units, squared), 2 sigma / s, k."""
 
     radius: np.floating
     beta: np.floating

@@ -34,10 +34,7 @@ def depth_at(surface, texel):
 
 @kernel(inline=True)
 def lower_median(surface, a, b, c, d):
-    """Lower median by depth of up to four texel numbers (-1: none), of equal depths the first; -1 of none.
-
-    The rank of each is how many come before it; absent ones come last.
-    """
+    """Lower median by depth of up to four texel numbers, by how many come before each; -1 is none, and comes last."""
     at_a, at_b, at_c, at_d = depth_at(surface, a), depth_at(surface, b), depth_at(surface, c), depth_at(surface, d)
     ba, ca, da = np.int32(at_b < at_a), np.int32(at_c < at_a), np.int32(at_d < at_a)
     cb, db, dc = np.int32(at_c < at_b), np.int32(at_d < at_b), np.int32(at_d < at_c)
@@ -156,10 +153,9 @@ def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
 
 @kernel(inline=True)
 def upsampling_weight(vx, vy, vz, nx, ny, nz, mx, my, mz, radius):
-    """How much a coarse texel counts for a fine one: by normals ((1 + n.m) / 2)^8, by depth (R / (R + s))^16.
+    """((1 + n.m) / 2)^8 (R / (R + s))^16 by squarings, s the distance of v from the tangent plane; 0 of no texel.
 
-    v: the coarse texel's point less the fine one's; n and m: normals of the fine one and of the coarse one; s: the
-    distance of the coarse one from the fine one's tangent plane. The powers are squarings. 0 where there is no texel.
+    v: the coarse texel's point less the fine one's; n and m: normals of the fine one and of the coarse one.
     """
     zero, one, half, infinity = type(vx)(0), type(vx)(1), type(vx)(0.5), type(vx)(np.inf)
     s = abs((vx * nx + vy * ny) + vz * nz)
@@ -238,10 +234,7 @@ def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, 
 
 @kernel(parallel=True)
 def combine(most, total, levels, how):
-    """Occlusion from maximum and sum over the levels, into ``most``: by MAXIMUM, AVERAGE, or BOTH, held to 0 to 1.
-
-    BOTH is 1 - (1 - maximum) (1 - average).
-    """
+    """Occlusion of all levels into ``most``, 0 to 1: MAXIMUM, AVERAGE, or BOTH, 1 - (1 - maximum) (1 - average)."""
     for j in prange(most.shape[0]):
         zero, one, number = most.dtype.type(0), most.dtype.type(1), most.dtype.type(levels)
         for i in range(most.shape[1]):

@@ -127,10 +127,7 @@ def forward_depth(projection, x, y, z):
 
 @kernel(inline=True)
 def move_row(offsets, ends, s, normals, n, up, turns, turn, rows, a, b, c, q):
-    """Line 5 and the affine half of line 6 of sample s for n points, on the other side where it is below the surface.
-
-    ends: those of ``transform_offsets``.
-    """
+    """Line 5 and the affine half of line 6 of sample s for n points; one below the surface moves to the other side."""
     z, zero, one = offsets[s, 2], type(a[0])(0), type(a[0])(1)
     for i in range(n):
         side = one

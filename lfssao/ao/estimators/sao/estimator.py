@@ -189,19 +189,8 @@ def falloff_of(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dt
         )
 
 
-def average(visibility: Texture, z: Texture, edge: float) -> Texture:
-    """Return the 2x2 average of A; ``edge``: the depth difference, units of z, from which on texels are kept apart."""
-    averaged = np.empty_like(visibility)
-    with np.errstate(over="ignore"):
-        average_quads(visibility, z, z.dtype.type(edge), averaged)
-    return averaged
-
-
 def keys_of(z: Texture, origin: float, z_min: float) -> Texture:
-    """Return the bilateral and packing key of each texel, (H, W), 0 at ``origin`` to 1 at ``z_min`` and beyond.
-
-    z_min: distance of key 1 from ``origin``; 0: that of the farthest surface.
-    """
+    """Bilateral and packing key, (H, W): 0 at ``origin`` to 1 at ``z_min`` from it (0: at the farthest surface)."""
     if z_min == 0:
         z_min = float(np.max(z, initial=-np.inf, where=z < np.inf)) - origin
     keys = np.empty_like(z)
@@ -226,10 +215,7 @@ def unpack(rgb: NDArray[np.uint8], dtype: np.dtype[Any]) -> tuple[Texture, Textu
 
 
 def reconstruct(visibility: Texture, keys: Texture, gauss: float, sharpness: float, packed: bool) -> Texture:
-    """Return A after the two bilateral passes, along rows, then columns (section 2.4); arguments as of ``SaoOptions``.
-
-    Before each pass, A and keys go through three bytes a texel where ``packed`` is set.
-    """
+    """A after the bilateral passes along rows, then columns (2.4), packed before each where asked (``SaoOptions``)."""
     weights = np.empty(2 * TAPS_RADIUS + 1)
     gaussian_weights(gauss, TAPS_RADIUS, weights)
     weights = weights.astype(visibility.dtype)
@@ -250,7 +236,11 @@ def sao(buffers: Buffers, radius: float, points: None, weights: None, options: S
         return Occlusion(np.zeros_like(z), 0)
     rays = texel_rays(buffers.view, z.dtype)
     visibility, outside = sample(buffers, z, rays, radius, options)
-    visibility = average(visibility, z, options.quad_edge * radius / float(rays.units[2]))
+    averaged = np.empty_like(visibility)
+    with np.errstate(over="ignore"):
+        edge = z.dtype.type(options.quad_edge * radius / float(rays.units[2]))
+    average_quads(visibility, z, edge, averaged)
+    visibility = averaged
     if options.gauss > 0:
         keys = keys_of(z, rays.origin, options.z_min)
         visibility = reconstruct(visibility, keys, options.gauss, options.sharpness, options.packed)

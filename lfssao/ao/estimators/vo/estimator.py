@@ -29,20 +29,21 @@ import numpy as np
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, flat_turns, option, run_kernel
+from lfssao.ao.estimators.vo.kernels import moments as kernels
 from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion, line_occlusion
 from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors, seen_surface
-from lfssao.ao.estimators.vo.pyramid import moment_pyramid
 from lfssao.ao.kernels.post import merge_product
 from lfssao.ao.ssao import Occlusion
-from lfssao.ao.textures import Buffers
+from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.affine import sum_in_order
 from lfssao.core.elementary import log2
 from lfssao.errors import InputError
 from lfssao.samples import repulsion_table
 
 Weights = FloatArray | None
+_AVERAGE, _BLUR = (0.0, 0.5), (0.125, 0.375)  # taps of a step of the pyramid of moments
 
 
 @dataclass(frozen=True)
@@ -84,30 +85,40 @@ def by_points(
     return _at_radii(point_occlusion, buffers, radius, options, seen_surface(buffers), ball)
 
 
-def by_lines(
+def on_disk(
     buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: VolumeOptions, tangent: bool
 ) -> Occlusion:
-    """Return occlusion by lines (VO section 4.1).
+    """Return occlusion by lines (VO section 4.1), with ``AreaOptions`` by areas (4.2).
 
-    points: (n, 2), places of the lines in the unit disk. weights: integrals of the ball's extent in z over the disk's
-    cells (4.5), by default z_s. tangent: whether lines end at the tangent plane (4.4). Raises as ``by_points``.
-    """
-    disk = make_disk(points, weights, options, tangent, buffers.depth.dtype)
-    return _at_radii(line_occlusion, buffers, radius, options, seen_surface(buffers), disk)
-
-
-def by_areas(
-    buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: AreaOptions, tangent: bool
-) -> Occlusion:
-    """Return occlusion by areas (VO section 4.2).
-
-    points: (n, 2), the middles of the areas in the unit disk; an area is in proportion to the sample's weight over z_s
-    at its place. All else is as for ``by_lines``.
+    points: (n, 2), places of the lines or middles of the areas in the unit disk. weights: integrals of the ball's
+    extent in z over the disk's cells (4.5), by default z_s; an area is in proportion to its weight over z_s there.
+    tangent: whether lines end at the tangent plane (4.4). Raises as ``by_points``.
     """
     seen, disk = seen_surface(buffers), make_disk(points, weights, options, tangent, buffers.depth.dtype)
+    if not isinstance(options, AreaOptions):
+        return _at_radii(line_occlusion, buffers, radius, options, seen, disk)
     pyramid = moment_pyramid(seen.depth.reshape(buffers.depth.shape), options.prefilter)
     view = seen, disk, pyramid, options.half_width
     return _at_radii(area_occlusion, buffers, radius, options, *view, most=4 * FAR)
+
+
+def moment_pyramid(depth: Texture, prefilter: bool) -> kernels.Pyramid:
+    """Return the pyramid of a texture of cast z, (H, W), +infinity where there is no surface, down to one texel.
+
+    With ``prefilter`` each step blurs by [1 2 1] / 4 before it averages two texels.
+    """
+    height, width = depth.shape
+    sizes = [(height, width)]
+    while max(sizes[-1]) > 1:
+        sizes.append(((sizes[-1][0] + 1) // 2, (sizes[-1][1] + 1) // 2))
+    pitches = [w + kernels.BORDER for _, w in sizes]
+    lengths = [(h + kernels.BORDER) * pitch for (h, _), pitch in zip(sizes, pitches, strict=True)]
+    starts = [sum(lengths[:level]) for level in range(len(sizes))]
+    moments = np.zeros((sum(lengths), 3))
+    kernels.write_base(depth, moments)
+    for level, (h, w) in enumerate(sizes[:-1]):
+        kernels.write_half(moments, starts[level], w, h, starts[level + 1], *(_BLUR if prefilter else _AVERAGE))
+    return kernels.Pyramid(moments.reshape(-1), np.array(starts), np.array(pitches))
 
 
 def _at_radii(
@@ -199,7 +210,7 @@ ENTRIES = (
         "hidden share of the ball, by lines",
         "section 4.1",
         "ao = sum w max(0, min(z_s, d + T) - max(-z_s, d)) / (2 z_s), d = (z_Q - z_S) / (R w_z), sum of w: 1",
-        by_lines,
+        on_disk,
         options=VolumeOptions,
         samples=partial(_samples, "disk"),
         dimensions=2,
@@ -211,7 +222,7 @@ ENTRIES = (
         "hidden share of the ball, by mean and variance of depth",
         "section 4.2",
         "ao as of vo-lines, depths z_Q spread evenly over mean +- half_width sigma of an area",
-        by_areas,
+        on_disk,
         options=AreaOptions,
         samples=partial(_samples, "disk", middle=True),
         dimensions=2,

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface, write_axis_depth
 from lfssao.ao.kernels.spans import CHUNK
@@ -11,7 +10,6 @@ from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.elementary import sincospi
 from lfssao.core.philox import random_signed
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.optics.view import View
 from lfssao.samples.kernels.ball import algorithm3
 
 # Streams of the counter-based generator: numbers of one stream never meet those of another.
@@ -21,37 +19,26 @@ _TURN, _MIRROR_1, _MIRROR_2 = 64, 65, 66
 def seen_surface(buffers: Buffers) -> SeenSurface:
     """Return a view's textures and mapping as the kernels take them.
 
-    A camera's depth texture is not linear in z: its cast z is made from the positions.
+    A camera's depth texture is not linear in z: its cast z is made from the positions. The rows are those of u, v, the
+    divisor and cast z; a display's mapping has no divisor's row: 0.
     """
-    view, dtype = buffers.view, buffers.depth.dtype
-    positions = np.ascontiguousarray(buffers.positions)
+    view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
+    depth, positions = np.ascontiguousarray(buffers.depth), np.ascontiguousarray(buffers.positions)
+    m, divisor, axis = mapping.numbers, np.zeros(4), view.cast_from_world[2]
+    if mapping.kind == MATRIX:
+        divisor, linear = m[12:16], np.empty_like(depth)
+        write_axis_depth(depth, positions, np.ascontiguousarray(axis, dtype), linear)
+        depth = linear
     return SeenSurface(
-        depth=_linear_depth(buffers, positions).ravel(),
+        depth=depth.ravel(),
         positions=positions.ravel(),
         directions=buffers.directions.ravel(),
         normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
-        kind=view.world_to_image.kind,
-        rows=np.ascontiguousarray(_rows(view), dtype),
-        lens=np.ascontiguousarray(view.world_to_image.numbers[12:], dtype),
+        kind=mapping.kind,
+        rows=np.concatenate([m[:8], divisor, axis]).astype(dtype),
+        lens=np.ascontiguousarray(m[12:], dtype),
         right=np.ascontiguousarray(view.world_from_cast[:, 0], dtype),
     )
-
-
-def _linear_depth(buffers: Buffers, positions: Texture) -> Texture:
-    depth = np.ascontiguousarray(buffers.depth)
-    if buffers.view.world_to_image.kind != MATRIX:
-        return depth
-    linear = np.empty_like(depth)
-    axis = np.ascontiguousarray(buffers.view.cast_from_world[2], depth.dtype)
-    write_axis_depth(depth, positions, axis, linear)
-    return linear
-
-
-def _rows(view: View) -> NDArray[np.float64]:
-    """Affine rows of u, v, the divisor and cast z, (16,) float64; a display's mapping has no divisor's row: 0."""
-    m = view.world_to_image.numbers
-    divisor = m[12:16] if view.world_to_image.kind == MATRIX else np.zeros(4)
-    return np.concatenate([m[:8], divisor, view.cast_from_world[2]])
 
 
 def disk_mirrors(randomize: bool, seed: int, dtype: np.dtype[Any]) -> Texture:

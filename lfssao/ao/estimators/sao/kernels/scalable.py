@@ -48,10 +48,7 @@ class Surface(NamedTuple):
 
 
 class Hierarchy(NamedTuple):
-    """Levels of z one after the other, level 0 first; place of each level's first texel, int32; log2 of q'.
-
-    Level l is (W + 2**l - 1) >> l texels wide.
-    """
+    """Levels of z one after the other, level l (W + 2**l - 1) >> l wide; where each begins, int32; log2 of q'."""
 
     z: np.ndarray
     first: np.ndarray
@@ -78,10 +75,7 @@ class Falloff(NamedTuple):
 
 @kernel(inline=True)
 def mip_level(h, log_q, top):
-    """Equation 9 as the paper computes it: clamp(findMSB(int(h)) - log_q, 0, top), int32, for 0 <= h <= 2**21.
-
-    The most significant bit is the exponent of the whole number as a float32; findMSB(0) is negative.
-    """
+    """Equation 9: clamp(findMSB(int(h)) - log_q, 0, top), int32, 0 <= h <= 2**21, by the exponent of a float32."""
     level = (np.float32(np.int32(h)).view(np.int32) >> np.int32(23)) - np.int32(127) - log_q
     level = level if level > np.int32(0) else np.int32(0)
     return level if level < top else top
@@ -89,10 +83,7 @@ def mip_level(h, log_q, top):
 
 @kernel(inline=True)
 def screen_radius(reach, length):
-    """Equation 5: texels in a radius, from the radius and the length of a texel in one unit; at most 2**20.
-
-    0 / 0, where a texel has no length and the ball none either, becomes that limit.
-    """
+    """Equation 5: texels in a radius, from it and a texel's length in one unit; at most 2**20, which 0 / 0 is too."""
     texels = reach / length
     limit = type(reach)(_FAR)
     return texels if texels < limit else limit
@@ -154,10 +145,7 @@ def tap_place(x, y, h, width, wide, high, bits, top):
 
 @kernel(inline=True)
 def tap_term(a, b, c, nx, ny, nz, less, falloff):
-    """One term of the sum, of u = (a, b, c): f max(u.n - less, 0) / (u.u + epsilon) with f = (1 - u.u)^3 or 1, or 0.
-
-    It is 0 where it is not a number: u is infinite, or all of it is 0 / 0.
-    """
+    """F max(u.n - less, 0) / (u.u + epsilon) of u = (a, b, c), f = (1 - u.u)^3 or 1; 0 where that is no number."""
     zero, one = type(a)(0), type(a)(1)
     square = (a * a + b * b) + c * c
     above = ((a * nx + b * ny) + c * nz) - less
@@ -168,10 +156,7 @@ def tap_term(a, b, c, nx, ny, nz, less, falloff):
 
 @kernel(inline=True)
 def add_taps(kind, hierarchy, taps, landing, rays, falloff, size, row, n, columns, values):
-    """Sum all taps of n texels of a row, whose columns and slots are given; return how many are outside the texture.
-
-    kind: that of the rays, a constant. landing: that of ``landed``. size: (height, width).
-    """
+    """Sum all taps of n texels of a row, kind a constant, size (height, width); return how many are outside."""
     total, missed, m, width = scratch(values.dtype), scratch(np.int32), rays.world, np.int32(size[1])
     dtype = values.dtype.type
     wide, high, zero = dtype(size[1]), dtype(size[0]), dtype(0)

@@ -94,10 +94,7 @@ _ACROSS = E1  # the image of e1' less that
 
 @kernel(inline=True)
 def look_up(pyramid, level, u, v):
-    """Fraction and moments of one level at image point (u, v), linearly between the four texels around it.
-
-    Columns first: a + f (b - a), then rows.
-    """
+    """Fraction and moments of a level at image point (u, v), linearly between four texels: columns first, then rows."""
     numbers, starts, pitches = pyramid.moments, pyramid.starts, pyramid.pitches
     scale = np.int64((np.int64(1023) - level) << np.int64(52)).view(np.float64)  # 2^-level
     x, y = np.float64(u) * scale + 0.5, np.float64(v) * scale + 0.5  # of texel centres, border included

@@ -91,10 +91,9 @@ class Disk(NamedTuple):
 
 @kernel(inline=True)
 def chunk_span(depth, chunk, n, occlusion):
-    """First texel and number of those, of n texels from number ``chunk`` on, from the first surface to the last.
+    """First texel, a multiple of TILE after ``chunk``, and number of those from the first surface to the last of n.
 
-    The first is a multiple of TILE after ``chunk``. The occlusion of the others is written, 0; depth and occlusion are
-    flat.
+    The occlusion of the others is written, 0; depth and occlusion are flat.
     """
     start, end = 0, n
     while start < n and not depth[np.uint64(chunk + start)] < np.inf:
@@ -254,10 +253,7 @@ def project(kind, lens, n, slots):
 
 @kernel(parallel=True)
 def write_axis_depth(depth, positions, axis, linear):
-    """Cast z of every texel's position, (H, W), out; +infinity where the depth texture is.
-
-    axis: (4,), the row of cast space's z in the affine map world -> cast space.
-    """
+    """Cast z of each position, (H, W), out, +infinity where depth is; axis: (4,), z's row of world -> cast space."""
     height, width = depth.shape
     depths, places, out = depth.reshape(-1), positions.reshape(-1), linear.reshape(-1)
     a, b, c, d = axis[0], axis[1], axis[2], axis[3]

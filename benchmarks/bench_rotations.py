@@ -12,8 +12,8 @@ import numpy as np
 
 from lfssao import Settings, builtin_scene, make_samples
 from lfssao.ao import post
+from lfssao.bench.work_precision.figures import combine_others, rms
 from lfssao.bench.work_precision.page import table
-from lfssao.bench.work_precision.references import combine_others, rms
 from lfssao.bench.work_precision.scene import BenchScene
 from lfssao.bench.work_precision.settings import QUICK
 from lfssao.rendering.passes import occlusions

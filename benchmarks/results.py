@@ -18,12 +18,27 @@ from typing import Any
 import papers_common
 from papers_page import CLAIMS, page, work_precision_text
 
-from lfssao.bench.work_precision.advise import COMMITTED, fronts_only, read_result
+from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, pareto_front, points_of, read_result, usable
 from lfssao.cli.bench_work_precision import FIGURES, FOLDER
 from lfssao.cli.main import main as lfssao_command
 from lfssao.rendering.manifest import describe_machine
 
 PAGE = Path(__file__).parent / "RESULTS.md"
+
+
+def fronts_only(result: dict[str, Any]) -> dict[str, Any]:
+    """A result with the points of its fronts alone, which are all that ``advice`` reads."""
+    kept = [
+        point
+        for error in ERRORS
+        for radii in result["setup"]["grid"]["radii"]
+        for point in pareto_front(usable(result, points_of(result, radii), error), error)
+    ]
+    estimators = {
+        name: {**each, "points": [point for point in each["points"] if point in kept]}
+        for name, each in result["estimators"].items()
+    }
+    return {**result, "estimators": estimators}
 
 
 def measure(name: str, scale: papers_common.Scale) -> dict[str, Any]:

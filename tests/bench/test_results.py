@@ -14,7 +14,7 @@ import results
 from papers_common import PAPERS, RESULTS
 
 import lfssao
-from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, advice, fronts_only, read_result
+from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, advice, read_result
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -30,7 +30,7 @@ def test_the_page_is_what_its_numbers_give():
 
 def test_the_package_answers_as_the_whole_run_does():
     run, held = read_result(RESULTS / "work-precision.json"), read_result(COMMITTED)
-    assert fronts_only(run) == held
+    assert results.fronts_only(run) == held
     for error, radii, limit, kind in product(
         ERRORS, run["setup"]["grid"]["radii"][:2], np.geomspace(1e-3, 30, 6), ("max_error", "max_ms")
     ):

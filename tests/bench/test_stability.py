@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from reference import textbook
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate
-from lfssao.ao.estimators.vo.pyramid import moment_pyramid
-from lfssao.bench.stability import estimators, exact, measure, scalar_cases
+from lfssao.ao.estimators.vo.estimator import moment_pyramid
+from lfssao.bench.stability import conditions, exact, measure, scalar_cases
 from lfssao.bench.stability.cases import CASES
 from lfssao.bench.stability.conditions import FEW
 from lfssao.bench.stability.exact import CrossedSlits, GeneralDisplay, exact_image
@@ -132,7 +132,7 @@ def test_an_estimator_wrong_in_float32_breaks_a_row(monkeypatch, texel, off):
             found.texture.reshape(-1)[texel] += np.float32(off)
         return found
 
-    monkeypatch.setattr(estimators, "estimate", wrong)
+    monkeypatch.setattr(conditions, "estimate", wrong)
     assert [row.verdict for row in case.rows()] == [WITHIN, BROKEN]
 
 

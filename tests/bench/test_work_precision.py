@@ -13,12 +13,11 @@ from turns import Times, balanced_orders, in_turn
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate
 from lfssao.ao.ground_truth import Occluders, ray_cast_occlusion
 from lfssao.ao.post import blur
-from lfssao.bench.least_times import least_times
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision import settings as grid
 from lfssao.bench.work_precision.advise import ERRORS, FORMAT, advice, pareto_front, points_of, usable
-from lfssao.bench.work_precision.figures import FIGURES, figures, null_lines, pooled
-from lfssao.bench.work_precision.references import combine_others, rms
+from lfssao.bench.work_precision.figures import FIGURES, combine_others, figures, null_lines, pooled, rms
+from lfssao.bench.work_precision.run import least_times
 from lfssao.bench.work_precision.scene import BenchScene
 from lfssao.bench.work_precision.slopes import THEORY, fitted_slope
 from lfssao.cli.main import main

@@ -193,10 +193,7 @@ class CameraAtOrigin:
 
 @dataclass(frozen=True, eq=False)
 class GeneralDisplay:
-    """Module ``index`` of any display, in physical coordinates.
-
-    The exact mapping is that of the module's float64 numbers (``lfssao.optics.kernels.display``).
-    """
+    """Module ``index`` of any display, in physical coordinates, by its float64 numbers (``optics.kernels.display``)."""
 
     display: Display
     index: int = 0

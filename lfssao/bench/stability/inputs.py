@@ -70,10 +70,7 @@ def near(slit: str, k: int) -> Stiff:
 
 
 def close_to(slit: float, k: int, axis: int) -> NDArray[np.float64]:
-    """Points within 2^-k of a slit at 0 along the axis, which stay on the texture.
-
-    They are float32 numbers as long as float32 can tell them from the slit.
-    """
+    """Points within 2^-k of a slit at 0 along the axis, on the texture; in float32 as long as that can tell."""
     points = lattice() * [0.7, 0.4, 0.0]
     points[..., axis] *= 2.0**-k
     points[..., 2] = slit * (1 - (3 + 0.987654321 * lattice()[..., 2]) / 4 * 2.0**-k)

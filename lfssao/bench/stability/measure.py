@@ -74,7 +74,8 @@ def measure(case: Stiff, path: str) -> Measured:
         if in_domain is None:
             bounds.append(inf)
         if exact is not None and in_domain:
-            conditions.append(_condition(probed(point, offset)[:2]))
+            # Relative to the coordinate or to one texel, whichever is more: 0 is no harder than another coordinate.
+            conditions += [a.error / (PROBE * max(abs(float(a.value)), 1.0)) for a in probed(point, offset)[:2]]
             for ours, right, bound in zip(image[texel], exact[:2], (u, v), strict=True):
                 error, in_ulp = error_of(ours, right, dtype)
                 over = over or not error <= bound.error
@@ -89,14 +90,6 @@ def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.
     """Error of a number, absolute and in ulp of the exact one, or of ``least`` if that is more."""
     error = abs(float(Fraction(float(ours)) - exact)) if np.isfinite(ours) else inf
     return error, error / float(np.spacing(dtype.type(max(abs(float(exact)), least))))
-
-
-def _condition(coordinates: tuple[Tracked, ...]) -> float:
-    """The larger of u's and v's relative error over the inputs'.
-
-    Errors are relative to the coordinate or to one texel, whichever is more: 0 is no harder than another coordinate.
-    """
-    return max(a.error / (PROBE * max(abs(float(a.value)), 1.0)) for a in coordinates)
 
 
 def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:

@@ -58,10 +58,7 @@ def _badness(row: Row) -> tuple[int, float, float]:
 
 
 def write_json(rows: Iterable[Row], path: Path) -> None:
-    """Write all rows; an infinity, where no bound is known, becomes null.
-
-    InputError if the file cannot be written.
-    """
+    """Write all rows, null for an infinity, where no bound is known; InputError if the file cannot be written."""
     data = {"rows": [asdict(row, dict_factory=_finite) for row in rows]}
     write_text(path, json.dumps(data, indent=1, allow_nan=False) + "\n")
 

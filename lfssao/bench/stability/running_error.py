@@ -26,10 +26,7 @@ class Arithmetic:
         return cls(float(info.epsneg), float(info.smallest_subnormal) / 2, float(info.max))
 
     def number(self, value: Fraction | float, error: float = 0.0) -> "Tracked":
-        """Return a value that is off by at most ``error``, rounded to a number of the format.
-
-        A value without error that the format holds stays without error.
-        """
+        """A value off by at most ``error``, rounded to the format; without error it stays so if that holds it."""
         value = Fraction(value)
         if error == 0 and self._holds(value):
             return Tracked(value, 0.0, self)

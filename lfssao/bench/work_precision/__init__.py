@@ -1,6 +1,6 @@
 """Error against run time, of every estimator.
 
 ``settings`` lists the things to measure; ``scene`` has a view, its textures and ray-cast occlusion; ``figures`` are
-those of textures, ``references`` textures with many samples; ``run`` measures all for a JSON file. From it alone
-``advise`` picks settings, ``slopes`` fits exponents, ``page`` and ``plot`` show the points.
+those of textures; ``run`` measures all for a JSON file. From it alone ``advise`` picks settings, ``slopes`` fits
+exponents, ``page`` and ``plot`` show the points.
 """

@@ -5,8 +5,7 @@ from math import isnan, nan
 from pathlib import Path
 from typing import Any
 
-from lfssao.bench.work_precision.figures import FIGURES
-from lfssao.bench.work_precision.references import MARGIN
+from lfssao.bench.work_precision.figures import FIGURES, MARGIN
 from lfssao.core.files import read_json
 from lfssao.errors import InputError, check_choice
 
@@ -75,10 +74,7 @@ def usable(result: dict[str, Any], points: Sequence[Point], error: str) -> list[
 
 
 def pareto_front(points: Sequence[Point], error: str, noise: float = 0.0) -> list[Point]:
-    """The points, of ``usable``, that no other beats in both time and error; fastest first.
-
-    With ``noise`` times that differ by at most that share are the same, and errors too.
-    """
+    """The points that no other beats in time and error, fastest first; a share ``noise`` is no difference."""
     front: list[Point] = []
     for point in sorted(points, key=lambda p: (p["ms"], error_of(p, error))):
         if not front or error_of(point, error) < (1 - noise) * error_of(front[-1], error):
@@ -86,21 +82,6 @@ def pareto_front(points: Sequence[Point], error: str, noise: float = 0.0) -> lis
                 front.pop()
             front.append(point)
     return front
-
-
-def fronts_only(result: dict[str, Any]) -> dict[str, Any]:
-    """A result with the points of its fronts alone, which are all that ``advice`` reads."""
-    kept = [
-        point
-        for error in ERRORS
-        for radii in result["setup"]["grid"]["radii"]
-        for point in pareto_front(usable(result, points_of(result, radii), error), error)
-    ]
-    estimators = {
-        name: {**each, "points": [point for point in each["points"] if point in kept]}
-        for name, each in result["estimators"].items()
-    }
-    return {**result, "estimators": estimators}
 
 
 def describe(point: Point) -> str:

@@ -1,18 +1,19 @@
-"""Figures of an occlusion texture against the truth, and of the textures that need no work."""
+"""Figures of an occlusion texture against the truth or many samples, and of the textures that need no work."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from skimage.metrics import structural_similarity
 
 from lfssao.ao.textures import Texture
-from lfssao.bench.work_precision.references import rms
 from lfssao.viz.truth import deviation
 
 Surface = NDArray[np.bool_]
 FIGURES = ("rmse", "bias", "gain_free", "correlation", "ssim")
+MARGIN = 10.0  # a reference serves an error that is at least this many times its own
 
 
 def figures(occlusion: Texture, truth: Texture, surface: Surface, seen: bool = True) -> list[float]:
@@ -47,3 +48,27 @@ def null_lines(truths: Sequence[Texture], errors: Sequence[Texture], surfaces: S
         "constant": rms([float(truth.std()) for truth in seen]),
         "truth": rms([rms(error) for error in own]),
     }
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The texture that an estimator tends to."""
+
+    texture: Texture  # (t,) float64: mean of the independent references, occlusion of the surface texels
+    error: float  # its own RMSE, estimated from how far the references lie apart
+
+
+def rms(errors: ArrayLike) -> float:
+    """Root mean square; 0 of nothing."""
+    numbers: NDArray[Any] = np.asarray(errors, np.float64)
+    return float(np.sqrt(np.mean(np.square(numbers)))) if numbers.size else 0.0
+
+
+def combine_others(textures: Mapping[str, Texture], sampler: str) -> Reference:
+    """A sampler's reference from independent textures of two or more others, (t,) float64 by sampler.
+
+    The error is by their variance, of equals, over their number; a bias that they share does not show.
+    """
+    stack = np.stack([texture for name, texture in textures.items() if name != sampler])
+    variance = stack.var(axis=0, ddof=1).mean() / len(stack) if stack.size else 0.0
+    return Reference(stack.mean(axis=0), float(np.sqrt(variance)))

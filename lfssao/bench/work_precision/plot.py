@@ -8,19 +8,8 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lfssao.bench.work_precision.advise import (
-    ERRORS,
-    NOISE,
-    Point,
-    describe,
-    describe_radii,
-    error_of,
-    known,
-    null_of,
-    pareto_front,
-    points_of,
-    usable,
-)
+from lfssao.bench.work_precision import advise
+from lfssao.bench.work_precision.advise import Point
 from lfssao.core.files import write_whole
 
 FAMILIES = {
@@ -41,11 +30,10 @@ def draw(result: dict[str, Any], error: str) -> Figure:
     """
     grid = result["setup"]["grid"]
     radii, blur = grid["radii"][0], 0.0 if error == "sampling" else max(grid["blurs"])
-    points = [p for p in known(points_of(result, radii), error) if p["blur"] == blur]
+    points = [p for p in advise.known(advise.points_of(result, radii), error) if p["blur"] == blur]
     figure = Figure(figsize=(11, 11), layout="constrained")
-    title = (
-        f"{ERRORS[error][0]}: {describe_radii(radii)}, blur {blur:g}, mean of {len(result['setup']['scenes'])} scenes"
-    )
+    scenes, title = len(result["setup"]["scenes"]), advise.ERRORS[error][0]
+    title = f"{title}: {advise.describe_radii(radii)}, blur {blur:g}, mean of {scenes} scenes"
     figure.suptitle(title, fontsize="medium")
     panels = figure.subplots(3, 2, sharex=True, sharey=True).ravel()
     samplers = sorted({p["sampler"] for p in points if p["sampler"] is not None})
@@ -73,7 +61,7 @@ def _draw_estimator(axes: Axes, points: list[Point], error: str, samplers: list[
         own = sorted((p for p in points if p["sampler"] == sampler), key=lambda p: p["ms"])
         if own:
             marker = _MARKERS[len(samplers) if sampler is None else samplers.index(sampler)]
-            found = [error_of(p, error) for p in own]
+            found = [advise.error_of(p, error) for p in own]
             style: dict[str, Any] = {"marker": marker, "markersize": 4.5, "linewidth": 0.7, "alpha": 0.75}
             axes.plot([p["ms"] for p in own], found, color=color, label=label, **style)
             label = ""
@@ -86,7 +74,7 @@ def _decorate(axes: Axes, result: dict[str, Any], points: list[Point], error: st
     axes.grid(which="both", alpha=0.15)
     if error == "sampling":
         axes.set_yscale("log")
-    nulls = {tuple(null.items()) for point in points if (null := null_of(result, point, error)) is not None}
+    nulls = {tuple(null.items()) for point in points if (null := advise.null_of(result, point, error)) is not None}
     for null in map(dict, nulls):
         for name, style, text in (
             ("none", "--", "no AO"),
@@ -106,13 +94,13 @@ def _decorate(axes: Axes, result: dict[str, Any], points: list[Point], error: st
 
 def _draw_front(axes: Axes, result: dict[str, Any], points: list[Point], error: str) -> None:
     """All points in grey, and the front with the settings' names."""
-    axes.plot([p["ms"] for p in points], [error_of(p, error) for p in points], ".", color="0.75", markersize=3)
-    front = pareto_front(usable(result, points, error), error, NOISE)
-    axes.plot([p["ms"] for p in front], [error_of(p, error) for p in front], "o-", color="tab:red", markersize=4)
+    axes.plot([p["ms"] for p in points], [advise.error_of(p, error) for p in points], ".", color="0.75", markersize=3)
+    front = advise.pareto_front(advise.usable(result, points, error), error, advise.NOISE)
+    axes.plot([p["ms"] for p in front], [advise.error_of(p, error) for p in front], "o-", color="tab:red", markersize=4)
     for k, point in enumerate(front, 1):
         near: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points", "fontsize": "small"}
-        axes.annotate(str(k), (point["ms"], error_of(point, error)), color="tab:red", **near)
-    names = "\n".join(f"{k} {describe(point).rsplit(',', 1)[0]}" for k, point in enumerate(front, 1))
+        axes.annotate(str(k), (point["ms"], advise.error_of(point, error)), color="tab:red", **near)
+    names = "\n".join(f"{k} {advise.describe(point).rsplit(',', 1)[0]}" for k, point in enumerate(front, 1))
     place: dict[str, Any] = (
         {"x": 0.99, "y": 0.98, "va": "top"} if error == "sampling" else {"x": 0.99, "y": 0.08, "va": "bottom"}
     )
@@ -124,7 +112,7 @@ def _draw_front(axes: Axes, result: dict[str, Any], points: list[Point], error: 
 
 def save_plots(result: dict[str, Any], folder: Path) -> None:
     """Write work-precision-ERROR.png of each error into a folder, each whole; InputError if one cannot be written."""
-    for error in ERRORS:
-        if known(points_of(result), error):
+    for error in advise.ERRORS:
+        if advise.known(advise.points_of(result), error):
             picture = draw(result, error)
             write_whole(folder / f"work-precision-{error}.png", partial(picture.savefig, dpi=80))

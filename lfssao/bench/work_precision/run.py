@@ -7,13 +7,13 @@ weighted by the cosine, of all that is within R. All are over the texels that se
 
 import json
 import subprocess
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
@@ -22,10 +22,8 @@ from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.textures import Texture
-from lfssao.bench.least_times import least_times
 from lfssao.bench.work_precision.advise import FORMAT
-from lfssao.bench.work_precision.figures import FIGURES, figures, null_lines, pooled
-from lfssao.bench.work_precision.references import combine_others, rms
+from lfssao.bench.work_precision.figures import FIGURES, combine_others, figures, null_lines, pooled, rms
 from lfssao.bench.work_precision.scene import VISIBILITY, BenchScene, Inputs
 from lfssao.bench.work_precision.settings import (
     Grid,
@@ -42,6 +40,36 @@ Tick = Callable[[str], None]
 Variant = tuple[str | None, int | None]  # sampler and number of samples
 Setting = tuple[Variant, tuple[float, ...], float]  # with radii and blur
 _MANY = 2**32  # seed of the references, which no measured set has
+Key = TypeVar("Key", bound=Hashable)
+_AGREE = 3  # runs that have to agree
+
+
+def least_times(
+    runs: Mapping[Key, Callable[[], object]],
+    spread: float = 0.03,
+    most: int = 60,
+    clock: Callable[[], float] = process_time,
+) -> dict[Key, tuple[float, float]]:
+    """Return the least milliseconds of each run, and by which fraction the third least is above it.
+
+    All run once, which may compile, and then turn by turn, each second turn in reverse, until the fraction is at most
+    ``spread``, or ``most`` times. The clock returns seconds: of this process's work, by default.
+    """
+    for run in runs.values():
+        run()
+    taken: dict[Key, list[float]] = {name: [] for name in runs}
+    for turn in range(most):
+        left = [name for name in runs if turn < _AGREE or _spread(taken[name]) > spread]
+        for name in left if turn % 2 else reversed(left):
+            start = clock()
+            runs[name]()
+            taken[name].append(1e3 * (clock() - start))
+    return {name: (min(times), _spread(times)) for name, times in taken.items()}
+
+
+def _spread(times: list[float]) -> float:
+    least = sorted(times)[:_AGREE]
+    return least[-1] / least[0] - 1 if least[0] > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -53,13 +81,9 @@ class _Bench:
     grid: Grid
     threads: int
 
-    @property
-    def sampled(self) -> bool:
-        return takes_samples(self.estimator)
-
     def variants(self) -> Iterator[Variant]:
         """Samplers and numbers of samples, or numbers of taps of its own."""
-        if not self.sampled:
+        if not takes_samples(self.estimator):
             yield from ((None, n) for n, _ in own_counts_of(self.estimator, self.grid))
         else:
             for sampler in samplers_of(self.estimator, self.grid):
@@ -105,7 +129,7 @@ class _Bench:
     def references(self) -> dict[tuple[tuple[float, ...], float], dict[str, Any]]:
         """Textures of many samples, the surface texels' occlusion, by radii and blur, then by sampler."""
         out: dict[Any, dict[str, Any]] = {}
-        for sampler in self.grid.reference_samplers if self.sampled else ():
+        for sampler in self.grid.reference_samplers if takes_samples(self.estimator) else ():
             samples = samples_for(self.estimator, sampler, self.grid.reference_count, _MANY)
             for key, texture in self._settings((samples, {}), 0).items():
                 out.setdefault(key, {})[sampler] = texture[self.scene.surface].astype(np.float64)
@@ -148,7 +172,7 @@ def measure_estimator(
         visibility, own, sampling, reference = zip(*found, strict=True)
         point = {"estimator": estimator.name, "sampler": sampler, "samples": n, "radii": list(radii), "blur": blur}
         point |= {"ms": _short(work), "spread": _short(spread), "wall_ms": _short(wall)}
-        point |= {"visibility": _short_all(pooled(visibility)), "own": _short_all(pooled(own))}
+        point |= {"visibility": [*map(_short, pooled(visibility))], "own": [*map(_short, pooled(own))]}
         point |= {"sampling": None, "reference": None}
         if sampler is not None:
             point |= {"sampling": _short(rms(sampling)), "reference": _short(rms(reference))}
@@ -159,10 +183,6 @@ def measure_estimator(
 def _short(number: float) -> float:
     """Four digits of a number: more are noise, and make the file twice as long."""
     return float(f"{number:.4g}")
-
-
-def _short_all(numbers: Sequence[float]) -> list[float]:
-    return [_short(number) for number in numbers]
 
 
 def integrands() -> list[tuple[str, str]]:
@@ -217,10 +237,7 @@ def steps(result: dict[str, Any]) -> int:
 def run(
     meshes: Sequence[Mesh], grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None], tick: Tick
 ) -> None:
-    """Measure what a result of ``start`` does not hold yet, and save it after each estimator.
-
-    ``tick`` is called with the name of each step.
-    """
+    """Measure what a result of ``start`` lacks, and save it after each estimator; ``tick`` takes each step's name."""
     if not steps(result):
         return
     scenes = [BenchScene(mesh, grid, threads) for mesh in meshes]

@@ -1,6 +1,6 @@
 """One scene of a work-precision run: a view of a mesh, its textures and its ray-cast occlusion."""
 
-from functools import cached_property
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,47 +24,32 @@ VISIBILITY: Integrand = ("cosine", "constant")  # the truth that all estimators 
 
 
 class BenchScene:
-    """A display's middle view of a mesh, its float32 textures and its ray-cast occlusion.
-
-    Radii are fractions of the scene's diagonal.
-    """
+    """A display's middle view of a mesh, its textures and ray-cast occlusion; radii are fractions of the diagonal."""
 
     def __init__(self, mesh: Mesh, grid: Grid, threads: int, display: str = "virtual") -> None:
-        self.mesh, self.unit = mesh, diagonal(mesh)
+        self.mesh, self.unit, self.occluders = mesh, diagonal(mesh), Occluders(mesh)
         views = module_views(mesh, find_display(display).with_resolution(grid.width, grid.height))
         view = views[len(views) // 2]
         self.buffers = Buffers.of(
             RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric"), view
         )
         self.surface: NDArray[np.bool_] = np.isfinite(self.buffers.depth)
-        self._truth: dict[tuple[float, Integrand], GroundTruth] = {}
-        self._turned: dict[tuple[str, int], Buffers] = {}
+        self._cast = cache(self._cast_rays)
+        self.turned = cache(self.buffers.turned)  # by rotation and seed
 
-    @cached_property
-    def occluders(self) -> Occluders:
-        """The mesh for rays."""
-        return Occluders(self.mesh)
+    def _cast_rays(self, radius: float, integrand: Integrand) -> GroundTruth:
+        scene = self.occluders, self.buffers, radius * self.unit
+        return ray_cast_occlusion(*scene, *integrand, tolerance=0.01, rounds=(8, 64))
 
     def truth(self, radii: tuple[float, ...], integrand: Integrand) -> tuple[Texture, Texture]:
         """Ray-cast occlusion and its standard error, (H, W), merged over the radii as textures are."""
-        for radius in radii:
-            if (radius, integrand) not in self._truth:
-                self._truth[radius, integrand] = ray_cast_occlusion(
-                    self.occluders, self.buffers, radius * self.unit, *integrand, tolerance=0.01, rounds=(8, 64)
-                )
-        each = [self._truth[radius, integrand] for radius in radii]
+        each = [self._cast(radius, integrand) for radius in radii]
         most = np.argmax([truth.texture for truth in each], axis=0)[None]
         texture, error = (
             np.take_along_axis(np.stack(stack), most, axis=0)[0]
             for stack in ([truth.texture for truth in each], [truth.error for truth in each])
         )
         return texture, error
-
-    def turned(self, rotation: str, seed: int) -> Buffers:
-        """The textures with the turns of a rotation and seed."""
-        if (rotation, seed) not in self._turned:
-            self._turned[rotation, seed] = self.buffers.turned(rotation, seed)
-        return self._turned[rotation, seed]
 
     def occlusion(self, estimator: Estimator, radius: float, inputs: Inputs, seed: int = 0) -> Texture:
         """Occlusion by an estimator whose samples turn as they do by default, by a seed."""

@@ -92,10 +92,9 @@ def spread(values: Values) -> Spread:
 
 
 def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) -> Figure:
-    """Return a figure of points in one module's texture, coloured by the disagreement of the modules.
+    """Return a figure of points, (n, 3), in one module's view, coloured by the disagreement of the modules.
 
-    The view is that module, points are (n, 3) world coordinates, and values, by the name of a way to compute AO, the
-    results of ``over_modules``.
+    Values are results of ``over_modules`` by the name of a way to compute AO.
     """
     image = view.world_to_image(points)
     columns = len(values) + 1

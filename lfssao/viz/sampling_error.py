@@ -7,14 +7,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.registry import estimate, find_estimator
+from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.textures import Buffers
 from lfssao.samples import sample_set
 
 
 @dataclass(frozen=True, eq=False)
 class SamplingError:
-    """Error of one estimator by sampler and number of samples."""
+    """Error by sampler and number of samples."""
 
     counts: NDArray[np.int64]  # (c,) int64: numbers of samples
     # (c,) float64 by sampler: root mean square, over surface texels and seeds, of occlusion less the reference
@@ -32,32 +32,25 @@ def sampling_error(
     methods: Sequence[str],
     counts: Sequence[int],
     seeds: Sequence[int] = (0, 1, 2, 3),
-    estimator: str = "lf",
     reference: tuple[str, int] = ("sobol", 4096),
 ) -> SamplingError:
-    """Return the error of an estimator against itself with many samples: for each sampler and number, over all seeds.
+    """Return the error of ``lf`` against itself with many samples: for each sampler and number, over all seeds.
 
-    Samplers are of the ball, or of the disk where the estimator takes points of it; their sets fill all of it. The
-    reference is a sampler that is not compared, and its number of samples. InputError if a name is unknown.
+    Samplers are of the ball; their sets fill all of it. The reference is a sampler that is not compared, and its number
+    of samples. InputError if a name is unknown.
     """
-    domain = "ball" if find_estimator(estimator).dimensions == 3 else "disk"
     seen = np.isfinite(buffers.depth)
 
     def occlusion(method: str, n: int, seed: int) -> NDArray[np.float64]:
-        made = sample_set(domain, method, n, seed)
-        texture = estimate(estimator, buffers, radius, made.points, None).texture
-        return np.asarray(texture[seen], np.float64)
+        points = sample_set("ball", method, n, seed).points
+        return np.asarray(estimate("lf", buffers, radius, points).texture[seen], np.float64)
 
     exact = occlusion(*reference, seeds[0])
     rmse = {
-        method: np.array([_rms([occlusion(method, n, seed) - exact for seed in seeds]) for n in counts])
+        method: np.sqrt([np.mean([(occlusion(method, n, seed) - exact) ** 2 for seed in seeds]) for n in counts])
         for method in methods
     }
     return SamplingError(np.array(counts), rmse, f"{reference[1]} samples of {reference[0]}")
-
-
-def _rms(errors: list[NDArray[np.float64]]) -> float:
-    return float(np.sqrt(np.mean(np.square(errors))))
 
 
 def draw_sampling_error(found: SamplingError) -> Figure:
@@ -79,10 +72,10 @@ def draw_sampling_error(found: SamplingError) -> Figure:
     return figure
 
 
-def draw_sampler_gallery(methods: Sequence[str], n: int, seed: int = 0) -> Figure:
+def draw_sampler_gallery(methods: Sequence[str], n: int) -> Figure:
     """Return a figure of one set of n points of each of some samplers of the square, side by side."""
     figure = Figure(figsize=(2.3 * len(methods), 2.6), layout="constrained")
     for axes, method in zip(figure.subplots(1, len(methods), squeeze=False)[0], methods, strict=True):
-        axes.plot(*sample_set("square", method, n, seed).points.T, "o", markersize=3)
+        axes.plot(*sample_set("square", method, n).points.T, "o", markersize=3)
         axes.set(aspect="equal", xlim=(-1, 1), ylim=(-1, 1), xticks=[], yticks=[], title=method)
     return figure

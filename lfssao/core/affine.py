@@ -48,10 +48,7 @@ def cofactors(affine: ArrayLike) -> Matrix:
 
 
 def invert_affine(affine: ArrayLike) -> Matrix:
-    """Inverse of a (3, 4) affine map: adjugate over determinant, then the translation.
-
-    ZeroDivisionError if the map is singular.
-    """
+    """Inverse of a (3, 4) affine map, adjugate over determinant; ZeroDivisionError if it is singular."""
     m = np.asarray(affine, np.float64)
     size = determinant(m)
     if size == 0.0:
@@ -61,10 +58,7 @@ def invert_affine(affine: ArrayLike) -> Matrix:
 
 
 def sum_in_order(values: Iterable[float]) -> float:
-    """Sum of the values, each added to the rounded sum of those before it; 0 of none.
-
-    Python's own compensates the rounding of floats from version 3.12 on.
-    """
+    """Sum of the values, each added to the rounded sum of those before: Python's own compensates from 3.12 on."""
     total = 0.0
     for value in values:
         total += value

@@ -42,7 +42,9 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         part.replace(path)
         _sync_names(path.parent)
     except OSError as error:
-        full = " and the disk is full" if _is_full(path.parent) else ""
+        full = ""
+        with suppress(OSError):  # libraries' messages do not name that cause
+            full = " and the disk is full" if shutil.disk_usage(path.parent).free < _BLOCK else ""
         raise InputError(f"{path}: it cannot be written ({_reason(error)}){full}") from error
     finally:
         with suppress(OSError):  # the folder may be what is wrong
@@ -96,14 +98,6 @@ def _sync_names(folder: Path) -> None:
             os.close(number)
 
 
-def _is_full(folder: Path) -> bool:
-    """Whether a folder's disk has no room for another block: libraries' messages do not name that cause."""
-    try:
-        return shutil.disk_usage(folder).free < _BLOCK
-    except OSError:
-        return False
-
-
 def remove_leftovers(folder: Path) -> None:
     """Remove the half-written files of processes that were killed here, and those of anybody that are a day old."""
     for part in folder.glob(".*.part*"):
@@ -122,7 +116,7 @@ def _is_running(process: int) -> bool:
     except (ProcessLookupError, OverflowError):
         return False
     except OSError:  # somebody else's
-        return True
+        pass
     return True
 
 
@@ -141,30 +135,22 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def output_folder(path: Path) -> Iterator[None]:
-    """Make a folder with its parents, try that files can be written into it (InputError), tidy up if the block fails.
-
-    If the block raises, half-written files of this process go, and so do the folders made here if they are empty.
-    """
+    """Make a folder with its parents, try that files can be written there (InputError), tidy up if the block fails."""
     missing = [folder for folder in (path, *path.parents) if not folder.exists()]
     try:
-        _make_folder(path)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=path).close()
+        except OSError as error:
+            raise InputError(f"{path}: the output folder cannot be written ({_reason(error)})") from error
         yield
     except BaseException:
         with suppress(OSError):
             for part in path.glob(f".*.{_namespace()}.{os.getpid()}.*.part*"):
                 part.unlink()
-            for folder in missing:  # the deepest first; one that holds something stays
+            for folder in missing:  # that were made here, the deepest first; one that holds something stays
                 folder.rmdir()
         raise
-
-
-def _make_folder(path: Path) -> None:
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            pass
-    except OSError as error:
-        raise InputError(f"{path}: the output folder cannot be written ({_reason(error)})") from error
 
 
 def _reason(error: OSError) -> str:

@@ -104,76 +104,65 @@ class Display:
             self._check_module(index)
         self._check_roi()
 
-    def _refuse(self, key: str, reason: str) -> InputError:
-        return InputError(f"display {self.name}: {key}: {reason}")
+    def _demand(self, holds: bool, key: str, reason: str) -> None:
+        """Refuse a display of which something does not hold."""
+        if not holds:
+            raise InputError(f"display {self.name}: {key}: {reason}")
 
     def _check_screen(self) -> None:
         for key, size in (("screen.width", self.screen_width), ("screen.height", self.screen_height)):
-            if not 0 < size < inf:
-                raise self._refuse(key, f"it is {size}, it must be positive")
-        if not -inf < self.observer_z < 0:
-            raise self._refuse("observer.distance", "the observers must be in front of the screen")
-        if not isfinite(self.observer_height):
-            raise self._refuse("observer.height", f"it is {self.observer_height}")
+            self._demand(0 < size < inf, key, f"it is {size}, it must be positive")
+        self._demand(-inf < self.observer_z < 0, "observer.distance", "the observers must be in front of the screen")
+        self._demand(isfinite(self.observer_height), "observer.height", f"it is {self.observer_height}")
         with errors_of(f"display {self.name}: diffuser"):
             check_choice("diffuser", self.diffuser, DIFFUSERS)
-        if self.diffuser == "conical" and (self.screen_curvature != 0 or self.observer_curvature != 0):
-            raise self._refuse("diffuser", "'conical' needs a flat screen and an observer line")
-        if abs(self.screen_curvature) * 0.5 * self.screen_width >= 1:
-            raise self._refuse("screen.radius", "it must be more than half the screen's width")
+        flat = self.screen_curvature == self.observer_curvature == 0
+        self._demand(
+            flat or self.diffuser != "conical", "diffuser", "'conical' needs a flat screen and an observer line"
+        )
+        bent = abs(self.screen_curvature) * 0.5 * self.screen_width
+        self._demand(bent < 1, "screen.radius", "it must be more than half the screen's width")
         # Both shapes fall off from the middle, the more curved one faster: if any part meets, it is the screen's edge.
         edge = _bulge(self.screen_curvature, 0.5 * self.screen_width)
         line = self.observer_z + _bulge(self.observer_curvature, 0.5 * self.screen_width)
-        if not line < edge:
-            reason = f"the screen's edges, at z = {edge:g}, are not behind the observers, there at z = {line:g}"
-            raise self._refuse("observer.distance", reason)
+        reason = f"the screen's edges, at z = {edge:g}, are not behind the observers, there at z = {line:g}"
+        self._demand(line < edge, "observer.distance", reason)
 
     def _check_module(self, index: int) -> None:
-        module = self.modules[index]
-        key = f"modules[{index}]"
-        if not 0 < module.z < inf:
-            raise self._refuse(f"{key}.z", f"it is {module.z}, but modules are behind the screen, at z > 0")
-        if not (isfinite(module.x) and isfinite(module.y)):
-            raise self._refuse(key, f"its place is ({module.x}, {module.y}, {module.z})")
+        module, key, demand = self.modules[index], f"modules[{index}]", self._demand
+        demand(0 < module.z < inf, f"{key}.z", f"it is {module.z}, but modules are behind the screen, at z > 0")
+        demand(isfinite(module.x + module.y), key, f"its place is ({module.x}, {module.y}, {module.z})")
         screen = _bulge(self.screen_curvature, min(abs(module.x), 0.5 * self.screen_width))
-        if not module.z > screen:
-            raise self._refuse(f"{key}.z", f"it is {module.z}, but the curved screen is there at z = {screen:g}")
-        if module.width < 1 or module.height < 1:
-            raise self._refuse(f"{key}.resolution", f"it is {module.width} x {module.height}")
-        if module.field_of_view is not None and not 0 < module.field_of_view < 180:
-            raise self._refuse(f"{key}.field_of_view", f"it is {module.field_of_view}, it must be between 0 and 180")
-        if module.field_of_view is None and (module.yaw, module.pitch, module.roll) != (0, 0, 0):
-            raise self._refuse(f"{key}.yaw", "a turned module needs a field_of_view")
-        if module.field_of_view is not None and module.homography is not None:
-            raise self._refuse(f"{key}.homography", "it stands for field_of_view, give one of them")
-        self._check_optics(index)
-
-    def _check_optics(self, index: int) -> None:
-        module = self.modules[index]
-        with errors_of(f"display {self.name}: modules[{index}].homography"):
+        reason = f"it is {module.z}, but the curved screen is there at z = {screen:g}"
+        demand(module.z > screen, f"{key}.z", reason)
+        positive = module.width >= 1 and module.height >= 1
+        demand(positive, f"{key}.resolution", f"it is {module.width} x {module.height}")
+        field, turned = module.field_of_view, (module.yaw, module.pitch, module.roll) != (0, 0, 0)
+        reason = f"it is {field}, it must be between 0 and 180"
+        demand(field is None or 0 < field < 180, f"{key}.field_of_view", reason)
+        demand(field is not None or not turned, f"{key}.yaw", "a turned module needs a field_of_view")
+        both = field is not None and module.homography is not None
+        demand(not both, f"{key}.homography", "it stands for field_of_view, give one of them")
+        with errors_of(f"display {self.name}: {key}.homography"):
             numbers = self.module_numbers(index)
-        if not np.isfinite(numbers).all():
-            raise self._refuse(f"modules[{index}]", "a number of its optics is not finite")
+        demand(bool(np.isfinite(numbers).all()), key, "a number of its optics is not finite")
         named = kernels.display_module(numbers)
         fold, aspect = named.fold, module.height / module.width
-        if fold < kernels.NEVER:
-            reached = fold * (1 + fold * (module.k1 + fold * module.k2)) ** 2
-            if not reached > 1 + aspect * aspect:
-                raise self._refuse(f"modules[{index}].k1", "the distortion folds inside the texture")
+        reached = fold * (1 + fold * (module.k1 + fold * module.k2)) ** 2 if fold < kernels.NEVER else inf
+        demand(reached > 1 + aspect * aspect, f"{key}.k1", "the distortion folds inside the texture")
         if not self._is_plain(module):
             *_, near, far = kernels.display_ray(named, module.width / 2, module.height / 2)
-            if not near < far:
-                raise self._refuse(f"modules[{index}]", "the ray of its middle does not reach screen and observers")
+            demand(near < far, key, "the ray of its middle does not reach screen and observers")
 
     def _check_roi(self) -> None:
-        box = np.array(self.roi, np.float64)
-        if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[0] < box[1]).all():
-            raise self._refuse("roi", "min must be less than max in x, y and z")
-        if not box[0, 2] > self.observer_z:
-            raise self._refuse("roi.min", f"z = {box[0, 2]} reaches the observers at z = {self.observer_z}")
+        box, demand = np.array(self.roi, np.float64), self._demand
+        ordered = box.shape == (2, 3) and bool(np.isfinite(box).all() and (box[0] < box[1]).all())
+        demand(ordered, "roi", "min must be less than max in x, y and z")
+        reached = f"z = {box[0, 2]} reaches the observers at z = {self.observer_z}"
+        demand(box[0, 2] > self.observer_z, "roi.min", reached)
         for index, module in enumerate(self.modules):
-            if not box[1, 2] < module.z:
-                raise self._refuse("roi.max", f"z = {box[1, 2]} reaches the lens of module {index}, z = {module.z}")
+            reached = f"z = {box[1, 2]} reaches the lens of module {index}, z = {module.z}"
+            demand(box[1, 2] < module.z, "roi.max", reached)
             if not self._is_plain(module):
                 self._check_roi_points(index, box)
 
@@ -186,10 +175,9 @@ class Display:
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         _, statuses = self.physical_to_image(index, points)
         for status in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
-            beyond = points[statuses == status]
-            if len(beyond):
-                place = ", ".join(f"{c:g}" for c in beyond[0])
-                raise self._refuse("roi", f"its point ({place}) is {kernels.STATUSES[status]} for module {index}")
+            for point in points[statuses == status][:1]:
+                place = ", ".join(f"{c:g}" for c in point)
+                self._demand(False, "roi", f"its point ({place}) is {kernels.STATUSES[status]} for module {index}")
 
     def with_resolution(self, width: int, height: int) -> "Display":
         """The same display with textures of another size, texels; calibrated optics are scaled with it."""

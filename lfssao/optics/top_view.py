@@ -14,16 +14,14 @@ _FORMATS = (".png", ".svg", ".pdf")
 
 
 def draw_top_view(display: Display) -> Figure:
-    """A figure of a display seen from above: x to the right, z upwards, in metres, the viewers below.
-
-    It shows the modules, the screen, the observers' line or arc, the region of interest, and the rays of the outermost
-    texels of the first, middle and last module.
-    """
+    """A figure of a display from above: x to the right, z upwards, metres, the viewers below; with outermost rays."""
     figure = Figure(layout="constrained")
     axes = figure.add_subplot(aspect="equal", xlabel="x, metres", ylabel="z, metres (away from the viewers)")
     count = len(display.modules)
     for index, color in {0: "tab:blue", count - 1: "tab:purple", count // 2: "tab:cyan"}.items():
-        _draw_rays(axes, display, index, color)
+        for number, ray in enumerate(_outer_rays(display, index)):
+            label = f"rays of module {index}" if number == 0 else None
+            axes.plot(ray[:, 0], ray[:, 1], color=color, linewidth=0.9, label=label)
     half = 0.5 * display.screen_width
     axes.plot(*_arc(display.screen_curvature, 0.0, half), color="black", linewidth=3, label="screen")
     met = np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])  # the observers, by these rays
@@ -59,12 +57,6 @@ def _outer_rays(display: Display, index: int) -> Any:
     origin, direction, span = display.texel_ray(index, u, 0.5 * module.height)
     ends = [np.stack([origin[:, 0] + z * direction[:, 0], z], axis=1) for z in (span[:, 0], span[:, 1])]
     return np.stack(ends, axis=1)[span[:, 0] < span[:, 1]]
-
-
-def _draw_rays(axes: Any, display: Display, index: int, color: str) -> None:
-    for number, ray in enumerate(_outer_rays(display, index)):
-        label = f"rays of module {index}" if number == 0 else None
-        axes.plot(ray[:, 0], ray[:, 1], color=color, linewidth=0.9, label=label)
 
 
 def save_top_view(display: Display, path: Path) -> None:

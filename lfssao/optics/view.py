@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import sqrt
 from textwrap import wrap
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -245,6 +246,11 @@ class View:
         row = np.array(self.cast_from_world[2], np.float64)
         row[3] -= observers
         return row * sqrt((x * x + y * y) + z * z)
+
+
+def without_guard(texture: NDArray[Any], guard: int) -> NDArray[Any]:
+    """A texture, (H, W) or (H, W, C), without a guard band of that width (SAO section 2.3)."""
+    return np.ascontiguousarray(texture[guard : len(texture) - guard, guard : texture.shape[1] - guard])
 
 
 def check_positions(box: NDArray[np.float64], texels_per_unit: float) -> None:

@@ -10,11 +10,7 @@ from lfssao.optics.kernels.rays import texel_ray
 
 @kernel(parallel=True)
 def write_directions(rays, m, directions):
-    """Write unit directions of all texel rays in world space, away from the viewer; (0, 0, 0) where there is no ray.
-
-    m, (12,) float64, has rows of four of the affine map cast space -> world; directions, (H, W, 3) float32 or float64,
-    are computed in float64 and rounded once.
-    """
+    """Write unit directions of texels' rays in world space, (H, W, 3), m the map cast -> world, (12,); 0 for no ray."""
     for j in prange(directions.shape[0]):
         for i in range(directions.shape[1]):
             _, _, _, dx, dy, _, _, _ = texel_ray(rays, i + 0.5, j + 0.5)

@@ -131,10 +131,7 @@ def distort(d, u, v):
 
 @kernel(inline=True)
 def screen_to_image(d, s_x, s_y, s_z, status):
-    """Image point of a screen point, u and v, and ``status`` or, if that is VALID, its own (physical_to_image).
-
-    Central projection from the lens onto z = 0, homography, radial distortion.
-    """
+    """Image point of a screen point, by way of the plane z = 0: u, v, and ``status`` or, if that is VALID, its own."""
     zero = type(s_x)(0)
     curved = s_z != zero
     scale = d.m_z / (d.m_z - s_z)
@@ -164,10 +161,7 @@ def physical_to_image(d, x, y, z):
 
 @kernel
 def undistort(d, u, v):
-    """Inverse of distort, float64: Newton's steps for the radius, held between bounds that close in.
-
-    NaN for a point beyond all that the distortion reaches before it folds.
-    """
+    """Inverse of distort, float64, by Newton's steps between bounds that close in; NaN beyond all that it reaches."""
     a, b = (u - d.c_u) / d.unit, (v - d.c_v) / d.unit
     target = np.sqrt(a * a + b * b)
     if target == 0.0:
@@ -231,11 +225,7 @@ def display_ray(d, u, v):
 
 @kernel
 def map_points(numbers, points, width, height, image, statuses):
-    """physical_to_image of (n, 3) points: image (n, 3) and statuses (n,) int64; NaN and a reason where there is none.
-
-    numbers: (32,) of a module. A valid point outside the texture of width x height texels keeps its image coordinates
-    and gets OUTSIDE.
-    """
+    """physical_to_image of (n, 3) points into image and statuses: NaN for none, OUTSIDE beyond the texture."""
     d = display_module(numbers)
     for k in range(points.shape[0]):
         z = points[k, 2]

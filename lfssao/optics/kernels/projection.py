@@ -1,27 +1,12 @@
 """World -> image: the place and the depth at which a point lands in a texture (LF sections 3 and 4).
 
-A projection is a kind and its numbers, so that a kernel is compiled once for all displays and cameras.
+A projection is a kind and its numbers, so that a kernel is compiled once for all displays and cameras. The numbers are
+the rows of M, then ``Slits`` or ``lfssao.optics.kernels.display.DisplayModule``; ``lfssao.optics.view.WorldToImage``
+has the equations.
 
-CROSSED_SLITS, the flat display with the linear diffuser. One ray of it passes through two slits, the module's
-vertical line and the observer line, so the two coordinates have different denominators and no 4x4 matrix does it:
-
-    (X, Y, Z) = M (x, y, z, 1)          M: rows of four, parameters 0 to 11
-    u = u_0 + X / (z_m - Z)             z_m: parameter 12, u_0: parameter 14
-    v = v_0 + Y / (z_o - Z)             z_o: parameter 13, v_0: parameter 15
-    image z = Z, defined for z_o < Z < z_m
-
-X and Y are x - m_x and y - y_o of physical space times m_z W / w and z_o (-H / h), which no point changes.
-
-MATRIX, a camera:
-
-    (a, b, c, q) = M (x, y, z, 1)       M: rows of four, parameters 0 to 15
-    u = a / q,  v = b / q,  image z = c / q, defined for q > 0
-
-DISPLAY, any module of any display:
-
-    (x, y, z) = M (x, y, z, 1), physical     M: rows of four, parameters 0 to 11
-    u, v = physical_to_image                 parameters 12 to 43: those of lfssao.optics.kernels.display.DisplayModule
-    image z = physical z
+CROSSED_SLITS is the flat display with the linear diffuser, defined for z_o < Z < z_m. One ray of it passes through two
+slits, the module's vertical line and the observer line, so the two coordinates have different denominators and no 4x4
+matrix does it. MATRIX is a camera, defined for q > 0; DISPLAY any module of any display.
 
 Image space: u right and v down in texels, texel (i, j) covers [i, i+1) x [j, j+1); z grows away from the viewer.
 """

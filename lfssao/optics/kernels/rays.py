@@ -34,10 +34,7 @@ class FlatModule(NamedTuple):
 
 
 class Pinhole(NamedTuple):
-    """MATRIX: focal lengths f_u, f_v and centre c_u, c_v in texels, near and far plane; the last number is 0.
-
-    An orthographic camera has ``orthographic`` 1 in place of 0, and texels per unit as f_u and f_v.
-    """
+    """MATRIX: focal lengths and centre, texels, near and far plane; an orthographic camera has texels per unit."""
 
     f_u: Any
     f_v: Any
@@ -82,11 +79,7 @@ def texel_ray(rays, u, v):
 
 @kernel
 def image_depth(rays, z):
-    """The depth texture's value for a point at z of cast space.
-
-    Displays: z itself. Cameras: the screen space z of Algorithm 1, 0 at the near plane, 1 at the far plane:
-    far / (far - near) (1 - near / z) in perspective, (z - near) / (far - near) in orthographic projection.
-    """
+    """The depth texture's value for a point at z of cast space: a display's z, a camera's screen space z."""
     kind, numbers = rays
     if kind != MATRIX:
         return z
@@ -109,14 +102,6 @@ def clip_to_slab(origin, direction, low, high, t0, t1):
     return max(t0, min(a, b)), min(t1, max(a, b))
 
 
-@kernel(inline=True)
-def clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1):
-    """The part of [t0, t1] inside a box, (2, 3) lower and upper corner; empty (t0 > t1) where there is none."""
-    t0, t1 = clip_to_slab(ox, dx, box[0, 0], box[1, 0], t0, t1)
-    t0, t1 = clip_to_slab(oy, dy, box[0, 1], box[1, 1], t0, t1)
-    return clip_to_slab(oz, dz, box[0, 2], box[1, 2], t0, t1)
-
-
 # Not parallel, as one ray a tile is asked for: threads would save less than they cost to compile.
 @kernel
 def make_rays(rays, box, width, height, step, cells, origins, directions, lengths, top=0):
@@ -133,7 +118,9 @@ def make_rays(rays, box, width, height, step, cells, origins, directions, length
         u = min(i * step + step // 2, width - 1) + 0.5
         v = (top + min(j * step + step // 2, height - 1)) + 0.5
         ox, oy, oz, dx, dy, dz, t0, t1 = texel_ray(rays, u, v)
-        t0, t1 = clip_to_box(ox, oy, oz, dx, dy, dz, box, t0, t1)
+        t0, t1 = clip_to_slab(ox, dx, box[0, 0], box[1, 0], t0, t1)
+        t0, t1 = clip_to_slab(oy, dy, box[0, 1], box[1, 1], t0, t1)
+        t0, t1 = clip_to_slab(oz, dz, box[0, 2], box[1, 2], t0, t1)
         if t0 <= t1:
             cells[n] = cell
             origins[n, 0], origins[n, 1], origins[n, 2] = ox + t0 * dx, oy + t0 * dy, oz + t0 * dz

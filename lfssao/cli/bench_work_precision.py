@@ -3,7 +3,6 @@
 import argparse
 import json
 from pathlib import Path
-from typing import Any
 
 import numba
 
@@ -40,8 +39,12 @@ def _measure(options: argparse.Namespace) -> None:
         raise InputError(f"--threads: {options.threads} are more than the {numba.config.NUMBA_NUM_THREADS} there are")
     check_folder(options.output)
     meshes, grid = [find_scene(name) for name in options.scene], QUICK if options.quick else FULL
-    file = options.output / FIGURES
-    result = _started(file, run.start(meshes, grid, options.threads))
+    file, result = options.output / FIGURES, run.start(meshes, grid, options.threads)
+    if file.exists():  # of the same run, to go on with
+        held = read_result(file)
+        if held["setup"] != result["setup"]:
+            raise InputError(f"{file}: it holds figures of other scenes, settings, version or machine: give another -o")
+        result = held
 
     with output_folder(options.output):
         with progress(total=run.steps(result), unit="step", leave=False) as bar:
@@ -58,13 +61,3 @@ def _measure(options: argparse.Namespace) -> None:
         plot.save_plots(measured, options.output)
         write_text(file.with_suffix(".md"), page.as_text(measured) + "\n")
     print(page.as_text(measured))
-
-
-def _started(file: Path, fresh: dict[str, Any]) -> dict[str, Any]:
-    """The file's result of the same run, to go on with; else a fresh result."""
-    if not file.exists():
-        return fresh
-    held = read_result(file)
-    if held["setup"] != fresh["setup"]:
-        raise InputError(f"{file}: it holds figures of other scenes, settings, version or machine: give another -o")
-    return held

@@ -78,10 +78,7 @@ def take_published(options: argparse.Namespace) -> dict[str, Value]:
 def read_parameters(
     estimator: Estimator, given: list[tuple[str, str]] | None, others: dict[str, Value]
 ) -> dict[str, Value]:
-    """The values of ``--parameter NAME=VALUE`` in the types of the estimator's defaults, checked (InputError).
-
-    ``others`` take the place of its defaults.
-    """
+    """The checked values of ``--parameter NAME=VALUE``, of ``others``, and the estimator's defaults (InputError)."""
     read: dict[str, Value] = {}
     for name, text in given or ():
         if name in read:

@@ -9,7 +9,7 @@ from lfssao.cli.terminal import printable
 from lfssao.cli.values import MOST_THREADS
 from lfssao.optics.window import seen_rows
 from lfssao.rendering import plan
-from lfssao.rendering.job import Item, Job
+from lfssao.rendering.job import Item
 from lfssao.rendering.run import Renderer
 
 
@@ -32,7 +32,10 @@ def _plan(options: argparse.Namespace) -> None:
         return
     threads = options.threads or MOST_THREADS
     job = job_of(options, threads)
-    item, renderer = _middle(job), Renderer(job, threads)
+    # The middle one of the views that see the scene in the first frame; of all if none does.
+    views = range(len(job.views))
+    seen = [k for k in views if seen_rows(job.views[k], job.boxes[0])] or list(views)
+    item, renderer = Item(0, seen[len(seen) // 2]), Renderer(job, threads)
     view = job.views[item.view]
     renderer.textures(item)  # compiles or loads the kernels
     textures = renderer.textures(item)
@@ -51,10 +54,3 @@ def _plan(options: argparse.Namespace) -> None:
         for each in entries:
             print(printable(f"{each.what}: {each.count:,} of {each.of:,}{where}; {plan.RULES[each.what]}"))
     print(printable(f"{view.name}: AO takes {ao:.4f} s, with all that {all_ao:.4f} s; all passes take {passes:.4f} s"))
-
-
-def _middle(job: Job) -> Item:
-    """The middle one of the views that see the scene in the first frame; any if none does."""
-    views = range(len(job.views))
-    seen = [k for k in views if seen_rows(job.views[k], job.boxes[0])] or list(views)
-    return Item(0, seen[len(seen) // 2])

@@ -17,10 +17,7 @@ MOST_FRAMES = 10_000
 
 
 def turntable(bounds: NDArray[np.float64], count: int) -> list[Matrix]:
-    """Affine maps world -> world, (3, 4) float64, of one turn about the vertical axis through the middle of a box.
-
-    Frame k is turned by k / count of a turn, counter-clockwise seen from above. ``bounds`` is (2, 3) float64.
-    """
+    """Affine maps world -> world, (3, 4), by k / count of a turn, counter-clockwise, about the middle of a box."""
     x, _, z = (0.5 * (bounds[0] + bounds[1])).tolist()
     out = []
     for k in range(count):
@@ -63,10 +60,7 @@ def _affine(path: Path, number: int, values: ArrayLike) -> Matrix:
 
 
 def moved(mesh: Mesh, transform: Matrix) -> Mesh:
-    """A mesh moved by an affine map world -> world, (3, 4); the same object for the identity.
-
-    Raises InputError if the moved mesh leaves the range of coordinates (``Mesh``).
-    """
+    """A mesh moved by an affine map world -> world, (3, 4), itself by the identity; InputError as of ``Mesh``."""
     if np.array_equal(transform, np.eye(3, 4)):
         return mesh
     vertices, turn = transform_points(transform, mesh.vertices), np.hstack([cofactors(transform), np.zeros((3, 1))])

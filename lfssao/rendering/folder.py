@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lfssao.core.files import read_json
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.display import Display, Module
+from lfssao.optics.view import without_guard
 from lfssao.rendering.exr import read_exr
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
 
@@ -61,10 +62,7 @@ def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, An
 
 
 def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str, Any]]]:
-    """The display that a folder's textures were rendered for, and the manifest's entry of each of its modules.
-
-    Raises InputError if the manifest is not one of a display, or a module does not have the layer.
-    """
+    """The display of a folder's textures, and the manifest's entry of each module, which has the layer (InputError)."""
     manifest = load_manifest(folder)
     named = entries_of(folder, manifest)
     with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
@@ -72,16 +70,16 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
             raise InputError("it describes a camera's view (--camera), but an eye looks at a display")
         entries = {int(name.removeprefix("module_")): entry for name, entry in named.items()}
         display = display_of(manifest["display"], entries)
-    _check_layer(folder, entries, layer)
+    for entry in entries.values():
+        channels = {name: t["channels"] for name, t in entry["textures"].items()}
+        shown = [name for name, c in channels.items() if c[0].endswith("AO") or c[0][-1] == "R"]
+        if layer not in shown:
+            raise InputError(f"--layer: {folder} has no '{layer}' to show: choose one of {', '.join(shown)}")
     return display, entries
 
 
 def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
-    """The display of a manifest, all its numbers, in the resolution of its views.
-
-    ``values`` is the manifest's entry of the display, ``entries`` those of its views by their modules' numbers. Raises
-    KeyError, TypeError, ValueError or InputError if one lacks something, or has it in another form.
-    """
+    """The display of a manifest's ``values``, in the resolution of its views, the ``entries`` of modules by number."""
     lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
     modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
     display = Display(**{**lists, "modules": tuple(Module(**m) for m in modules)})
@@ -96,19 +94,8 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
     return display
 
 
-def _check_layer(folder: Path, entries: dict[int, dict[str, Any]], layer: str) -> None:
-    for entry in entries.values():
-        named = {name: t["channels"] for name, t in entry["textures"].items()}
-        shown = [name for name, c in named.items() if c[0].endswith("AO") or c[0][-1] == "R"]
-        if layer not in shown:
-            raise InputError(f"--layer: {folder} has no '{layer}' to show: choose one of {', '.join(shown)}")
-
-
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:
-    """A layer of an EXR file without its guard band, (H, W, C) float32; ``described`` is its entry in the manifest.
-
-    Raises InputError if the file cannot be read, lacks the part, or its pixels do not have the digest.
-    """
+    """A layer of an EXR file without guard band, (H, W, C) float32; InputError if it is not the described one."""
     part = read_exr(path).get(layer)
     names = described["channels"]
     if part is None or not set(names) <= set(part.channels):
@@ -116,5 +103,4 @@ def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.
     pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
     if digest(pixels) != described["sha256"]:
         raise InputError(f"{path}: its part {layer} is not what manifest.json describes: render the folder again")
-    height, width, _ = pixels.shape
-    return pixels[part.guard : height - part.guard, part.guard : width - part.guard]
+    return without_guard(pixels, part.guard)

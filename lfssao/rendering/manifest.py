@@ -16,7 +16,7 @@ from lfssao.ao.post import blur_weights
 from lfssao.optics.kernels.projection import DISPLAY, MATRIX
 from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
 from lfssao.rendering.settings import Settings
-from lfssao.scene.mesh import Mesh, Paint
+from lfssao.scene.mesh import Mesh
 
 FORMAT = 1
 MANIFEST = "manifest.json"
@@ -35,7 +35,11 @@ def short_digest(value: Any) -> str:
 
 
 def describe_scene(mesh: Mesh) -> dict[str, Any]:
-    """Name, sizes and digests of a mesh."""
+    """Name, sizes and digests of a mesh, one digest of all arrays of its colours."""
+    paint, sums = mesh.paint, None
+    if paint is not None:
+        arrays = [paint.factors, paint.face_material, paint.uv, paint.vertex_colors, *paint.textures]
+        sums = [None if array is None else [list(array.shape), digest(array)] for array in arrays]
     return {
         "name": mesh.name,
         "vertices": len(mesh.vertices),
@@ -47,15 +51,8 @@ def describe_scene(mesh: Mesh) -> dict[str, Any]:
         "vertices_sha256": digest(mesh.vertices),
         "faces_sha256": digest(mesh.faces),
         "normals_sha256": None if mesh.normals is None else digest(mesh.normals),
-        "paint_sha256": None if mesh.paint is None else _digest_of_paint(mesh.paint),
+        "paint_sha256": None if sums is None else hashlib.sha256(json.dumps(sums).encode()).hexdigest(),
     }
-
-
-def _digest_of_paint(paint: Paint) -> str:
-    """One digest of all arrays of a mesh's colours."""
-    arrays = [paint.factors, paint.face_material, paint.uv, paint.vertex_colors, *paint.textures]
-    sums = [None if array is None else [list(array.shape), digest(array)] for array in arrays]
-    return hashlib.sha256(json.dumps(sums).encode()).hexdigest()
 
 
 def describe_settings(settings: Settings) -> dict[str, Any]:

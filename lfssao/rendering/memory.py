@@ -11,10 +11,7 @@ _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 
 
 def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -> None:
-    """Refuse (InputError) a texture whose passes need more memory than there is, or that has 2^31 texels or more.
-
-    Width and height include the guard band; ``texel_bytes`` is the estimator's.
-    """
+    """Refuse (InputError) a texture, its guard band included, that is too large for int32 numbers or for memory."""
     texels = width * height
     if texels > _MOST_TEXELS:
         raise InputError(f"resolution {width}x{height}: a texture has at most {_MOST_TEXELS} texels")

@@ -20,7 +20,7 @@ from PIL.Image import Image
 from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
 from lfssao.errors import InputError
-from lfssao.optics.view import View
+from lfssao.optics.view import View, without_guard
 from lfssao.rendering import plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
 from lfssao.rendering.exr import Part, read_exr, write_exr
@@ -48,33 +48,27 @@ def exr_parts(textures: Textures) -> list[Part]:
     so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
     """
     gbuffer, guard, settings = textures.gbuffer, textures.view.guard, textures.settings
-    depth_kind = textures.view.depth_kind
-    parts = []
-    if textures.shaded is not None:
-        parts.append(Part("shaded", ("R", "G", "B"), textures.shaded, {"depth": depth_kind}))
-    if "depth" in textures.layers:
-        parts.append(Part("depth", ("Z",), gbuffer.depth[..., None], {"depth": depth_kind}, guard))
-    if gbuffer.positions is not None:
-        parts.append(Part("positions", ("P.X", "P.Y", "P.Z"), gbuffer.positions, {"space": "world"}, guard))
-    if gbuffer.color is not None:
-        parts.append(Part("color", ("color.R", "color.G", "color.B"), gbuffer.color, {"space": "linear RGB"}, guard))
-    if gbuffer.normals is not None:
-        parts.append(Part("normals", ("N.X", "N.Y", "N.Z"), gbuffer.normals, {"space": "world"}, guard))
+    depth, world, occlusion = {"depth": textures.view.depth_kind}, {"space": "world"}, {"AO": _OCCLUSION}
+    layers: list[tuple[str, str, NDArray[np.float32] | None, dict[str, Any], int]] = [
+        ("shaded", "R G B", textures.shaded, depth, 0),
+        ("depth", "Z", gbuffer.depth if "depth" in textures.layers else None, depth, guard),
+        ("positions", "P.X P.Y P.Z", gbuffer.positions, world, guard),
+        ("color", "color.R color.G color.B", gbuffer.color, {"space": "linear RGB"}, guard),
+        ("normals", "N.X N.Y N.Z", gbuffer.normals, world, guard),
+    ]
     for k, texture in enumerate(textures.ao):
         # As text: EXR's numbers are 32 bits wide.
-        radius, outside = float(settings.radii[k]), str(textures.outside[k])
-        parts.append(_occlusion_part(f"ao_{k + 1}", texture, {"radius": radius, "outside": outside}))
-    if textures.merged is not None:
-        parts.append(_occlusion_part("merged", textures.merged, {}))
-    if textures.blurred is not None:
-        parts.append(_occlusion_part("blurred", textures.blurred, {"sigma": float(settings.blur)}))
-    parts = [_with(part, sha256=digest(part.pixels), channels=" ".join(part.channels)) for part in parts]
+        of_radius = {"radius": float(settings.radii[k]), "outside": str(textures.outside[k])}
+        layers.append((f"ao_{k + 1}", f"ao_{k + 1}.AO", texture, occlusion | of_radius, 0))
+    layers.append(("merged", "merged.AO", textures.merged, occlusion, 0))
+    layers.append(("blurred", "blurred.AO", textures.blurred, occlusion | {"sigma": float(settings.blur)}, 0))
+    parts = []
+    for name, channels, made, said, band in layers:
+        if made is not None:
+            pixels = made.reshape(*made.shape[:2], -1)
+            attributes = {**said, "sha256": digest(pixels), "channels": channels}
+            parts.append(Part(name, tuple(channels.split(" ")), pixels, attributes, band))
     return [_with(parts[0], surface_texels=textures.surface_texels), *parts[1:]]
-
-
-def _occlusion_part(name: str, texture: NDArray[np.float32], attributes: dict[str, float | str]) -> Part:
-    """A layer of occlusion, (H, W), as a part."""
-    return Part(name, (f"{name}.AO",), texture[..., None], {"AO": _OCCLUSION, **attributes})
 
 
 def write_view(job: Job, item: Item, textures: Textures) -> Result:
@@ -93,10 +87,7 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
 
 
 def recover_view(job: Job, item: Item) -> Result | None:
-    """An item's file as an earlier job left it, its pixels verified; None where there is none, or a damaged one.
-
-    Raises InputError if the file was made from something else.
-    """
+    """An item's file of an earlier job, verified; None for none or a damaged one, InputError for one made otherwise."""
     path, start = job.path(item), time.perf_counter()
     try:
         parts = [_in_order(part) for part in read_exr(path).values()]
@@ -145,15 +136,10 @@ def _strip(job: Job, item: Item, parts: Iterable[Part]) -> Image | None:
     if not job.has_sheet or item.view not in sheet_rows(len(job.views)):
         return None
     by_name = {part.name: part for part in parts}
-    color = _inside(by_name["color"]) if "color" in by_name else None
-    surface = _inside(by_name["depth"])[..., 0] < np.inf
+    guard = by_name["depth"].guard
+    color = without_guard(by_name["color"].pixels, guard) if "color" in by_name else None
+    surface = without_guard(by_name["depth"].pixels, guard)[..., 0] < np.inf
     return strip(color, surface, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
-
-
-def _inside(part: Part) -> NDArray[np.float32]:
-    """A part's pixels without its guard band."""
-    height, width, _ = part.pixels.shape
-    return part.pixels[part.guard : height - part.guard, part.guard : width - part.guard]
 
 
 def entry_of(view: View, path: Path, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
@@ -192,10 +178,7 @@ def make_ready(job: Job, items: Iterable[Item]) -> None:
 
 
 def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float]) -> None:
-    """Write a frame's contact sheet, if it has one, and its manifest, from the results of all its views.
-
-    ``seconds`` is the wall time of each step of the job.
-    """
+    """Write a frame's contact sheet, if it has one, and its manifest, from its views' results and the job's times."""
     folder, entries = job.frame_folder(frame), [result.entry for result in results]
     remove_leftovers(folder)  # of workers that were killed on the way
     if job.has_sheet:

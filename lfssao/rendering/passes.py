@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +20,7 @@ from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
-from lfssao.optics.view import View
+from lfssao.optics.view import View, without_guard
 from lfssao.optics.window import seen_rows
 from lfssao.rendering import contact
 from lfssao.rendering.exr import write_exr
@@ -32,7 +32,6 @@ from lfssao.scene.mesh import Mesh
 
 FloatTexture = NDArray[np.float32]
 Made = TypeVar("Made")
-Kind = TypeVar("Kind", np.float32, np.int32)
 
 _LAYER_OF = {"ao": "ao", "merge": "merged", "blur": "blurred", "shade": "shaded"}
 
@@ -95,13 +94,13 @@ class Textures:
         if "color" not in self.layers:
             raise InputError(f"there is no image: color is not among the layers {', '.join(self.layers)}")
         if self.gbuffer.color is not None:
-            return _cropped(self.view, self.gbuffer.color)
+            return without_guard(self.gbuffer.color, self.view.guard)
         return np.repeat(self._surface[..., None].astype(np.float32), 3, axis=2)
 
     @property
     def _surface(self) -> NDArray[np.bool_]:
         """Which texels see a surface, (H, W)."""
-        return _cropped(self.view, self.gbuffer.triangle) >= 0
+        return without_guard(self.gbuffer.triangle, self.view.guard) >= 0
 
     def _repr_png_(self) -> bytes | None:
         if self.blurred is None or self.shaded is None or "color" not in self.layers:
@@ -116,14 +115,14 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
     The caster has the mesh in the view's cast space. Neighbours are mapping, ``WorldToImage``, and depth texture, (H,
     W) float32, of each other module that is asked.
     """
-    for argument, value, kind in (
-        ("caster", caster, RayCaster),
-        ("view", view, View),
-        ("settings", settings, Settings),
-    ):
-        check_type(argument, value, kind)
-    seconds: dict[str, float] = {}
-    gbuffer = _timed(seconds, "ray_cast", lambda: _cast(caster, view, settings))
+    check_type("caster", caster, RayCaster)
+    check_type("view", view, View)
+    check_type("settings", settings, Settings)
+    computed, seconds = settings.computed, dict[str, float]()
+    filter_of_colors = settings.color_filter if "color" in computed else None
+    normals, rows = settings.normals if "normals" in computed else None, seen_rows(view, caster.bounds)
+    wanted = filter_of_colors, normals, rows, settings.caster, "positions" in computed
+    gbuffer = _timed(seconds, "ray_cast", lambda: caster.gbuffer(view, *wanted))
     return finish_view(gbuffer, view, settings, seconds, neighbours)
 
 
@@ -148,19 +147,17 @@ def finish_view(
     ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours), unoccluded)
     merged = run("merge", lambda: post.merge([each.texture for each in ao]), zero)
     blurred = run("blur", lambda: post.blur(merged, settings.blur), zero)
-    shaded = run("shade", lambda: _shade(gbuffer, blurred), black)
+    color = gbuffer.color  # a mesh without colour is white
+    shade = partial(post.shade_white, gbuffer.depth) if color is None else partial(post.shade, color)
+    shaded = run("shade", lambda: shade(blurred), black)
+    left_out: dict[str, Any] = dict.fromkeys({"positions", "color", "normals"}.difference(kept))
     return Textures(
         view=view,
-        gbuffer=replace(
-            gbuffer,
-            positions=gbuffer.positions if "positions" in kept else None,
-            color=gbuffer.color if "color" in kept else None,
-            normals=gbuffer.normals if "normals" in kept else None,
-        ),
-        ao=tuple(_cropped(view, each.texture) for each in ao) if "ao" in kept else (),
-        merged=_cropped(view, merged) if "merged" in kept else None,
-        blurred=_cropped(view, blurred) if "blurred" in kept else None,
-        shaded=_cropped(view, shaded) if "shaded" in kept else None,
+        gbuffer=replace(gbuffer, **left_out),
+        ao=tuple(without_guard(each.texture, view.guard) for each in ao) if "ao" in kept else (),
+        merged=without_guard(merged, view.guard) if "merged" in kept else None,
+        blurred=without_guard(blurred, view.guard) if "blurred" in kept else None,
+        shaded=without_guard(shaded, view.guard) if "shaded" in kept else None,
         outside=tuple(each.outside for each in ao) if "ao" in computed else (),
         surface_texels=surface_texels,
         settings=settings,
@@ -174,19 +171,6 @@ def _timed(seconds: dict[str, float], name: str, work: Callable[[], Made]) -> Ma
     made = work()
     seconds[name] = time.perf_counter() - start
     return made
-
-
-def _cast(caster: RayCaster, view: View, settings: Settings) -> GBuffer:
-    """The textures of the G-buffer that are computed, cast in the rows that can see the scene."""
-    computed = settings.computed
-    return caster.gbuffer(
-        view,
-        settings.color_filter if "color" in computed else None,
-        settings.normals if "normals" in computed else None,
-        seen_rows(view, caster.bounds),
-        settings.caster,
-        "positions" in computed,
-    )
 
 
 def turns_for(settings: Settings, depth: Texture) -> Texture | None:
@@ -225,19 +209,6 @@ def _estimate(
     points, weights = settings.samples, settings.weights
     parameters = {**settings.parameters, "units": settings.units}
     return estimate_radii(settings.estimator, buffers, radii, points, weights, **parameters)
-
-
-def _shade(gbuffer: GBuffer, blurred: FloatTexture) -> FloatTexture:
-    """The shaded image; a mesh without colour is white."""
-    if gbuffer.color is None:
-        return post.shade_white(gbuffer.depth, blurred)
-    return post.shade(gbuffer.color, blurred)
-
-
-def _cropped(view: View, texture: NDArray[Kind]) -> NDArray[Kind]:
-    """A texture without the view's guard band (SAO section 2.3)."""
-    g = view.guard
-    return np.ascontiguousarray(texture[g : view.height - g, g : view.width - g]) if g else texture
 
 
 class Rendered(Sequence[Textures]):

@@ -64,10 +64,7 @@ def background(settings: Settings, texels: int, surface_texels: int) -> list[Lef
 
 
 def ao_seconds(textures: Textures, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> tuple[float, float]:
-    """Seconds of a view's AO as it runs, and with all that is left out; the shortest of five runs each.
-
-    Settings and neighbours are those with which ``render_view`` made the textures.
-    """
+    """Seconds of a view's AO as it runs, and with all that is left out; the shortest of five runs each."""
     view, gbuffer, all_radii = textures.view, textures.gbuffer, replace(settings, radii=other_radii(settings.radii))
     found = []
     for seen, chosen in ((gbuffer, settings), (without_background(gbuffer), all_radii)):

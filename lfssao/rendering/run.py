@@ -135,11 +135,7 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
 
 
 def run_on(executor: Executor, job: Any, items: Sequence[Item], threads: int) -> Results:
-    """Results of the items in their order, run by an executor, passes and files, each kernel on ``threads`` threads.
-
-    The job is a ``Job``, or what the executor hands over as one. Raises InputError if a worker cannot write a file,
-    does not see the folder, or runs another version.
-    """
+    """Results of the items in their order, passes and files run by an executor that hands over the job (InputError)."""
     futures = [executor.submit(run_item, job, item, threads, __version__) for item in items]
     try:
         for future in futures:
@@ -154,10 +150,7 @@ _loading = threading.Lock()
 
 
 def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
-    """Run one item of a job in a worker; the last job is kept in memory, with its trees.
-
-    Raises InputError if the worker runs another version than the job, does not see its folder, or cannot write.
-    """
+    """Run one item in a worker, which keeps the last job with its trees; InputError if it does not fit the job."""
     if version != __version__:
         raise InputError(f"a worker runs lfssao {__version__}, the job {version}")
     if not job.folder.is_dir():

@@ -103,10 +103,7 @@ def _made(values: dict[str, Any], size: Size) -> View:
 
 
 def _of_mapping(size: Size, mapping: WorldToImage) -> View:
-    """The view of a mapping; that of slits has a physical space in which the lens is at x = 0, the observers at y = 0.
-
-    InputError if the mapping is singular, or a camera's that no view expresses.
-    """
+    """The view of a mapping, of slits with lens at x = 0 and observers at y = 0; InputError if there is none."""
     if mapping.kind == MATRIX:
         return view_of_matrix(mapping.numbers.reshape(4, 4), *size)
     cast, lens = mapping.numbers[:12].reshape(3, 4), mapping.numbers[12:]

@@ -53,10 +53,7 @@ def neighbour_views(
     guard: int = 0,
     bounds: Box | None = None,
 ) -> list[tuple[View, ...]]:
-    """The views of the ``count`` nearest modules of each module; other arguments as for ``module_views``.
-
-    Raises InputError if the display does not have that many other modules.
-    """
+    """Views of the ``count`` nearest modules of each module, as of ``module_views``; InputError if there are fewer."""
     wanted = range(len(display.modules)) if modules is None else modules
     if count == 0:
         return [()] * len(wanted)

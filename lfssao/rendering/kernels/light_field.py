@@ -126,10 +126,7 @@ def weigh(modules, point, sines, blend, places, weights):
 
 @kernel
 def mean_texel(modules, places, weights, pixel):
-    """Write the mean of the textures at image points, (C,) float32, 0 without weights; return whether there are any.
-
-    A texture is read bilinearly between texels' centres and clamped at its rim.
-    """
+    """Write the mean of textures, read bilinearly, at image points, (C,), 0 for no weights; whether there are any."""
     texels = modules.texels
     sums, total = np.zeros(pixel.shape[0]), 0.0
     for k in range(weights.shape[0]):

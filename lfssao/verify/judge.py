@@ -39,7 +39,8 @@ def judge(
     main, *steps = case.outputs
     order, find = [*steps, main], cast(Find, case.bounds.get)
     if case.stage == VIEW:
-        order, find = list(case.outputs), _view_bounds(mine, case, chosen, stored).find
+        known = _own(mine, case), case.outputs, case.bounds, stored
+        order, find = list(case.outputs), ViewBounds(case.parameters, inputs_of(mine, case), chosen, *known).find
 
     def found(name: str) -> Bounds | PositionBounds | None:
         allowed = find(name)
@@ -60,22 +61,10 @@ def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:
     return inputs
 
 
-def _view_bounds(mine: Arrays, case: Case, model: ErrorModel, stored: Mapping[str, Stored]) -> ViewBounds:
-    """Bounds of a view's textures, given those that a renderer made."""
-    own, inputs = _own(mine, case), inputs_of(mine, case)
-    return ViewBounds(case.parameters, inputs, model, own, case.outputs, case.bounds, stored)
-
-
 def _own(mine: Arrays, case: Case) -> dict[str, Array]:
     """The renderer's textures that later stages can be made of."""
-    return {name: array for name, array in mine.items() if _is_whole(array, case.outputs.get(name))}
-
-
-def _is_whole(texture: Array, reference: Array | None) -> bool:
-    """Whether a texture can be what a later stage is made of."""
-    if reference is None or texture.shape != reference.shape or texture.dtype != np.float32:
-        return False
-    return not bool(np.isnan(texture).any())
+    like = {name: t for name, t in mine.items() if name in case.outputs and t.shape == case.outputs[name].shape}
+    return {name: t for name, t in like.items() if t.dtype == np.float32 and not np.isnan(t).any()}
 
 
 def _judge_output(name: str, mine: Arrays, case: Case, find: Find) -> Judgement:

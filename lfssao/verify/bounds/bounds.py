@@ -5,13 +5,13 @@ shading, ``depth`` of the G-buffer. ``error_model`` lists what a renderer may do
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.textures import check_texture
 from lfssao.errors import InputError
+from lfssao.optics.view import without_guard
 
 Texture = NDArray[np.float32]
 FloatArray = NDArray[np.float64]
@@ -42,11 +42,6 @@ class Bounds:
         """Bounds of an occlusion without a guard band of that width, texels."""
         undecided = None if self.undecided is None else without_guard(self.undecided, guard)
         return Bounds(without_guard(self.lower, guard), without_guard(self.upper, guard), undecided)
-
-
-def without_guard(texture: NDArray[Any], guard: int) -> NDArray[Any]:
-    """A texture (H, W) or (H, W, 3) without its guard band."""
-    return np.ascontiguousarray(texture[guard : len(texture) - guard, guard : texture.shape[1] - guard])
 
 
 def exactly(texture: Texture) -> Bounds:

@@ -55,7 +55,9 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     depth_kernels.depth_ranges(view.rays, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper)
     # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
     slack = ROUNDINGS * chosen.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
-    slack = slack if view.screen_to_world is None else slack * _screen_slope(view)
+    if view.screen_to_world is not None:  # depth changes with z by so much at most; twice more for its own roundings
+        near, far, orthographic = view.lens[4:7].tolist()
+        slack *= 3 * (1.0 if orthographic else far / near) / (far - near)
     low, high = np.min(lower - slack, axis=0), np.max(upper + slack, axis=0)
     return Bounds(up_to_single(low).reshape(shape), down_to_single(high).reshape(shape))
 
@@ -99,13 +101,6 @@ def displaced(view: View, du: float, dv: float) -> View:
     return replace(view, lens=lens)
 
 
-def _screen_slope(view: View) -> float:
-    """How much a camera's depth changes with z of eye space at most, twice more for the roundings of its own."""
-    near, far = float(view.lens[4]), float(view.lens[5])
-    steepest = far / near if view.lens[6] == 0 else 1.0  # orthographic
-    return 3 * steepest / (far - near)
-
-
 def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of a depth texture (H, W) without a mesh, from the reference's."""
     chosen = find_model(model)
@@ -123,7 +118,7 @@ def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bound
             lower.append(np.where(jump, np.minimum(near, carried) - room, lower[0]))
             upper.append(np.where(jump, np.maximum(near, carried) + room, upper[0]))
     low, high = up_to_single(np.array(lower)), down_to_single(np.array(upper))
-    return Bounds(low.min(axis=0), high.max(axis=0), strays=_strays(steps, chosen), ranges=(low, high))
+    return Bounds(low.min(axis=0), high.max(axis=0), strays=stray_limit(depth, chosen), ranges=(low, high))
 
 
 def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
@@ -153,7 +148,11 @@ def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     limit is m + 4 sqrt(m), four standard deviations above it; 0 for an exact model.
     """
     chosen, reference = find_model(model), depth.astype(np.float64)
-    return _strays(_steps(reference, ROUNDINGS * chosen.operation * _largest(reference)), chosen)
+    if chosen.exact:
+        return 0
+    jumps = [step.jump for step in _steps(reference, ROUNDINGS * chosen.operation * _largest(reference))]
+    mean = 2 * sqrt(2) * chosen.centre * int(np.count_nonzero(np.any(jumps, axis=0)))
+    return int(mean + 4 * sqrt(mean))
 
 
 class _Step(NamedTuple):
@@ -182,13 +181,6 @@ def _steps(reference: FloatArray, slack: float) -> list[_Step]:
             jump = (near != reference) & ~(np.abs(near - reference) <= 4 * (slopes + slack))
             made.append(_Step(near, beyond, jump))
     return made
-
-
-def _strays(steps: list[_Step], model: ErrorModel) -> int:
-    if model.exact:
-        return 0
-    mean = 2 * sqrt(2) * model.centre * int(np.count_nonzero(np.any([step.jump for step in steps], axis=0)))
-    return int(mean + 4 * sqrt(mean))
 
 
 def _finite(difference: FloatArray) -> FloatArray:
@@ -220,12 +212,11 @@ class PositionBounds:
 
     def outside(self, positions: Texture) -> NDArray[np.bool_]:
         """Whether each texel's position does not fit, (H, W, 3)."""
-        depth, operation = self.depth, self.model.operation
+        depth, operation, (height, width) = self.depth, self.model.operation, self.depth.shape
         allowance = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
         with np.errstate(invalid="ignore"):  # of a NaN that signals
             exact = np.ascontiguousarray(positions, np.float64)
         image, error, _ = project_positions(exact, allowance, self.world_to_image, self.model)
-        height, width = depth.shape
         centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
         room = ROUNDINGS * operation * _largest(depth) + self.off
         with np.errstate(invalid="ignore"):  # where there is no surface

@@ -68,19 +68,15 @@ def explain(
         return []
     found = np.empty((len(samples), 9))
     trace_samples(seen, sample_points(samples, radius), j, i, chosen.errors, found)
-    made = [_sample(number, row, depth) for number, row in enumerate(found.tolist())]
+    made = []
+    for number, (u, e_u, v, e_v, z, e_z, may, _, outcome) in enumerate(found.tolist()):
+        place, edge, behind = None, np.inf, np.inf
+        if may and 0 <= u < depth.shape[1] and 0 <= v < depth.shape[0]:
+            place = int(u), int(v)
+            edge = min(u - place[0], place[0] + 1 - u, v - place[1], place[1] + 1 - v)
+            behind = z - float(depth[place[1], place[0]])
+        made.append(Sample(number, OUTCOMES[int(outcome)], u, v, z, place, edge, behind, max(e_u, e_v), e_z))
     return sorted(made, key=_closeness)
-
-
-def _sample(number: int, row: list[float], depth: Texture) -> Sample:
-    u, e_u, v, e_v, z, e_z, may, _, outcome = row
-    height, width = depth.shape
-    texel, edge, behind = None, np.inf, np.inf
-    if may and 0 <= u < width and 0 <= v < height:
-        texel = int(u), int(v)
-        edge = min(u - texel[0], texel[0] + 1 - u, v - texel[1], texel[1] + 1 - v)
-        behind = z - float(depth[texel[1], texel[0]])
-    return Sample(number, OUTCOMES[int(outcome)], u, v, z, texel, edge, behind, max(e_u, e_v), e_z)
 
 
 def _closeness(sample: Sample) -> tuple[bool, float]:

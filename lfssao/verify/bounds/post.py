@@ -14,10 +14,7 @@ from lfssao.verify.bounds.kernels.pairs import SAFETY
 
 
 def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
-    """Bounds of the maximum over radii, from the bounds of each; InputError if there are none or sizes differ.
-
-    The maximum rounds nothing and grows with each layer: it is that of the lower and that of the upper ends.
-    """
+    """Bounds of the maximum over radii, which rounds nothing: that of all lower and of all upper ends (InputError)."""
     lower, upper = merge([b.lower for b in layers]), merge([b.upper for b in layers])
     counts = [b.undecided for b in layers if b.undecided is not None]
     return Bounds(lower, upper, sum(counts[1:], counts[0]) if len(counts) == len(layers) else None)

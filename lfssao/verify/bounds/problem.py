@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.textures import Buffers
-from lfssao.verify.bounds.bounds import FloatArray, Texture
+from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.kernels.seen import CAST, Seen
-from lfssao.verify.bounds.ssao import NOTHING, seen_by, single, with_depths
+from lfssao.verify.bounds.kernels.seen import CAST, NOTHING, Seen
+from lfssao.verify.bounds.ssao import seen_by, single, with_depths
 
 Options = Mapping[str, Value]
 Weights = NDArray[np.floating[Any]] | None
@@ -32,8 +32,8 @@ class Problem(NamedTuple):
         seen, view = self.seen, self.seen.view
         made = seen_by(seen.depth, seen.positions, view.world_to_image, radius, None, seen.turns)
         made = made._replace(
-            normals=_contiguous(seen.normals),
-            directions=_contiguous(seen.directions if directions else None),
+            normals=NOTHING if seen.normals is None else np.ascontiguousarray(seen.normals),
+            directions=np.ascontiguousarray(seen.directions) if directions else NOTHING,
             axis=single(view.cast_from_world[2]),
             right=single(view.world_from_cast[:, 0]),
         )
@@ -49,8 +49,3 @@ class Problem(NamedTuple):
 def held(samples: Any) -> Any:
     """A tuple of float32 numbers and arrays, held as float64; whole numbers stay."""
     return type(samples)(*(np.float64(x) if isinstance(x, np.ndarray | np.floating) else x for x in samples))
-
-
-def _contiguous(texture: Texture | None) -> Texture:
-    """A texture of vectors as kernels take it, of no texels for None."""
-    return NOTHING if texture is None else np.ascontiguousarray(texture)

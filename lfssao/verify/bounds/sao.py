@@ -31,8 +31,9 @@ from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exac
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
 from lfssao.verify.bounds.kernels import sao_bounds as kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
+from lfssao.verify.bounds.kernels.seen import NOTHING
 from lfssao.verify.bounds.problem import Ends, Problem
-from lfssao.verify.bounds.ssao import NOTHING, single
+from lfssao.verify.bounds.ssao import single
 
 Layers = list[NDArray[Any]]
 
@@ -90,10 +91,7 @@ def _linear_z(given: Problem) -> Ends:
 def _hierarchy(
     z: Ends, origin: float, options: SaoOptions, model: ErrorModel
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Ends of the levels of z, one after the other, and the place of each level's first texel.
-
-    A level grows with the one before, whatever the filter; means round, sums of inverse distances most.
-    """
+    """Ends of the levels of z, one after the other, and the place of each level's first texel; means round."""
     mip, made = options.mip, []
     size = max(float(np.max(np.abs(end), initial=0, where=end < np.inf)) for end in z) + abs(origin)
     off = (2 * model.quotient + 8 * model.operation) * size if mip in ("arithmetic", "harmonic") else 0.0
@@ -150,10 +148,7 @@ def _stored(light: Ends, keys: Ends, model: ErrorModel) -> tuple[Ends, Ends]:
 
 @np.errstate(invalid="ignore")  # of texels without a surface
 def _reconstructed(light: Ends, keys: Ends, weights: FloatArray, options: SaoOptions, model: ErrorModel) -> Ends:
-    """Ends of A after both bilateral passes.
-
-    A weighted mean is largest where the largest numbers have their largest weights, and the others their least.
-    """
+    """Ends of A after both passes: the largest mean has largest numbers with their largest weights, others' least."""
     r, sharpness = 4 * model.operation, float(single(options.sharpness))
     for axis in (1, 0):
         if options.packed:
@@ -209,10 +204,7 @@ def lacking(light: Ends, k: float, undecided: NDArray[np.int32], model: ErrorMod
 
 
 def _raised(light: FloatArray, k: float, sign: int, model: ErrorModel) -> FloatArray:
-    """Lower (sign -1) or upper (1) ends of A^k, exp2(k log2 A): log2 is off by 2^-21, and by 3 ulp below 1/2 (Vulkan).
-
-    k = 1 takes no power.
-    """
+    """Lower (sign -1) or upper (1) ends of A^k by exp2(k log2 A), log2 off by 2^-21, below 1/2 by 3 ulp (Vulkan)."""
     if k == 1:
         return light
     constant, slope = model.exponential

@@ -20,9 +20,7 @@ from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.point_bounds import Points, count_hidden
-from lfssao.verify.bounds.kernels.seen import IMAGE, Seen, write_depths
-
-NOTHING = np.empty((0, 0, 3), np.float32)
+from lfssao.verify.bounds.kernels.seen import IMAGE, NOTHING, Seen, write_depths
 
 
 def ao_bounds(
@@ -73,7 +71,7 @@ def seen_by(
     check_single("depth", depth, 2)
     check_turns(turns, depth)
     check_radius(radius)
-    back, places, nothing = np.empty(0), NOTHING, np.empty((0, 0))
+    back, places = np.empty(0), NOTHING
     if screen_to_world is not None:
         if np.shape(screen_to_world) != (4, 4):
             raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
@@ -90,17 +88,11 @@ def seen_by(
     return Seen(
         depth=np.ascontiguousarray(depth),
         positions=places,
-        normals=NOTHING,
-        directions=NOTHING,
         turns=np.empty((2, 0, 0), np.float32) if turns is None else np.ascontiguousarray(turns),
         back=back,
         kind=world_to_image.kind,
         numbers=single(world_to_image.numbers),
-        axis=np.zeros(4),
-        right=np.zeros(3),
         radius=float(radius),
-        low=nothing,
-        high=nothing,
     )
 
 

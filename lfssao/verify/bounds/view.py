@@ -1,18 +1,8 @@
 """Bounds of the textures of a view, each made of what the renderer itself made before it.
 
-    depth       ``depth.depth_bounds``
-    positions   ``depth.PositionBounds`` of the depth texture
-    color       ``depth.color_bounds``
-    ao_1 ...    ``ssao.ao_bounds`` of depth and positions; of other estimators ``points.point_bounds``
-    merged      ``post.merge_bounds`` of ao_1 ...
-    blurred     ``post.blur_bounds`` of merged; with a guard band, which merged lacks, of the bounds from depth on
-    shaded      ``post.shade_bounds`` of color and blurred
-
 Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
-``depth.stray_limit`` texels may leave these bounds.
-
-They are those of textures before these are stored: ``stored`` makes them those of what is read, which is what the next
-pass is made of.
+``depth.stray_limit`` texels may leave these bounds. ``stored`` makes all those of what is read, of which the next pass
+is made. The blur with a guard band, which merged lacks, is bounded from depth on.
 """
 
 from collections.abc import Mapping
@@ -20,28 +10,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from lfssao.ao.textures import Buffers
-from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
+from lfssao.optics.view import without_guard
+from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import (
-    Arrays,
-    Parameters,
-    described_mapping,
-    described_options,
-    described_turns,
-    described_view,
-)
+from lfssao.verify.case import Arrays, Parameters, described_mapping, described_options, described_turns, described_view
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
-    """Bounds of the occlusion of radius R, world units, guard band included; None where none are known.
-
-    The parameters name the estimator, LF's by default, and hold what it reads; inputs are textures and samples.
-    """
+    """Bounds of occlusion of radius R by the parameters' estimator, guard band included; None where none are known."""
     mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
     depth, positions = inputs.get("depth"), inputs.get("positions")
     back = parameters.get("screen_to_world")

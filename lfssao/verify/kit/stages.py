@@ -13,8 +13,9 @@ from lfssao.core import elementary, philox
 from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.view import without_guard
 from lfssao.samples import make_samples, square_points, texel_angles, texel_turns
-from lfssao.verify.bounds.bounds import Bounds, exactly, without_guard
+from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
 from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds

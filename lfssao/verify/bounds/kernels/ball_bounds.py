@@ -85,10 +85,7 @@ def is_hidden(seen, depth, box, reach, by):
 
 @kernel(parallel=True)
 def sum_hidden(seen, ball, thickness, by, sums):
-    """Write the least and largest fraction of every texel's ball that is hidden, and its undecided points, (3, H, W).
-
-    Sums are not rounded yet.
-    """
+    """Write the least and largest hidden fraction of every texel's ball, and its undecided points, (3, H, W)."""
     for j in prange(seen.depth.shape[0]):
         for i in range(seen.depth.shape[1]):
             for s in range(ball.weights.shape[0] if seen.depth[j, i] < np.inf else 0):
@@ -98,13 +95,6 @@ def sum_hidden(seen, ball, thickness, by, sums):
                 sums[0, j, i] += ball.weights[s] if must else 0.0
                 sums[1, j, i] += ball.weights[s] if may else 0.0
                 sums[2, j, i] += 1.0 if may and not must else 0.0
-
-
-@kernel(inline=True)
-def side_of(seen, half, j, i, by):
-    """The vector c right + s up of a texel, three pairs."""
-    c, s = turn_of(seen, j, i)
-    return plus(times(triple(seen.right), exact(c), by), times(triple(half.up), exact(s), by), by)
 
 
 @kernel(inline=True)
@@ -154,16 +144,15 @@ def weight_at(half, z, here, surface, by):
 
 @kernel(parallel=True)
 def sum_weights(seen, half, background, by, sums):
-    """Write the least and largest mean weight of every texel's points, and its undecided points, (3, H, W) float64.
-
-    Sums are not rounded yet. ``background`` is the weight of a point that looks at it.
-    """
+    """Write the least and largest mean weight of points, ``background`` at no surface, and those open, (3, H, W)."""
     n = half.points.shape[0]
     for j in prange(seen.depth.shape[0]):
         for i in range(seen.depth.shape[1]):
             point, normal = triple(seen.positions[j, i]), triple(seen.normals[j, i])
             here = row_of(seen.axis, 0, at_point(point), by.operation)
-            frame = frame_of(side_of(seen, half, j, i, by), normal, by)
+            c, d = turn_of(seen, j, i)
+            side = plus(times(triple(seen.right), exact(c), by), times(triple(half.up), exact(d), by), by)
+            frame = frame_of(side, normal, by)
             for s in range(n if seen.depth[j, i] < np.inf else 0):
                 place = place_of(point, half.radius, offset_of(half.points[s], frame, normal, by))
                 z, (_, _, box) = row_of(seen.axis, 0, place, by.operation), look(seen, place, by)

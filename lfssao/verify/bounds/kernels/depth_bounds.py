@@ -12,25 +12,19 @@ from lfssao.optics.kernels.rays import image_depth, texel_ray
 
 
 @kernel(inline=True)
-def plane_depth(ox, oy, dx, dy, a, b, c):
-    """The z at which the ray x = ox + dx z, y = oy + dy z meets the plane of a triangle, and the slope's divisor."""
+def _range_over_box(rays, u, v, reach, a, b, c):
+    """Least and largest z of a triangle's plane over the box around an image point, between the corners' z."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    divisor = (nx * dx + ny * dy) + nz
-    return ((nx * (a[0] - ox) + ny * (a[1] - oy)) + nz * a[2]) / divisor, divisor
-
-
-@kernel(inline=True)
-def _range_over_box(rays, u, v, reach, a, b, c):
-    """Least and largest z of a triangle's plane over the box around an image point, between the corners' z."""
     least, most = min(a[2], b[2], c[2]), max(a[2], b[2], c[2])
     low, high, positive = np.inf, -np.inf, 0
     for corner in range(4):
         x = u + (reach if corner % 2 == 0 else -reach)
         y = v + (reach if corner // 2 == 0 else -reach)
         ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, x, y)
-        z, divisor = plane_depth(ox, oy, dx, dy, a, b, c)
+        divisor = (nx * dx + ny * dy) + nz
+        z = ((nx * (a[0] - ox) + ny * (a[1] - oy)) + nz * a[2]) / divisor
         low, high = min(low, z), max(high, z)
         positive += np.int64(divisor > 0.0)
     if not (low <= high and (positive in (0, 4))):  # seen edge on somewhere in the box

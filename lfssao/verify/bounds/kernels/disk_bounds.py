@@ -118,10 +118,7 @@ def length_of(thickness, half, tops, d, by):
 
 @kernel(parallel=True)
 def sum_lengths(seen, disk, thickness, by, sums):
-    """Write the least and largest hidden fraction of every texel's ball, and its lines in doubt, (3, H, W).
-
-    Sums are not rounded yet. A line is in doubt if it may be looked up in several texels.
-    """
+    """Write the least and largest hidden fraction of every texel's ball, and its lines in doubt, (3, H, W)."""
     for j in prange(seen.depth.shape[0]):
         for i in range(seen.depth.shape[1]):
             way = way_of(seen, j, i)

@@ -30,10 +30,7 @@ class Pair(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Relative errors of + - *, of quotients, roots and sample offsets; how far look-ups may miss, in texels.
-
-    ``angle`` is the absolute error of sine and cosine of an angle by which a renderer turns its taps.
-    """
+    """Errors of + - *, quotients, roots and offsets, relative; of look-ups, in texels; of sines of turns."""
 
     operation: float
     quotient: float

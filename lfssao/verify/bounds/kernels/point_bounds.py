@@ -143,10 +143,7 @@ def count_hidden(seen, points, by, fewest, most):
 
 @kernel
 def trace_samples(seen, points, j, i, by, found):
-    """Write the image points and outcomes of the samples of one texel, (n, 9) float64.
-
-    A row is u, its error, v, its error, z, its error, whether it may and must lie in the domain, the outcome.
-    """
+    """Write u, error, v, error, z, error, may and must lie in the domain, outcome, (n, 9), of one texel's samples."""
     for s in range(points.offsets.shape[0]):
         image, may, must = trace_sample(seen, points, texel_point(seen, j, i, by), s, j, i, by)
         found[s, 0], found[s, 1] = image.u

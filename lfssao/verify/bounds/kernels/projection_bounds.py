@@ -78,10 +78,7 @@ def rows_of(projection, place, r):
 
 @kernel(inline=True)
 def crossing_pairs(curvature, x, z, dx, dz, by):
-    """``circle_crossing`` of pairs: t and the discriminant.
-
-    Without curvature the square root is of a square: t = z / -dz twice over, so it is -2 z / (2 (-dz)).
-    """
+    """``circle_crossing`` of pairs; without curvature t = z / -dz twice over, as the root is of a square."""
     k = exact(curvature)
     xx, zz = mul(x, x, by), mul(z, z, by)
     c = sub(mul(k, add(xx, zz, by), by), Pair(2.0 * z.value, 2.0 * z.error), by)
@@ -146,10 +143,7 @@ def _and_positive(x, may, must):
 
 @kernel(inline=True)
 def display_pairs(d, x, y, z, by):
-    """``physical_to_image`` of pairs: u, v, whether the status may be VALID, and whether it is for sure.
-
-    d, a DisplayModule of float64, is the module.
-    """
+    """``physical_to_image`` of pairs by a DisplayModule: u, v, whether the status may be VALID, and is for sure."""
     m_x, m_z, y_o, z_o = exact(d.m_x), exact(d.m_z), exact(d.y_o), exact(d.z_o)
     dx, dz = sub(x, m_x, by), sub(z, m_z, by)
     t_s, disc_s = crossing_pairs(d.screen_curvature, m_x, m_z, dx, dz, by)
@@ -214,10 +208,7 @@ def image_of(projection, place, by):
 
 @kernel(parallel=True)
 def map_positions(positions, allowance, projection, by, image, error, sure):
-    """Write u, v, z of positions (n, 3) and their errors, and whether they lie in the mapping's domain for sure.
-
-    ``allowance`` is how far each coordinate is off. The error of u is minus infinity outside the domain for sure.
-    """
+    """Write image points of positions off by ``allowance``, their errors, u's -infinity for none, and what is sure."""
     for k in prange(positions.shape[0]):
         x, y, z = positions[k]
         a, b, c = allowance[k]

@@ -190,10 +190,7 @@ def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
 
 @kernel(parallel=True)
 def sum_taps(seen, given, landing, by, sums):
-    """Write the least and largest sum of every texel's terms, and its taps in doubt, (3, H, W) float64.
-
-    All taps of a texel are in doubt where its normal is. Sums are not rounded yet.
-    """
+    """Write the least and largest sum of texels' terms, and taps in doubt, all where a normal is, (3, H, W) float64."""
     height, width = seen.depth.shape
     for row in prange(height):
         j = np.int64(row)

@@ -18,6 +18,7 @@ from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, r
 _MOST_TEXELS = 4096
 
 IMAGE, POSITIONS, CAST = 0, 1, 2  # depths that places are compared with
+NOTHING = np.empty((0, 0, 3), np.float32)
 
 
 class Seen(NamedTuple):
@@ -25,17 +26,17 @@ class Seen(NamedTuple):
 
     depth: Any  # (H, W) float32
     positions: Any  # (H, W, 3) float32, world coordinates; empty where Algorithm 1 makes them from depth
-    normals: Any  # (H, W, 3) float32
-    directions: Any  # (H, W, 3) float32: viewing directions
     turns: Any  # (2, H, W) float32: cosine and sine by which each texel's samples are turned
     back: Any  # (16,): ``screen_to_world``
     kind: int  # the mapping's, apart from its numbers, as parallel kernels take no tuples of tuples
     numbers: Any  # (16,) or (44,)
-    axis: Any  # (4,): the last row of ``cast_from_world``
-    right: Any  # (3,): the view's rightward direction
     radius: float  # world units
-    low: Any  # (H, W) float64: least and largest depth of each texel's surface, by ``write_depths``
-    high: Any
+    normals: Any = NOTHING  # (H, W, 3) float32
+    directions: Any = NOTHING  # (H, W, 3) float32: viewing directions
+    axis: Any = np.zeros(4)  # the last row of ``cast_from_world``
+    right: Any = np.zeros(3)  # the view's rightward direction
+    low: Any = np.empty((0, 0))  # (H, W) float64: least and largest depth of each surface, by ``write_depths``
+    high: Any = np.empty((0, 0))
 
 
 class Box(NamedTuple):
@@ -106,19 +107,14 @@ def surface_of(seen, j, i):
 
 
 @kernel(inline=True)
-def cast_depth(seen, place, image, by):
-    """Cast z of a place, image its image point."""
-    if seen.kind != MATRIX:
-        return image.z
-    depth = row_of(seen.axis, 0, place, by.operation)
-    return Pair(depth.value, depth.error * SAFETY)
-
-
-@kernel(inline=True)
 def look(seen, place, by):
     """The image point of a place, the cast z that surfaces there are compared with, and the texels it may lie in."""
     image = image_of(Projection(seen.kind, seen.numbers), place, by)
-    return image, cast_depth(seen, place, image, by), box_of(seen, image)
+    depth = image.z
+    if seen.kind == MATRIX:
+        depth = row_of(seen.axis, 0, place, by.operation)
+        depth = Pair(depth.value, depth.error * SAFETY)
+    return image, depth, box_of(seen, image)
 
 
 @kernel(parallel=True)

@@ -43,7 +43,12 @@ def agreements(mine: Plane, reference: Plane, depth: NDArray[np.float32]) -> dic
     depth bends there, along its row or column, by more than 1 % of the texture's range: planes do not bend in a
     camera's depth.
     """
-    edges, surface = _silhouettes(depth), np.isfinite(depth)
+    surface, wide = np.isfinite(depth), depth.astype(np.float64)
+    edges: Flags = np.asarray(sliding_window_view(np.pad(~surface, 1), (3, 3)).any(axis=(2, 3)))
+    step = _STEP * np.ptp(wide[surface]) if surface.any() else 0.0
+    with np.errstate(invalid="ignore"):  # no surface
+        edges[1:-1] |= np.abs(np.diff(wide, 2, axis=0)) > step
+        edges[:, 1:-1] |= np.abs(np.diff(wide, 2, axis=1)) > step
     guard = (depth.shape[0] - mine.shape[0]) // 2
     inside = slice(guard, -guard or None), slice(guard, -guard or None)
     made = {}
@@ -52,16 +57,6 @@ def agreements(mine: Plane, reference: Plane, depth: NDArray[np.float32]) -> dic
         if chosen.any():
             made[part] = _agreement(mine[chosen].astype(np.float64), reference[chosen].astype(np.float64))
     return made
-
-
-def _silhouettes(depth: NDArray[np.float32]) -> Flags:
-    surface, wide = np.isfinite(depth), depth.astype(np.float64)
-    edges: Flags = np.asarray(sliding_window_view(np.pad(~surface, 1), (3, 3)).any(axis=(2, 3)))
-    step = _STEP * np.ptp(wide[surface]) if surface.any() else 0.0
-    with np.errstate(invalid="ignore"):  # no surface
-        edges[1:-1] |= np.abs(np.diff(wide, 2, axis=0)) > step
-        edges[:, 1:-1] |= np.abs(np.diff(wide, 2, axis=1)) > step
-    return edges
 
 
 def _agreement(mine: NDArray[np.float64], reference: NDArray[np.float64]) -> Agreement:

@@ -209,10 +209,7 @@ class Comparison:
             self._panels = panels
 
     def report(self) -> Report:
-        """The report on the modules that were added.
-
-        InputError if a rule or a wanted layer names nothing that the reference has.
-        """
+        """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""
         if self._named:
             for name in (*(self._wanted or ()), *self._storage.rules, *self._storage.formats):
                 if name not in self._named:
@@ -242,10 +239,7 @@ class Comparison:
 def _found_layers(
     module: str, matcher: Matcher, reference: Sequence[Layer], optional: set[str], storage: Storage
 ) -> tuple[dict[str, Layer], dict[str, Result], dict[str, Stored]]:
-    """The other renderer's layers by name, the results of those that cannot be compared, and how some are stored.
-
-    All are found before one is judged, as later stages are judged by earlier ones.
-    """
+    """Layers by name, results of those that cannot be compared, and how some are stored: all before one is judged."""
     found: dict[str, Layer] = {}
     refused: dict[str, Result] = {}
     stored: dict[str, Stored] = {}

@@ -5,18 +5,16 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.image_file import read_image_file
-from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
-from lfssao.verify.diagnosis.diagnose import Diagnosis, Known, diagnose
+from lfssao.verify.diagnosis.diagnose import Diagnosis, Wrong
 from lfssao.verify.judge import inputs_of
 from lfssao.verify.verdict import Judgement, Verdict
 
@@ -28,7 +26,7 @@ class Diagnoser:
     """Diagnoses of the wrong textures of a reference's modules."""
 
     def __init__(self, reference: Reference, model: ErrorModel) -> None:
-        self._reference, self._model = reference, model
+        self._reference, self._model = reference, MODELS["nearest"] if model.exact else model
         self._found: dict[str, list[Diagnosis]] = defaultdict(list)  # by stage
         self._given_up: set[str] = set()  # stages in which nothing fitted
 
@@ -39,18 +37,11 @@ class Diagnoser:
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         if case.stage != VIEW or judged.verdict not in _WRONG or stage in self._given_up:
             return None
-        with reading_manifest(self._reference.path):
-            cast = np.array(self._reference.entries[module]["view"]["cast_from_world"], np.float64).reshape(3, 4)
-        known = Known(
-            {
-                self._words(module, other): described_mapping(described.parameters)
-                for other, described in self._others(module)
-            },
-            lambda: dict(self._depths(module)),
-            cast,
-            stored,
-        )
-        found = diagnose(name, inputs_of(mine, case), case, judged, mine[name], self._model, known, self._found[stage])
+        others = {other: self._reference.described(other) for other in self._reference.files if other != module}
+        mappings = {self._words(module, other): described_mapping(others[other].parameters) for other in others}
+        known = stored, mappings, lambda: dict(self._depths(module))
+        wrong = Wrong(name, mine[name], inputs_of(mine, case), case, judged, self._model, *known)
+        found = wrong.diagnose(self._found[stage])
         if found is not None and found.fits:
             self._found[stage].append(found)
         elif found is not None:
@@ -61,11 +52,6 @@ class Diagnoser:
         """Another module's name, and whether it is this one's in reverse order."""
         names = list(self._reference.files)
         return f"{other} (modules in reverse order)" if names[::-1][names.index(module)] == other else other
-
-    def _others(self, module: str) -> Iterator[tuple[str, Case]]:
-        for other in self._reference.files:
-            if other != module:
-                yield other, self._reference.described(other)
 
     def _depths(self, module: str) -> Iterator[tuple[str, NDArray[Any]]]:
         """Depth of the module in this one's place in reverse order, and of the nearest."""

@@ -22,10 +22,7 @@ class File:
     shared: bool = False
 
     def parts(self, module: str, names: Sequence[str]) -> list[ImagePart]:
-        """The parts of one of the modules; one without name, or the only one of a user's file, has the layer's.
-
-        InputError if the file cannot be read.
-        """
+        """The parts of one of the modules; one without name, or the only one of a user's file, has the layer's."""
         if self.shared:
             return _shared_parts(self.path, module, names)
         parts = read_image_file(self.path)

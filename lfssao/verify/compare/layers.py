@@ -37,10 +37,7 @@ class Layer:
 
 
 def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:
-    """The layers that parts of a reference hold, in the order of the stages.
-
-    A named part is a layer; in a part without name each group of channels ``layer.channel`` is one.
-    """
+    """Layers of parts in the order of the stages: named parts, and groups of channels ``layer.channel`` of others."""
     layers = []
     for part in parts:
         groups: dict[str, list[int]] = {}
@@ -69,7 +66,7 @@ def stage_order(name: str) -> tuple[int, int]:
 
 def is_occlusion(name: str) -> bool:
     """Whether a layer of that name is one of occlusion."""
-    return re.fullmatch("ao_[0-9]+|merged|blurred", name) is not None
+    return re.fullmatch("ao(_[0-9]+)?|merged|blurred", name) is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +87,7 @@ _FEW = 6
 
 
 class Matcher:
-    """Finder of the layers of a reference among the channels of one module of another renderer.
-
-    Rules give a layer or channel of the other renderer by one of the reference (``--map``).
-    """
+    """Finder of a reference's layers among another renderer's channels of a module, by ``--map`` or by names."""
 
     def __init__(self, parts: Sequence[ImagePart], layers: Sequence[Layer], rules: Mapping[str, str]) -> None:
         self._parts, self._layers, self._rules = parts, layers, rules
@@ -105,10 +99,7 @@ class Matcher:
         self._used: set[_Channel] = set()
 
     def find(self, layer: Layer) -> Layer | None:
-        """The other renderer's channels in the order of the reference's; None where it has none of them.
-
-        MismatchError if it has some of them only, or two for one.
-        """
+        """The other's channels in the reference's order; None for none, MismatchError for some only, or two for one."""
         found = self._by_rule(layer)
         if found is None:
             found = [self._by_name(layer, channel) for channel in layer.channels]

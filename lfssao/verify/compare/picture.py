@@ -54,10 +54,7 @@ class Panels:
 
 
 def colors_of(layer: Layer, low: float, high: float, step: int) -> NDArray[np.uint8]:
-    """Codes of a layer (H, W, 3): linear colours in sRGB, other three channels as they are, else the first as grey.
-
-    They are of each ``step``-th row and column. No surface, infinite depth, is white.
-    """
+    """Codes (H, W, 3) of each ``step``-th texel: colours in sRGB, others as they are or grey; infinity is white."""
     planes = [plane[::step, ::step] for plane in (layer.planes[:3] if len(layer.planes) >= 3 else layer.planes[:1] * 3)]
     with np.errstate(all="ignore"):
         scaled = [(plane.astype(np.float64) - low) / ((high - low) or 1.0) for plane in planes]

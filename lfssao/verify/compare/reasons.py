@@ -5,7 +5,8 @@ import numpy as np
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.explain import explain
-from lfssao.verify.case import VIEW, Array, Arrays, Case, described_mapping, described_turns
+from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns
+from lfssao.verify.judge import inputs_of
 
 _REASONS = {
     "depth": "expected: a depth between this texel's and a neighbour's in the reference (no mesh given)",
@@ -46,19 +47,11 @@ def _occlusion_reason(
         points = case.inputs.get("points")
         which = "taps" if points is None else f"of {len(points)} points"
         return "" if undecided is None else f"{undecided[texel[1], texel[0]]} {which} are undecided"
-    guard, back = parameters["guard"], parameters["screen_to_world"]
-    depth, positions = (_first_whole(name, mine, case.outputs) for name in ("depth", "positions"))
+    guard, back, inputs = parameters["guard"], parameters["screen_to_world"], inputs_of(mine, case)
+    depth, positions = inputs.get("depth"), inputs.get("positions")
     if depth is None or (positions is None and back is None):
         return ""
     place, mapping = (texel[0] + guard, texel[1] + guard), described_mapping(parameters)
-    samples, radius = case.inputs["samples"], parameters["radii"][k]
-    found = explain(
-        place, depth, positions, mapping, samples, radius, model, back, described_turns(parameters, {"depth": depth})
-    )
+    turns, samples, radius = described_turns(parameters, inputs), inputs["samples"], parameters["radii"][k]
+    found = explain(place, depth, positions, mapping, samples, radius, model, back, turns)
     return str(found[0]) if found else "no surface is seen there"
-
-
-def _first_whole(name: str, *sides: Arrays) -> Array | None:
-    """The first side's texture, or if it is missing or holds NaN the second's."""
-    textures = [side[name] for side in sides if name in side]
-    return next((texture for texture in textures if not np.isnan(texture).any()), None)

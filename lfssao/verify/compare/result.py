@@ -58,10 +58,7 @@ def result_of(
     reason: Reason,
     depth: Plane | None = None,
 ) -> Result:
-    """The result of a texture that was judged; ``reason`` says why a texel, (column, row), is what it is.
-
-    ``depth``, (H, W) or more by a guard band, tells where surfaces are; None if that is not known.
-    """
+    """The result of a judged texture; ``reason`` says why a texel, (column, row), ``depth`` where surfaces are."""
     metrics = measure(mine.planes, reference.planes)
     if judged.verdict is Verdict.EQUAL_BITS:
         return Result(module, reference.name, judged.verdict, metrics=metrics)

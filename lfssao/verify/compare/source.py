@@ -63,19 +63,13 @@ class Reference:
         return [name for name in self.files if cases is None or name in cases]
 
     def described(self, module: str) -> Case:
-        """The case that a module's manifest describes, its outputs left out; without manifest a case of images.
-
-        InputError if the manifest does not hold what bounds are made of.
-        """
+        """The manifest's case of a module, outputs left out, else one of images; InputError if it lacks something."""
         if self.manifest is None:
             return Case(module, IMAGES, "", {}, {}, {})
         return view_case(self.path, self.manifest, self.entries[module])
 
     def read(self, module: str, described: Case) -> tuple[list[Layer], Case]:
-        """The layers of a module in the order of the stages, and its case with its outputs.
-
-        InputError if a file cannot be read, or is not what the manifest or case.json describes.
-        """
+        """Layers of a module by stage, and its case with outputs; InputError if files are not what is described."""
         if self.kit:
             case = read_case(self.files[module])
             main, *steps = case.outputs

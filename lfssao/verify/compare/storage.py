@@ -1,23 +1,19 @@
 """How another renderer's layers are stored, by the types of its files or as the user says."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.stored import FORMATS, Stored
-from lfssao.verify.compare.layers import Layer, MismatchError
+from lfssao.verify.compare.layers import Layer, MismatchError, is_occlusion
 
-_OCCLUSION, _COLORS = re.compile(r"ao(_[0-9]+)?|merged|blurred"), ("color", "shaded")
+_COLORS = "color", "shaded"
 _OF_TYPE = {"float16": "half", "uint8": "unorm8", "uint16": "unorm16"}
 _VISIBILITY = "1-"  # before a name of the reference in a rule
 
 
 class Storage:
-    """Formats by layer (``--stored``), and layers that the other renderer has as visibility (``--map X=1-merged``).
-
-    InputError if there is no such format, or a layer is given twice.
-    """
+    """Formats by layer (``--stored``), and layers that are visibility (``--map X=1-merged``), checked (InputError)."""
 
     def __init__(self, formats: Mapping[str, str], rules: Mapping[str, str]) -> None:
         for name, word in formats.items():
@@ -29,15 +25,12 @@ class Storage:
             raise InputError("--map: a layer is given twice, by itself and as 1 - it")
 
     def read(self, mine: Layer, right: Layer) -> tuple[Layer, Stored | None]:
-        """A layer as float32 textures, and how it was stored; None where it is taken as it is.
-
-        MismatchError if the types of the files do not allow what the user says, InputError if nothing does.
-        """
+        """A layer as float32, and how it was stored; MismatchError for types that are not what the user says."""
         name, (kind, *others) = right.name, {plane.dtype.name for plane in mine.planes}
         visibility = not self._turned.isdisjoint(
             {name, *right.channels, *(f"{name}.{channel}" for channel in right.channels)}
         )
-        occlusion, said = _OCCLUSION.fullmatch(name) is not None, self.formats.get(name)
+        occlusion, said = is_occlusion(name), self.formats.get(name)
         if visibility and not occlusion:
             raise InputError(f"--map: {name} has no visibility, occlusion alone has (ao_1, ..., merged, blurred)")
         word = _OF_TYPE.get(kind, "float") if occlusion or name in (*_COLORS, "depth") else "float"

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numba import config
 
-from lfssao.core.affine import Matrix
 from lfssao.errors import InputError, MissingPackageError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.animation import moved
 from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.manifest import describe_scene, view_of
-from lfssao.scene.builtin import BUILTIN, builtin_scene
+from lfssao.scene.builtin import BUILTIN, find_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds
@@ -38,10 +37,7 @@ class MeshBounds(Mapping[str, Bounds]):
 
 
 class Surface:
-    """The scene of a rendered folder, read when it is first needed.
-
-    ``file`` is a mesh file or the name of an embedded scene; by default it is the embedded one that the manifest names.
-    """
+    """The scene of a rendered folder, read when it is first needed: of ``file``, or the embedded one that it names."""
 
     def __init__(self, path: Path, manifest: dict[str, Any], file: str | None) -> None:
         self._path, self._manifest, self._file = path, manifest, file
@@ -49,10 +45,7 @@ class Surface:
 
     @cached_property
     def mesh(self) -> Mesh | None:
-        """The mesh where it stands in the folder's frame; None if it is not at hand, or another version's.
-
-        InputError if the file cannot be read or is not the scene that the manifest describes.
-        """
+        """The mesh in the folder's frame; None if it is not at hand, InputError if ``file`` was not rendered."""
         with reading_manifest(self._path):
             scene, frame = self._manifest["scene"], self._manifest.get("frame")
             if not isinstance(scene["name"], str):
@@ -60,7 +53,7 @@ class Surface:
             name = self._file or scene["name"]
             if self._file is None and name not in BUILTIN:
                 return None
-            mesh = builtin_scene(name) if name in BUILTIN else _load(name)
+            mesh = find_scene(name)
             found = describe_scene(mesh)
             if any(found[part] != scene[part] for part in ("vertices_sha256", "faces_sha256")):
                 if self._file is None:
@@ -68,14 +61,10 @@ class Surface:
                 described = f"the scene that the reference was rendered of, {scene['name']}"
                 raise InputError(f"--mesh: {name} is not {described}")
             self._has_colors = mesh.paint is not None and found["paint_sha256"] == scene["paint_sha256"]
-            return mesh if frame is None else moved(mesh, _affine(frame["world_from_scene"]))
+            return mesh if frame is None else moved(mesh, np.reshape(frame["world_from_scene"], (3, 4)))
 
     def bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
-        """Bounds of a view's depth and colour.
-
-        They are left out where the mesh is not at hand or has other colours, and where rays cannot be cast here.
-        ``shape`` is the depth texture's. InputError if the manifest does not describe the scene and the view.
-        """
+        """Bounds of a view's depth, of that shape, and colour, as far as the mesh is at hand and rays can be cast."""
         with reading_manifest(self._path):
             if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
                 return {}
@@ -90,16 +79,3 @@ class Surface:
                 chosen = self._manifest["settings"]["color_filter"]
                 made["color"] = color_bounds(self._caster, view, chosen, model)
             return made
-
-
-def _affine(values: Any) -> Matrix:
-    matrix = np.array(values, np.float64)
-    if matrix.shape != (3, 4):
-        raise ValueError(f"an affine map has shape {matrix.shape}")
-    return matrix
-
-
-def _load(name: str) -> Mesh:
-    from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
-
-    return load_scene(name)

@@ -21,10 +21,7 @@ _TABLES = {"points": "samples", "weights": "weights"}  # a case's tables by the 
 
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
-    """The case of a view from its manifest and its entry there, outputs left out.
-
-    InputError, with the manifest's path, if they do not hold what bounds are made of.
-    """
+    """The case of a view from its manifest and its entry there, outputs left out; InputError if they lack something."""
     with reading_manifest(path), errors_of(f"{path}: its manifest"):
         parameters = _parameters(manifest["settings"], entry["view"])
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))

@@ -25,7 +25,8 @@ _SIGNS = {"equal": "=", "inside": "\N{ALMOST EQUAL TO}", "wrong": "\N{MULTIPLICA
 def page_text(report: "Report", textures: Textures, outcome: str, sentences: Sequence[str]) -> str:
     """The whole file; ``sentences`` say each of the report's results in words."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template, style, script = (_source(f"page.{ending}") for ending in ("html.j2", "css", "js"))
+    endings = "html.j2", "css", "js"
+    template, style, script = (Markup((files(__package__) / f"page.{e}").read_text("utf-8")) for e in endings)
     results = [_shown(r, report.code(r), s, textures) for r, s in zip(report.results, sentences, strict=True)]
     cells: dict[str, dict[str, Any]] = {}
     for shown in results:
@@ -61,11 +62,6 @@ def _shown(result: Result, code: int, sentence: str, textures: Textures) -> dict
         "link": "/".join(quote(name, safe="", errors="backslashreplace") for name in (result.module, result.layer)),
         "textures": textures.kept.get((result.module, result.layer)),
     }
-
-
-def _source(name: str) -> Markup:
-    """A file of this package as it stands."""
-    return Markup((files(__package__) / name).read_text("utf-8"))
 
 
 def _hash(source: str) -> str:

@@ -17,6 +17,7 @@ from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.diagnosis import diagnose
+from lfssao.verify.diagnosis.diagnose import Wrong
 from lfssao.verify.judge import inputs_of, judge
 from lfssao.verify.verdict import Verdict
 
@@ -390,5 +391,5 @@ def test_a_count_of_equal_depths_is_named(folder):
         own["ao_2"] = r.ao(depth=flat, positions=own["positions"], samples=samples, behind=behind)
         judged = judge(own, case, "strict", ["ao_2"])["ao_2"]
         assert (judged.verdict is Verdict.OUTSIDE) == (kind is not None)
-    found = diagnose.diagnose("ao_2", inputs_of(own, case), case, judged, own["ao_2"], MODELS["strict"])
+    found = Wrong("ao_2", own["ao_2"], inputs_of(own, case), case, judged, MODELS["nearest"]).diagnose()
     assert (found.candidates[0].kind, found.fits) == (kind, True), found.words("M")

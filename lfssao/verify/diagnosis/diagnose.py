@@ -1,7 +1,7 @@
 """The diagnosis of one texture that is outside its interval."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
-from lfssao.optics.view import WorldToImage
+from lfssao.optics.view import WorldToImage, without_guard
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.bounds.error_model import MODELS, ErrorModel
+from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Case, described_mapping, described_turns, described_view
+from lfssao.verify.case import Arrays, Case, described_mapping, described_options, described_turns, described_view
 from lfssao.verify.diagnosis import post, surface
-from lfssao.verify.diagnosis.borders import Places
-from lfssao.verify.diagnosis.estimated import ROOM, Estimated, estimated_changes, estimated_problem, face_normals
+from lfssao.verify.diagnosis.estimated import ROOM, Estimated, estimated_changes, face_normals
 from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
-from lfssao.verify.diagnosis.search import Candidate, Change, Found, Problem, Search, fits
+from lfssao.verify.diagnosis.search import Candidate, Change, Found, Places, Problem, Search, fits
 from lfssao.verify.verdict import Judgement, texels
 
 _SEARCHED = 2400  # texels
@@ -28,7 +27,7 @@ _POLISHED = 500_000  # samples or taps of the texels that the best change's valu
 _MOST = 2_000_000  # samples or taps that the share is counted over
 _FEWEST = 2_000  # texels
 _SAME = 0.01  # of the wrong texels: so many may stay wrong by the values of another texture
-Make = Callable[[Places, Places], Problem]
+Made = tuple[Callable[[Places, Places], Problem], Callable[[Any], list[Change]], int]
 
 
 @dataclass(frozen=True)
@@ -55,43 +54,6 @@ def _percent(share: float) -> str:
     return f"{min(100 * share, 99.99) if share < 1 else 100:.2f} %"
 
 
-@dataclass(frozen=True, eq=False)
-class Known:
-    """The inputs of a diagnosis beside the case: other modules, the space that rays are cast in, the format."""
-
-    mappings: Mapping[str, WorldToImage] = field(default_factory=dict)  # of other modules, by name
-    depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
-    cast_from_world: FloatArray | None = None
-    stored: Stored | None = None
-
-
-@np.errstate(all="ignore")  # a broken texture may hold any numbers
-def diagnose(
-    name: str,
-    inputs: Arrays,
-    case: Case,
-    judged: Judgement,
-    mine: NDArray[Any],
-    model: ErrorModel,
-    known: Known | None = None,
-    first: Sequence[Diagnosis] = (),
-) -> Diagnosis | None:
-    """Search for the change that explains a texture of a view; None where no change of it is known.
-
-    ``mine`` is the texture of that name, (H, W) or (H, W, 3), ``inputs`` are those of the stages before, the renderer's
-    own where there are some. ``first`` are diagnoses of other textures, which are tried before all else.
-    """
-    view = _View(name, inputs, case, judged, mine, MODELS["nearest"] if model.exact else model, known or Known())
-    stage = "ao" if name.startswith("ao_") else name
-    makers = {"depth": view.depth, "positions": view.positions, "color": view.color, "ao": view.occlusion}
-    makers |= {"merged": view.merge, "blurred": view.blur, "shaded": view.shade}
-    made = makers[stage]() if stage in makers else None
-    return None if made is None else view.searched(*made, first)
-
-
-Made = tuple[Make, Callable[[Any], list[Change]], int]
-
-
 def _spread(places: Places, most: int) -> Places:
     """At most so many of the places, spread evenly."""
     if len(places) <= most:
@@ -100,39 +62,43 @@ def _spread(places: Places, most: int) -> Places:
 
 
 @dataclass(frozen=True, eq=False)
-class _View:
-    """The problems of a view's stages."""
+class Wrong:
+    """A wrong texture of a view, and all that may tell the cause."""
 
     name: str
-    inputs: Arrays
+    mine: NDArray[Any]  # the texture, (H, W) or (H, W, 3)
+    inputs: Arrays  # of the stages before, the renderer's own where there are some
     case: Case
     judged: Judgement
-    mine: NDArray[Any]
-    model: ErrorModel
-    known: Known
+    model: ErrorModel  # not an exact one
+    stored: Stored | None = None  # the texture's format
+    mappings: Mapping[str, WorldToImage] = field(default_factory=dict)  # of other modules, by name
+    depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
 
     @property
-    def guard(self) -> int:
+    def _guard(self) -> int:
         """Texels by which textures before the merge are larger than this one."""
         return 0 if self.name in ("depth", "positions", "color") else int(self.case.parameters["guard"])
 
-    def cropped(self, texture: NDArray[Any]) -> NDArray[Any]:
-        """A texture without its guard band."""
-        g = self.guard if texture.shape[:2] != self.mine.shape[:2] else 0
-        return texture[g : texture.shape[0] - g, g : texture.shape[1] - g]
+    def _cropped(self, texture: NDArray[Any]) -> NDArray[Any]:
+        return texture if texture.shape[:2] == self.mine.shape[:2] else without_guard(texture, self._guard)
 
-    def seen(self) -> NDArray[np.bool_]:
-        """Texels of the texture that see a surface."""
-        depth = self.inputs.get("depth")
-        if depth is None:
-            return np.ones(self.mine.shape[:2], np.bool_)
-        return np.asarray(np.isfinite(self.cropped(depth)))
-
-    def searched(
-        self, make: Make, changes_of: Callable[[Any], list[Change]], cost: int, first: Sequence[Diagnosis]
-    ) -> Diagnosis | None:
-        """Search on some texels, then count on many."""
-        seen, wrong, stored = self.seen(), texels(self.judged.outside), self.known.stored
+    @np.errstate(all="ignore")  # a broken texture may hold any numbers
+    def diagnose(self, first: Sequence[Diagnosis] = ()) -> Diagnosis | None:
+        """The change that explains the texture; None if none is known. Other textures' diagnoses are tried first."""
+        makers: dict[str, Callable[[], Made | None]] = {
+            "depth": self._depth,
+            "positions": self._positions,
+            "color": partial(self._image, surface.color_changes),
+            "merged": self._merged,
+        }
+        makers |= {"blurred": self._blurred, "shaded": self._shaded, **dict.fromkeys(self._layers, self._ao)}
+        made = makers[self.name]() if self.name in makers else None
+        if made is None:
+            return None
+        (make, changes_of, cost), depth = made, self.inputs.get("depth")
+        seen = np.ones(self.mine.shape[:2], np.bool_) if depth is None else np.isfinite(self._cropped(depth))
+        wrong, stored = texels(self.judged.outside), self.stored
         bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
         if not len(bad):
             return None
@@ -143,14 +109,15 @@ class _View:
             picks = [_spread(bad, most // 2)]
             picks.append(_spread(good, most - len(picks[0])))
             weights = [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]
-            rows, columns = np.divmod(np.concatenate(picks), seen.shape[1])
+            rows, columns = np.divmod(np.concatenate(picks), self.mine.shape[1])
             problem = make(columns, rows).changed(store=store)
             return Search(problem, np.concatenate(weights) / (len(bad) + len(good)))
 
         search, without = drawn(min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 100))), len(good) / (len(good) + len(bad))
         changes, known = changes_of(search.problem), {d.candidates[0].kind: d.candidates[0] for d in first if d.fits}
         counted = drawn(max(_MOST // cost, _FEWEST))
-        counted = Search(counted.problem.judged(self.model), counted.weights)
+        if isinstance(counted.problem, Estimated):  # by bounds of its own, where some are known
+            counted = replace(counted, problem=counted.problem.changed(model=self.model))
         for change in changes:
             if change.kind in known:  # a texture of the same cause: a tenth of a second, where a search takes two
                 same = counted.candidate(Found(change, known[change.kind].values, 0.0, 0.0))
@@ -175,27 +142,23 @@ class _View:
             return np.zeros((len(columns), *self.mine.shape[2:]))
         return self._taken(bounds.upper, columns, rows) - self._taken(bounds.lower, columns, rows)
 
-    def depth(self) -> Made | None:
-        """Depth against the reference's."""
-        return self._image(lambda problem: surface.depth_changes(problem, self._other_depths()))
+    def _depth(self) -> Made | None:
+        """Depth against the reference's, or other modules', with room as rounding makes."""
 
-    def _other_depths(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Depth of other modules, with room as rounding makes."""
-        made = {}
-        for words, depth in self.known.depths().items():
-            if depth.shape == self.mine.shape:
-                there = depth.astype(np.float64)
-                room = np.where(np.isfinite(there), 16 * self.model.operation * np.abs(there), 0.0)
-                made[words] = there - room, there + room
-        return made
+        def changes(problem: surface.Image) -> list[Change]:
+            others = {}
+            for words, depth in self.depths().items():
+                if depth.shape == self.mine.shape:
+                    there = depth.astype(np.float64)
+                    room = np.where(np.isfinite(there), 16 * self.model.operation * np.abs(there), 0.0)
+                    others[words] = there - room, there + room
+            return surface.depth_changes(problem, others)
 
-    def color(self) -> Made | None:
-        """Colour against the reference's."""
-        return self._image(surface.color_changes)
+        return self._image(changes)
 
     def _image(self, changes: Callable[[surface.Image], list[Change]]) -> Made | None:
         # The mesh knows what codes of a format were before they were stored.
-        bounds = (self.known.stored and self.case.bounds.get(self.name)) or self.judged.bounds
+        bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
         if bounds is None:
             return None
         lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
@@ -207,7 +170,7 @@ class _View:
 
         return make, changes, 16
 
-    def positions(self) -> Made | None:
+    def _positions(self) -> Made | None:
         """Positions against depth."""
         depth = self.inputs.get("depth")
         if depth is None:
@@ -218,9 +181,9 @@ class _View:
             points, z = self._taken(self.mine, i, j), self._taken(depth, i, j)
             return surface.Positions(mine=points, columns=i, rows=j, depth=z, mapping=mapping, model=self.model)
 
-        return make, lambda p: surface.positions_changes(p, self.known.cast_from_world, (width, height)), 16
+        return make, lambda p: surface.positions_changes(p, self.case, (width, height)), 16
 
-    def occlusion(self) -> Made | None:
+    def _ao(self) -> Made | None:
         """Occlusion of one radius against depth and positions."""
         parameters, depth = self.case.parameters, self.inputs.get("depth")
         estimator, options = parameters["estimator"], parameters["options"]
@@ -230,9 +193,9 @@ class _View:
             return self._estimated()
         if depth is None or (half and "normals" not in self.inputs):
             return None
-        mapping, guard, turns = described_mapping(parameters), self.guard, described_turns(parameters, self.inputs)
+        mapping, guard, turns = described_mapping(parameters), self._guard, described_turns(parameters, self.inputs)
         by_matrix = estimator == "lf" and back is not None
-        if (positions is None and not by_matrix) or self.name not in self._layers:
+        if positions is None and not by_matrix:
             return None
         radius = self._layers[self.name]
         samples = np.asarray(self.inputs["samples" if estimator == "lf" else "points"], np.float64)
@@ -272,25 +235,32 @@ class _View:
                 remap=bool(options.get("remap")),
             )
 
-        def changes(problem: Occlusion) -> list[Change]:
-            return occlusion_changes(problem, self.known.mappings, self.known.cast_from_world)
-
-        return make, changes, 4 * len(samples)
+        return make, lambda p: occlusion_changes(p, self.case, self.mappings), 4 * len(samples)
 
     def _estimated(self) -> Made | None:
         """Occlusion of one radius by running its estimator; None where it needs a texture that is not there."""
         parameters, inputs = self.case.parameters, self.inputs
-        name, guard = parameters["estimator"], self.guard
-        there = {"depth", "positions"} <= set(inputs) and (name in ESTIMATORS and self.name in self._layers)
+        name, guard = parameters["estimator"], self._guard
+        there = {"depth", "positions"} <= set(inputs) and name in ESTIMATORS
         if not there or (find_estimator(name).reads_normals(parameters["options"]) and "normals" not in inputs):
             return None
         textures = inputs["depth"], inputs["positions"], inputs.get("normals"), described_turns(parameters, inputs)
         buffers, radius = Buffers(described_view(parameters), *textures), self._layers[self.name]
-        whole = estimated_problem(name, buffers, radius, parameters, inputs)
 
         def make(i: Places, j: Places) -> Estimated:
-            own, room = self._taken(self.mine, i, j), self._room(i, j) + ROOM
-            return whole.changed(mine=own, columns=i + guard, rows=j + guard, room=room)
+            return Estimated(
+                mine=self._taken(self.mine, i, j),
+                estimator=find_estimator(name),
+                buffers=buffers,
+                radius=radius,
+                points=inputs.get("points"),
+                weights=inputs.get("weights"),
+                options=described_options(parameters, radius),
+                columns=i + guard,
+                rows=j + guard,
+                room=self._room(i, j) + ROOM,
+                seed=int(parameters.get("rotation_seed", 0)),
+            )
 
         return make, lambda p: estimated_changes(p, parameters.get("rotation", "none")), 1
 
@@ -299,7 +269,7 @@ class _View:
         """Names of the layers of occlusion, each with its radius."""
         return {f"ao_{k}": radius for k, radius in enumerate(self.case.parameters["radii"], start=1)}
 
-    def merge(self) -> Made | None:
+    def _merged(self) -> Made | None:
         """The merge of the layers."""
         if not set(self._layers) <= set(self.inputs):
             return None
@@ -310,7 +280,7 @@ class _View:
 
         return make, post.merge_changes, 8 * len(self._layers)
 
-    def blur(self) -> Made | None:
+    def _blurred(self) -> Made | None:
         """The blur of the merged texture; with a guard band away from the border."""
         sigma, merged = float(self.case.parameters["sigma"]), self.inputs.get("merged")
         if merged is None or sigma == 0:
@@ -322,12 +292,12 @@ class _View:
 
         return make, post.blur_changes, int(2 * np.ceil(4 * sigma) + 1) ** 2
 
-    def shade(self) -> Made | None:
+    def _shaded(self) -> Made | None:
         """The shading of the image."""
         image, blurred, merged = (self.inputs.get(name) for name in ("image", "blurred", "merged"))
         if image is None or blurred is None:
             return None
-        colors = self.cropped(image)
+        colors = self._cropped(image)
 
         def make(i: Places, j: Places) -> post.Shade:
             return post.Shade(

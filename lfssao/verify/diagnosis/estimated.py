@@ -8,22 +8,21 @@ the share of the best changes is counted by bounds of their own.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Value
-from lfssao.ao.estimators.registry import estimate, find_estimator
+from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.samples import ROTATIONS, texel_turns
+from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.case import described_options
-from lfssao.verify.diagnosis.borders import Places
 from lfssao.verify.diagnosis.occlusion import other_tables
 from lfssao.verify.diagnosis.post import VALUES
-from lfssao.verify.diagnosis.search import FACTORS, Change, FloatArray, Problem, fixed, plain, scaled
+from lfssao.verify.diagnosis.search import FACTORS, Change, Places, Problem, fixed, plain, scaled
 
 ROOM = 2e-5  # by which sums of a renderer in float32 are off, at least
 _SMALL = np.geomspace(1e-6, 1.0, 25)  # of an option's largest value, in place of 0
@@ -45,10 +44,6 @@ class Estimated(Problem):
     room: FloatArray  # (K,), width of the reference's interval
     seed: int  # of the rotation
     model: ErrorModel | None = None  # bounds of this model, where some are known, in place of the room
-
-    def judged(self, model: ErrorModel) -> Self:
-        """The same by bounds of the model."""
-        return self.changed(model=model)
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
@@ -152,23 +147,3 @@ def face_normals(buffers: Buffers) -> NDArray[Any]:
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
         normal *= -np.sign(np.einsum("ijk,ijk->ij", normal, buffers.directions))[..., None]
     return np.where(np.isfinite(normal), normal, 0).astype(buffers.depth.dtype)
-
-
-def estimated_problem(
-    name: str, buffers: Buffers, radius: float, parameters: Mapping[str, Any], tables: Mapping[str, NDArray[Any]]
-) -> Estimated:
-    """The problem of no texels of a case's estimator; its texels, their texture and room are added by ``changed``."""
-    none = np.empty(0, np.int64)
-    return Estimated(
-        mine=np.empty(0),
-        estimator=find_estimator(name),
-        buffers=buffers,
-        radius=radius,
-        points=tables.get("points"),
-        weights=tables.get("weights"),
-        options=described_options(parameters, radius),
-        columns=none,
-        rows=none,
-        room=np.empty(0),
-        seed=int(parameters.get("rotation_seed", 0)),
-    )

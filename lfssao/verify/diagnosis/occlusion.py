@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from lfssao.optics.view import WorldToImage
 from lfssao.samples import ROTATIONS, make_samples, texel_turns
 from lfssao.samples.registry import METHODS
+from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.borders import INSIDE, Places, hold
+from lfssao.verify.case import Case
 from lfssao.verify.diagnosis.post import VALUES
-from lfssao.verify.diagnosis.search import SHARES, Change, Flags, FloatArray, Problem, fixed, plain, scaled, shifts
+from lfssao.verify.diagnosis.search import INSIDE, SHARES, Change, Places, Problem, fixed, hold, plain, scaled, shifts
+from lfssao.verify.verdict import Flags
 
 _MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
 
@@ -113,19 +115,14 @@ class Occlusion(Problem):
         if self.border not in INSIDE:
             surface = np.where(inside, surface, -np.inf if self.border == "occluded" else np.inf)
         z, error = self.landed.z[texel, sample], self.landed.error_z[texel, sample]
-        low, high, near = z - error, z + error, self._in_reach(column, row, texel) | ~inside
+        low, high, near = z - error, z + error, np.True_
+        if self.positions is not None:  # the range check: whether surfaces there are within R of the texel's
+            there = self.positions[hold(row, height, "clamp"), hold(column, width, "clamp")].astype(np.float64)
+            near = (((there - self.points[texel]) ** 2).sum(axis=-1) <= self.radius * self.radius) | ~inside
         if self.relation == ">":
             return (surface > high) & inside & near, (surface > low) & inside & near
         ties = (surface == z.astype(np.float32)) & (self.relation == "<=")
         return ((surface < low) | ties) & near, ((surface < high) | ties) & near
-
-    def _in_reach(self, column: Places, row: Places, texel: Places) -> Any:
-        """Whether the surfaces there are within R of the texel's, if there is a range check."""
-        if self.positions is None:
-            return True
-        height, width = self.depth.shape
-        there = self.positions[hold(row, height, "clamp"), hold(column, width, "clamp")].astype(np.float64)
-        return ((there - self.points[texel]) ** 2).sum(axis=-1) <= self.radius * self.radius
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Fewest and most occluded samples over their number, rounded as renderers may."""
@@ -137,9 +134,7 @@ class Occlusion(Problem):
         return (2 * np.maximum(low - 0.5, 0), 2 * np.maximum(high - 0.5, 0)) if self.remap else (low, high)
 
 
-def occlusion_changes(
-    problem: Occlusion, others: Mapping[str, WorldToImage], cast_from_world: FloatArray | None
-) -> list[Change]:
+def occlusion_changes(problem: Occlusion, case: Case, others: Mapping[str, WorldToImage]) -> list[Change]:
     """All changes that are tried, those without values first; ``others`` are the other modules' mappings."""
     n = len(problem.samples)
     made = [*VALUES, *_of_look_ups(problem), *_of_turns(problem)]
@@ -153,9 +148,9 @@ def occlusion_changes(
         made += _of_counts(n)
         made += [fixed(words, samples=table) for words, table in other_tables(problem.samples)]
     made += [fixed(f"the mapping of {name}", mapping=mapping) for name, mapping in others.items()]
-    if cast_from_world is not None:
-        linear, shift = cast_from_world[:, :3].T, cast_from_world[:, 3]
-        made.append(plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)))
+    cast_from_world = case.parameters["view"]["cast_from_world"]
+    linear, shift = cast_from_world[:, :3].T, cast_from_world[:, 3]
+    made.append(plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)))
     if problem.corners is not None:
         made.append(plain("texel corners in place of centres", lambda p: p.changed(points=p.corners)))
     if problem.positions is not None:
@@ -257,7 +252,11 @@ def _with_values(problem: Occlusion) -> list[Change]:
     finite = problem.depth[np.isfinite(problem.depth)]
     size = float(np.median(np.abs(finite))) if finite.size else 1.0
     scales = 1 + np.clip(SHARES * reach / size, -0.95, None) if size else 1 + SHARES
-    turn = lambda p, a: p.changed(samples=_turned(p.samples, a))  # noqa: E731
+
+    def turn(p: Occlusion, degrees: float) -> Occlusion:
+        c, s = cos(radians(degrees)), sin(radians(degrees))
+        return p.changed(samples=p.samples @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+
     return [
         scaled("radius", lambda p, f: p.changed(radius=p.radius * f)),
         *shifts(lambda p, u, v: p.changed(image=np.array([[1, 0, u], [0, 1, v], [0, 0, 1]]) @ p.image)),
@@ -265,9 +264,3 @@ def _with_values(problem: Occlusion) -> list[Change]:
         scaled("depth scale", lambda p, s: p.changed(depth=p.depth * s), scales, "depth x {:.6g}"),
         scaled("turned samples", turn, np.arange(7.7, 360, 11.3), "samples turned by {:.3f} degrees about z"),
     ]
-
-
-def _turned(samples: FloatArray, degrees: float) -> FloatArray:
-    c, s = cos(radians(degrees)), sin(radians(degrees))
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(samples @ turn)

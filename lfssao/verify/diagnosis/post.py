@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.post import MAX_SIGMA, blur_weights
-from lfssao.verify.diagnosis.borders import INSIDE, hold
-from lfssao.verify.diagnosis.search import FACTORS, Change, FloatArray, Problem, fixed, plain, scaled
+from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.diagnosis.search import FACTORS, INSIDE, Change, Problem, fixed, hold, plain, scaled
 
 _SIGMAS = FACTORS[FACTORS < 4]
 _ROUNDING = 2.0**-21  # relative, of a renderer's other sums

@@ -14,10 +14,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.bounds import FloatArray
 
-FloatArray = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+Places = NDArray[np.int64]
 Values = tuple[float, ...]
 Function = Callable[[FloatArray], FloatArray]
 
@@ -35,6 +34,18 @@ FACTORS = np.concatenate([np.geomspace(0.11, 0.83, 7), np.linspace(0.871, 1.137,
 SHIFTS = np.concatenate([[-4.1, -2.9, -1.93], np.linspace(-1.43, 1.43, 12), [1.93, 2.9, 4.1]])
 SHARES = np.concatenate([-np.geomspace(0.9, 0.0003, 12), np.geomspace(0.0003, 0.9, 12)])
 
+INSIDE = ("clamp", "mirror", "wrap")  # rules by which a texel inside stands for those beyond the border
+
+
+def hold(places: Places, size: int, border: str) -> Places:
+    """Columns or rows inside 0 to size - 1 for any, by a rule of ``INSIDE``; by any other rule those of 'clamp'."""
+    if border == "wrap":
+        return np.asarray(places % size)
+    if border == "mirror":
+        folded = places % (2 * size)
+        return np.where(folded < size, folded, 2 * size - 1 - folded)
+    return np.clip(places, 0, size - 1)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Problem:
@@ -49,10 +60,6 @@ class Problem:
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""
         raise NotImplementedError
-
-    def judged(self, model: ErrorModel) -> Self:
-        """The problem that shares are counted by, if it is another than the one that is searched."""
-        return self
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right."""
@@ -223,14 +230,13 @@ class Search:
     def _section(
         self, problem: Problem, best: Found, k: int, ends: tuple[float, float], scale: float, sections: int = _SECTIONS
     ) -> Found:
-        low, high = ends
 
         def at(value: float) -> Found:
             values = (*best.values[:k], value, *best.values[k + 1 :])
             return self._trial(problem, best.change, values, scale)
 
         # The cost of occlusion has steps: the best of many trials keeps the sections from an earlier one.
-        scan = [at(float(value)) for value in np.linspace(low, high, _SCANNED)]
+        scan = [at(float(value)) for value in np.linspace(*ends, _SCANNED)]
         k_best = int(np.argmin([trial.cost for trial in scan]))
         low, high = scan[max(k_best - 1, 0)].values[k], scan[min(k_best + 1, _SCANNED - 1)].values[k]
         left, right = at(high - _GOLDEN * (high - low)), at(low + _GOLDEN * (high - low))

@@ -2,19 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from lfssao.optics.view import WorldToImage
+from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.borders import Places, hold
+from lfssao.verify.case import Case
 from lfssao.verify.diagnosis.occlusion import half
 from lfssao.verify.diagnosis.post import decode, encode
-from lfssao.verify.diagnosis.search import SHARES, Change, FloatArray, Problem, fixed, plain, scaled, shifts
+from lfssao.verify.diagnosis.search import SHARES, Change, Places, Problem, fixed, hold, plain, scaled, shifts
 
 _SCALES = np.concatenate([np.geomspace(0.0007, 0.83, 12), np.linspace(0.871, 1.137, 14), np.geomspace(1.21, 1400, 12)])
 
@@ -103,10 +104,7 @@ def color_changes(problem: Image) -> list[Change]:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Positions(Problem):
-    """Positions of K texels, mapped into the image, against the texels' centres and depth.
-
-    ``mine`` are world coordinates, (K, 3); ``interval`` is of their image points.
-    """
+    """Positions of K texels, (K, 3), mapped into the image, against the texels' centres and depth."""
 
     columns: Places  # (K,)
     rows: Places
@@ -135,16 +133,16 @@ class Positions(Problem):
         return off - room, off + room
 
 
-def positions_changes(problem: Positions, cast_from_world: FloatArray | None, size: tuple[int, int]) -> list[Change]:
+def positions_changes(problem: Positions, case: Case, size: tuple[int, int]) -> list[Change]:
     """All changes of positions; ``size`` is the width and height of the texture."""
     width, height = size
     made = [_mapped(f"{a} with the other sign", np.diag(1.0 - 2.0 * (np.arange(3) == k))) for k, a in enumerate("xyz")]
     for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
         made.append(_mapped(f"{words} exchanged", np.array([np.eye(3)[k] for k in order])))
     made.append(_mapped("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])))
-    if cast_from_world is not None:
-        back = np.linalg.inv(cast_from_world[:, :3]).astype(np.float64)
-        made.append(_mapped("positions in physical space", back, -back @ cast_from_world[:, 3]))
+    cast_from_world = case.parameters["view"]["cast_from_world"]
+    back = np.linalg.inv(cast_from_world[:, :3])
+    made.append(_mapped("positions in physical space", back, -back @ cast_from_world[:, 3]))
     made += [
         plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
         plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
@@ -153,15 +151,12 @@ def positions_changes(problem: Positions, cast_from_world: FloatArray | None, si
         scaled("scale", lambda p, s: p.changed(mine=p.mine / s), _SCALES, "positions x {:.6g}"),
     ]
     largest = float(np.abs(problem.mine[np.isfinite(problem.mine)]).max(initial=1.0))
-    return made + [_biased(axis, np.eye(3)[k], largest) for k, axis in enumerate("xyz")]
+    for axis, way in zip("xyz", np.eye(3), strict=True):
+        undo = partial(lambda way, p, b: p.changed(mine=p.mine - b * way), way)
+        made.append(scaled(f"bias of {axis}", undo, largest * SHARES, f"{axis} + {{:.6g}}"))
+    return made
 
 
-def _mapped(kind: str, matrix: FloatArray, shift: FloatArray | None = None) -> Change:
+def _mapped(kind: str, matrix: FloatArray, shift: FloatArray | float = 0.0) -> Change:
     """A change that the map undoes, of positions as rows."""
-    moved = np.zeros(3) if shift is None else shift
-    return plain(kind, lambda p: p.changed(mine=p.mine @ matrix.T + moved))
-
-
-def _biased(axis: str, direction: FloatArray, largest: float) -> Change:
-    undo = lambda p, b: p.changed(mine=p.mine - b * direction)  # noqa: E731
-    return scaled(f"bias of {axis}", undo, largest * SHARES, f"{axis} + {{:.6g}}")
+    return plain(kind, lambda p: p.changed(mine=p.mine @ matrix.T + shift))

@@ -1,12 +1,15 @@
 """Views of every kind, scenes on them in which rounding matters, and renderers that round."""
 
+import itertools
+
 import numpy as np
 import random_renderer as rr
 from hypothesis import strategies as st
 
-from lfssao import Camera, Display, Module, fit_roi
+from lfssao import Camera, Display, Module, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels import display as display_kernels
+from lfssao.verify.bounds.error_model import ErrorModel
 
 ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
 WORLD_BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
@@ -100,6 +103,40 @@ def arithmetic(model, rng, renderers):
     return rr.Arithmetic(rng, renderers)
 
 
+def made_by(model, rng, renderers, make, found):
+    """The textures of random renderers, ``make(arithmetic)``; of a model of its own the ends of those of probes.
+
+    Probes know nothing of decisions that may fall either way: there the ends are those of the bounds found.
+    """
+    if isinstance(model, str):
+        return make(arithmetic(model, rng, renderers))
+    seed, count = rng.integers(2**32), 6
+    for _ in range(2):
+        probe = rr.Probe(np.random.default_rng(seed), count + 1, model)
+        made, count = make(probe), probe.operations
+    off = made - made[0]
+    jumps = np.where(np.abs(off) > 2.0**-8, off, 0.0)  # to the other axes, say: one of them, not their sum
+    size = np.abs(off - jumps).sum(axis=0) * (1 - 2.0**-9)  # it is made to first order, and of finite steps
+    ends = np.clip([made[0] + jumps.min(axis=0) - size, made[0] + jumps.max(axis=0) + size], 0, 1)
+    return np.where(found.undecided > 0, [found.lower, found.upper], ends)
+
+
+def probed(kind):
+    """An error model of one kind of error that is large beside the others, which are those of float32."""
+    small = dict.fromkeys(("operation", "quotient", "root", "angle"), 2.0**-23)
+    return ErrorModel(kind, "", **(small | {kind: 2.0**-16 if kind == "operation" else 2.0**-13}))
+
+
+def hold_probes(check, most=100):
+    """Hold bounds against the probes of each kind of error; sums of many samples against those of operations."""
+    mesh, kinds = builtin_scene("statue"), ("operation", "quotient", "root", "angle")
+    for kind, n, seed in [*itertools.product(kinds, (1, 12), range(2)), ("operation", most, 1)]:
+        size = (8, 6) if n < 12 else (4, 3)
+        module = module_views(mesh, find_display("sample-a").with_resolution(*size), range(4, 5))[0]
+        for view in (module, Camera.looking_at(mesh.bounds).view(*size)):
+            check((view, np.random.default_rng(seed), probed(kind), 0.25, n, seed == 1))
+
+
 def assert_inside(values, bound, name):
     low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
     outside = ~((values >= low) & (values <= high))
@@ -125,4 +162,4 @@ def drawn_problems(draw):
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     model = draw(st.sampled_from(["shader", "shader", "nearest"]))
     turning, radius = draw(st.booleans()), float(draw(st.sampled_from([0.01, 0.3, 1.0])))
-    return view, rng, model, radius, draw(st.sampled_from([1, 3, 6])), turning
+    return view, rng, model, radius, draw(st.sampled_from([1, 3, 12, 33, 100])), turning

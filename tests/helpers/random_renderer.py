@@ -80,6 +80,19 @@ class Arithmetic:
         back = np.nextafter(near, np.where(near > x, np.float32(-np.inf), np.float32(np.inf)))
         return self.flush(np.where(np.abs(near - x) > room, back, near).astype(np.float64))
 
+    def orders(self, n):
+        """An order of n terms for each renderer, (R, n)."""
+        return self.rng.permuted(np.tile(np.arange(n), (self.renderers, 1)), axis=1)
+
+    def order(self, n):
+        """An order of n terms, for all renderers."""
+        return self.rng.permutation(n)
+
+    def near(self, x, off):
+        """Float32 numbers that are off by up to so much."""
+        x = self.full(x)
+        return single(x + self.rng.uniform(-1, 1, x.shape) * (off - 2.0**-24))
+
     def add(self, a, b):
         a, b = self.align(a, b)
         return self.correctly(a + b)
@@ -113,7 +126,7 @@ class Arithmetic:
         """Sum of factors times values, in an order of each renderer's own, cut into two sums or not, fused or not."""
         terms = np.stack(np.broadcast_arrays(*self.align(*factors, *values)))
         factors, values = terms[: len(factors)], terms[len(factors) :]
-        order = self.rng.permuted(np.tile(np.arange(len(values)), (self.renderers, 1)), axis=1)
+        order = self.orders(len(values))
         of = np.arange(self.renderers)
         cut = int(self.rng.integers(1, len(values) + 1))
         sums = []
@@ -125,6 +138,58 @@ class Arithmetic:
             if total is not None:
                 sums.append(total)
         return sums[0] if len(sums) == 1 else self.add(*sums)
+
+
+class Probe(Arithmetic):
+    """Renderers of real numbers, each of which is off in one operation, by all that an error model allows.
+
+    To first order the largest error of a result is the sum of what they are off the first, which is off in nothing.
+    Sums are in the terms' order.
+    """
+
+    def __init__(self, rng, renderers, model):
+        super().__init__(rng, renderers)
+        self.model, self.operations, self.quotient_ulp = model, 0, model.quotient / model.operation / 1.4
+        self.directed = False
+
+    def lot(self, chance):
+        return np.full(self.renderers, self.rng.random() < chance)
+
+    def flush(self, x):
+        return x
+
+    def orders(self, n):
+        return np.tile(np.arange(n), (self.renderers, 1))
+
+    def order(self, n):
+        return np.arange(n)
+
+    def near(self, x, off, size=1.0):
+        """Numbers of which a renderer's is off by so much."""
+        x, self.operations = self.full(x).copy(), self.operations + 1
+        x[self.operations : self.operations + 1] += off * size
+        return x
+
+    def off(self, x, relative):
+        one = self.full(x)[self.operations + 1 : self.operations + 2]
+        return self.near(x, relative, np.where(one == np.rint(one), 0.0, one))  # what is representable is exact
+
+    def correctly(self, x):
+        return self.off(x, self.model.operation)
+
+    def within(self, x, ulps):
+        return self.off(x, ulps * self.model.operation)
+
+    def fused(self, a, b, c):
+        a, b, c = self.align(a, b, c)
+        return self.correctly(a * b + c) if self.rng.random() < 0.5 else self.add(self.multiply(a, b), c)
+
+    def divide(self, a, b):
+        a, b = self.align(a, b)
+        return self.off(a / b, self.model.quotient)
+
+    def root(self, x):
+        return self.off(np.sqrt(x), self.model.root)
 
 
 def row(ar, m, k, point, offset):
@@ -366,14 +431,9 @@ def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
                           ar.multiply(single(thickness), steep))  # fmt: skip
         hidden &= before <= reach
     total = np.zeros(hidden.shape[:-1])
-    for s in ar.rng.permutation(n):
+    for s in ar.order(n):
         total = ar.add(total, np.where(hidden[..., s], single(weights)[s], 0.0))
     return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)
-
-
-def near(ar, values, off):
-    """Numbers of float32 that are off by up to so much."""
-    return [single(k + ar.rng.uniform(-1, 1, k.shape) * (off - 2.0**-24)) for k in values]
 
 
 def across(ar, a, b):
@@ -399,7 +459,7 @@ def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
     (kind, m), depth, view, r = mapping_of(given), given.depth, given.view, single(radius)
     axis, rows = np.append(single(view.cast_from_world[2]), np.zeros(12)), range(4 if kind == MATRIX else 3)
     point, w, right = spread(ar, given.positions), spread(ar, given.directions), single(view.world_from_cast[:, 0])
-    w = near(ar, w, 2.0**-20)  # made by itself
+    w = [ar.near(k, 2.0**-20) for k in w]  # made by itself
     x, y = (ar.full(single(places)[None, None, :, k]) for k in range(2))
     a = right_of(ar, right, w)
     b = across(ar, w, a)
@@ -441,7 +501,7 @@ def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
     hidden = np.maximum(ar.subtract(top, np.maximum(d, -half)), 0)
     hidden = np.where(there, hidden, 0.0)
     total = np.zeros(hidden.shape[:-1])
-    for k in ar.rng.permutation(len(places)):
+    for k in ar.order(len(places)):
         total = ar.fused(single(unit)[k], hidden[..., k], total)
     return np.where(np.isfinite(depth) & (deep[..., 0] > 0), np.minimum(total, 1.0), 0.0)
 

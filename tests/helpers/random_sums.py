@@ -2,7 +2,7 @@
 
 import numpy as np
 import random_renderer as rr
-from random_renderer import STILL, near, row, single, spread
+from random_renderer import STILL, row, single, spread
 
 
 def turn_of(ar, turns, off):
@@ -35,7 +35,7 @@ def placed(ar, m, rows, point, x, y, r, axes):
 def summed(ar, terms):
     """The sum of terms, (R, H, W, n), in any order."""
     total = np.zeros(terms.shape[:-1])
-    for s in ar.rng.permutation(terms.shape[-1]):
+    for s in ar.order(terms.shape[-1]):
         total = ar.add(total, terms[..., s])
     return total
 
@@ -51,7 +51,7 @@ def left_of(ar, total, strength, n):
 def lacking(ar, light, k):
     """1 - light^k."""
     if k != 1:
-        logarithm = np.log2(light) + ar.rng.uniform(-(2.0**-21), 2.0**-21, light.shape)
+        logarithm = ar.near(np.log2(light), 2.0**-21)
         light = ar.within(np.exp2(ar.multiply(k, logarithm)), 2) if k else np.ones_like(light)
     return ar.subtract(1.0, light)
 
@@ -64,7 +64,7 @@ def alchemy(ar, given, places, radius, options, angle):
     if given.turns is not None:
         c, s = turn_of(ar, given.turns, angle)
         x, y = ar.total([c, -s], [x, y]), ar.total([s, c], [x, y])
-    rows = placed(ar, m, range(4 if kind == rr.MATRIX else 3), point, x, y, r, duff(ar, near(ar, w, 2.0**-20)))
+    rows = placed(ar, m, range(4 if kind == rr.MATRIX else 3), point, x, y, r, duff(ar, [ar.near(k, 2.0**-20) for k in w]))
     u, v, _, valid = rr.project(ar, kind, m, *rows)
     there, j, i = rr.inside(depth, u, v, valid)
     of = np.arange(ar.renderers)[:, None, None, None]
@@ -83,7 +83,7 @@ def alchemy(ar, given, places, radius, options, angle):
 
 def near_angle(ar, values, off):
     """Numbers off by up to so much, of some renderers not at all."""
-    return [ar.choose(ar.lot(0.7), near(ar, [ar.full(k)], off)[0], ar.full(k)) for k in values]
+    return [ar.choose(ar.lot(0.7), ar.near(k, off), ar.full(k)) for k in values]
 
 
 def ray_lines(ar, rays, shape):
@@ -181,7 +181,7 @@ def sao(ar, given, rays, radius, options, angle):
         less = ar.multiply(single(less * rays.units[2] / radius), ar.subtract(z, single(rays.origin)))
     total, of = np.zeros_like(z), np.arange(ar.renderers)[:, None, None]
     cosine, sine = turn_of(ar, given.turns, angle)
-    for t in ar.rng.permutation(n):
+    for t in ar.order(n):
         phi = (np.pi if options["full_turn"] == "exact" else 3.14) * (2 * t + 1) * options["turns"] / n
         x, y = near_angle(ar, single([np.cos(phi), np.sin(phi)]), angle)
         u, v = ar.total([x, -y], [cosine[..., 0], sine[..., 0]]), ar.total([x, y], [sine[..., 0], cosine[..., 0]])
@@ -237,7 +237,7 @@ def reconstructed(ar, light, away, options):
             low = np.minimum(low, np.where(high == 255, 254, 255))
             keys = np.where(there, ar.fused(low, 1 / 255 / 256, high / 256), np.inf)
         total, weight, size = np.zeros_like(light), np.zeros_like(light), light.shape[axis]
-        for tap in ar.rng.permutation(7):
+        for tap in ar.order(7):
             at = np.arange(size) + 3 * (tap - 3)
             other, inside = np.clip(at, 0, size - 1), (at >= 0) & (at < size)
             apart = np.abs(ar.subtract(np.take(keys, other, axis), keys))
@@ -254,7 +254,7 @@ def hbao(ar, given, around, mirrors, radius, options, angle):
     """Horizon-based AO, of every renderer: (R, H, W); mirrors (H, W, 2)."""
     (kind, m), depth, r, (i, j) = rr.mapping_of(given), given.depth, single(radius), np.indices(given.depth.shape)[::-1]
     point, normal, w = (spread(ar, texture) for texture in (given.positions, given.normals, given.directions))
-    w = near(ar, w, 2.0**-20)
+    w = [ar.near(k, 2.0**-20) for k in w]
     a = rr.right_of(ar, single(given.view.world_from_cast[:, 0]), w)
     b, (c, s) = rr.across(ar, w, a), (ar.full(single(mirrors)[..., k, None]) for k in range(2))
     if given.turns is not None:

@@ -113,6 +113,20 @@ def test_algorithm2_of_any_display_equals_the_reference(dtype, display, size, se
     assert actual.outside == answers[:, 1:].sum()
 
 
+@both
+@pytest.mark.parametrize("kind", [mapping.DISPLAY, mapping.CROSSED_SLITS])
+def test_left_and_top_edges_are_in_the_texture_and_right_and_bottom_ones_are_not(dtype, kind):
+    """Points of the screen, whose coordinates are exact, before surfaces that hide them."""
+    display = Display("even", 4.0, 2.0, 0.0, -2.0, (Module(0.0, 0.0, 1.0, 4, 2),), ((-1, -1, -0.5), (1, 1, 0.5)))
+    points = np.array([(-2, 0, 0), (2, 0, 0), (0, 1, 0), (0, -1, 0), (-2, 1, 0), (2, -1, 0), (0, 0, 0), (1, 0.5, 0)])
+    inside = [True, False, True, False, True, False, True, True]
+    assert (display.physical_to_image(0, points)[1] == VALID).tolist() == inside
+    numbers = np.concatenate([WORLD.ravel(), display.module_numbers(0)])
+    to_image = WorldToImage(kind, numbers) if kind == mapping.DISPLAY else display.view(0, WORLD).world_to_image
+    depth, positions = np.full((2, 4), -1, dtype), points.reshape(2, 4, 3).astype(dtype)
+    assert ssao.algorithm2(depth, positions, to_image, np.zeros((1, 3)), 1.0).texture.ravel().tolist() == inside
+
+
 # Round trips
 
 

@@ -60,3 +60,17 @@ def test_sample_texture_equals_the_reference(seed, wide, high, first, u, v):
     for channel in range(3):
         actual = paint.sample_texture(texels, first, wide, high, u, v, channel)
         assert bits(actual) == bits(raycast.sample_texture(texture, u, v, channel))
+
+
+# Domains by hand
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_texture_ends_at_the_last_number_below_its_size(dtype):
+    for size in (dtype(n) for n in (1, 2, 3, 480, 600, 768, 1000, 1023, 1024, 16384)):
+        last = np.nextafter(size, dtype(0))
+        assert mapping.last_below(size) == last
+        for u, inside in ((last, True), (size, False), (dtype(0), True), (np.nextafter(dtype(0), -size), False)):
+            held = min(int(u), int(size) - 1)
+            assert mapping.nearest_texel(u, dtype(0.5), size, dtype(9)) == (inside, held)
+            assert mapping.nearest_texel(dtype(0.5), u, dtype(9), size) == (inside, 9 * held)

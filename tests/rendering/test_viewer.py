@@ -170,12 +170,16 @@ def test_all_presets_show_what_the_eye_would_see(name):
 def test_the_eye_view_looks_along_the_pixels_lines():
     display = find_display("convex")
     eye, view = eye_point(display, 0.4), eye_view(display, IDENTITY, 0.4, 70)
+    near, far = view.lens[4:6]
+    assert near == pytest.approx(-eye[2] / 100)
+    assert far == pytest.approx(max(m.z for m in display.modules) - eye[2])
     for i, j in ((0, 0), (33, 7), (69, 39)):
         x = display.screen_width * ((i + 0.5) / 70 - 0.5)
         y = display.screen_height * (0.5 - (j + 0.5) / view.height)
-        for t in (0.5, 1.0, 1.4):
-            point = np.array(eye) + t * (np.array([x, y, 0.0]) - eye)
-            assert view.world_to_image(point)[:2] == pytest.approx([i + 0.5, j + 0.5], abs=1e-9)
+        for z in (near, 0.3 * far, far):
+            point = np.array(eye) - z / eye[2] * (np.array([x, y, 0.0]) - eye)
+            depth = (1 / near - 1 / z) / (1 / near - 1 / far)
+            assert view.world_to_image(point) == pytest.approx([i + 0.5, j + 0.5, depth], abs=1e-9)
 
 
 def test_eyes_are_on_the_line_or_the_arc():

@@ -68,6 +68,12 @@ def test_algorithms_3_and_4_equal_the_reference(xi1, xi2, t, shell):
     )
 
 
+def test_no_point_lies_inside_the_shell():
+    """Its inner radius' cube and the cube's root are rounded: some points would."""
+    inner = np.linspace(0.01, 1, 100).tolist()
+    assert min(ball.algorithm4(0.0, 0.0, 1.0, 0.0, r, 1.0)[2] - r for r in inner) == 0
+
+
 def test_the_short_calls_are_sample_sets():
     np.testing.assert_array_equal(square_points("jittered", 6, 3), sample_set("square", "jittered", 6, 3).points)
     np.testing.assert_array_equal(make_samples(), sample_set("ball", "latin", 8, 0, r_min=0.8, r_max=1.0).points)

@@ -28,6 +28,7 @@ from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.explain import explain
 from lfssao.verify.bounds.kernels import point_bounds as kernels
+from lfssao.verify.bounds.sao import growth
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 IDENTITY = WorldToImage(1, np.eye(4).ravel())
@@ -122,17 +123,22 @@ def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undec
         assert found.lower.tolist() == [[0.0]]
 
 
-def test_fractions_hold_every_quotient_and_are_apart():
-    for n in (1, 3, 8, 64):
-        low, high = ssao.fraction_bounds(n, MODELS["shader"])
-        for k in range(n + 1):
-            exact = Fraction(k, n)
-            assert Fraction(float(low[k])) <= exact * (1 - Fraction(5, 2) * ULP) + ULP * exact
-            assert Fraction(float(low[k])) <= exact <= Fraction(float(high[k]))
-            assert np.float32(k) / np.float32(n) <= high[k]
-            assert np.float32(k) * (np.float32(1) / np.float32(n)) <= high[k]
-        assert (high[:-1] < low[1:]).all()
-        assert (low[0], high[0]) == (0, 0)
+def worst(roundings):
+    """The largest factor that a quotient and so many other roundings of the shader model may make."""
+    return float((1 + Fraction(7, 2) * ULP) * (1 + ULP) ** roundings)
+
+
+@pytest.mark.parametrize("n", [1, 3, 8, 12, 33, 64, 100])
+def test_fractions_and_sums_hold_the_worst_rounding_and_little_more(n):
+    low, high = ssao.fraction_bounds(n, MODELS["shader"])
+    for k in range(1, n + 1):  # 1 / n, rounded as a quotient, added k times
+        grown = worst(k - 1)
+        assert high[k] >= np.nextafter(np.float32(k / n * grown), np.float32(0))
+        assert low[k] <= np.nextafter(np.float32(k / n * (2 - grown)), np.float32(2))
+        assert max(high[k] - k / n * grown, k / n * (2 - grown) - low[k]) < 2.0**-22
+    assert (high[:-1] < low[1:]).all()
+    assert (low[0], high[0]) == (0, 0)
+    assert 0 <= growth(n, MODELS["shader"]) - (worst(n + 3) - 1) < 2.0**-39 * n
 
 
 # Models

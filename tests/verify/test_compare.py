@@ -14,6 +14,7 @@ from compare_folders import (
     different,
     nudge,
     poke,
+    remade,
     single,
     verdicts,
     with_entry,
@@ -52,6 +53,9 @@ def test_the_camera_with_a_guard_band_conforms_to_itself(tmp_path):
     assert different(report) == {("camera", "blurred"): Verdict.INSIDE}
     mine = changed(light, tmp_path / "off", "camera", poke("normals", (9, 9), 0.5))
     assert different(lfssao.compare(mine, light)) == {("camera", "normals"): Verdict.DIFFERENT}
+    mine = changed(light, tmp_path / "signs", "camera", remade("normals", lambda n: np.where(n == 0, -n, n)))
+    report = lfssao.compare(mine, light)
+    assert (different(report), report.exit_code) == ({("camera", "normals"): Verdict.EQUAL_VALUES}, 0)
 
 
 def test_rounding_is_inside_and_passes_but_not_exactly(tmp_path, capsys, reference):

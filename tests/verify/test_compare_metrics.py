@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
+from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import measure, ulp_distance
+from lfssao.verify.compare.result import result_of
+from lfssao.verify.compare.tolerance import Tolerance
+from lfssao.verify.verdict import Judgement, Verdict
 
 
 def test_ulp_distance_counts_numbers():
@@ -59,3 +64,19 @@ def test_small_textures_have_figures(shape):
     found = measure((np.ones(shape, np.float32),), (np.zeros(shape, np.float32),))
     assert found.psnr == 0
     assert (found.ssim is None) == (min(shape) < 3)
+
+
+def test_the_worst_texels_are_farthest_beyond_their_intervals_and_then_farthest_off():
+    """Ten of fifteen: no numbers first, then by the distance from the interval, ties row by row; those inside last."""
+    e = 2.0**-6
+    mine = np.float32([[e, 0.875, e, np.nan, e], [0.5, e, 0.375, e, e], [-0.25, 1, -np.inf, 0, 0]])
+    upper = np.float32([[0.5, 1, 0.5, 0.5, 0.5], [0.375, 0.5, 0.125, 0.5, 0.5], [0.5, 1, 0.5, 0.5, 0.5]])
+    right, allowed = 0 * upper, Bounds(0 * upper, upper)
+    judged = Judgement(Verdict.OUTSIDE, "", mine != right, allowed.outside(mine), allowed)
+    sides = (Layer("ao_1", ("Y",), (texture,), None) for texture in (mine, right))
+    found = result_of("module_000", *sides, judged, Tolerance(), str).worst
+    outside = [(3, 0), (2, 2), (2, 1), (0, 2), (0, 1)]
+    assert [(t.column, t.row) for t in found] == [*outside, (1, 2), (1, 0), (0, 0), (2, 0), (4, 0)]
+    assert [t.outside for t in found] == [True] * 5 + [False] * 5
+    assert (found[2].mine, found[2].reference, found[2].lower, found[2].upper) == ((0.375,), (0,), (0,), (0.125,))
+    assert found[2].reason == "(2, 1)"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_problems, random_turns, unit
+from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_problems, hold_probes, made_by, random_turns, unit
 from random_oriented import hidden_weights, weights
 
 from lfssao import Buffers, builtin_scene, find_display, make_samples, module_views
@@ -41,8 +41,8 @@ def check(drawn, options):
     depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
     seen = Buffers(view, depth, positions, normals, turns)
-    made = hidden_weights(arithmetic(name, rng, RENDERERS), seen, samples, radius, options)
     found = point_bounds(NAME, seen, radius, samples, None, options, name)
+    made = made_by(name, rng, RENDERERS, lambda ar: hidden_weights(ar, seen, samples, radius, options), found)
     assert_inside(made, found, "weights")
     assert not found.outside(estimate(NAME, seen, radius, samples, **options).texture).any()
     return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
@@ -56,6 +56,13 @@ def check(drawn, options):
 )  # fmt: skip
 def test_no_renderer_leaves_its_bounds(drawn, bias, range_check, background):
     check(drawn, {"bias": bias, "range_check": range_check, "background": background})
+
+
+@pytest.mark.slow
+def test_no_probe_leaves_the_bounds():
+    for range_check in ("none", "smoothstep"):
+        options = {"bias": 0.05, "range_check": range_check, "background": "open"}
+        hold_probes(lambda drawn: check(drawn, options), 33)
 
 
 def test_renderers_differ_where_points_are_undecided():

@@ -18,6 +18,8 @@ from oracle_scenes import (
     critical_scene,
     drawn_problems,
     drawn_view,
+    hold_probes,
+    made_by,
     random_turns,
     seen_along,
     turned,
@@ -89,6 +91,10 @@ def test_no_renderer_that_counts_points_leaves_its_bounds(half, drawn, check, su
     check_fractions(drawn, options | ({} if half else {"remap": remap}), half)
 
 
+def radii(options, radius):
+    return (radius, options["second"] * radius) if options["second"] else (radius,)
+
+
 def check_volume(drawn, options, tangent):
     """Renderers of VO's points against the bounds."""
     view, rng, name, radius, n, turning = drawn
@@ -115,15 +121,17 @@ def check_volume(drawn, options, tangent):
     normals[~np.isfinite(depth)] = 0
     weights = rng.uniform(0.2, 3, n)
     given = seen_along(view, depth, positions, normals, turns, directions)
-    ar = arithmetic(name, rng, RENDERERS)
-    fractions, made = (weights / np.cumsum(weights)[-1]).astype(np.float32), []
-    for r in (radius, options["second"] * radius) if options["second"] else (radius,):
-        made.append(rr.hidden_volume(ar, given, samples, fractions, r, options["thickness"], mirrors))
-    volume = rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
-    estimator = "vo-points-normal" if tangent else "vo-points"
+    estimator, fractions = "vo-points-normal" if tangent else "vo-points", (weights / np.cumsum(weights)[-1]).astype("f4")
     found = point_bounds(estimator, given, radius, samples, weights, options, name)
-    assert_inside(volume, found, "volume")
-    return int(found.undecided.sum()), int((made[0].max(0) - made[0].min(0) > 1e-3).sum())
+
+    def volume(ar):
+        shared = given, samples, fractions
+        made = [rr.hidden_volume(ar, *shared, r, options["thickness"], mirrors) for r in radii(options, radius)]
+        return rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
+
+    made = made_by(name, rng, RENDERERS, volume, found)
+    assert_inside(made, found, "volume")
+    return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
 
 
 def check_lines(drawn, options, tangent):
@@ -153,13 +161,16 @@ def check_lines(drawn, options, tangent):
     half = np.sqrt(1 - (places * places).sum(1))
     units = (2 if tangent else 1) * weights / weights.sum() / (2 * half)
     given = seen_along(view, depth, positions, normals if tangent else None, turns, ways.astype(np.float32))
-    ar, made = arithmetic(name, rng, RENDERERS), []
-    for r in (radius, options["second"] * radius) if options["second"] else (radius,):
-        made.append(rr.hidden_lines(ar, given, places, half, units, r, options["thickness"], mirrors))
-    volume = rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
     found = point_bounds("vo-lines-normal" if tangent else "vo-lines", given, radius, places, weights, options, name)
-    assert_inside(volume, found, "volume")
-    return int(found.undecided.sum()), int((made[0].max(0) - made[0].min(0) > 1e-3).sum())
+
+    def volume(ar):
+        shared = given, places, half, units
+        made = [rr.hidden_lines(ar, *shared, r, options["thickness"], mirrors) for r in radii(options, radius)]
+        return rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
+
+    made = made_by(name, rng, RENDERERS, volume, found)
+    assert_inside(made, found, "volume")
+    return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
 
 
 @pytest.mark.slow
@@ -172,6 +183,13 @@ def check_lines(drawn, options, tangent):
 def test_no_renderer_of_the_ball_leaves_its_bounds(check, drawn, tangent, thickness, second, combine, randomize):
     options = {"thickness": thickness, "second": second, "combine": combine, "randomize": randomize, "seed": 3}
     check(drawn, options, tangent)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tangent", [False, True])
+def test_no_probe_of_lines_leaves_their_bounds(tangent):
+    how = {"thickness": 0.25 * tangent, "second": 0.5 * tangent, "combine": "product", "randomize": True, "seed": 0}
+    hold_probes(partial(check_lines, options=how, tangent=tangent))
 
 
 def test_renderers_differ_where_points_are_undecided():

@@ -1,4 +1,4 @@
-"""The oracle's bounds hold: 10,000 float32 renderers that round, fuse and order as they like, none outside.
+"""The oracle's bounds hold: 9,000 float32 renderers that round, fuse and order as they like, none outside.
 
 Scenes are drawn so that rounding matters: every texel's point is placed so that one of its samples falls on a texel's
 edge or at a surface's depth but for the last digits.
@@ -31,7 +31,7 @@ from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bound
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 
-EXAMPLES, RENDERERS = 100, 100
+EXAMPLES, RENDERERS = 100, 90  # not as many as samples: arrays are told apart by that
 DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
 MODULE_VIEW = DISPLAY.view(0, fit_roi(WORLD_BOX, ROI))
 pytestmark = [pytest.mark.usefixtures("one_thread"), pytest.mark.slow]
@@ -44,7 +44,7 @@ def drawn_scenes(draw):
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     model = draw(st.sampled_from(["shader", "shader", "nearest"]))
     radius = float(draw(st.sampled_from([0.01, 0.3, 1.0])))
-    n = draw(st.sampled_from([1, 3, 4, 7]))
+    n = draw(st.sampled_from([1, 3, 7, 12, 33, 100]))
     sigma = draw(st.sampled_from([0.3, 0.6, 1.0]))
     return view, rng, model, radius, n, sigma, draw(st.booleans())
 

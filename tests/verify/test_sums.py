@@ -11,10 +11,11 @@ import random_sums as rs
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle_scenes import (
-    arithmetic,
     assert_inside,
     critical_scene,
     drawn_problems,
+    hold_probes,
+    made_by,
     random_turns,
     seen_along,
     unit,
@@ -27,11 +28,15 @@ from lfssao.ao.estimators.registry import estimate, find_estimator
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.estimators.vo.local_frame import disk_mirrors
 from lfssao.ao.textures import Buffers
-from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import point_bounds
 
 RENDERERS = 40
 pytestmark = pytest.mark.usefixtures("one_thread")
+
+
+def angle_of(model):
+    return find_model(model).angle
 
 
 def duff(ways):
@@ -57,7 +62,7 @@ def drawn_scene(drawn, frame_of, places, towards):
     ways[..., 2] = np.where(rng.random(shape) < 0.2, rng.choice([-1e-7, 0, 1e-7], shape), ways[..., 2])
     ways = unit(ways).astype(np.float32)
     normals = unit(rng.normal(size=(*shape, 3)) - towards * ways).astype(np.float32)
-    e, f = frame_of(ways.astype(float), turned_off(rng, turns, MODELS[name].angle))
+    e, f = frame_of(ways.astype(float), turned_off(rng, turns, angle_of(name)))
 
     def moved(samples, number):
         x, y = np.moveaxis(places(samples)[number], -1, 0)
@@ -76,8 +81,8 @@ def check_alchemy(drawn, options, alter=lambda model: model):
         return c * e + s * f, c * f - s * e
 
     shown, places = drawn_scene(drawn, frame, lambda samples: 0.7 * samples[:, :2], 1)
-    made = rs.alchemy(arithmetic(name, rng, RENDERERS), shown, places, radius, options, MODELS[name].angle)
-    found = point_bounds("alchemy", shown, radius, places, None, options, alter(MODELS[name]))
+    found, angle = point_bounds("alchemy", shown, radius, places, None, options, alter(find_model(name))), angle_of(name)
+    made = made_by(name, rng, RENDERERS, lambda ar: rs.alchemy(ar, shown, places, radius, options, angle), found)
     assert_inside(made, found, "alchemy")
     return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
 
@@ -99,8 +104,9 @@ def check_hbao(drawn, options, alter=lambda model: model):
         return c * a + s * b, s * a - c * b
 
     shown, _ = drawn_scene(drawn, frame, lambda samples: around.astype(float), 2)
-    made = rs.hbao(arithmetic(name, rng, RENDERERS), shown, around, mirrors, radius, options, MODELS[name].angle)
-    found = point_bounds("hbao", shown, radius, None, None, options, alter(MODELS[name]))
+    found, given = point_bounds("hbao", shown, radius, None, None, options, alter(find_model(name))), (shown, around)
+    angle = angle_of(name)
+    made = made_by(name, rng, RENDERERS, lambda ar: rs.hbao(ar, *given, mirrors, radius, options, angle), found)
     assert_inside(made, found, "hbao")
     return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
 
@@ -141,14 +147,14 @@ def check_sao(drawn, options, alter=lambda model: model):
         texel = min(abs(rays.numbers[k + 2] + z * rays.numbers[k + 4]) * rays.units[k // 5] for k in (0, 5))
         radius = float(rng.choice([2, 4]) / (1 - 0.5 / n) * texel)
     phi = np.pi * (2 * rng.integers(0, n, shape) + 1) / n
-    angles = rng.choice([0, 0.5, 1, 1.5], shape) * np.pi - phi + rng.uniform(-1, 1, shape) * MODELS[name].angle
+    angles = rng.choice([0, 0.5, 1, 1.5], shape) * np.pi - phi + rng.uniform(-1, 1, shape) * angle_of(name)
     turns = np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32)
     towards = unit(rng.normal(size=(*shape, 3)) - 2 * unit(view.cast_from_world[2, :3])).astype(np.float32)
-    shown, ar, model = Buffers(view, depth, positions, towards, turns), arithmetic(name, rng, RENDERERS), MODELS[name]
+    shown = Buffers(view, depth, positions, towards, turns)
     estimator = "sao" if "intensity" in options else "sao-equation-1"
     options = {**find_estimator(estimator).parameters, **options, "taps": n, "turns": 1}
-    made = rs.sao(ar, shown, rays, radius, options, model.angle)
-    found = point_bounds(estimator, shown, radius, None, None, options, alter(model))
+    found = point_bounds(estimator, shown, radius, None, None, options, alter(find_model(name)))
+    made = made_by(name, rng, RENDERERS, lambda ar: rs.sao(ar, shown, rays, radius, options, angle_of(name)), found)
     assert_inside(made, found, "sao")
     return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
 
@@ -174,6 +180,18 @@ PLAIN = {
     check_sao: {"intensity": 0.3, "log_q": 0, "quad_edge": 0.0, "gauss": 0.0},
     check_hbao: {"steps": 2, "bias": 0.0, "attenuation": "linear", "randomize": True, "seed": 3},
 }
+PROBED = {
+    check_alchemy: [{}],
+    check_sao: [{}, {"normals": "buffer"}],
+    check_hbao: [{"steps": 1, "attenuation": "quadratic"}, {"steps": 1, "bias": 20.0}],
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("check", PLAIN)
+def test_no_probe_leaves_the_bounds(check):
+    for changes in PROBED[check]:
+        hold_probes(lambda drawn: check(drawn, PLAIN[check] | changes), 33 if check is check_sao else 100)
 
 
 @pytest.mark.parametrize(

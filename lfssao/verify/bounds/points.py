@@ -37,7 +37,7 @@ from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held
-from lfssao.verify.bounds.sao import lacking, left_of, sao
+from lfssao.verify.bounds.sao import growth, lacking, left_of, sao
 from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points, single
 
 
@@ -144,7 +144,7 @@ def _hbao(given: Problem, radius: float) -> Bounds:
     fan = held(fan_of(options, np.dtype(np.float32)))
     (low, high), undecided = given.sums(disk_kernels.sum_rises, given.surface(radius), fan)
     n = options.directions * options.steps
-    relative = ((n + 2) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
+    relative = growth(n, model)
     low, high = low / options.directions * (1 - relative), high / options.directions * (1 + relative)
     return Bounds(up_to_single(np.minimum(low, 1)), down_to_single(np.minimum(high, 1)), undecided)
 
@@ -152,8 +152,7 @@ def _hbao(given: Problem, radius: float) -> Bounds:
 def _summed(given: Problem, kernel: Callable[..., None], *samples: Any) -> Bounds:
     """Bounds of sums of a kernel: they are added in any order, and what is above 1 is 1."""
     (fewest, most), undecided = given.sums(kernel, *samples)
-    n, operation = len(given.points), given.model.operation
-    relative = (n + 4) * operation * (1 + n * operation)
+    relative = growth(len(given.points), given.model)
     lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
     return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
 

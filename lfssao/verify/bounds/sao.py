@@ -188,9 +188,14 @@ def _shifted(texture: FloatArray, off: int, axis: int, beyond: float = np.inf) -
     return made
 
 
+def growth(n: int, model: ErrorModel) -> float:
+    """Relative error of a sum of n terms added in any order, times a number made by a quotient and four products."""
+    return ((n + 3) * model.operation * (1 + (n + 3) * model.operation) + model.quotient) * SAFETY
+
+
 def left_of(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:
-    """Ends of max(0, 1 - scale sum), of n terms added in any order and a scale made by a quotient and products."""
-    relative = ((n + 4) * model.operation * (1 + n * model.operation) + model.quotient) * SAFETY
+    """Ends of max(0, 1 - scale sum), of n terms."""
+    relative = growth(n, model)
     low, high = scale * sums[0] * (1 - relative), scale * sums[1] * (1 + relative)
     least = np.where(high > 0, np.maximum(1 - high, 0) * (1 - model.operation * SAFETY), 1.0)
     return least, np.minimum(np.maximum(1 - low, 0) * (1 + model.operation * SAFETY), 1)

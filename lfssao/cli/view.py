@@ -10,11 +10,11 @@ from PIL import Image
 from lfssao.cli.terminal import printable, progress, say
 from lfssao.cli.values import check_target, finite, whole
 from lfssao.core.files import write_whole
+from lfssao.core.memory import available_memory
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.display import Display
 from lfssao.rendering.folder import read_layer, read_manifest
-from lfssao.rendering.memory import available_memory
 from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 
 MOST_WIDTH = 16_384

@@ -1,10 +1,6 @@
-"""Memory that the passes of a view need, and what this machine has."""
+"""Memory that the passes of a view need."""
 
-import os
-import re
-from contextlib import suppress
-from pathlib import Path
-
+from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
 
 _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
@@ -28,14 +24,3 @@ def needed_memory(texels: int, radius_count: int, texel_bytes: int) -> int:
     # Peaks, measured at 12 and 48 million texels with 5 and with 40 radii: shading and writing take 108 bytes a texel,
     # the estimate of the last radius 40 and the estimator's own, next to the textures of the other radii.
     return texels * (4 * radius_count + max(108, 40 + texel_bytes))
-
-
-def available_memory() -> int | None:
-    """Bytes that programs can still take without swapping, else all there are; None where the system does not say."""
-    with suppress(OSError):
-        found = re.search(r"MemAvailable:\s*(\d+) kB", Path("/proc/meminfo").read_text(encoding="ascii"))
-        if found:
-            return 1024 * int(found[1])
-    with suppress(OSError, ValueError, AttributeError):
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    return None

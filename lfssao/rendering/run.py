@@ -15,12 +15,13 @@ from lfssao import __version__
 from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.core.files import output_folder
+from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.animation import moved
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.memory import available_memory, needed_memory
+from lfssao.rendering.memory import needed_memory
 from lfssao.rendering.output import Result, make_ready, recover_view, write_frame, write_view
 from lfssao.rendering.passes import Textures, render_view
 

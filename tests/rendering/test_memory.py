@@ -9,9 +9,10 @@ import pytest
 
 from lfssao import RayCaster, Settings, builtin_scene, find_display, module_views
 from lfssao.ao.estimators.registry import find_estimator
+from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
 from lfssao.rendering import memory
-from lfssao.rendering.memory import available_memory, check_memory, needed_memory
+from lfssao.rendering.memory import check_memory, needed_memory
 from lfssao.rendering.passes import render_view
 
 

@@ -10,7 +10,7 @@ from PIL import Image
 from lfssao.cli.terminal import printable, progress, say
 from lfssao.cli.values import check_target, finite, whole
 from lfssao.core.files import write_whole
-from lfssao.core.memory import available_memory
+from lfssao.core.memory import check_available
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.display import Display
@@ -79,11 +79,7 @@ def _read_light_field(folder: Path, layer: str, display: Display, entries: dict[
     """One layer of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black."""
     channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
     needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
-    available = available_memory()
-    if available is not None and needed > available:
-        raise InputError(
-            f"{folder}: its textures need {needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available"
-        )
+    check_available(f"{folder}: its textures", needed)
     field = LightField(display, list(entries), channels)
     with progress(entries.items(), desc="read", unit="module") as bar:
         for index, entry in bar:

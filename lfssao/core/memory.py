@@ -1,9 +1,15 @@
-"""The memory that this machine has."""
+"""The memory that this machine has, and what does not fit into it."""
 
 import os
 import re
 from contextlib import suppress
 from pathlib import Path
+
+from lfssao.errors import InputError
+
+# Deflate expands at most 1032 times, and what is read may be held twice; a small file may expand to so much anyway.
+_MOST_EXPANSION = 2048
+_HARMLESS = 2**30
 
 
 def available_memory() -> int | None:
@@ -15,3 +21,17 @@ def available_memory() -> int | None:
     with suppress(OSError, ValueError, AttributeError):
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return None
+
+
+def check_available(what: str, needed: float) -> None:
+    """Refuse (InputError) what needs more bytes of memory than there are; the plural ``what`` begins the message."""
+    available = available_memory()
+    if available is not None and needed > available:
+        raise InputError(f"{what} need {needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available")
+
+
+def check_expansion(what: str, needed: float, held: int) -> None:
+    """Refuse as ``check_available``, and beyond a GB also what files of ``held`` bytes cannot honestly expand to."""
+    if needed > max(_HARMLESS, _MOST_EXPANSION * held):
+        raise InputError(f"{what} need {needed / 1e9:.1f} GB of memory, too much for files of {held} bytes")
+    check_available(what, needed)

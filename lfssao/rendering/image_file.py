@@ -10,6 +10,7 @@ from typing import Any
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from lfssao.core.memory import check_available
 from lfssao.core.npy import read_npy
 from lfssao.errors import InputError
 
@@ -97,6 +98,7 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
             f"{path}: its header claims {most.width}x{most.height} texels{tiles}, {claimed / 1e9:.3g} GB in all; "
             f"a file of {there} bytes cannot hold that"
         )
+    check_available(f"{path}: its texels", claimed)
 
 
 def _bytes_in_memory(spec: Any) -> int:

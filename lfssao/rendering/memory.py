@@ -1,6 +1,6 @@
 """Memory that the passes of a view need."""
 
-from lfssao.core.memory import available_memory
+from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 
 _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
@@ -11,12 +11,8 @@ def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -
     texels = width * height
     if texels > _MOST_TEXELS:
         raise InputError(f"resolution {width}x{height}: a texture has at most {_MOST_TEXELS} texels")
-    needed, available = needed_memory(texels, radius_count, texel_bytes), available_memory()
-    if available is not None and needed > available:
-        raise InputError(
-            f"resolution {width}x{height}: the passes of one texture and {radius_count} radii need about "
-            f"{needed / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available"
-        )
+    passes = f"resolution {width}x{height}: the passes of one texture and {radius_count} radii"
+    check_available(passes, needed_memory(texels, radius_count, texel_bytes))
 
 
 def needed_memory(texels: int, radius_count: int, texel_bytes: int) -> int:

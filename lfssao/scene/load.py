@@ -11,21 +11,22 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 from trimesh.exchange.load import mesh_loaders
-from trimesh.resolvers import FilePathResolver
 from trimesh.visual.color import to_rgba
 from trimesh.visual.material import empty_material
 
 from lfssao.core.affine import cofactors, transform_points
+from lfssao.core.memory import check_expansion
 from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
-from lfssao.scene.formats import CHECKS
+from lfssao.scene.assets import Assets, bytes_of, check_file, reason_of
+from lfssao.scene.formats import CHECKS, readable
+from lfssao.scene.gltf import check_gltf
 from lfssao.scene.mesh import Mesh, Paint
 
 # Its warnings are for whoever listens to them, and none of Python's handlers of last resort.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 _GLTF = (".glb", ".gltf")
-_NOT_IMAGES = (".mtl", ".bin")
 
 
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
@@ -41,15 +42,17 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     broken (``Mesh``).
     """
     path = Path(path)
-    _check_file(path)
+    check_file(path)
     image = None if texture is None else _read_image(Path(texture))
-    assets = _Assets(path)
+    assets = Assets(path)
     geometries = _read(path, assets)
     if not geometries:
         raise InputError(f"{path}: the file holds no triangles")
     if image is None:
         assets.check_images()
-    parts = [_Part(path, *geometry, image) for geometry in geometries]
+    # Each vertex in float64, with copies as parts are put in place and joined.
+    assets.check("its meshes", 200 * sum(len(mesh.vertices) + len(mesh.faces) for mesh, _, _ in geometries))
+    parts = [_Part(path, *geometry, image, assets) for geometry in geometries]
     if image is not None and not any(part.uv is not None for part in parts):
         raise InputError(f"{path}: a texture was given, but the mesh has no texture coordinates")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
@@ -63,60 +66,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     )
 
 
-def _check_file(path: Path) -> None:
-    if path.is_dir():
-        raise InputError(f"{path}: it is a folder, not a file")
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file")
-    if not path.is_file():
-        raise InputError(f"{path}: it is not a regular file")
-
-
-class _Assets:
-    """A resolver of trimesh that remembers the files it could not give: trimesh goes on without them silently."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._files = FilePathResolver(str(path))
-        self._missing: dict[str, str] = {}
-
-    def get(self, name: str) -> bytes:
-        """Content of a file that the mesh file names; text as UTF-8."""
-        ending = Path(name.strip()).suffix.lower()
-        try:
-            data: bytes = self._files.get(name.replace("\\", "/"))  # paths from Windows
-            if ending not in _NOT_IMAGES:
-                with Image.open(io.BytesIO(data)) as image:
-                    image.load()
-        except FileNotFoundError:
-            self._missing[name] = "is not there"
-            raise
-        except Exception as error:
-            self._missing[name] = f"cannot be read ({_reason(Path(name), error)})"
-            raise
-        return _as_utf8(data) if ending == ".mtl" else data
-
-    __getitem__ = get
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._files, name)
-
-    def check_images(self) -> None:
-        """Refuse a mesh that names an image which is missing or broken."""
-        for name, problem in self._missing.items():
-            if Path(name.strip()).suffix.lower() not in _NOT_IMAGES:
-                raise InputError(f"{self._path}: it names the image '{name}', which {problem}")
-
-    def notes(self) -> list[str]:
-        """Sentences about material files that are missing."""
-        return [
-            f"it names '{name}', which {problem}: its materials are left out"
-            for name, problem in self._missing.items()
-            if name.strip().lower().endswith(".mtl")
-        ]
-
-
-def _read(path: Path, assets: _Assets) -> list[tuple[Any, NDArray[np.float64], NDArray[np.float64] | None]]:
+def _read(path: Path, assets: Assets) -> list[tuple[Any, NDArray[np.float64], NDArray[np.float64] | None]]:
     """The file's meshes as trimesh has them, each with its (4, 4) transform and the normals that the file has."""
     ending = path.suffix.lower()
     try:
@@ -127,14 +77,17 @@ def _read(path: Path, assets: _Assets) -> list[tuple[Any, NDArray[np.float64], N
             data = path.read_bytes()
             if not data:
                 raise InputError(f"{path}: the file is empty")
+            data = readable(ending, data)
             declared = CHECKS[ending](path, data) if ending in CHECKS else 0
-            given = _loaded(path, _as_utf8(data) if ending == ".obj" else data, assets)
+            if ending in _GLTF:
+                check_gltf(path, data, assets)
+            given = _loaded(path, data, assets)
             scene = trimesh.load_scene(given)
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     except InputError:
         raise
     except Exception as error:  # whatever the format's reader stumbled over
-        raise InputError(f"{path}: it cannot be read as a mesh ({_reason(path, error)})") from error
+        raise InputError(f"{path}: it cannot be read as a mesh ({reason_of(path, error)})") from error
     meshes = []
     for transform, name in placed:
         mesh = scene.geometry[name]
@@ -148,7 +101,7 @@ def _read(path: Path, assets: _Assets) -> list[tuple[Any, NDArray[np.float64], N
     return meshes
 
 
-def _loaded(path: Path, data: bytes, assets: _Assets) -> dict[str, Any]:
+def _loaded(path: Path, data: bytes, assets: Assets) -> dict[str, Any]:
     """The keywords that trimesh's reader of the format makes meshes of."""
     kind = path.suffix[1:].lower()
     if kind not in mesh_loaders:
@@ -158,54 +111,27 @@ def _loaded(path: Path, data: bytes, assets: _Assets) -> dict[str, Any]:
     return {"process": False, **keywords}
 
 
-def _reason(path: Path, error: Exception) -> str:
-    """The reason why reading failed, in words that do not need the libraries' source."""
-    reason = " ".join(str(error).split())[:200] or type(error).__name__
-    if isinstance(error, OSError) and error.strerror:
-        reason = error.strerror
-    elif isinstance(error, UnicodeDecodeError) or getattr(error, "name", None) == "charset_normalizer":
-        # charset_normalizer is what trimesh asks to guess an encoding
-        reason = f"its content is not what files ending in {path.suffix} hold"
-    elif isinstance(error, ImportError):
-        reason = f"no reader for it is installed: {reason}"
-    elif isinstance(error, IndexError) and path.suffix.lower() == ".obj":
-        reason = "a face names a vertex that does not exist"
-    elif isinstance(error, MemoryError):
-        reason = "there is not enough memory"
-    elif type(error).__name__ == "UnidentifiedImageError":
-        reason = "it is of no known format"
-    return reason
-
-
-def _as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8; other text is taken for Latin-1, as old exporters write names and comments."""
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError:
-        return data.decode("latin-1").encode("utf-8")
-    return data
-
-
-def _read_image(path: Path) -> NDArray[np.uint8]:
-    """An image file as (h, w, 3) sRGB codes."""
-    _check_file(path)
+def _read_image(path: Path) -> NDArray[np.float32]:
+    """An image file as (h, w, 3) linear RGB."""
+    check_file(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pillow's of large images
             with Image.open(path) as image:
-                return _codes(image)
+                check_expansion("its texels", bytes_of(image), path.stat().st_size)
+                return _texture(image)
     except Exception as error:  # each of Pillow's readers has errors of its own
-        raise InputError(f"{path}: it cannot be read as an image ({_reason(path, error)})") from error
+        raise InputError(f"{path}: it cannot be read as an image ({reason_of(path, error)})") from error
 
 
-def _codes(image: Any) -> NDArray[np.uint8]:
-    """Pixels of a Pillow image as (h, w, 3) 8-bit codes; transparency is left out."""
+def _texture(image: Any) -> NDArray[np.float32]:
+    """Pixels of a Pillow image as (h, w, 3) linear RGB; transparency is left out."""
     if image.mode in ("I", "F"):
         raise ValueError(f"pixels of mode {image.mode} have no known range")
     if image.mode.startswith("I;16"):  # Pillow would clip 16-bit grey at 255
         grey = (np.asarray(image).astype(np.uint32) * 255 + 32767) // 65535
-        return np.repeat(grey.astype(np.uint8)[..., None], 3, axis=2)
-    return np.asarray(image.convert("RGB"))
+        return to_linear(np.repeat(grey.astype(np.uint8)[..., None], 3, axis=2))
+    return to_linear(np.asarray(image.convert("RGB")))
 
 
 def _is_placeholder(image: Any) -> bool:
@@ -223,7 +149,8 @@ class _Part:
         geometry: Any,
         transform: NDArray[np.float64],
         normals: NDArray[np.float64] | None,
-        image: NDArray[np.uint8] | None,
+        image: NDArray[np.float32] | None,
+        assets: Assets,
     ) -> None:
         # Not by trimesh's own transform, which is a BLAS product: its bits differ between machines.
         self.vertices = _placed(transform, np.asarray(geometry.vertices, np.float64))
@@ -237,7 +164,7 @@ class _Part:
         self.uv: NDArray[np.float64] | None = None
         self.vertex_colors: NDArray[np.float32] | None = None
         self.note = ""
-        self._path = path
+        self._path, self._assets = path, assets
         visual = geometry.visual
         if visual.kind == "texture":
             self._take_texture(visual)
@@ -269,10 +196,11 @@ class _Part:
         if self.uv is None:
             self.note = "an image is left out, as its faces have no texture coordinates"
             return
+        self._assets.check_texture(found)
         try:
-            self.image = _codes(found)
+            self.image = _texture(found)
         except Exception as error:  # Pillow decodes late: a broken image is noticed only here
-            reason = _reason(self._path, error)
+            reason = reason_of(self._path, error)
             raise InputError(f"{self._path}: its texture cannot be read as an image ({reason})") from error
 
     def _take_factor(self, material: Any, found: Any) -> None:
@@ -292,6 +220,8 @@ class _Part:
 
     def _take_face_colors(self, colors: NDArray[np.uint8]) -> None:
         """Give each face its own three vertices in its colour."""
+        if not ((self.faces >= 0) & (self.faces < len(self.vertices))).all():
+            return  # Mesh refuses it
         self.vertices = self.vertices[self.faces].reshape(-1, 3)
         self.normals = None if self.normals is None else self.normals[self.faces].reshape(-1, 3)
         self.faces = np.arange(len(self.vertices)).reshape(-1, 3)
@@ -318,7 +248,7 @@ def _join_paint(parts: list[_Part]) -> Paint | None:
     return Paint(
         factors=np.stack([part.factor for part in parts]),
         face_material=np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.faces) for part in parts]),
-        textures=tuple(None if part.image is None else to_linear(part.image) for part in parts),
+        textures=tuple(part.image for part in parts),
         uv=None if all(part.uv is None for part in parts) else np.concatenate(uv),
         vertex_colors=None if all(part.vertex_colors is None for part in parts) else np.concatenate(colors),
     )

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
@@ -139,6 +140,7 @@ class Comparison:
         try:
             reference, case = self._reference.read(module, described)
             parts = self._mine.parts(module, self._reference.entries.get(module, {}).get("rows") == "below")
+            check_available(f"{self._mine.path}: distances of {module}", max(map(_bytes_of, reference), default=0))
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
@@ -260,6 +262,11 @@ def _found_layers(
     for right in missing:  # after all that were found: a channel left over may be it
         refused[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
     return found, refused, stored
+
+
+def _bytes_of(layer: Layer) -> int:
+    """Memory that the distances of a layer that differs take, with both sides, as measured."""
+    return layer.planes[0].size * (120 + 45 * len(layer.planes))
 
 
 def _without_intervals(names: Sequence[str]) -> set[str]:

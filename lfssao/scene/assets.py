@@ -1,0 +1,125 @@
+"""Files that a mesh file names, and whatever else it makes its reader take memory for."""
+
+import io
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from PIL import Image
+
+from lfssao.core.memory import check_expansion
+from lfssao.errors import InputError
+
+_NOT_IMAGES = (".mtl", ".bin")
+
+
+def check_file(path: Path) -> None:
+    """Refuse (InputError) what is no regular file: a pipe would wait for whoever writes into it."""
+    if path.is_dir():
+        raise InputError(f"{path}: it is a folder, not a file")
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+    if not path.is_file():
+        raise InputError(f"{path}: it is not a regular file")
+
+
+class Assets:
+    """A resolver of trimesh: it remembers what it could not give, and refuses what takes too much memory."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._missing: dict[str, str] = {}
+        self._held = path.stat().st_size  # bytes of the file and of those that it names
+        self._textures = 0  # bytes of memory
+
+    def get(self, name: str) -> bytes:
+        """Content of a file that the mesh file names; text as UTF-8. trimesh goes on without it silently."""
+        ending = Path(name.strip()).suffix.lower()
+        try:
+            data = self._content(name.strip().replace("\\", "/"))  # paths from Windows
+        except FileNotFoundError:
+            self._missing[name] = "is not there"
+            raise
+        except Exception as error:
+            self._missing[name] = f"cannot be read ({reason_of(Path(name), error)})"
+            raise
+        self._held += len(data)
+        if ending not in _NOT_IMAGES:
+            self.try_image(name, data)
+        return as_utf8(data) if ending == ".mtl" else data
+
+    __getitem__ = get
+
+    def _content(self, name: str) -> bytes:
+        folder = self._path.absolute().parent.resolve()
+        for candidate in (name, unquote(name), name.lstrip("/"), Path(name).name):  # a path of another machine, too
+            file = (folder / candidate).resolve()
+            if file.is_relative_to(folder) and file.exists() and not file.is_dir():
+                check_file(file)
+                return file.read_bytes()
+        raise FileNotFoundError(f"there is no '{name}' in its folder")
+
+    def try_image(self, name: str, data: bytes) -> None:
+        """Remember an image that cannot be read."""
+        try:
+            with Image.open(io.BytesIO(data)) as image:
+                check_expansion("its texels", bytes_of(image), self._held)
+                image.load()
+        except Exception as error:  # each of Pillow's readers has errors of its own
+            self._missing[name] = f"cannot be read ({reason_of(Path(name), error)})"
+
+    def check_images(self) -> None:
+        """Refuse a mesh that names an image which is missing or broken."""
+        for name, problem in self._missing.items():
+            if Path(name.strip()).suffix.lower() not in _NOT_IMAGES:
+                raise InputError(f"{self._path}: it names the image '{name}', which {problem}")
+
+    def check_texture(self, image: Any) -> None:
+        """Refuse a mesh whose textures, of which this is one more, take too much memory together."""
+        self._textures += bytes_of(image)
+        self.check("its textures", self._textures)
+
+    def check(self, what: str, needed: float) -> None:
+        """Refuse a mesh of which a part needs too many bytes of memory."""
+        check_expansion(f"{self._path}: {what}", needed, self._held)
+
+    def notes(self) -> list[str]:
+        """Sentences about material files that are missing."""
+        return [
+            f"it names '{name}', which {problem}: its materials are left out"
+            for name, problem in self._missing.items()
+            if name.strip().lower().endswith(".mtl")
+        ]
+
+
+def bytes_of(image: Any) -> int:
+    """Memory that an image of Pillow takes until it is a texture: by its reader, as codes, and as float32."""
+    return 28 * int(image.width) * int(image.height)
+
+
+def as_utf8(data: bytes) -> bytes:
+    """Text in UTF-8; other text is taken for Latin-1, as old exporters write names and comments."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode("utf-8")
+    return data
+
+
+def reason_of(path: Path, error: Exception) -> str:
+    """The reason why reading failed, in words that do not need the libraries' source."""
+    reason = " ".join(str(error).split())[:200] or type(error).__name__
+    if isinstance(error, OSError) and error.strerror:
+        reason = error.strerror
+    elif isinstance(error, UnicodeDecodeError) or getattr(error, "name", None) == "charset_normalizer":
+        # charset_normalizer is what trimesh asks to guess an encoding
+        reason = f"its content is not what files ending in {path.suffix} hold"
+    elif isinstance(error, ImportError):
+        reason = f"no reader for it is installed: {reason}"
+    elif isinstance(error, IndexError) and path.suffix.lower() == ".obj":
+        reason = "a face names a vertex that does not exist"
+    elif isinstance(error, MemoryError):
+        reason = "there is not enough memory"
+    elif type(error).__name__ == "UnidentifiedImageError":
+        reason = "it is of no known format"
+    return reason

@@ -13,6 +13,10 @@ class InputError(LfssaoError, ValueError):
     """Something that was handed in is wrong; the message names the file, option or argument and the reason."""
 
 
+class InputWarning(UserWarning):
+    """Something that was handed in is allowed and is probably not meant; the command line prints it as one sentence."""
+
+
 class MissingPackageError(LfssaoError, ImportError):
     """A package that this operation needs is not installed; the message names it and the operation."""
 

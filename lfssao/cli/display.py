@@ -5,6 +5,7 @@ from pathlib import Path
 
 from lfssao.errors import InputError
 from lfssao.optics.display_file import display_names, display_text, find_display
+from lfssao.rendering import doubts
 
 
 def add_to(display: argparse.ArgumentParser) -> None:
@@ -29,6 +30,7 @@ def _display(options: argparse.Namespace) -> None:
         print("\n".join(display_names()))
         return
     display = find_display(options.name)
+    doubts.warn(doubts.of_display(display))
     if options.plot is None:
         is_file = Path(options.name).suffix == ".toml"
         print(Path(options.name).read_text(encoding="utf-8") if is_file else display_text(options.name), end="")

@@ -20,7 +20,7 @@ from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View, check_positions
-from lfssao.rendering import manifest
+from lfssao.rendering import doubts, manifest
 from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
 from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
@@ -137,6 +137,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     # One box for all frames, so that the scene's scale on the display stays what it is.
     boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
     views, neighbours = _views(options, mesh, display, swept_bounds(boxes))
+    doubts.warn(doubts.of_display(display))
+    doubts.warn(doubts.of_radii(mesh, views, settings, boxes))
     head = {
         "machine": manifest.describe_machine(threads, options.command),
         "scene": manifest.describe_scene(mesh),

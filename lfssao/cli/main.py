@@ -7,6 +7,7 @@ import re
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -15,7 +16,7 @@ from typing import Any, NoReturn
 
 from lfssao import __version__
 from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, fault_of_name, say
-from lfssao.errors import InputError, LfssaoError
+from lfssao.errors import InputError, InputWarning, LfssaoError
 
 # A command is a file of this folder.
 COMMANDS = {
@@ -67,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parser().parse_args(_with_negative_values(words))
         options.command = ["lfssao", *words]
-        with _interruptible():
+        with _interruptible(), _said_once():
             code: int | None = options.run(options)
     except LfssaoError as error:
         say(str(error))
@@ -87,6 +88,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(fault_of_name(error))
         return bad_input
     return code or 0
+
+
+@contextmanager
+def _said_once() -> Iterator[None]:
+    """Warnings of what is probably not meant as one sentence each."""
+    said: set[str] = set()
+
+    def show(message: Warning | str, category: type[Warning], *more: Any, **rest: Any) -> None:
+        if not issubclass(category, InputWarning):
+            others(message, category, *more, **rest)
+        elif str(message) not in said:
+            said.add(str(message))
+            say(str(message))
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", InputWarning)
+        others, warnings.showwarning = warnings.showwarning, show
+        yield
 
 
 @contextmanager

@@ -9,13 +9,12 @@ from typing import Any
 import numba
 
 from lfssao.cli.job_options import add_options, job_of
-from lfssao.cli.terminal import printable, progress, say
+from lfssao.cli.terminal import printable, progress
 from lfssao.cli.values import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.rendering.cluster import executor_of
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.output import Result
-from lfssao.rendering.plan import subpixel_radii
 from lfssao.rendering.run import recover, run
 
 
@@ -40,7 +39,6 @@ def _render(options: argparse.Namespace) -> None:
     start = time.perf_counter()
     job = job_of(options, threads)
     seconds = {"load": time.perf_counter() - start}
-    _warn_of_small_radii(job)
     _run(job, threads, _found(job, threads) if options.resume else {}, options.scheduler, seconds)
     written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}, manifest.json" + ", contact.png" * job.has_sheet
     if job.transforms is not None:
@@ -52,15 +50,6 @@ def _core_count() -> int:
     """Cores that this process may use, and that numba has threads for."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
     return int(min(cores, numba.config.NUMBA_NUM_THREADS))
-
-
-def _warn_of_small_radii(job: Job) -> None:
-    asked = job.settings.radii if "ao" in job.settings.computed else ()
-    radii = [f"{radius:g}" for radius in subpixel_radii(job.views, job.boxes, asked)]
-    if len(radii) == 1:
-        say(f"radius {radii[0]} is less than half a texel everywhere: its AO says nothing")
-    elif radii:
-        say(f"radii {', '.join(radii)} are less than half a texel everywhere: their AO says nothing")
 
 
 def _found(job: Job, threads: int) -> dict[Item, Result]:

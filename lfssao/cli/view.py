@@ -99,7 +99,7 @@ def _photographs(field: LightField, eyes: list[float], options: argparse.Namespa
             codes = to_codes(shot.image) if is_light else (np.clip(shot.image, 0, 1) * 255 + 0.5).astype(np.uint8)
             pictures.append(Image.fromarray(codes if is_light else np.repeat(codes, 3, axis=2)))
             dark = max(dark, shot.dark)
-    if dark:
+    if 0 < dark < pictures[0].width * pictures[0].height:  # of one that is all black the library warns
         per_cent = 100 * dark / (pictures[0].width * pictures[0].height)
         say(f"{per_cent:.3g} % of the screen is black: no module's ray reaches the eye from there")
     return pictures

@@ -21,7 +21,7 @@ from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
-from lfssao.rendering import plan
+from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.rendering.job import Item, Job
@@ -169,6 +169,7 @@ def make_ready(job: Job, items: Iterable[Item]) -> None:
 
     The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone.
     """
+    doubts.warn(doubts.of_folder(job.folder, map(job.path, job.items())))
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
     for frame in {item.frame for item in items}:
@@ -180,6 +181,7 @@ def make_ready(job: Job, items: Iterable[Item]) -> None:
 def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float]) -> None:
     """Write a frame's contact sheet, if it has one, and its manifest, from its views' results and the job's times."""
     folder, entries = job.frame_folder(frame), [result.entry for result in results]
+    doubts.warn(doubts.of_views([entry["name"] for entry in entries if not entry["surface_texels"]]))
     remove_leftovers(folder)  # of workers that were killed on the way
     if job.has_sheet:
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])

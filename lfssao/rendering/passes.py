@@ -22,7 +22,7 @@ from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View, without_guard
 from lfssao.optics.window import seen_rows
-from lfssao.rendering import contact
+from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
@@ -226,7 +226,9 @@ class Rendered(Sequence[Textures]):
         if isinstance(number, slice):
             return [self[k] for k in range(len(self))[number]]
         neighbours = self._cache.neighbours(self._asked[number], self._settings.caster)
-        return render_view(self._caster, self._views[number], self._settings, neighbours)
+        textures = render_view(self._caster, self._views[number], self._settings, neighbours)
+        doubts.warn(doubts.of_views([] if textures.surface_texels else [textures.view.name]))
+        return textures
 
 
 def render(
@@ -240,8 +242,8 @@ def render(
 
     Mesh and display are objects, names or files (``find_scene``, ``find_display``). By default settings are those of
     ``Settings`` with ``default_radii``, and all modules are rendered. Threads are those of the ray caster; numba's are
-    set by ``numba.set_num_threads``. InputError if a module does not exist or the mesh leaves float32 in physical
-    space.
+    set by ``numba.set_num_threads``. InputWarning for what is probably not meant (``lfssao.rendering.doubts``).
+    InputError if a module does not exist or the mesh leaves float32 in physical space.
 
     Examples
     --------
@@ -252,5 +254,7 @@ def render(
     settings = Settings(default_radii(mesh)) if settings is None else settings
     check_type("settings", settings, Settings)
     views = module_views(mesh, display, modules)
+    doubts.warn(doubts.of_display(display))
+    doubts.warn(doubts.of_radii(mesh, views, settings, [mesh.bounds]))
     asked = neighbour_views(mesh, display, settings.neighbours, modules)
     return Rendered(RayCaster(mesh, views[0].cast_from_world, threads), views, asked, settings)

@@ -106,27 +106,3 @@ def without_background(gbuffer: GBuffer) -> GBuffer:
 def described(left: Iterable[LeftOut]) -> list[dict[str, Any]]:
     """The entries of the manifest."""
     return [{"what": each.what, "left_out": each.count, "of": each.of, "why": RULES[each.what]} for each in left]
-
-
-def subpixel_radii(
-    views: Iterable[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
-) -> tuple[float, ...]:
-    """Radii above 0 whose ball covers less than half a texel to each side, at each corner of the boxes, in each view.
-
-    Their samples read the depth of their own texel: such AO says nothing about the scene. Boxes are (2, 3) float64 and
-    radii in world units.
-    """
-    found = tuple(radius for radius in radii if radius > 0)
-    for view, box in product(views, boxes):
-        corners = np.array(list(product(*box.T)))
-        found = tuple(radius for radius in found if _extent(view, corners, radius) < 0.5)
-        if not found:
-            break
-    return found
-
-
-def _extent(view: View, corners: NDArray[np.float64], radius: float) -> float:
-    """Largest distance along u or v, texels, by which a ball's image reaches from its centre; NaN where unknown."""
-    to_image = view.world_to_image
-    steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
-    return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

@@ -23,6 +23,7 @@ from lfssao.optics.display import Display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View, WorldToImage
+from lfssao.rendering import doubts
 from lfssao.rendering.kernels import light_field as kernels
 
 BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbers
@@ -91,6 +92,8 @@ class LightField:
         numbers = np.stack([shown.module_numbers(k) for k in range(len(shown.modules))])
         modules = kernels.Modules(numbers, self._sizes, self._starts, self._texels)
         kernels.compose(modules, eye, screen, BLENDS.index(blend), image, dark)
+        if dark.sum() == rows * columns:
+            doubts.warn([f"display {shown.name}: no module's light goes to an eye at x = {eye_x:g}"])
         return Photograph(image, int(dark.sum()))
 
 

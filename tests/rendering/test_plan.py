@@ -1,6 +1,5 @@
 """Parts that a plan leaves out change no bit: with and without it, on displays of every kind, cameras, estimators."""
 
-import itertools
 import json
 from dataclasses import replace
 
@@ -30,7 +29,7 @@ from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage
 from lfssao.optics.window import seen_rows
 from lfssao.rendering.passes import occlusions, render_view
-from lfssao.rendering.plan import RULES, LeftOut, background, other_radii, planned, subpixel_radii, without_background
+from lfssao.rendering.plan import RULES, LeftOut, background, other_radii, planned, without_background
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples import texel_turns
 
@@ -244,34 +243,3 @@ def test_ao_with_all_that_is_left_out_computes_every_texel_by_other_radii(statue
         np.testing.assert_array_equal((one * samples).astype(np.float32), (two * samples).astype(np.float32))
     nothing = replace(gbuffer, triangle=np.full_like(gbuffer.triangle, -1))
     assert not without_background(nothing).depth.any()
-
-
-def test_radii_below_half_a_texel_everywhere(statue):
-    """Half a texel of an orthographic camera is the same everywhere, a module's is largest where the box is nearest."""
-    camera = Camera.looking_at(statue.bounds, "orthographic")
-    half = 0.5 * camera.extent / 36
-    radii, boxes = (0.0, 0.5 * half, 0.999 * half, 1.001 * half, 1.0), [statue.bounds]
-    assert subpixel_radii([camera.view(48, 36)], boxes, radii) == radii[1:3]
-    assert subpixel_radii([camera.view(48, 36), camera.view(64, 48)], boxes, radii) == radii[1:2]
-    for name in display_names():
-        (view,) = module_views(statue, find_display(name).with_resolution(48, 36), range(1))
-        corners = np.array([[x, y, z] for x, y, z in itertools.product(*statue.bounds.T)])
-        aside = np.random.default_rng(1).normal(size=(400, 3))
-        ball = view.world_to_image(corners[:, None] + 1e-4 * aside / np.linalg.norm(aside, axis=1)[:, None])
-        moved = np.abs(ball - view.world_to_image(corners)[:, None])[..., :2].max()
-        limit = 1e-4 * 0.5 / moved  # from below: 400 directions miss the farthest by little
-        assert subpixel_radii([view], boxes, (0.9 * limit, 1.01 * limit)) == (0.9 * limit,)
-        assert subpixel_radii([view], [*boxes, statue.bounds * 100], (0.9 * limit,)) == ()  # behind the lens too
-
-
-def test_a_job_warns_of_such_radii_once(tmp_path, capsys):
-    job = ["statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "32x24", "--frames", "2", "--radii"]
-    render(tmp_path, *job, "0.0001,0.1")
-    said = capsys.readouterr().err
-    assert said.count("radius 0.0001 is less than half a texel everywhere: its AO says nothing") == 1
-    assert said.count("half a texel") == 1
-    render(tmp_path, *job, "0.0002,0.0001,0.1")
-    assert "radii 0.0002, 0.0001 are less than half a texel everywhere: their AO says" in capsys.readouterr().err
-    render(tmp_path, *job, "0,0.1")
-    render(tmp_path, *job, "0.0001", "--layers", "depth")  # no AO is asked for
-    assert "half a texel" not in capsys.readouterr().err

@@ -1,0 +1,98 @@
+"""What is allowed and is probably not meant: a sentence for each, which becomes an ``InputWarning``.
+
+The command line prints these warnings as it prints errors, each once.
+"""
+
+import re
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.errors import InputWarning
+from lfssao.optics.display import Display
+from lfssao.optics.view import View
+from lfssao.rendering.settings import Settings, diagonal
+from lfssao.scene.mesh import Mesh
+
+_WIDEST = 50.0  # metres; no screen that scatters light fields is a tenth as wide
+_OURS = r"(module_\d{3,}|camera)\.exr"
+
+
+def warn(sentences: Iterable[str], level: int = 3) -> None:
+    """Issue an ``InputWarning`` for each sentence, on behalf of the caller's caller."""
+    for sentence in sentences:
+        warnings.warn(sentence, InputWarning, stacklevel=level)
+
+
+def of_display(display: Display) -> Iterator[str]:
+    """Numbers that look like millimetres."""
+    if max(display.screen_width, display.screen_height) > _WIDEST:
+        size = f"{display.screen_width:g} x {display.screen_height:g}"
+        yield f"display {display.name}: its screen is {size} metres large: did you mean millimetres?"
+
+
+def of_radii(
+    mesh: Mesh, views: Iterable[View], settings: Settings, boxes: Sequence[NDArray[np.float64]]
+) -> Iterator[str]:
+    """Radii that reach across the scene, or not to the next texel; ``boxes`` are the scene's in each frame, (2, 3)."""
+    radii, size = settings.radii if "ao" in settings.computed else (), diagonal(mesh)
+    large = [f"{radius:g}" for radius in radii if radius > 0.5 * size]
+    if large:
+        named, wanted = _named("radius", "radii", large), ", ".join(f"{name} %" for name in large)
+        yield f"{named} more than half of the scene's diagonal, {size:g}: did you mean {wanted}?"
+    small = [f"{radius:g}" for radius in subpixel_radii(views, boxes, radii)]
+    if small:
+        says = "its AO says" if len(small) == 1 else "their AO says"
+        yield f"{_named('radius', 'radii', small)} less than half a texel everywhere: {says} nothing"
+
+
+def of_views(names: Sequence[str]) -> Iterator[str]:
+    """Views, by their names, whose textures are empty."""
+    if names:
+        yield f"{_few(names)} {'sees' if len(names) == 1 else 'see'} nothing of the scene"
+
+
+def of_folder(folder: Path, own: Iterable[Path]) -> Iterator[str]:
+    """Textures in an output folder, or in its folders of frames, that are not a job's ``own``."""
+    others = {*folder.glob("*.exr"), *folder.glob("frame_*/*.exr")} - {*own}
+    stale = sorted(str(path.relative_to(folder)) for path in others if re.fullmatch(_OURS, path.name))
+    if stale:
+        yield f"{folder}: {_few(stale)} {'is' if len(stale) == 1 else 'are'} left there of another job"
+
+
+def _named(one: str, many: str, names: Sequence[str]) -> str:
+    return f"{one} {names[0]} is" if len(names) == 1 else f"{many} {', '.join(names)} are"
+
+
+def _few(names: Sequence[str]) -> str:
+    """The first names, and how many there are beyond them."""
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return ", ".join(names[:3]) + more
+
+
+def subpixel_radii(
+    views: Iterable[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
+) -> tuple[float, ...]:
+    """Radii above 0 whose ball covers less than half a texel to each side, at each corner of the boxes, in each view.
+
+    Their samples read the depth of their own texel: such AO says nothing about the scene. Boxes are (2, 3) float64 and
+    radii in world units.
+    """
+    found = tuple(radius for radius in radii if radius > 0)
+    for view, box in product(views, boxes):
+        corners = np.array(list(product(*box.T)))
+        found = tuple(radius for radius in found if _extent(view, corners, radius) < 0.5)
+        if not found:
+            break
+    return found
+
+
+def _extent(view: View, corners: NDArray[np.float64], radius: float) -> float:
+    """Largest distance along u or v, texels, by which a ball's image reaches from its centre; NaN where unknown."""
+    to_image = view.world_to_image
+    steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
+    return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

@@ -71,7 +71,7 @@ FILES = {
 @pytest.mark.parametrize(
     ("words", "part"),
     [
-        (["statue", "--display", "foo"], "'foo': choose one of c80, convex, picoarray, sample-a, sample-b, virtual, "),
+        (["statue", "--display", "foo"], "'foo': choose one of c80, convex, picoarray, sample-a, sample-a-conical, "),
         (["statue", "--sampling", "foo"], "'foo': the nearest is 'sobol' of random, jittered, latin, poisson"),
         (["statue", "--camera", "foo"], "'foo': choose one of perspective, orthographic"),
         (["statue", "--modules", "0:2"], "virtual has modules 0:1"),

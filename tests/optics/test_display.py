@@ -304,6 +304,7 @@ CONVEX = np.radians(np.linspace(-50, 50, 48))
 @pytest.mark.parametrize(("name", "size", "x", "z"), [
     ("virtual", (1024, 768), [0.0], 0.7),
     ("sample-a", (1000, 600), np.arange(-1000, 1001, 100) / 1000, 0.7),
+    ("sample-a-conical", (1000, 600), np.arange(-1000, 1001, 100) / 1000, 0.7),
     ("sample-b", (800, 600), np.arange(-1000, 1001, 50) / 1000, 0.4),
     ("c80", (1024, 768), np.linspace(-2.33, 2.33, 80), 2.0),
     ("picoarray", (480, 320), 0.6 * np.sin(PICO), 0.6 * np.cos(PICO)),
@@ -314,6 +315,19 @@ def test_modules_stand_where_they_are_published_or_assumed(name, size, x, z):
     assert {(m.width, m.height) for m in modules} == {size}
     np.testing.assert_allclose([m.x for m in modules], x, rtol=0, atol=1e-12)
     np.testing.assert_allclose([m.z for m in modules], z, rtol=0, atol=1e-12)
+
+
+def test_conical_and_linear_differ_where_the_distances_do():
+    """DESIGN section 2 by hand, at a point that the left module shows at the right edge of the screen."""
+    x, y, z, (m_x, m_z, z_o) = -0.04, 0.27, 0.25, (-1.0, 0.7, -2.0)
+    s_y = y * z_o / (z_o - z)
+    kappa = z / z_o * np.sqrt((s_y**2 + z_o**2) / (s_y**2 + m_z**2))
+    conical, linear = (x + m_x * kappa) / (1 + kappa), m_x + (x - m_x) * m_z / (m_z - z)
+    for name, s_x in (("sample-a-conical", conical), ("sample-a", linear)):
+        (u, _, _), status = PRESETS[name].physical_to_image(0, np.array([x, y, z]))
+        assert status == VALID
+        assert u == pytest.approx(1000 * (0.5 + s_x), abs=1e-9)
+    assert 1000 * (linear - conical) == pytest.approx(38, abs=0.5)  # texels
 
 
 def test_picoarrays_middle_modules_cover_the_screen():

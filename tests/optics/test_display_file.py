@@ -19,7 +19,7 @@ from lfssao.errors import InputError
 from lfssao.optics.display_file import MOST_MODULES
 from lfssao.optics.top_view import draw_top_view
 
-NAMES = ["c80", "convex", "picoarray", "sample-a", "sample-b", "virtual"]
+NAMES = ["c80", "convex", "picoarray", "sample-a", "sample-a-conical", "sample-b", "virtual"]
 ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
 LINE = {
     "name": "mine",

@@ -12,13 +12,13 @@ def add_to(display: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     display.description = (
         "Print the TOML file of a preset display, with the source of every value, or of a file after checking it; "
-        "change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: list the presets."
+        "change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: say what each preset is."
     )
     display.set_defaults(run=_display)
     display.add_argument("name", nargs="?", metavar="NAME", help="a preset, or a file whose name ends in .toml")
     drawing = (
-        "draw modules, screen, observers, region of interest and rays, seen from above, into FILE (.png, .svg or .pdf; "
-        "default: NAME.png)"
+        "draw modules, screen, observers, region of interest and rays, from above and from the side, into FILE (.png, "
+        ".svg or .pdf; default: NAME.png)"
     )
     display.add_argument("--plot", nargs="?", const="", metavar="FILE", help=drawing)
 
@@ -27,7 +27,10 @@ def _display(options: argparse.Namespace) -> None:
     if options.name is None:
         if options.plot is not None:
             raise InputError("--plot needs the NAME of a display")
-        print("\n".join(display_names()))
+        for name in display_names():
+            shown, about = find_display(name), display_text(name).split("\n", 1)[0].removeprefix("# ")
+            size = f"{shown.screen_width:g} x {shown.screen_height:g} m, {len(shown.modules)} module"
+            print(f"{name}: {about} {size}{'s' * (len(shown.modules) > 1)}, {shown.diffuser} diffuser")
         return
     display = find_display(options.name)
     doubts.warn(doubts.of_display(display))
@@ -35,8 +38,8 @@ def _display(options: argparse.Namespace) -> None:
         is_file = Path(options.name).suffix == ".toml"
         print(Path(options.name).read_text(encoding="utf-8") if is_file else display_text(options.name), end="")
         return
-    from lfssao.optics.top_view import save_top_view  # late: matplotlib takes a second to import
+    from lfssao.optics.top_view import save_drawing  # late: matplotlib takes a second to import
 
     target = Path(options.plot or f"{Path(options.name).stem}.png")
-    save_top_view(display, target)
+    save_drawing(display, target)
     print(target)

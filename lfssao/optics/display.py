@@ -39,6 +39,11 @@ class Module:
         From the plane z = 0 (metres, as seen from the lens) to texels, rows of three, as a calibration gives it.
     k1, k2 : float
         Radial distortion about the texture's middle, radii in units of half its width.
+
+    Examples
+    --------
+    >>> lfssao.Module(x=0.1, y=0.0, z=0.7, width=1000, height=600).field_of_view is None
+    True
     """
 
     x: float

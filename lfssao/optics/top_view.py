@@ -1,4 +1,4 @@
-"""A drawing of a display from above: where screen, modules, observers and rays are."""
+"""A drawing of a display from above and from the side: where screen, modules, observers and rays are."""
 
 from pathlib import Path
 from typing import Any
@@ -13,32 +13,49 @@ from lfssao.optics.display import Display
 _FORMATS = (".png", ".svg", ".pdf")
 
 
-def draw_top_view(display: Display) -> Figure:
-    """A figure of a display from above: x to the right, z upwards, metres, the viewers below; with outermost rays."""
+def draw_display(display: Display) -> Figure:
+    """A figure of a display from above, (x, z), and from the side, (y, z), in metres, the viewers below.
+
+    It shows the modules, the screen, the observers' line or arc, the region of interest, and rays of the first, middle
+    and last module: those of the middle row of texels from above, those of the middle column from the side. From above
+    they meet in the module's lens, from the side in the observers' line (LF figure 8).
+    """
     figure = Figure(layout="constrained")
-    axes = figure.add_subplot(aspect="equal", xlabel="x, metres", ylabel="z, metres (away from the viewers)")
+    met = np.concatenate([_rays(display, index, 0)[:, 0, 0] for index in (0, -1)])  # the observers, by these rays
+    reach = float(np.abs(met).max(initial=0.5 * display.screen_width))
+    panels = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
+    for axis, (axes, name) in enumerate(zip(panels, ("x", "y"), strict=True)):
+        _draw(axes, display, axis, reach)
+        axes.set(xlabel=f"{name}, metres", title=("from above", "from the side, y stretched")[axis])
+    panels[0].set_aspect("equal", adjustable="datalim")
+    panels[0].set_ylabel("z, metres (away from the viewers)")
+    figure.suptitle(f"{display.name}: {display.diffuser} diffuser")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
+    # As high as the drawing from above needs at that width, and room for titles and legend.
+    figure.set_size_inches(10, 7 * min(panels[0].dataLim.height / panels[0].dataLim.width, 1.2) + 1.6)
+    return figure
+
+
+def _draw(axes: Any, display: Display, axis: int, reach: float) -> None:
+    """A panel: abscissa x (axis 0) or y (axis 1), ordinate z; the observers' line is drawn up to abs(x) = reach."""
     count = len(display.modules)
     for index, color in {0: "tab:blue", count - 1: "tab:purple", count // 2: "tab:cyan"}.items():
-        for number, ray in enumerate(_outer_rays(display, index)):
+        for number, ray in enumerate(_rays(display, index, axis)):
             label = f"rays of module {index}" if number == 0 else None
             axes.plot(ray[:, 0], ray[:, 1], color=color, linewidth=0.9, label=label)
-    half = 0.5 * display.screen_width
-    axes.plot(*_arc(display.screen_curvature, 0.0, half), color="black", linewidth=3, label="screen")
-    met = np.concatenate([_outer_rays(display, index)[:, 0, 0] for index in (0, -1)])  # the observers, by these rays
-    reach = float(np.abs(met).max(initial=half))
-    axes.plot(
-        *_arc(display.observer_curvature, display.observer_z, reach), color="tab:green", linewidth=2, label="observers"
-    )
-    places = [(m.x, m.z) for m in display.modules]
+    half = 0.5 * (display.screen_width, display.screen_height)[axis]
+    screen = _arc(display.screen_curvature, 0.0, half) if axis == 0 else ([-half, half], [0.0, 0.0])
+    axes.plot(*screen, color="black", linewidth=3, label="screen")
+    if axis == 0:
+        line = _arc(display.observer_curvature, display.observer_z, reach)
+        axes.plot(*line, color="tab:green", linewidth=2, label="observers")
+    else:
+        axes.plot(display.observer_height, display.observer_z, "o", color="tab:green")
+    places = [((m.x, m.y)[axis], m.z) for m in display.modules]
     label = "1 module" if count == 1 else f"{count} modules"
     axes.plot(*zip(*places, strict=True), "s", color="tab:red", markersize=4, label=label)
-    (x0, _, z0), (x1, _, z1) = display.roi
-    axes.fill([x0, x1, x1, x0], [z0, z0, z1, z1], color="tab:orange", alpha=0.25, label="region of interest")
-    axes.set_title(f"{display.name}, seen from above: {display.diffuser} diffuser")
-    figure.legend(loc="outside lower center", ncols=4, fontsize="small")
-    # As high as the drawing needs at that width, and room for title and legend.
-    figure.set_size_inches(8, 7 * min(axes.dataLim.height / axes.dataLim.width, 1.5) + 1.8)
-    return figure
+    (low, z0), (high, z1) = ((corner[axis], corner[2]) for corner in display.roi)
+    axes.fill([low, high, high, low], [z0, z0, z1, z1], color="tab:orange", alpha=0.25, label="region of interest")
 
 
 def _arc(curvature: float, z: float, half: float) -> tuple[Any, Any]:
@@ -50,18 +67,20 @@ def _arc(curvature: float, z: float, half: float) -> tuple[Any, Any]:
     return x, z + curvature * x * x / (1.0 + root)
 
 
-def _outer_rays(display: Display, index: int) -> Any:
-    """Ends (x, z) of the rays through the left, middle and right texel of a module's middle row: (3, 2, 2)."""
+def _rays(display: Display, index: int, axis: int) -> Any:
+    """Ends of the rays through the first, middle and last texel of a module's middle row or column: (3, 2, 2)."""
     module = display.modules[index]
-    u = np.array([0.5, 0.5 * module.width, module.width - 0.5])
-    origin, direction, span = display.texel_ray(index, u, 0.5 * module.height)
-    ends = [np.stack([origin[:, 0] + z * direction[:, 0], z], axis=1) for z in (span[:, 0], span[:, 1])]
+    size = np.array([module.width, module.height], np.float64)
+    texels = np.repeat(0.5 * size[None], 3, axis=0)
+    texels[[0, 2], axis] = 0.5, size[axis] - 0.5
+    origin, direction, span = display.texel_ray(index, *texels.T)
+    ends = [np.stack([origin[:, axis] + z * direction[:, axis], z], axis=1) for z in (span[:, 0], span[:, 1])]
     return np.stack(ends, axis=1)[span[:, 0] < span[:, 1]]
 
 
-def save_top_view(display: Display, path: Path) -> None:
-    """Draw a display from above into a .png, .svg or .pdf; InputError for another ending or if it cannot be written."""
+def save_drawing(display: Display, path: Path) -> None:
+    """Draw a display into a .png, .svg or .pdf; InputError for another ending or if it cannot be written."""
     if path.suffix not in _FORMATS:
         raise InputError(f"--plot {path}: its name must end in one of {', '.join(_FORMATS)}")
-    figure = draw_top_view(display)
+    figure = draw_display(display)
     write_whole(path, lambda part: figure.savefig(part, dpi=150, bbox_inches="tight"))

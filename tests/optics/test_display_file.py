@@ -17,7 +17,7 @@ from lfssao import Display, Module, display_names, display_text, find_display, p
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.optics.display_file import MOST_MODULES
-from lfssao.optics.top_view import draw_top_view
+from lfssao.optics.top_view import draw_display
 
 NAMES = ["c80", "convex", "picoarray", "sample-a", "sample-a-conical", "sample-b", "virtual"]
 ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
@@ -234,7 +234,9 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
 
 def test_display_lists_the_presets(capsys):
     assert main(["display"]) == 0
-    assert capsys.readouterr().out.split() == display_names() == NAMES
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(":")[0] for line in lines] == display_names() == NAMES
+    assert lines[3].endswith("companion of LF's first author. 1 x 0.6 m, 21 modules, linear diffuser")
 
 
 @pytest.mark.parametrize(
@@ -263,7 +265,7 @@ def test_bad_words(words, part, capsys, tmp_path, monkeypatch):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["folder.png", "wrong.toml"]
 
 
-# The drawing from above
+# The drawing
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
@@ -298,9 +300,9 @@ def assert_on_circle(points, curvature, z):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_plan_shows_modules_screen_observers_roi_and_rays(name):
+def test_drawing_shows_modules_screen_observers_roi_and_rays(name):
     display = find_display(name)
-    figure = draw_top_view(display)
+    figure = draw_display(display)
     axes = figure.axes[0]
     lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
     places = np.array([(m.x, m.z) for m in display.modules])
@@ -321,8 +323,16 @@ def test_plan_shows_modules_screen_observers_roi_and_rays(name):
     assert {tuple(corner) for corner in axes.patches[0].get_xy().tolist()} == {
         (x, z) for x in (x0, x1) for z in (z0, z1)
     }
-    for part, text in ((name, axes.get_title()), (display.diffuser, axes.get_title()), ("viewers", axes.get_ylabel())):
+    side = figure.axes[1]
+    rays = [line.get_xydata() for line in side.get_lines() if str(line.get_label()).startswith(("rays", "_"))]
+    eyes = [y for y, z in (ray[0] for ray in rays) if z < 0]
+    np.testing.assert_allclose(eyes, display.observer_height, rtol=0, atol=1e-9)
+    spread = np.ptp([ray[1][0] for ray in rays if len(ray) == 2])
+    assert spread > display.screen_height  # they spread behind the screen, and no lens gathers them
+    said = (figure.get_suptitle(), axes.get_xlabel(), axes.get_ylabel(), side.get_xlabel(), side.get_title())
+    for part, text in zip(
+        (f"{name}: {display.diffuser}", "x, metres", "viewers", "y, metres", "side"), said, strict=True
+    ):
         assert part in text
-    assert "metres" in axes.get_xlabel()
     legend = {text.get_text() for text in figure.legends[0].get_texts()}
     assert {"screen", "observers", "region of interest"} <= legend

@@ -6,11 +6,21 @@ from contextlib import contextmanager
 
 
 class LfssaoError(Exception):
-    """Base of every error that lfssao raises on purpose; the command line prints it as one sentence."""
+    """Base of every error that lfssao raises on purpose; the command line prints it as one sentence.
+
+    >>> issubclass(lfssao.InputError, lfssao.LfssaoError)
+    True
+    """
 
 
 class InputError(LfssaoError, ValueError):
-    """Something that was handed in is wrong; the message names the file, option or argument and the reason."""
+    """Something that was handed in is wrong; the message names the file, option or argument and the reason.
+
+    >>> lfssao.blur(np.zeros((2, 2), np.float32), sigma=-1.0)
+    Traceback (most recent call last):
+        ...
+    lfssao.errors.InputError: blur is -1.0, it must be a sigma between 0 and 1024 texels
+    """
 
 
 class InputWarning(UserWarning):
@@ -18,15 +28,21 @@ class InputWarning(UserWarning):
 
 
 class MissingPackageError(LfssaoError, ImportError):
-    """A package that this operation needs is not installed; the message names it and the operation."""
+    """A package that this operation needs is not installed; the message names it and the operation.
+
+    >>> issubclass(lfssao.MissingPackageError, ImportError)
+    True
+    """
 
 
 def no_such(kind: str, name: object, choices: Iterable[str]) -> InputError:
-    """That there is no thing of a name: one sentence with the nearest name there is and all the others."""
+    """That there is no thing of a name: one sentence with the name that may have been meant, and all there are."""
     known = list(choices)
-    near = difflib.get_close_matches(str(name), known, 1, 0.5)
-    hint = f"the nearest is '{near[0]}' of" if near else "choose one of"
-    return InputError(f"there is no {kind} '{name!s:.40}': {hint} {', '.join(known)}")
+    plain = str(name).lower().replace("_", "-")
+    alike = {each.lower().replace("_", "-"): each for each in known}
+    near = difflib.get_close_matches(plain, alike, 1, 0.6)
+    hint = f" (did you mean '{alike[near[0]]}'?)" if near else ""
+    return InputError(f"there is no {kind} '{name!s:.40}'{hint}: choose one of {', '.join(known)}")
 
 
 def check_choice(kind: str, name: object, choices: Collection[str]) -> None:

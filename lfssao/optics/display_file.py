@@ -7,7 +7,7 @@ from typing import Any
 
 from lfssao.core.elementary import sincospi
 from lfssao.core.files import read_text
-from lfssao.errors import InputError, check_choice, check_type, errors_of
+from lfssao.errors import InputError, check_choice, check_type, errors_of, no_such
 from lfssao.optics.display import Display, Module
 from lfssao.optics.view import finite_numbers
 
@@ -17,7 +17,11 @@ MOST_MODULES = 10_000  # a hundred times the largest display that is published; 
 
 
 def display_names() -> list[str]:
-    """Names of the preset displays."""
+    """Names of the preset displays.
+
+    >>> "sample-a" in lfssao.display_names()
+    True
+    """
     files = resources.files("lfssao.optics").joinpath("presets").iterdir()
     return sorted(entry.name.removesuffix(".toml") for entry in files if entry.name.endswith(".toml"))
 
@@ -26,9 +30,12 @@ def display_text(name: str) -> str:
     """The TOML file of a preset, with the source of every value, or the word 'assumed', in a comment.
 
     InputError if there is no preset of that name; the message lists those there are.
+
+    >>> lfssao.display_text("virtual").splitlines()[1]
+    'name = "virtual"'
     """
     if name not in display_names():
-        raise InputError(f"there is no display '{name}': choose one of {', '.join(display_names())}, or a .toml file")
+        raise no_such("display", name, [*display_names(), "or a .toml file"])
     return resources.files("lfssao.optics").joinpath("presets", f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -36,6 +43,9 @@ def find_display(name: str | Path | Display) -> Display:
     """A display: a preset by its name, one read from a file whose name ends in .toml, or the display itself.
 
     InputError if there is none, the file cannot be read, or a value is wrong; the message names the key and the reason.
+
+    >>> len(lfssao.find_display("sample-a").modules)
+    21
     """
     if not isinstance(name, str | Path):
         check_type("display", name, Display)
@@ -50,6 +60,9 @@ def parse_display(text: str, origin: str) -> Display:
     """A display from the text of its TOML file; ``origin`` is the file's name in messages.
 
     InputError if it is no TOML, a key is missing or unknown, or a value is wrong.
+
+    >>> lfssao.parse_display(lfssao.display_text("virtual"), "mine.toml").name
+    'virtual'
     """
     root = _Table(parse_toml(text, origin))
     with errors_of(origin):

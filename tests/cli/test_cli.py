@@ -71,8 +71,9 @@ FILES = {
 @pytest.mark.parametrize(
     ("words", "part"),
     [
-        (["statue", "--display", "foo"], "'foo': choose one of c80, convex, picoarray, sample-a, sample-a-conical, "),
-        (["statue", "--sampling", "foo"], "'foo': the nearest is 'sobol' of random, jittered, latin, poisson"),
+        (["statue", "--display", "foo"], "'foo': choose one of c80, convex, picoarray, sample-a, sample-a-conical, sample-b, virtual, "),
+        (["statue", "--sampling", "foo"], "'foo': choose one of random, jittered, latin, poisson"),
+        (["statue", "--display", "Sample_A"], "there is no display 'Sample_A' (did you mean 'sample-a'?)"),
         (["statue", "--camera", "foo"], "'foo': choose one of perspective, orthographic"),
         (["statue", "--modules", "0:2"], "virtual has modules 0:1"),
         (["statue", "--display", "sample-a", "--modules", "20:22"], "sample-a has modules 0:21"),
@@ -92,7 +93,7 @@ FILES = {
         (["statue", "--camera", "--modules", "0:1"], "--modules does not go with --camera"),
         (["statue", "--eye", "3,2,5"], "--eye, --target, --up and --fov place a camera: they need --camera"),
         (["statue", "--camera", "--eye", "3,2"], "--eye: '3,2' is not three numbers X,Y,Z"),
-        (["statue", "--rotate", "hsh"], "there is no rotation 'hsh': the nearest is 'hash'"),
+        (["statue", "--rotate", "hsh"], "there is no rotation 'hsh' (did you mean 'hash'?)"),
         (["statue", "--rotate", "ign", "--estimator", "multiresolution"], "multiresolution do not turn by it"),
         (["statue", "--rotate", "ign", "--neighbours", "2", "--display", "c80"], "with neighbours samples do not turn"),
         (["teapot"], "teapot: there is no such file, and no embedded scene of that name (gallery, statue, "),

@@ -100,9 +100,9 @@ def test_a_far_plane_at_infinity(tmp_path, slope):
 
 @pytest.mark.parametrize(("values", "changes", "reason"), [
     (SLITS, {"kind": None}, "there is no kind 'None': choose one of camera, module, folder, crossed"),
-    (SLITS, {"kind": "slits"}, "there is no kind 'slits': the nearest is 'crossed slits'"),
+    (SLITS, {"kind": "slits"}, "there is no kind 'slits': choose one of"),
     (SLITS, {"z_m": None}, "z_m is missing"),
-    (SLITS, {"zo": 1}, "there is no key 'zo': the nearest is 'z_o' of kind, M, z_m, z_o, u_0, v_0, rows"),
+    (SLITS, {"zo": 1}, "there is no key 'zo' (did you mean 'z_o'?): choose one of kind, M, z_m, z_o, u_0, v_0, rows"),
     (SLITS, {"z_o": 0.7}, "z_o is 0.7 and z_m is 0.7, they must be z_o < z_m"),
     *((SLITS, {"u_0": wrong}, "u_0 is ") for wrong in ("1", True, [1.0], float("nan"), 10**400)),
     *((SLITS, {"M": wrong}, "M is ") for wrong in (3, EYE, [[1], [2, 3]], np.ravel(ROWS).tolist())),
@@ -114,13 +114,13 @@ def test_a_far_plane_at_infinity(tmp_path, slope):
     (MATRIX, {"M": ROWS}, "M is [[700.5, 1, 2, 3], [4, 5, 6.25, 7], [8, 9, -1, 0.1]], it must be 4 x 4 finite numbers"),
     (MATRIX, {"M": [[1, 2, 3, 4]] * 4}, "the matrix of the view is singular"),
     (MATRIX, {"M": np.eye(4)[[0, 1, 3, 2]].tolist()}, "the planes of the view are "),
-    (CAMERA, {"clip": "gl"}, "there is no clip 'gl': the nearest is 'opengl' of opengl, d3d, vulkan, opengl reversed"),
+    (CAMERA, {"clip": "gl"}, "there is no clip 'gl': choose one of opengl, d3d, vulkan, opengl reversed"),
     (CAMERA, {"clip": "opengl reversed"}, "projection: depth falls with the distance by clip = 'opengl reversed'"),
     (CAMERA, {"layout": "columns"}, "the view is skewed"),
     (CAMERA, {"projection": [*LENS[:2], [0, 0, -1.5, 2.5], LENS[3]]}, "projection: depth falls with the distance"),
     (CAMERA, {"projection": np.zeros((4, 4)).tolist()}, "the matrix of the view is singular"),
     (CAMERA, {"projection": [LENS[0], [0, 1e-320, 0, 0], *LENS[2:]]}, "the matrix of the view is singular"),
-    (CAMERA, {"layout": "row"}, "there is no layout 'row': the nearest is 'rows' of rows, columns"),
+    (CAMERA, {"layout": "row"}, "there is no layout 'row' (did you mean 'rows'?): choose one of rows, columns"),
     (CAMERA, {"view": np.eye(4)[[0, 1, 3, 2]].tolist()}, "view: its last row, with layout = 'rows', is not 0 0 0 1"),
     (CAMERA, {"view": (np.eye(4) + np.eye(4, k=-3)).tolist()}, "view: its last row, with layout = 'rows'"),
     (CAMERA, {"view": np.diag([2, 1, 1, 1]).tolist()}, "view: it scales or skews"),
@@ -146,7 +146,7 @@ def test_a_wrong_value_is_refused_in_a_sentence_with_file_and_key(tmp_path, valu
 
 
 @pytest.mark.parametrize(("view", "changes", "reason"), [
-    ("camra", {}, "there is no view 'camra': the nearest is 'camera'"),
+    ("camra", {}, "there is no view 'camra' (did you mean 'camera'?)"),
     ("camera", {"world_to_image": [1.0] * 12}, "world_to_image is [1.0, 1.0"),
     ("camera", {"screen_to_world": ROWS}, "screen_to_world is [["),
     ("camera", {"screen_to_world": None}, "its manifest is not what 'lfssao render' writes"),

@@ -137,11 +137,11 @@ def test_stages_and_kinds_choose_cases(few, tmp_path, arguments, on_disk, cases)
 
 
 @pytest.mark.parametrize(("arguments", "sentence"), [
-    ("'algoritm2'", "there is no stage 'algoritm2': the nearest is 'algorithm2' of algorithm2, blur, frame, samples"),
+    ("'algoritm2'", "'algoritm2' (did you mean 'algorithm2'?): choose one of algorithm2, blur, frame, samples"),
     ("'merge'", "there is no stage 'merge': choose one of algorithm2, blur, frame, samples"),
     ("'algorithm2', kinds=('slits',)", "there is no kind 'slits': choose one of display"),
     ("'blur', kinds=('display',)", "there is no kind 'display': choose one of none"),
-    ("kind='display'", "there is no parameter 'kind': the nearest is 'kinds' of kinds"),
+    ("kind='display'", "there is no parameter 'kind' (did you mean 'kinds'?): choose one of kinds"),
 ])  # fmt: skip
 def test_what_does_not_exist_is_a_collection_error_that_lists_what_does(few, tmp_path, arguments, sentence):
     done = run_pytest(mine(tmp_path, arguments), "--lfssao-kit", str(few))

@@ -25,10 +25,7 @@ from lfssao.verify.compare.layers import layers_of
 # Layer of each option's file, and its number of channels.
 _TEXTURES = {"depth": ("depth", 1), "positions": ("positions", 3), "normals": ("normals", 3), "image": ("color", 3)}
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
-_BUFFERS = (
-    "how they were seen and what they hold: a .toml file (README has all its keys), or a folder that 'lfssao render' "
-    "wrote"
-)
+_BUFFERS = "how they were seen and what they hold: a .toml file (see below), or a folder that 'lfssao render' wrote"
 
 
 def add_to(ao: argparse.ArgumentParser) -> None:

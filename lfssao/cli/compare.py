@@ -12,28 +12,6 @@ from lfssao.verify.compare.compare import Comparison
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.tolerance import Tolerance
 
-_DESCRIPTION = """\
-Compare textures of another renderer with a reference: bits, and, where the reference is a folder that 'lfssao
-render' wrote, the intervals in which every conforming float32 renderer falls. Each stage is judged on MINE's
-own textures of the stages before it. Files are EXR, TIFF, PNG or NPY; in a folder module_003.exr holds a
-module and module_003_merged.tif one layer of it. Channels are found by their names (Z, P.X, merged.AO, ...),
-with or without parts; an EXR file of another name may hold all modules, as module_003.merged.AO. Outputs of a
-kit's cases are CASE_OUTPUT.npy. A depth, occlusion or colour in half floats, 8 or 16 bits is judged by its
-interval, wider by half a step of the format, and later stages by what is read of it. Codes are linear, 0 to 1;
-8-bit color and shaded are sRGB unless --stored says unorm8. The largest code of a depth is no surface."""
-
-_CODES = """exit codes, as of idiff:
-  0  every texture of REFERENCE is there, with equal bits or inside its interval (a renderer that conforms passes;
-     --exact asks for equal bits)
-  1  as 0, but MINE holds modules, layers or channels that REFERENCE does not have, which were not compared, a few
-     texels of depth or colour cannot be judged without the mesh (--mesh), or a texture passes by --fail or
-     --fail-percent alone
-  2  a texture is outside its interval, differs where no interval is known, or is missing; so is a whole module
-  3  sizes, data windows, channels or data types differ
-  4  a file cannot be read, a manifest is of a newer version, or an option is wrong
-The highest that applies is taken."""
-
-
 _HELP = {
     "mine": "a folder or a file of the renderer to be judged",
     "reference": "a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
@@ -61,8 +39,10 @@ _HELP = {
 
 def add_to(compare: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    compare.description, compare.epilog = _DESCRIPTION, _CODES
-    compare.formatter_class = argparse.RawDescriptionHelpFormatter
+    compare.description = (
+        "Compare textures of another renderer with a reference: equal bits, inside the interval of what rounding may "
+        "change, or wrong, where, and why."
+    )
     compare.set_defaults(run=_compare)
 
     def add(name: str, **more: Any) -> None:

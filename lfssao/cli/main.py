@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
+from importlib.resources import files
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -37,19 +38,23 @@ class Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one sentence, without the usage lines.
 
     ``file`` is the file of this folder whose ``add_to`` adds the options. It is imported when the command is chosen, so
-    that the help of all commands imports none.
+    that the help of all commands imports none. The text of that name in ``help/`` ends its help.
     """
 
     def __init__(self, file: str = "", **more: Any) -> None:
         super().__init__(allow_abbrev=False, **more)
-        self._file = file
+        self._file, self._text = file, files("lfssao.cli") / "help" / "none"
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As of ``argparse.ArgumentParser``, the command's options added before."""
         if self._file:
             import_module(f"lfssao.cli.{self._file}").add_to(self)
-            self._file = ""
+            self._text, self._file = files("lfssao.cli") / "help" / f"{self._file}.txt", ""
         return super().parse_known_args(args, namespace)
+
+    def format_help(self) -> str:
+        """As of ``argparse.ArgumentParser``, and the text."""
+        return super().format_help() + (self._text.read_text(encoding="utf-8") if self._text.is_file() else "")
 
     def error(self, message: str) -> NoReturn:
         """Refuse the command line."""

@@ -12,7 +12,7 @@ from lfssao import Part, WorldToImage, read_exr, write_exr
 from lfssao.cli.main import main
 from lfssao.optics.view import KINDS
 
-README = Path(__file__).parents[2] / "README.md"
+HELP = Path(__file__).parents[2] / "lfssao" / "cli" / "help" / "ao.txt"
 LAYERS = ["shaded", "depth", "positions", "color", "normals", "ao_1", "ao_2", "ao_3", "merged", "blurred"]
 VIEWS = {
     "camera": ["--camera", "--guard", "3"],
@@ -55,7 +55,7 @@ def test_the_textures_of_render_give_its_bits(rendered, tmp_path):
 
 
 def test_files_of_other_renderers_give_the_same_bits(rendered, tmp_path, monkeypatch):
-    """README's command, on channels of other names and the numbers of the mapping as TOML."""
+    """The help's command, on channels of other names and the numbers of the mapping as TOML."""
     folder, name = rendered
     monkeypatch.chdir(tmp_path)
     reference, view = read_exr(folder / f"{name}.exr"), manifest_of(folder)["views"][0]["view"]
@@ -67,7 +67,7 @@ def test_files_of_other_renderers_give_the_same_bits(rendered, tmp_path, monkeyp
     mapping = WorldToImage(KINDS.index(view["world_to_image_kind"]), np.array(view["world_to_image"]))
     arguments = re.sub(r",\s+(?=\w+=)", "\n", repr(mapping).partition("(")[2].removesuffix(")"))
     Path("B.toml").write_text(f'kind = "{view["world_to_image_kind"]}"\n{arguments}\n')
-    command = re.search(r"^lfssao ao (.*) --radii", README.read_text(encoding="utf-8"), re.MULTILINE)[1]
+    command = re.search(r"^ *lfssao ao (.*) --radii", HELP.read_text(encoding="utf-8"), re.MULTILINE)[1]
     for ending in ("exr", "npy"):
         made = run(tmp_path / ending, *command.replace("P.exr", f"P.{ending}").split(), *PASSES)
         assert list(made) == [layer for layer in LAYERS if layer not in ("shaded", "color", "normals")]

@@ -1,0 +1,33 @@
+from .ao import reference
+from .ao.estimators.registry import estimate
+from .ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
+from .ao.post import blur, merge, shade
+from .ao.ssao import Occlusion, algorithm1, algorithm2
+from .ao.textures import Buffers
+from .errors import InputError, LfssaoError, MissingPackageError
+from .gbuffer.caster import GBuffer, RayCaster
+from .optics.camera import Camera
+from .optics.display import Display, Module, fit_roi
+from .optics.display_file import display_names, display_text, find_display, parse_display
+from .optics.view import View, WorldToImage
+from .rendering.exr import Part, read_exr, write_exr
+from .rendering.passes import Textures, render, render_view
+from .rendering.settings import Settings, default_radii
+from .rendering.viewer import LightField, Photograph, eye_point, eye_range, eye_view
+from .rendering.views import module_views
+from .samples import make_samples, square_points
+from .scene.builtin import builtin_scene, find_scene
+from .scene.load import load_scene
+from .scene.mesh import Mesh, Paint
+from .verify.compare.compare import compare
+from .verify.compare.report import Report
+
+__version__: str
+__all__ = [
+    "Buffers", "Camera", "Display", "GBuffer", "GroundTruth", "InputError", "LfssaoError", "LightField", "Mesh",
+    "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph", "RayCaster", "Report",
+    "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "blur", "builtin_scene", "compare",
+    "default_radii", "display_names", "display_text", "estimate", "eye_point", "eye_range", "eye_view",
+    "find_display", "find_scene", "fit_roi", "load_scene", "make_samples", "merge", "module_views", "parse_display",
+    "ray_cast_occlusion", "read_exr", "reference", "render", "render_view", "shade", "square_points", "write_exr",
+]  # fmt: skip

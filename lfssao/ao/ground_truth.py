@@ -66,6 +66,15 @@ class GroundTruth:
         Its standard error, from the spread of the rounds' means; 0 where all rounds agree.
     rays : (H, W) int64
         Number of rays that each texel has cast.
+
+    Examples
+    --------
+    >>> display = lfssao.find_display("virtual").with_resolution(32, 24)
+    >>> textures = lfssao.render("corner", display, lfssao.Settings((0.1,), normals="geometric"))[0]
+    >>> buffers = lfssao.Buffers.of(textures.gbuffer, textures.view)
+    >>> truth = lfssao.ray_cast_occlusion(lfssao.Occluders(lfssao.find_scene("corner")), buffers, radius=0.1)
+    >>> bool(truth.error.max() < 0.06)
+    True
     """
 
     texture: NDArray[np.float64]
@@ -74,7 +83,10 @@ class GroundTruth:
 
 
 class Occluders:
-    """A mesh ready for rays in world space; tree and Embree's scene are built once, when first used."""
+    """A mesh ready for rays in world space; tree and Embree's scene are built once, when first used.
+
+    >>> occluders = lfssao.Occluders(lfssao.find_scene("corner"))
+    """
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
@@ -144,6 +156,15 @@ def ray_cast_occlusion(
         If normals are missing, a number or a name is wrong, or rays begin too near to the surface for Embree.
     MissingPackageError
         If Embree is asked for and embreex is not installed.
+
+    Examples
+    --------
+    >>> display = lfssao.find_display("virtual").with_resolution(32, 24)
+    >>> textures = lfssao.render("corner", display, lfssao.Settings((0.1,), normals="geometric"))[0]
+    >>> buffers = lfssao.Buffers.of(textures.gbuffer, textures.view)
+    >>> truth = lfssao.ray_cast_occlusion(lfssao.Occluders(lfssao.find_scene("corner")), buffers, radius=0.1)
+    >>> truth.texture.shape
+    (24, 32)
     """
     if buffers.normals is None:
         raise InputError("ray-cast occlusion reads normals, and there is no normals texture")

@@ -17,6 +17,9 @@ def merge(layers: list[Texture] | Texture) -> Texture:
     """Multi-resolution merge: the maximum over (K, H, W), or K textures (H, W), of several radii (LF section 6).
 
     InputError if there is no texture, or their sizes or dtypes differ.
+
+    >>> lfssao.merge([np.float32([[0.2, 0.5]]), np.float32([[0.4, 0.1]])]).tolist()
+    [[0.4000000059604645, 0.5]]
     """
     if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
         raise InputError("merge needs at least one texture, all of one size")
@@ -62,6 +65,9 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     Occlusion is (H, W) float32 or float64; texels beyond the border have the border's value. ``sigma`` is the standard
     deviation, texels, 0 to MAX_SIGMA: the kernel reaches ceil(3 sigma) texels to each side, and 0 returns a copy.
     InputError if the texture or sigma is wrong.
+
+    >>> lfssao.blur(np.array([[0, 1, 0]], np.float32), sigma=1.0).round(3).tolist()
+    [[0.24199999868869781, 0.39899998903274536, 0.24199999868869781]]
     """
     check_texture("occlusion", occlusion, 2)
     weights = blur_weights(sigma, occlusion.dtype)
@@ -78,6 +84,9 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
 
     ``rgb`` is linear colour, (H, W, 3) float32 or float64, and occlusion (H, W) of that dtype, 0 to 1. InputError if
     sizes or dtypes do not fit.
+
+    >>> lfssao.shade(np.ones((1, 1, 3), np.float32), np.float32([[0.25]])).tolist()
+    [[[0.75, 0.75, 0.75]]]
     """
     check_texture("occlusion", occlusion, 2)
     check_fit("rgb", rgb, occlusion, 3)

@@ -28,6 +28,12 @@ class Occlusion:
         Occluded fraction of the samples, 0 to 1; 0 where there is no surface.
     outside : int
         Number of samples outside the texture or the mapping's domain (they count as not occluded).
+
+    Examples
+    --------
+    >>> depth, M = np.ones((2, 2), np.float32), np.eye(4)
+    >>> lfssao.algorithm1(depth, M, M, np.array([[0.0, 0.0, 0.5]]), radius=1.0).texture.tolist()
+    [[1.0, 1.0], [1.0, 1.0]]
     """
 
     texture: Texture
@@ -64,6 +70,13 @@ def algorithm1(
     ------
     InputError
         If a shape, a dtype or the radius is wrong.
+
+    Examples
+    --------
+    >>> depth, M = np.full((2, 2), 0.5, np.float32), np.eye(4)
+    >>> samples = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, -0.5]])
+    >>> lfssao.algorithm1(depth, M, M, samples, radius=0.1).texture.tolist()
+    [[0.5, 0.5], [0.5, 0.5]]
     """
     check_texture("depth", depth, 2)
     check_turns(turns, depth)
@@ -91,6 +104,11 @@ def algorithm2(
     Depth is image z, +infinity where there is no surface, and positions are the surface's world coordinates, (H, W, 3)
     of depth's dtype; the mapping is the module's (``View.world_to_image``). Samples, radius, turns and errors are those
     of ``algorithm1``.
+
+    >>> textures = lfssao.render("corner", lfssao.find_display("virtual").with_resolution(64, 48))[0]
+    >>> g, samples = textures.gbuffer, lfssao.make_samples("latin", 8)
+    >>> lfssao.algorithm2(g.depth, g.positions, textures.view.world_to_image, samples, radius=0.1).texture.shape
+    (48, 64)
     """
     return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,), turns)[0]
 

@@ -38,6 +38,12 @@ class Buffers:
     ------
     InputError
         If sizes or dtypes do not fit each other or the view.
+
+    Examples
+    --------
+    >>> textures = lfssao.render("corner", lfssao.find_display("virtual").with_resolution(64, 48))[0]
+    >>> lfssao.Buffers.of(textures.gbuffer, textures.view).depth.shape
+    (48, 64)
     """
 
     view: View

@@ -42,6 +42,12 @@ class GBuffer:
         Number of the visible triangle, -1 where there is none.
     normals : (H, W, 3) float32 or None
         Unit normals in world space, turned towards the viewer, 0 where there is no surface; None where not asked for.
+
+    Examples
+    --------
+    >>> textures = lfssao.render("corner", lfssao.find_display("virtual").with_resolution(64, 48))[0]
+    >>> textures.gbuffer.positions.shape, textures.gbuffer.positions.dtype
+    ((48, 64, 3), dtype('float32'))
     """
 
     depth: NDArray[np.float32]
@@ -84,6 +90,13 @@ class RayCaster:
     ------
     InputError
         If the mesh leaves the range of float32 in cast space.
+
+    Examples
+    --------
+    >>> mesh, display = lfssao.find_scene("corner"), lfssao.find_display("virtual").with_resolution(64, 48)
+    >>> (view,) = lfssao.module_views(mesh, display)
+    >>> lfssao.render_view(lfssao.RayCaster(mesh, view.cast_from_world), view, lfssao.Settings((0.1,))).ao[0].shape
+    (48, 64)
     """
 
     def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:

@@ -37,6 +37,12 @@ class Camera:
         Visible height at the target's distance, world units.
     near, far : float
         Distances of the nearest and farthest visible surfaces, world units; 0 < near < far.
+
+    Examples
+    --------
+    >>> camera = lfssao.Camera("perspective", eye=(0, 0, 4), target=(0, 0, 0), up=(0, 1, 0), extent=2, near=1, far=9)
+    >>> camera.view(64, 48).world_to_image([0, 0, 0]).tolist()
+    [32.0, 24.0, 0.84375]
     """
 
     projection: str

@@ -83,6 +83,11 @@ class Display:
     screen_curvature, observer_curvature : float
         1 / radius, 1 / metres; 0: flat screen, straight observer line. A screen of positive curvature is convex,
         bulging towards the viewers; an arc of curvature -1 / observer_z lies around the screen's middle.
+
+    Examples
+    --------
+    >>> lfssao.find_display("sample-a").screen_width
+    1.0
     """
 
     name: str
@@ -97,9 +102,9 @@ class Display:
     observer_curvature: float = 0.0
 
     def _repr_png_(self) -> bytes:
-        from lfssao.optics.top_view import draw_top_view  # late: only notebooks show it
+        from lfssao.optics.top_view import draw_display  # late: only notebooks show it
 
-        return figure_png(draw_top_view(self))
+        return figure_png(draw_display(self))
 
     def __post_init__(self) -> None:
         self._check_screen()
@@ -316,6 +321,9 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
     The scale is the same along all axes. World is right-handed with Y up and viewers towards +Z, physical has Z away
     from the viewers: z changes its sign, so the map turns handedness (its determinant is negative). Boxes are (2, 3)
     float64, lower and upper corner, and the map is (3, 4) float64.
+
+    >>> lfssao.fit_roi(np.array([[0, 0, 0], [1, 1, 1]]), ((-1, -1, -1), (1, 1, 1))).tolist()
+    [[2.0, 0.0, 0.0, -1.0], [0.0, 2.0, 0.0, -1.0], [0.0, 0.0, -2.0, 1.0]]
     """
     room_box = np.asarray(physical_box, np.float64)
     size = world_box[1] - world_box[0]

@@ -33,6 +33,12 @@ class WorldToImage:
         ``lfssao.optics.kernels.projection.CROSSED_SLITS``, ``MATRIX`` or ``DISPLAY``.
     numbers : (16,) or (44,) float64
         The kind's numbers, in the order of ``lfssao.optics.kernels.projection``.
+
+    Examples
+    --------
+    >>> (view,) = lfssao.module_views("corner", "virtual")
+    >>> view.world_to_image([0, 0, 0]).shape
+    (3,)
     """
 
     kind: int
@@ -215,6 +221,12 @@ class View:
         Meaning of the depth texture, for the files' metadata.
     guard : int
         Width of the guard band on each side, texels; width and height include it.
+
+    Examples
+    --------
+    >>> (view,) = lfssao.module_views("corner", "virtual")
+    >>> view.width, view.height, view.depth_kind
+    (1024, 768, 'physical z: metres from the screen plane, away from the viewers')
     """
 
     name: str

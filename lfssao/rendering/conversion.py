@@ -36,8 +36,6 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     from the far plane on of 'linear' and 'view-z'. InputError if a number is not finite where there is a surface, or
     textures do not fit what is said of them, or each other; the sentence names what fits better.
 
-    Examples
-    --------
     >>> from lfssao.optics.camera import Camera
     >>> seen = Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), 2, 1, 9).view(4, 2)
     >>> buffers = buffers_of({"depth": np.full((2, 4), 4, np.float32)}, Description(seen, depth_kind="linear"))

@@ -32,6 +32,11 @@ class Part:
         Further metadata, strings and numbers.
     guard : int
         Width of the guard band, texels: the data window is larger than the display window by it on each side.
+
+    Examples
+    --------
+    >>> lfssao.Part("depth", ("Z",), np.zeros((48, 64, 1), np.float32)).guard
+    0
     """
 
     name: str
@@ -52,6 +57,8 @@ def write_exr(path: str | Path, parts: Sequence[Part]) -> None:
 
     InputError if the file cannot be written, or would not hold what the parts hold: pixels that are not float32, names
     that are not unique or too long for the format, numbers beyond 32 bits, several display windows.
+
+    >>> lfssao.write_exr("b.exr", [lfssao.Part("merged", ("merged.AO",), np.ones((3, 4, 1), np.float32))])
     """
     path = Path(path)
     name = utf8_name(path)  # else nobody could read it
@@ -120,6 +127,10 @@ def read_exr(path: str | Path) -> dict[str, Part]:
     """All parts of a file by name, channels in the file's own order.
 
     InputError if the file is missing, is no EXR file or cannot be read.
+
+    >>> lfssao.write_exr("a.exr", [lfssao.Part("depth", ("Z",), np.ones((3, 4, 1), np.float32))])
+    >>> lfssao.read_exr("a.exr")["depth"].pixels.shape
+    (3, 4, 1)
     """
     parts: dict[str, Part] = {}
     for image in read_image_file(Path(path), ("openexr",)):

@@ -61,6 +61,12 @@ class Textures:
         What they were made by; its ``kept`` says which layers are here.
     seconds : dict
         Wall time of each pass; the first call of a kernel after an install includes compiling it.
+
+    Examples
+    --------
+    >>> textures = lfssao.render("corner", lfssao.find_display("virtual").with_resolution(64, 48))[0]
+    >>> textures.merged.shape, len(textures.ao), bool(textures.merged.max() <= 1)
+    ((48, 64), 5, True)
     """
 
     view: View
@@ -114,6 +120,11 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
 
     The caster has the mesh in the view's cast space. Neighbours are mapping, ``WorldToImage``, and depth texture, (H,
     W) float32, of each other module that is asked.
+
+    >>> mesh, display = lfssao.find_scene("corner"), lfssao.find_display("virtual").with_resolution(64, 48)
+    >>> (view,) = lfssao.module_views(mesh, display)
+    >>> lfssao.render_view(lfssao.RayCaster(mesh, view.cast_from_world), view, lfssao.Settings((0.1,))).merged.shape
+    (48, 64)
     """
     check_type("caster", caster, RayCaster)
     check_type("view", view, View)
@@ -245,8 +256,6 @@ def render(
     set by ``numba.set_num_threads``. InputWarning for what is probably not meant (``lfssao.rendering.doubts``).
     InputError if a module does not exist or the mesh leaves float32 in physical space.
 
-    Examples
-    --------
     >>> textures = render("statue", "sample-a", modules=[10])
     >>> textures[0].save("module_010.exr")  # doctest: +SKIP
     """

@@ -35,7 +35,11 @@ def diagonal(mesh: Mesh) -> float:
 
 
 def default_radii(mesh: Mesh | str | Path) -> tuple[float, ...]:
-    """Five radii for a mesh (``find_scene``), world units: DEFAULT_RADII times the diagonal of its bounding box."""
+    """Five radii for a mesh (``find_scene``), world units: DEFAULT_RADII times the diagonal of its bounding box.
+
+    >>> [round(radius, 4) for radius in lfssao.default_radii("statue")]
+    [0.025, 0.0499, 0.0874, 0.1498, 0.2496]
+    """
     mesh = find_scene(mesh)
     return tuple(fraction * diagonal(mesh) for fraction in DEFAULT_RADII)
 
@@ -83,6 +87,11 @@ class Settings:
     layers : tuple of str, or None
         Which of ``LAYERS`` are kept, 'ao' for those of all radii; what none of them reads is not computed. None: all,
         normals if ``normals`` names a kind.
+
+    Examples
+    --------
+    >>> lfssao.Settings(radii=(0.01, 0.02), samples=lfssao.make_samples("jittered", 16), blur=2.0).estimator
+    'lf'
     """
 
     radii: tuple[float, ...] = ()

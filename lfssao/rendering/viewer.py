@@ -34,6 +34,13 @@ class LightField:
 
     Modules are the numbers of those that will be given textures; the others stay dark. InputError if the display has
     one module alone, which has no angular step.
+
+    >>> display = lfssao.find_display("sample-a").with_resolution(50, 30)
+    >>> field = lfssao.LightField(display, modules=[9, 10, 11])
+    >>> for k, textures in zip([9, 10, 11], lfssao.render("corner", display, modules=[9, 10, 11])):
+    ...     field.put(k, textures.shaded)
+    >>> field.photograph(eye_x=0.0, width=50).image.shape
+    (30, 50, 3)
     """
 
     def __init__(self, display: Display, modules: Any, channels: int = 3) -> None:
@@ -107,6 +114,13 @@ class Photograph:
         Linear, as the textures; the rectangle screen_width x screen_height of z = 0, 0 where no module reaches.
     dark : int
         How many pixels no module reaches (or, on a curved screen, see none of it).
+
+    Examples
+    --------
+    >>> field = lfssao.LightField(lfssao.find_display("sample-a").with_resolution(50, 30), modules=[10])
+    >>> field.put(10, np.ones((30, 50, 3), np.float32))
+    >>> field.photograph(eye_x=0.0, width=50).dark
+    1380
     """
 
     image: NDArray[np.float32]
@@ -133,6 +147,9 @@ def eye_point(display: Display, eye_x: float) -> tuple[float, float, float]:
     """Place of an eye on the observer line or arc, metres, physical space.
 
     InputError if eye_x is not finite, the arc does not reach it, or lies behind the screen there.
+
+    >>> lfssao.eye_point(lfssao.find_display("sample-a"), 0.4)
+    (0.4, 0.0, -2.0)
     """
     if not isfinite(eye_x):
         raise InputError(f"eye x is {eye_x}, it must be a finite number")
@@ -154,6 +171,9 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
 
     ``physical_from_world`` is the affine map world -> physical, (3, 4) float64; ``eye_x`` and ``width`` are those of
     ``LightField.photograph``, whose pixels look along the same lines, and are refused alike (InputError).
+
+    >>> lfssao.eye_view(lfssao.find_display("sample-a"), np.eye(3, 4), eye_x=0.4, width=100).height
+    60
     """
     e_x, e_y, e_z = eye_point(display, eye_x)
     columns, rows = picture_size(display, width)
@@ -183,6 +203,9 @@ def eye_range(display: Display, modules: Any = None) -> tuple[float, float]:
     """Leftmost and rightmost eye, x in metres, that the modules (default: all) reach from the whole screen's width.
 
     If both ends of the screen reach no common eye, those that its middle reaches; InputError if that reaches none.
+
+    >>> [round(x, 3) for x in lfssao.eye_range(lfssao.find_display("sample-a"))]
+    [-0.932, 0.932]
     """
     shining = range(len(display.modules)) if modules is None else modules
     ends = [_reached(display, shining, place * display.screen_width) for place in (-0.499, 0.0, 0.499)]

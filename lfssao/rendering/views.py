@@ -31,6 +31,9 @@ def module_views(
     and upper corner, world units, the mesh's own by default. InputError if the range holds no module, or one that the
     display does not have; if the box is too far from the world's origin for float32 positions
     (``lfssao.optics.view.check_positions``).
+
+    >>> [view.name for view in lfssao.module_views("statue", "sample-a", modules=[9, 10])]
+    ['module_009', 'module_010']
     """
     mesh, display = find_scene(mesh), find_display(display)
     count = len(display.modules)

@@ -17,8 +17,6 @@ class Sampler(qmc.QMCEngine):  # type: ignore[misc]  # scipy has no types
     those of a method whose longer sets do not begin with the shorter ones. UserWarning, as of qmc.Sobol, if the first
     points of 'sobol' are no power of two.
 
-    Examples
-    --------
     >>> engine = Sampler("sobol", seed=7)
     >>> engine.random(4).shape, engine.fast_forward(4).num_generated
     ((4, 2), 8)

@@ -39,7 +39,11 @@ class Points:
 
 @dataclass(frozen=True)
 class Finding:
-    """One result of a check; as a string it is a sentence with the verdict: holds, BROKEN, or cannot tell."""
+    """One result of a check; as a string it is a sentence with the verdict: holds, BROKEN, or cannot tell.
+
+    >>> print(lfssao.testing.check_promise("latin", [[-0.5, 0.5], [0.5, -0.5]], "square")[0])
+    columns without exactly one point: 0, at most 0: holds
+    """
 
     what: str  # the thing that was counted or measured
     value: float
@@ -66,7 +70,11 @@ class Finding:
 
 @dataclass(frozen=True)
 class Promise:
-    """A property that a method may promise."""
+    """A property that a method may promise.
+
+    >>> lfssao.testing.PROMISES["latin"].domains
+    ('square',)
+    """
 
     title: str  # one line for lists
     domains: tuple[str, ...]  # the domains it has a meaning on
@@ -96,8 +104,6 @@ def check_promise(
     'uniform'. InputError if there is no such promise or domain, the promise means nothing on that domain, a number is
     out of range, or the arrays do not fit.
 
-    Examples
-    --------
     >>> print(check_promise("latin", [[-0.5, 0.5], [0.5, -0.5]], "square")[0])
     columns without exactly one point: 0, at most 0: holds
     """
@@ -159,8 +165,6 @@ def check_sampler(
     asked for as many sets, one after the other, on the unit square. Options are those of ``check_promise``, by default
     the domain 'ball'.
 
-    Examples
-    --------
     >>> from lfssao.samples import make_samples
     >>> found = check_sampler(lambda n, seed: make_samples("latin", n, seed), 8, 100, r_min=0.8)
     >>> all(finding.holds and finding.tells for finding in found)
@@ -177,6 +181,8 @@ def assert_promise(name: str, points: Any, domain: str, **options: Any) -> None:
     """Raise AssertionError with all findings in words if a promise is broken; arguments are ``check_promise``'s.
 
     UserWarning if a statistic cannot tell, as of the few points of one set: give it the sets of many seeds.
+
+    >>> lfssao.testing.assert_promise("latin", [[-0.5, 0.5], [0.5, -0.5]], "square")
     """
     findings = check_promise(name, points, domain, **options)
     words = "\n".join([f"{name} ({domain}):", *map(str, findings)])

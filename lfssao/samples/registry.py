@@ -17,7 +17,11 @@ MOST = 2**32 - 1  # the generator's counters have 32 bits
 
 
 def find_method(domain: str, name: str) -> Method:
-    """Return the method of a name on a domain; InputError if there is none."""
+    """Return the method of a name on a domain; InputError if there is none.
+
+    >>> lfssao.samples.find_method("ball", "latin").title
+    'one point in each row and column'
+    """
     check_choice("domain", domain, METHODS)
     check_choice(f"sampling of the {domain}", name, METHODS[domain])
     return METHODS[domain][name]
@@ -42,6 +46,11 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
     options : numbers
         'r_min' and 'r_max' of every method in the ball (LF's over R; 0 and 1: the whole ball); 'turns' of the spiral
         (the best for n); 'centre' of repulsion in the disk, whether it holds a point there (True).
+
+    Examples
+    --------
+    >>> lfssao.samples.sample_set("disk", "spiral", 9).points.shape
+    (9, 2)
     """
     chosen = find_method(domain, method)
     most = MOST if chosen.most is None else chosen.most
@@ -77,7 +86,11 @@ def _check_options(r_min: Any = 0.0, r_max: Any = 1.0, turns: Any = None, centre
 
 
 def square_points(method: str, n: int, seed: int = 0) -> FloatArray:
-    """Points on the square [-1, 1]^2, (n, 2) float64: LF's (xi_1, xi_2); arguments and errors as of ``sample_set``."""
+    """Points on the square [-1, 1]^2, (n, 2) float64: LF's (xi_1, xi_2); arguments and errors as of ``sample_set``.
+
+    >>> lfssao.square_points("jittered", 16).shape
+    (16, 2)
+    """
     return sample_set("square", method, n, seed).points
 
 
@@ -87,5 +100,8 @@ def make_samples(
     """Sample offsets in the shell r_min <= r <= r_max of the ball, (n, 3) float64, by Algorithms 3 and 4.
 
     Arguments and errors are those of ``sample_set``; LF found radii of 0.8 and 1, over R, suitable. Multiply by R.
+
+    >>> lfssao.make_samples("latin", 8, seed=1).shape
+    (8, 3)
     """
     return sample_set("ball", method, n, seed, r_min=r_min, r_max=r_max).points

@@ -19,6 +19,9 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
     one made without; the ball has one set. Weights are the volume of each point's Voronoi cell; in the disk the
     integral over the cell of the ball's extent along z, 2 sqrt(1 - x^2 - y^2). Both sum to the ball's volume, 4/3 pi.
     InputError if there is no such table.
+
+    >>> lfssao.samples.repulsion_table("ball", 12).points.shape
+    (12, 3)
     """
     check_choice("domain of repulsion", domain, ("ball", "disk"))
     if not isinstance(n, int | np.integer) or not 1 <= n <= MOST:

@@ -158,6 +158,9 @@ def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArra
 
     The name is a key of ``ROTATIONS``, the size is in texels, at least 1 each way, the guard band included, and the
     seed, 0 to 2**64 - 1, is that of 'hash'; the others do not read it. InputError if one is none of these.
+
+    >>> lfssao.samples.texel_angles("tiles", 4, 4).shape
+    (4, 4)
     """
     check_rotation(name, seed)
     if height < 1 or width < 1:
@@ -173,8 +176,6 @@ def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[A
     angle were added to phi in line 3 of LF's Algorithm 3. Arguments and errors are those of ``texel_angles``; the dtype
     is that of the depth texture, float32 or float64.
 
-    Examples
-    --------
     >>> turns = texel_turns("tiles", 480, 640, 0, np.dtype(np.float32))  # for ``algorithm2(..., turns)``
     >>> turns.shape, turns[:, 0, 0].tolist()
     ((2, 480, 640), [1.0, 0.0])
@@ -200,8 +201,6 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
     dtype is that of the depth texture, float32 or float64. The result, (2, H, W), is rounded once from float64, where
     it is off by 1e-15 at most.
 
-    Examples
-    --------
     >>> angle_turns(np.array([[0.0, 0.5]]), np.dtype(np.float64)).round(3).tolist()
     [[[1.0, 0.878]], [[0.0, 0.479]]]
     """

@@ -34,6 +34,11 @@ class SampleSet:
         The seed they were made with.
     promises : tuple of str
         What the method promises of every set, by the names of ``lfssao.testing.PROMISES``.
+
+    Examples
+    --------
+    >>> lfssao.samples.sample_set("disk", "spiral", 9).method
+    'spiral'
     """
 
     points: FloatArray

@@ -27,6 +27,9 @@ def best_turns(s: int) -> int:
     SAO's tau = 7 for s = 9 is as good as the table's 2, its mirror image; the worst (3, 6) scores 1.47 times as much.
     1 to 99 taps are looked up. For more it is the number without a common divisor with s that is nearest to s over the
     square of the golden ratio: up to 200 its discrepancy is up to 1.9 times the best.
+
+    >>> lfssao.samples.best_turns(9)
+    2
     """
     if s < 1:
         raise InputError(f"the number of taps is {s}, it must be at least 1")
@@ -42,6 +45,9 @@ def spiral_discrepancy(s: int, tau: int) -> float:
     Over radii a in [0, 1], arcs of every start and length in [0, 1] turns: the square is
     1/9 - 2/s sum_i (1 - alpha_i^2) / 6 + 1/s^2 sum_ij (1 - max(alpha_i, alpha_j)) (1/2 - d (1 - d)), d the turns
     between taps i and j.
+
+    >>> round(lfssao.samples.spiral_discrepancy(9, 7), 3)
+    0.06
     """
     # Summed up, in whole numbers: the square is (9 P - 4 s^5 - s^3) / (36 s^5), P / (4 s^5) its last term.
     return sqrt((9 * _pairs(s, tau) - 4 * s**5 - s**3) / (36 * s**5))

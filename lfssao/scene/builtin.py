@@ -35,6 +35,9 @@ def builtin_scene(name: str = "gallery") -> Mesh:
 
     World space is right-handed, x to the right, y up; the scene faces +Z and stands on y = 0, in scene units. All but
     the armadillo have linear RGB at the vertices.
+
+    >>> len(lfssao.builtin_scene("statue").faces)
+    5010
     """
     check_choice("embedded scene", name, BUILTIN)
     arrays = _gallery() if name == "gallery" else _read(name)
@@ -48,8 +51,6 @@ def find_scene(scene: str | Path | Mesh, texture: str | Path | None = None) -> M
 
     A name of ``BUILTIN`` wins over a folder of that name. InputError if there is none, or a texture does not fit.
 
-    Examples
-    --------
     >>> find_scene("statue").name
     'statue'
     """

@@ -40,6 +40,10 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     InputError if the file is missing, cannot be read or holds no triangles; if it names an image that is missing or
     cannot be read and no texture is given; if a texture is given to a mesh without texture coordinates; if the mesh is
     broken (``Mesh``).
+
+    >>> _ = trimesh.creation.box().export("box.off")
+    >>> len(lfssao.load_scene("box.off").faces)
+    12
     """
     path = Path(path)
     check_file(path)

@@ -31,6 +31,11 @@ class Paint:
         Texture coordinates, v upwards; needed where a material has a texture.
     vertex_colors : (V, 3) float32 or None
         Linear RGB, 0 to 1.
+
+    Examples
+    --------
+    >>> lfssao.find_scene("corner").paint.factors.shape[1]
+    3
     """
 
     factors: NDArray[np.float32]
@@ -73,6 +78,11 @@ class Mesh:
         Number of faces without area, left out when the mesh was made.
     notes : tuple of str
         Sentences about other things that were left out when it was loaded.
+
+    Examples
+    --------
+    >>> lfssao.Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])).bounds.tolist()
+    [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
     """
 
     vertices: FloatArray

@@ -1,6 +1,5 @@
 """Views and mappings: numbers that float32 cannot hold are refused; mappings of one's own."""
 
-import doctest
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 
 from lfssao import Camera, InputError, Module, WorldToImage, find_display
 from lfssao.optics import lens as optics
-from lfssao.optics import view as view_module
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import check_positions
 
@@ -76,8 +74,3 @@ def test_a_mapping_is_printed_as_the_call_that_makes_it(name):
     mapping = (CAMERA.view(40, 30) if name == "camera" else DISPLAYS[name].view(0, 1e-5 * WORLD)).world_to_image
     assert max(map(len, repr(mapping).splitlines())) < 120
     assert bits(eval(repr(mapping), {"WorldToImage": WorldToImage})) == bits(mapping)
-
-
-def test_the_docstrings_examples_run():
-    failed, run = doctest.testmod(view_module)
-    assert failed == 0 < run

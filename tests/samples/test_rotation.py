@@ -1,7 +1,5 @@
 """Angles from texel to texel: their range, the spectrum of the blue noise, what is refused."""
 
-import doctest
-
 import mpmath
 import numpy as np
 import pytest
@@ -36,12 +34,6 @@ def test_void_and_cluster_equals_the_reference(height, width, seed):
     """The reference runs Ulichney's third phase as he wrote it: on what is empty."""
     ranks = rotation.void_and_cluster(seed, height, width)
     np.testing.assert_array_equal(ranks, dither.void_and_cluster(seed, height, width))
-
-
-def test_the_example_runs():
-    failed, run = doctest.testmod(rotation)
-    assert failed == 0
-    assert run == 3
 
 
 def low_power(pattern):

@@ -90,6 +90,13 @@ def estimate(
     InputError
         If the name, a sample set, a parameter or the radius is wrong, normals are needed and not there, or samples
         that cannot are to turn.
+
+    Examples
+    --------
+    >>> textures = lfssao.render("corner", lfssao.find_display("virtual").with_resolution(64, 48))[0]
+    >>> buffers = lfssao.Buffers.of(textures.gbuffer, textures.view)
+    >>> lfssao.estimate("sao", buffers, radius=0.1, taps=12).texture.shape
+    (48, 64)
     """
     return estimate_radii(name, buffers, (radius,), points, weights, units, **parameters)[0]
 

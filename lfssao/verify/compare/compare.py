@@ -82,6 +82,13 @@ def compare(
     ------
     InputError
         If there is nothing to compare, or the manifest or an argument is wrong; faults of files are in the report.
+
+    Examples
+    --------
+    >>> np.save("mine.npy", np.float32([[0.5]]))
+    >>> np.save("reference.npy", np.float32([[0.25]]))
+    >>> lfssao.compare("mine.npy", "reference.npy").exit_code
+    2
     """
     chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page, stored, files
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)

@@ -55,6 +55,11 @@ class Report:
         The panels of the difference picture.
     textures : Textures or None
         The textures of the page; None where it was not asked for.
+
+    Examples
+    --------
+    >>> lfssao.compare("mine.npy", "mine.npy").exit_code
+    0
     """
 
     mine: str

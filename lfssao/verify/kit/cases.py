@@ -305,7 +305,11 @@ def case_names() -> list[str]:
 
 
 def make_case(name: str) -> Case:
-    """A case of the registry, solved; InputError if there is none of that name."""
+    """A case of the registry, solved; InputError if there is none of that name.
+
+    >>> sorted(lfssao.testing.make_case("frame").outputs)[:2]
+    ['ao_1', 'ao_2']
+    """
     if name not in RECIPES:
         raise InputError(f"there is no case '{name}': choose one of {', '.join(RECIPES)}")
     recipe = RECIPES[name]

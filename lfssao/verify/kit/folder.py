@@ -46,6 +46,8 @@ def write_kit(folder: Path, cases: Iterable[Case], specification: str) -> None:
 
     The folder may exist if it is empty or holds a kit, which is replaced. ``specification`` is the text of
     SPECIFICATION.md. InputError if the folder holds something else or cannot be written.
+
+    >>> lfssao.testing.write_kit(Path("kit"), [lfssao.testing.make_case("frame")], "")
     """
     target = Path(os.path.abspath(folder))
     check_target(folder)

@@ -30,6 +30,11 @@ def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, 
         If they do not; it names each output that is wrong, the earliest first, and the first wrong number of each.
     InputError
         If there is no such case.
+
+    Examples
+    --------
+    >>> case = lfssao.testing.make_case("frame")
+    >>> lfssao.testing.assert_conforms(case.outputs, case)
     """
     __tracebackhide__ = True
     if isinstance(case, Path):

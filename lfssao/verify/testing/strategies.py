@@ -20,6 +20,8 @@ def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> Searc
     """Radii of the sampling ball: everyday ones, and the smallest and largest that are allowed.
 
     They are from ``least`` to ``most``, and 0, drawn apart, where ``zero`` says so.
+
+    >>> strategy = lfssao.testing.radii(most=10.0)  # for @given(radius=strategy)
     """
     lowest = max(least, 1e-30)
     ordinary = st.floats(max(lowest, 1e-3), min(most, 1e3)) if lowest <= 1e3 and most >= 1e-3 else st.nothing()
@@ -35,6 +37,8 @@ def sample_sets(
 
     The domain is 'square', 'sphere', 'ball' or 'disk', any by default; methods are names, all of the domain by default;
     ``least`` and ``most`` are numbers of points, of which repulsion has at most 64.
+
+    >>> strategy = lfssao.testing.sample_sets(domain="ball", most=64)  # for @given(samples=strategy)
     """
     where = draw(st.sampled_from(sorted(METHODS))) if domain is None else domain
     names = [name for name in METHODS[where] if methods is None or name in methods]
@@ -49,6 +53,8 @@ def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distanc
     """Cameras that look at something near the origin of world space, upright or tilted.
 
     Projections are 'perspective' and 'orthographic'; they stand at most ``distance`` away, world units.
+
+    >>> strategy = lfssao.testing.cameras(projections=("perspective",))  # for @given(camera=strategy)
     """
     away = distance * draw(st.floats(0.2, 1))
     z, turn = draw(st.floats(-0.9, 0.9)), draw(st.floats(0, 6.28))
@@ -68,6 +74,8 @@ def displays(draw: DrawFn, *, screens: tuple[str, ...] = _SCREENS, modules: int 
 
     Screens are 'flat', 'convex', 'concave', and 'conical' for a flat one with the conical diffuser. ``modules`` and
     ``texels``, a side of a module's texture, are the most.
+
+    >>> strategy = lfssao.testing.displays(screens=("flat",), texels=16)  # for @given(display=strategy)
     """
     screen = draw(st.sampled_from(screens))
     width, height = draw(st.floats(0.5, 1.6)), draw(st.floats(0.3, 1.0))
@@ -115,6 +123,8 @@ def gbuffers(
     The textures fit each other where there is no surface, and need not be those of any scene. ``dtype`` is float32 or
     float64, ``most`` the most texels a side, ``normals`` says whether there is a normals texture, and ``views`` is a
     strategy of views, by default of cameras and single modules.
+
+    >>> strategy = lfssao.testing.gbuffers(most=16)  # for @given(buffers=strategy)
     """
     view = draw(_views(most) if views is None else views)
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))

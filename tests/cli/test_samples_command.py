@@ -146,8 +146,8 @@ def test_a_picture_is_written(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("words", "message"), [
-    (["make", "latn"], "nearest is 'latin'"),
-    (["make", "latin", "--format", "gsl"], "nearest is 'glsl'"),
+    (["make", "latn"], "did you mean 'latin'"),
+    (["make", "latin", "--format", "gsl"], "did you mean 'glsl'"),
     (["make", "latin", "--format", "npy"], "-o"),
     (["make", "latin", "-n", "0"], "not from 1"),
     (["make", "latin", "-n", "nan"], "not a whole number"),
@@ -178,7 +178,7 @@ def test_bad_options_get_one_sentence(words, message, capsys):
     ("a.json", b"{", "not a JSON file"),
     ("a.json", b"{}", "no 'points'"),
     ("a.json", b'{"points": [[1, 2], [3]]}', "not a table of numbers"),
-    ("a.json", b'{"points": [[1, 2]], "domain": "sqare"}', "nearest is 'square'"),
+    ("a.json", b'{"points": [[1, 2]], "domain": "sqare"}', "did you mean 'square'"),
     ("a.npy", b"PK\3\4", "it cannot be read as an NPY file"),
 ])  # fmt: skip
 def test_malformed_files_get_one_sentence(tmp_path, capsys, name, content, message):

@@ -1,22 +1,27 @@
-"""README's Python runs as it stands, and no public name hides behind a module of the same name."""
+"""README is read in ten minutes, its commands and its Python run as they stand, and its files are there."""
 
 import importlib
 import pkgutil
 import re
+import shlex
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import lfssao
-from lfssao.optics.kernels import projection
+from lfssao.bench.stability.cases import CASES
+from lfssao.cli.main import main
+from lfssao.optics.view import WorldToImage
 
-README = Path(__file__).parents[2] / "README.md"
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+HELP = ROOT / "lfssao" / "cli" / "help"
 
 
-def library_blocks():
-    """The Python examples of README's section on the library."""
-    section = re.search(r"^## The library\n(.*?)^## ", README.read_text(), re.MULTILINE | re.DOTALL)
-    return re.findall(r"^```python\n(.*?)^```", section[1], re.MULTILINE | re.DOTALL)
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
 
 
 def test_no_module_has_the_name_of_a_public_function():
@@ -28,31 +33,47 @@ def test_no_module_has_the_name_of_a_public_function():
     assert callable(lfssao.render)
 
 
-def test_the_librarys_examples_run(tmp_path, monkeypatch, capsys):
+def test_it_is_read_in_ten_minutes():
+    assert len(README.encode()) <= 14_000
+    assert len(README.split()) <= 2_200
+
+
+def test_its_commands_and_its_python_run_as_they_stand(tmp_path, monkeypatch, capsys):
+    """All commands in turn in one folder, with few of the stiff cases; a comment says another exit code than 0."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "bunny.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n")
-    first, second = library_blocks()
+    monkeypatch.setattr("lfssao.cli.bench_stability.CASES", [case for case in CASES if case.name == "ordinary"])
+    lines = re.findall(r"^(?:.*&& \.venv/bin/)?lfssao (.*)$", "".join(blocks("sh")), re.MULTILINE)
+    assert len(lines) == 16
+    for line in lines:
+        command, _, comment = line.partition("#")
+        words, _, target = command.partition(">")
+        expected = int(re.search(r"exit code (\d): ", f"{comment} exit code 0: ")[1]) if "compare" in words else 0
+        with Path(target.strip() or "printed.txt").open("w") as file, redirect_stdout(file):
+            assert main(shlex.split(words)) == expected, line
+    assert "radius x 1.0173 explains 100.00 %" in Path("report.html").read_text()
+    made = {"out/contact.png", "right.png", "geometry.png", "mine.toml", "latin.csv", "poisson.png"}
+    assert [name for name in made if not (tmp_path / name).exists()] == []
+    (code,) = blocks("python")
     names = {}
-    exec(compile(first, "README", "exec"), names)
-    shown = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
-    assert shown == ["module_009", "module_010", "module_011"]
-    made = names["textures"]
-    names |= {"depth": made.gbuffer.depth, "positions": made.gbuffer.positions, "rgb": made.image}
-    names |= {"samples": lfssao.make_samples(), "other_ao": made.ao[0]}
-    exec(compile(second, "README", "exec"), names)
-    assert names["shaded"].shape == (*made.gbuffer.depth.shape, 3)
+    exec(compile(code, "README", "exec"), names)
+    assert names["shaded"].shape == (600, 1000, 3)
     assert np.isfinite(names["shaded"]).all()
+    assert names["ao"].max() > 0.5
 
 
-def test_files_that_readme_names_are_there():
-    named = set(re.findall(r"`((?:[a-z_]+/)+[a-z_0-9]+\.py)`", README.read_text()))
-    assert len(named) > 15
-    assert [name for name in named if not any((README.parent / home / name).exists() for home in ("", "lfssao"))] == []
+@pytest.mark.parametrize("text", [README, *(p.read_text(encoding="utf-8") for p in HELP.iterdir())])
+def test_files_that_are_named_are_there(text):
+    named = re.findall(r"`((?:[a-z_]+/)+[a-z_0-9]+\.py)`", text) + re.findall(r"\]\(([^):]+)\)", text)
+    assert named or text != README
+    assert [name for name in named if not any((ROOT / home / name).exists() for home in ("", "lfssao"))] == []
 
 
-def test_the_mappings_lines_are_those_of_the_kernels():
-    """Each formula, up to its comment, stands in the docstring of the projection."""
-    block = re.search(r"^```text\n(.*M \(x, y, z, 1\).*?)^```", README.read_text(), re.MULTILINE | re.DOTALL)
-    formulas = [re.split(r" {4,}", line)[0] for line in block[1].splitlines()]
-    assert len(formulas) == 6
-    assert [formula for formula in formulas if formula not in projection.__doc__] == []
+def test_the_mappings_lines_are_those_of_its_docstrings():
+    """Each formula of the help, up to its comment, stands where the mapping is made."""
+    lines = [line.strip() for line in (HELP / "ao.txt").read_text(encoding="utf-8").splitlines()]
+    first = next(k for k, line in enumerate(lines) if line.startswith("(X, Y, Z) = M"))
+    said = f"{WorldToImage.crossed_slits.__doc__} {WorldToImage.matrix.__doc__}"
+    formulas = [re.split(r" {4,}", line)[0] for line in lines[first : first + 6]]
+    parts = [part for formula in formulas for part in re.split(r", +defined for |,  ", formula)]
+    assert len(parts) == 10
+    assert [part for part in parts if part not in said] == []

@@ -25,7 +25,7 @@ def test_other_methods_give_one_set():
     with pytest.raises(InputError, match="reset"):
         engine.random(8)
     assert engine.reset().random(8).max() < 1
-    with pytest.raises(InputError, match="nearest is 'latin'"):
+    with pytest.raises(InputError, match="did you mean 'latin'"):
         Sampler("latn")
 
 

@@ -201,8 +201,8 @@ def test_every_promise_of_the_registry_is_a_check_that_some_test_here_breaks():
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("latn", [[0, 0]], "square"), "nearest is 'latin'"),
-    (("latin", [[0, 0]], "sqare"), "nearest is 'square'"),
+    (("latn", [[0, 0]], "square"), "did you mean 'latin'"),
+    (("latin", [[0, 0]], "sqare"), "did you mean 'square'"),
     (("latin", [[0, 0, 1]], "ball"), "not of the ball"),
     (("inside", [[0, 0, 1]], "square"), r"expected \(n, 2\)"),
     (("inside", np.empty((0, 2)), "square"), "n >= 1"),

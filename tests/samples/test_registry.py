@@ -200,8 +200,8 @@ def test_shells_of_tables_keep_volumes():
 
 
 @pytest.mark.parametrize(("arguments", "options", "words"), [
-    (("ball", "latn", 8), {}, "nearest is 'latin'"),
-    (("bal", "latin", 8), {}, "nearest is 'ball'"),
+    (("ball", "latn", 8), {}, "did you mean 'latin'"),
+    (("bal", "latin", 8), {}, "did you mean 'ball'"),
     (("square", "rejection", 8), {}, "choose one of random"),
     (("square", "spiral", 8), {}, "of the square"),
     (("ball", "latin", 0), {}, "at least 1"),
@@ -209,7 +209,7 @@ def test_shells_of_tables_keep_volumes():
     (("ball", "latin", True), {}, "whole number"),
     (("ball", "latin", 8, -1), {}, "seed"),
     (("ball", "latin", 8, 2**64), {}, "seed"),
-    (("ball", "latin", 8), {"rmin": 0.5}, "nearest is 'r_min'"),
+    (("ball", "latin", 8), {"rmin": 0.5}, "did you mean 'r_min'"),
     (("ball", "latin", 8), {"r_min": 0.9, "r_max": 0.8}, "r_min <= r_max"),
     (("ball", "latin", 8), {"r_min": -0.1}, "r_min <= r_max"),
     (("ball", "latin", 8), {"r_max": math.nan}, "r_min <= r_max"),

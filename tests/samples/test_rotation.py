@@ -56,7 +56,7 @@ def test_the_blue_noise_tile_is_a_permutation_without_low_frequencies():
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("hsh", 4, 4), "nearest is 'hash'"), (("none", 0, 4), "at least one"), (("none", 4, -1), "at least one"),
+    (("hsh", 4, 4), "did you mean 'hash'"), (("none", 0, 4), "at least one"), (("none", 4, -1), "at least one"),
 ])  # fmt: skip
 def test_what_is_refused(arguments, words):
     with pytest.raises(InputError, match=words):

@@ -137,7 +137,8 @@ def test_stages_and_kinds_choose_cases(few, tmp_path, arguments, on_disk, cases)
 
 
 @pytest.mark.parametrize(("arguments", "sentence"), [
-    ("'algoritm2'", "'algoritm2' (did you mean 'algorithm2'?): choose one of algorithm2, blur, frame, samples"),
+    ("'algoritm2'", "there is no stage 'algoritm2' (did you mean 'algorithm2'?): choose one of algorithm2, blur, "
+     "frame, samples"),
     ("'merge'", "there is no stage 'merge': choose one of algorithm2, blur, frame, samples"),
     ("'algorithm2', kinds=('slits',)", "there is no kind 'slits': choose one of display"),
     ("'blur', kinds=('display',)", "there is no kind 'display': choose one of none"),

@@ -125,7 +125,7 @@ def test_a_wrong_decision_breaks_a_row(monkeypatch):
      (0, 0.99 * 2.0**-8, WITHIN)],
 )  # fmt: skip
 def test_an_estimator_wrong_in_float32_breaks_a_row(monkeypatch, texel, off, verdict):
-    """One texel that is no number or above 1; all off by a 64th, which few flipped texels, by a 256th, do not excuse."""
+    """One texel that is no number or above 1; all off by a 64th, which few flipped texels do not excuse."""
     (case,) = (case for case in CASES if case.name == "coplanar")
     case = replace(case, inputs=case.inputs[:1], paths=("vo-area", "hbao"))
     assert [row.verdict for row in case.rows()] == [WITHIN] * 2

@@ -71,7 +71,7 @@ FILES = {
 @pytest.mark.parametrize(
     ("words", "part"),
     [
-        (["statue", "--display", "foo"], "'foo': choose one of c80, convex, picoarray, sample-a, sample-a-conical, sample-b, virtual, "),
+        (["statue", "--display", "foo"], "'foo': choose one of c80, convex, picoarray, sample-a, sample-a-conical, "),
         (["statue", "--sampling", "foo"], "'foo': choose one of random, jittered, latin, poisson"),
         (["statue", "--display", "Sample_A"], "there is no display 'Sample_A' (did you mean 'sample-a'?)"),
         (["statue", "--camera", "foo"], "'foo': choose one of perspective, orthographic"),

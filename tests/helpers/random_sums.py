@@ -64,7 +64,8 @@ def alchemy(ar, given, places, radius, options, angle):
     if given.turns is not None:
         c, s = turn_of(ar, given.turns, angle)
         x, y = ar.total([c, -s], [x, y]), ar.total([s, c], [x, y])
-    rows = placed(ar, m, range(4 if kind == rr.MATRIX else 3), point, x, y, r, duff(ar, [ar.near(k, 2.0**-20) for k in w]))
+    sizes = duff(ar, [ar.near(k, 2.0**-20) for k in w])
+    rows = placed(ar, m, range(4 if kind == rr.MATRIX else 3), point, x, y, r, sizes)
     u, v, _, valid = rr.project(ar, kind, m, *rows)
     there, j, i = rr.inside(depth, u, v, valid)
     of = np.arange(ar.renderers)[:, None, None, None]

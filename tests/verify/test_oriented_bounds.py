@@ -1,10 +1,21 @@
 """Bounds of the normal-oriented hemisphere: float32 renderers stay inside, and what is wrong falls outside."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import arithmetic, assert_inside, critical_scene, drawn_problems, hold_probes, made_by, random_turns, unit
+from oracle_scenes import (
+    arithmetic,
+    assert_inside,
+    critical_scene,
+    drawn_problems,
+    hold_probes,
+    made_by,
+    random_turns,
+    unit,
+)
 from random_oriented import hidden_weights, weights
 
 from lfssao import Buffers, builtin_scene, find_display, make_samples, module_views
@@ -62,7 +73,7 @@ def test_no_renderer_leaves_its_bounds(drawn, bias, range_check, background):
 def test_no_probe_leaves_the_bounds():
     for range_check in ("none", "smoothstep"):
         options = {"bias": 0.05, "range_check": range_check, "background": "open"}
-        hold_probes(lambda drawn: check(drawn, options), 33)
+        hold_probes(partial(check, options=options), 33)
 
 
 def test_renderers_differ_where_points_are_undecided():

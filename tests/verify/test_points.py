@@ -121,7 +121,8 @@ def check_volume(drawn, options, tangent):
     normals[~np.isfinite(depth)] = 0
     weights = rng.uniform(0.2, 3, n)
     given = seen_along(view, depth, positions, normals, turns, directions)
-    estimator, fractions = "vo-points-normal" if tangent else "vo-points", (weights / np.cumsum(weights)[-1]).astype("f4")
+    estimator = "vo-points-normal" if tangent else "vo-points"
+    fractions = (weights / np.cumsum(weights)[-1]).astype("f4")
     found = point_bounds(estimator, given, radius, samples, weights, options, name)
 
     def volume(ar):

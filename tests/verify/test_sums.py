@@ -4,6 +4,7 @@ As in ``test_sound`` scenes are drawn so that rounding matters: taps land next t
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -81,7 +82,8 @@ def check_alchemy(drawn, options, alter=lambda model: model):
         return c * e + s * f, c * f - s * e
 
     shown, places = drawn_scene(drawn, frame, lambda samples: 0.7 * samples[:, :2], 1)
-    found, angle = point_bounds("alchemy", shown, radius, places, None, options, alter(find_model(name))), angle_of(name)
+    found = point_bounds("alchemy", shown, radius, places, None, options, alter(find_model(name)))
+    angle = angle_of(name)
     made = made_by(name, rng, RENDERERS, lambda ar: rs.alchemy(ar, shown, places, radius, options, angle), found)
     assert_inside(made, found, "alchemy")
     return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
@@ -191,7 +193,7 @@ PROBED = {
 @pytest.mark.parametrize("check", PLAIN)
 def test_no_probe_leaves_the_bounds(check):
     for changes in PROBED[check]:
-        hold_probes(lambda drawn: check(drawn, PLAIN[check] | changes), 33 if check is check_sao else 100)
+        hold_probes(partial(check, options=PLAIN[check] | changes), 33 if check is check_sao else 100)
 
 
 @pytest.mark.parametrize(

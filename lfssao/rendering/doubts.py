@@ -1,4 +1,4 @@
-"""What is allowed and is probably not meant: a sentence for each, which becomes an ``InputWarning``.
+"""Sentences on what is allowed and is probably not meant; each becomes an ``InputWarning``.
 
 The command line prints these warnings as it prints errors, each once.
 """

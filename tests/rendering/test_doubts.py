@@ -26,7 +26,7 @@ def statue():
 
 @pytest.fixture
 def said(tmp_path, capsys):
-    """What a command says on standard error, and whether it does so once."""
+    """The lines that a command writes on standard error, and whether it does so once."""
 
     def command(*words):
         assert main([*words, "-o", str(tmp_path / "out")]) == 0

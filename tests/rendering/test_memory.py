@@ -11,21 +11,20 @@ from lfssao import RayCaster, Settings, builtin_scene, find_display, module_view
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
-from lfssao.rendering import memory
 from lfssao.rendering.memory import check_memory, needed_memory
 from lfssao.rendering.passes import render_view
 
 
 def test_memory_is_checked_against_what_is_there(monkeypatch):
     assert available_memory() > 10_000_000
-    monkeypatch.setattr(memory, "available_memory", lambda: 10**9)
+    monkeypatch.setattr("lfssao.core.memory.available_memory", lambda: 10**9)
     check_memory(2000, 2000, 5, 4)  # 0.5 GB
     with pytest.raises(InputError, match=r"resolution 4000x4000.* 2\.0 GB of memory, 1\.0 GB are available"):
         check_memory(4000, 4000, 5, 4)
     check_memory(2000, 3400, 5, 4)  # 0.9 GB
     with pytest.raises(InputError, match=r"resolution 2000x3400.* 1\.1 GB of memory, 1\.0 GB are available"):
         check_memory(2000, 3400, 5, 96)
-    monkeypatch.setattr(memory, "available_memory", lambda: None)
+    monkeypatch.setattr("lfssao.core.memory.available_memory", lambda: None)
     check_memory(2**16, 2**15 - 1, 5, 4)
     with pytest.raises(InputError, match="at most 2147483647 texels"):
         check_memory(2**16, 2**15, 5, 4)

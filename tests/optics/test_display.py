@@ -147,7 +147,7 @@ def test_points_of_a_texels_ray_land_on_it(display, seed):
     assert there.any()
     if display.screen_curvature == display.observer_curvature == 0 and m.field_of_view is m.homography is None:
         assert there.all()
-    assert worst < 1e-9
+    assert worst < (1e-9 if m.field_of_view is None else 1e-8)  # as picoarray's, whose modules have one
 
 
 # Views, arrays, users' kernels, calibrated optics

@@ -45,7 +45,7 @@ def _meanings(estimator: Estimator) -> Iterator[str]:
     for name, meaning in estimator.meanings.items():
         taken = ", ".join(estimator.choices.get(name, ()))
         if name in estimator.limits:
-            taken = "{:.10g} to {:.10g}".format(*estimator.limits[name])
+            taken = "{:.16g} to {:.16g}".format(*estimator.limits[name])
         power = estimator.powers.get(name)
         unit = f"; {name} R{'' if power == 1 else f'^{power}'} with --units world" if power else ""
         yield f"    {name}={estimator.parameters[name]}: {meaning}{taken and f' ({taken})'}{unit}"

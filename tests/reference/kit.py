@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from reference import dither, elementary, mapping, passes, points, samples, scalable, volumetric
+from reference import dither, elementary, mapping, passes, points, samples, scalable, spiral, volumetric
 from reference.elementary import sincospi
 from reference.mapping import offsets, rounded
 from reference.multiresolution import multiresolution
@@ -26,7 +26,8 @@ def read_case(folder):
 
 
 def elementary_stage(parameters, inputs):
-    function = getattr(elementary, parameters["function"])
+    tables = {"reduced": lambda h: spiral.half_turns(spiral.wrapped(h)), "turns": lambda s: float(spiral.turns_of(s))}
+    function = tables.get(parameters["function"]) or getattr(elementary, parameters["function"])
     return {"y": np.array([function(x) for x in inputs["x"].tolist()])}
 
 
@@ -58,7 +59,13 @@ def mapping_of(parameters):
 
 def mapping_stage(parameters, inputs):
     kind, m = mapping_of(parameters)
-    images = [mapping.to_image(kind, m, mapping.affine_rows(kind, m, point)) for point in inputs["points"]]
+    offsets = inputs["offsets"] if "offsets" in inputs else [None] * len(inputs["points"])
+    images = []
+    for point, offset in zip(inputs["points"], offsets, strict=True):
+        sums = mapping.affine_rows(kind, m, point)
+        if offset is not None:
+            sums = [a + b for a, b in zip(sums, mapping.linear_rows(kind, m, offset), strict=True)]
+        images.append(mapping.to_image(kind, m, sums))
     statuses = [status for *_, status in images]
     places = [place if status == 0 else [0, 0, 0] for *place, status in images]
     return {"image": np.array(places, np.float32), "answers": np.array(statuses, np.int32)}

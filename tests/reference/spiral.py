@@ -15,7 +15,10 @@ TURNS = (
 
 def hash_word(i, j, variant):
     """A shader's int."""
-    h = (30 * i) ^ (j + 10 * i * j) if variant == "paper" else 10 * ((3 * i) ^ (j + i * j))
+    return wrapped((30 * i) ^ (j + 10 * i * j) if variant == "paper" else 10 * ((3 * i) ^ (j + i * j)))
+
+
+def wrapped(h):
     return (h + 2**31) % 2**32 - 2**31
 
 

@@ -43,7 +43,7 @@ class HorizonOptions(Options):
         "quadratic", "W of a horizon at the distance r R: 1 - r^2, 1 - r or 1", choices=tuple(_ATTENUATION)
     )
     randomize: bool = option(True, "whether the directions are reflected differently over tiles of 4 x 4 texels")
-    seed: int = option(0, "of those reflections", limits=(0, 2**32 - 1))
+    seed: int = option(0, "of those reflections", limits=(0, 2**53))
 
 
 def hbao(buffers: Buffers, radius: float, points: None, weights: None, options: HorizonOptions) -> Occlusion:

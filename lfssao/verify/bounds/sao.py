@@ -91,12 +91,17 @@ def _linear_z(given: Problem) -> Ends:
 def _hierarchy(
     z: Ends, origin: float, options: SaoOptions, model: ErrorModel
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Ends of the levels of z, one after the other, and the place of each level's first texel; means round."""
+    """Ends of the levels of z, one after the other, and the place of each level's first texel.
+
+    A level grows with the one before, but for harmonic means where a distance may not be positive: these are any number
+    between the four. Means round, sums of inverse distances most.
+    """
     mip, made = options.mip, []
+    mixed = mip == "harmonic" and not (z[0] > origin).all()
     size = max(float(np.max(np.abs(end), initial=0, where=end < np.inf)) for end in z) + abs(origin)
     off = (2 * model.quotient + 8 * model.operation) * size if mip in ("arithmetic", "harmonic") else 0.0
-    for end, sign in zip(z, (-1, 1), strict=True):
-        levels = z_hierarchy(np.ascontiguousarray(end), mip, options.max_level, origin)
+    for end, sign, extreme in zip(z, (-1, 1), ("max", "min"), strict=True):
+        levels = z_hierarchy(np.ascontiguousarray(end), extreme if mixed else mip, options.max_level, origin)
         made.append(np.concatenate([(level + sign * k * off).ravel() for k, level in enumerate(levels)]))
     return made[0], made[1], np.cumsum([0, *(level.size for level in levels[:-1])])
 
@@ -127,7 +132,7 @@ def _keys(z: Ends, origin: float, z_min: float, model: ErrorModel) -> Ends:
     """Ends of the bilateral passes' keys: 0 at the origin to 1 at z_min or the farthest surface, +infinity for none."""
     r, away = model.quotient + 6 * model.operation, [np.maximum(end - origin, 0) for end in z]
     far = [z_min or float(np.max(end, initial=0, where=end < np.inf)) for end in away]
-    far = [each if each > 0 else 1.0 for each in far]
+    far = [each if each > 0 and 1 / each < np.inf else 1.0 for each in far]
     low, high = away[0] / far[1] * (1 - r), away[1] / far[0] * (1 + r)
     return np.where(z[0] < np.inf, np.minimum(low, 1), np.inf), np.where(z[1] < np.inf, np.minimum(high, 1), np.inf)
 

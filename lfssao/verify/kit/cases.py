@@ -94,12 +94,14 @@ def _background() -> Problem:
     }
 
 
-def _mapping_problem(seen_by: Display | str) -> Problem:
-    """World points, most of them where a display has an image, and some where no display has one."""
+def _mapping_problem(seen_by: Display | str, offset: bool = False) -> Problem:
+    """World points, most of them where a display has an image, some where none has one; offset: with offsets."""
     view = views.make_camera(seen_by) if isinstance(seen_by, str) else views.module_view(seen_by)
     spread = np.array(2.0 * views.noise(4, 60, 3) - 1.0, np.float32)
     far = np.array([[0, 0, s] for s in (-3, -2, -1.1, 1.1, 2, 3.5)] + [[3, 0, 0], [-9, 0, 0], [0, 9, 0]], np.float32)
-    return {"mapping": views.described(view.world_to_image)}, {"points": np.concatenate([spread, far])}
+    points = np.concatenate([spread, far])
+    offsets = {"offsets": np.float32(0.3) * views.noise(7, *points.shape) - np.float32(0.15)} if offset else {}
+    return {"mapping": views.described(view.world_to_image)}, {"points": points, **offsets}
 
 
 def _numbers_problem(display: Display, guard: int) -> Problem:
@@ -158,9 +160,22 @@ def _elementary_problem(function: str) -> Problem:
         x = [8.0 * x - 4.0 for x in units] + [0.25 * k for k in range(-9, 10)] + [1e9 + 0.3, 2.0**50, *borders]
     elif function == "cbrt":
         x = [x * 2.0 ** (10 * (k % 40) - 200) for k, x in enumerate(units)] + [0.0, 1.0, 8.0, 0.001, np.inf]
+    elif function in ("log", "log2"):
+        x = [x * 2.0 ** (k % 60 - 40) for k, x in enumerate(units)] + [1.0, 2.0**-1022, *_around(0.5**0.5, 2.0**0.5)]
+        x += [-1.0, 0.0, 5e-324, np.inf, np.nan] if function == "log2" else [5e-324]
+    elif function == "reduced":
+        far = [1834183, 1890379225, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**40 + 5]  # the first two carry far
+        return {"function": function}, {"x": np.array([s * h for s in (1, -1) for h in (*range(30), *far)], np.int64)}
+    elif function == "turns":
+        return {"function": function}, {"x": np.arange(1, 201, dtype=np.int64)}
     else:
         x = [80.0 * x - 60.0 for x in units] + [0.0, -0.5, 1.0, -700.0, 700.0, -746.0, 711.0]
     return {"function": function}, {"x": np.array(x)}
+
+
+def _around(*numbers: float) -> list[float]:
+    """Each number and the two next to it."""
+    return [float(np.nextafter(x, x + side)) for x in numbers for side in (-1, 0, 1)]
 
 
 def _philox_problem() -> Problem:
@@ -169,6 +184,12 @@ def _philox_problem() -> Problem:
     table = np.array(words, np.uint32)
     return {}, {"counters": np.ascontiguousarray(table[:, :4]), "keys": np.ascontiguousarray(table[:, 4:])}
 
+
+_ELEMENTARY = {
+    **{name: f"{name}, float64" for name in ("sincospi", "cbrt", "exp", "log", "log2")},
+    "reduced": "whole radians as half-turns, wrapped to 32 bits",
+    "turns": "turns of spirals of 1 to 200 taps",
+}
 
 # Name, method, number, seed, least and largest radius.
 _SAMPLES = (
@@ -189,6 +210,22 @@ _BLURS = (
     ("row", 0.7, 1, 9),
 )
 
+# Displays that one field alone makes other than crossed slits, and the branches by which a distortion folds.
+_ALONE = {
+    "screen_curvature": (views.make_display(screen_curvature=0.7), "curved screen alone"),
+    "observer_curvature": (views.make_display(observer_curvature=0.3), "observers on an arc alone"),
+    "homography": (
+        views.make_display(replace(views.MODULE, homography=(32.0, 0.0, 16.0, 0.0, -32.0, 12.0, 0.0, 0.0, 1.0))),
+        "homography alone, of the plain screen",
+    ),
+} | {
+    f"fold_{name}": (views.make_display(replace(views.MODULE, k1=k1, k2=k2)), f"k1 = {k1:g}, k2 = {k2:g}")
+    for name, k1, k2 in (
+        ("k1", -0.08, 0.0), ("k2", 0.0, -0.02), ("never", 0.1, 0.0), ("far", -1e-39, 0.0),
+        ("first_of_two", -0.095, 0.0034), ("one_of_two", 0.1, -0.02), ("none_of_two", 0.6, 0.05),
+    )
+}  # fmt: skip
+
 # Samples far around surfaces; some reach where the mapping is not defined: name, title, display.
 _FAR_SAMPLES = (
     ("behind_lens_and_observers", "samples behind the lens and behind the observers", NEAR),
@@ -200,8 +237,7 @@ _FAR_SAMPLES = (
 
 
 def _numbers() -> Iterator[Recipe]:
-    for function in ("sincospi", "cbrt", "exp"):
-        title = f"{function}, float64"
+    for function, title in _ELEMENTARY.items():
         yield Recipe(f"elementary_{function}", "elementary", title, _elementary_problem, function)
     yield Recipe("philox", "philox", "Philox4x32-10", _philox_problem)
     for name, method, n, seed, low, high in _SAMPLES:
@@ -240,7 +276,7 @@ def _turned() -> Iterator[Recipe]:
         yield Recipe(f"turned_{name}", stage, "samples that turn from texel to texel", turning, *problem)
     for name in _TURNING:
         yield Recipe(f"turned_{name}", "estimator", "samples that turn from texel to texel", turning,
-                     estimator_problem, ESTIMATORS[name], name == "point", {})  # fmt: skip
+                     estimator_problem, ESTIMATORS[name], "perspective" if name == "point" else "", {})  # fmt: skip
 
 
 def _views() -> Iterator[Recipe]:
@@ -255,6 +291,11 @@ def _views() -> Iterator[Recipe]:
             yield Recipe(f"numbers_{name}{suffix}", "numbers", numbers, _numbers_problem, display, guard)
         yield Recipe(f"algorithm2_{name}", "algorithm2", title, _module_problem, display)
         yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}", _mapping_problem, display)
+    for name, seen_by in (("perspective", "perspective"), *list(views.DISPLAYS.items())[:3:2]):
+        title = "world points and offsets, whose sums are formed apart and then added"
+        yield Recipe(f"offsets_{name}", "mapping", title, _mapping_problem, seen_by, True)
+    for name, (display, title) in _ALONE.items():
+        yield Recipe(f"numbers_{name}", "numbers", f"the mapping's numbers: {title}", _numbers_problem, display, 0)
     for name in BORDERS:
         title = f"world points on borders of the domain: {name.replace('_', ' ')}"
         yield Recipe(f"border_{name}", "mapping", title, border_problem, name)

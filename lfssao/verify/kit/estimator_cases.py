@@ -1,7 +1,8 @@
 """Cases of estimators: each as it is, each option changed, and places that options do not reach."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from math import inf, sqrt
 from typing import Any
 
@@ -23,15 +24,20 @@ from lfssao.verify.kit.scenes import SCENE, Scene, textures
 from lfssao.verify.kit.views import CAMERA_SCENE, Problem, Recipe, described, module_view, noise
 
 
-def estimator_problem(estimator: Estimator, camera: bool, changes: Mapping[str, Value]) -> Problem:
-    """An estimator on a display's module or on a camera, some of its options changed.
+def estimator_problem(
+    estimator: Estimator, projection: str, changes: Mapping[str, Value], width: int = 32, z: float = 5.0
+) -> Problem:
+    """An estimator on a display's module or, where a projection is named, a camera; some of its options changed.
 
     Changed options get more texels and a larger radius: filters of larger footprints are not reached otherwise.
     """
     large = views.DISPLAYS["crossed_slits"].with_resolution(48, 36)
-    view = views.make_camera("perspective") if camera else module_view(large if changes else views.small_display())
-    radius = 0.5 if camera else 0.7 if changes else views.RADIUS
-    return _on_view(estimator, view, CAMERA_SCENE if camera else SCENE, radius, changes, _own_tables(estimator))
+    if projection:
+        view, scene, radius = views.make_camera(projection, width, width * 3 // 4, z), CAMERA_SCENE, 0.5
+    else:
+        view, scene = module_view(large if changes else views.small_display()), SCENE
+        radius = 0.7 if changes else views.RADIUS
+    return _on_view(estimator, view, scene, radius, changes, _own_tables(estimator))
 
 
 def _own_tables(estimator: Estimator) -> Arrays:
@@ -95,6 +101,11 @@ def _remap_problem() -> Problem:
     return parameters, {**inputs, "depth": inputs["depth"] - noise(12, *inputs["depth"].shape) * np.float32(0.1)}
 
 
+def _recipe(case: str, estimator: Estimator, about: str, build: Callable[..., Problem], *arguments: Any) -> Recipe:
+    """A case of an estimator, and what of it the case is about."""
+    return Recipe(case, "estimator", f"{estimator.title}{about and ': '}{about}", build, *arguments)
+
+
 def estimator_recipes() -> Iterator[Recipe]:
     """Cases of every estimator of the registry but LF's, which is Algorithms 1 and 2."""
     yield from _option_recipes()
@@ -103,6 +114,8 @@ def estimator_recipes() -> Iterator[Recipe]:
     yield from _curved_recipes()
     yield from _disk_recipes()
     yield from _pass_recipes()
+    yield from _exact_recipes()
+    yield from _place_recipes()
 
 
 def _other(estimator: Estimator, option: str, value: Value) -> Value:
@@ -128,21 +141,24 @@ def _option_recipes() -> Iterator[Recipe]:
     for name, estimator in ESTIMATORS.items():
         if name == "lf":
             continue
-        variants: list[tuple[str, bool, dict[str, Value]]] = [("", False, {}), ("_camera", True, {})]
+        variants: list[tuple[str, str, dict[str, Value]]] = [("", "", {}), ("_camera", "perspective", {})]
         for option, default in estimator.parameters.items():
             if isinstance(default, bool):
-                variants.append((f"_{option}", False, {option: not default}))
+                variants.append((f"_{option}", "", {option: not default}))
             others = [choice for choice in estimator.choices.get(option, ()) if choice != default]
             needed = _own(estimator, _WITH.get(option, {}))
-            variants += [(f"_{option}_{choice}", False, {**needed, option: choice}) for choice in others]
+            variants += [(f"_{option}_{choice}", "", {**needed, option: choice}) for choice in others]
         numbers: dict[str, Value] = {
             o: _other(estimator, o, v) for o, v in estimator.parameters.items() if o in _OTHER or isinstance(v, float)
         }
         if numbers:
-            variants.append(("_numbers", False, numbers))
-        for suffix, camera, changes in variants:
-            build = estimator_problem, estimator, camera, changes
-            yield Recipe(f"estimator_{name}{suffix}", "estimator", estimator.title, *build)
+            variants.append(("_numbers", "", numbers))
+        for suffix, projection, changes in variants:
+            case = f"estimator_{name}{suffix}"
+            yield _recipe(case, estimator, "", estimator_problem, estimator, projection, changes)
+        yield _recipe(
+            f"estimator_{name}_orthographic", estimator, "", estimator_problem, estimator, "orthographic", {}, 16
+        )
 
 
 def _curved_recipes() -> Iterator[Recipe]:
@@ -150,8 +166,8 @@ def _curved_recipes() -> Iterator[Recipe]:
     changes: dict[str, Value] = {"surface": "positions", "range_check": True}
     for name in ("alchemy", "point", "hemisphere", "oriented-hemisphere", "vo-points", "vo-points-normal"):
         estimator, view = ESTIMATORS[name], module_view(views.MISSED.with_resolution(16, 12))
-        build = _on_view, estimator, view, SCENE, 1.2, _own(estimator, changes), _own_tables(estimator)
-        yield Recipe(f"curved_{name}", "estimator", f"{estimator.title}: convex screen", *build)
+        given = view, SCENE, 1.2, _own(estimator, changes), _own_tables(estimator)
+        yield _recipe(f"curved_{name}", estimator, "convex screen", _on_view, estimator, *given)
 
 
 def _disk_recipes() -> Iterator[Recipe]:
@@ -165,8 +181,8 @@ def _disk_recipes() -> Iterator[Recipe]:
     for name in ("vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal", "hbao"):
         estimator = ESTIMATORS[name]
         for suffix, changes, tables in ways if estimator.dimensions else alone:
-            title, case = f"{estimator.title}: convex screen", f"disk_{name}_{suffix}".rstrip("_")
-            yield Recipe(case, "estimator", title, _disk_problem, estimator, _own(estimator, changes), tables)
+            case, own = f"disk_{name}_{suffix}".rstrip("_"), _own(estimator, changes)
+            yield _recipe(case, estimator, "convex screen", _disk_problem, estimator, own, tables)
 
 
 # Passes over texels: views, whole numbers and places that the cases of single options do not reach.
@@ -202,10 +218,11 @@ def _rough(view: View, radius: float, estimator: Estimator, changes: Mapping[str
     return parameters, {**inputs, **arrays}
 
 
-def _beyond_planes(estimator: Estimator, projection: str) -> Problem:
-    """A camera's depths, some without a distance: none exists in perspective, one below 0 in orthographic."""
-    parameters, inputs = _on_view(estimator, views.make_camera(projection), CAMERA_SCENE, 0.5, {"mip": "harmonic"}, {})
-    depth = np.where(noise(10, *inputs["depth"].shape) < 0.1, _BEYOND[projection], inputs["depth"])
+def _beyond_planes(estimator: Estimator, projection: str, share: float = 0.1) -> Problem:
+    """A camera's depths, a share of them without distance: none exists in perspective, one below 0 in orthographic."""
+    changes: dict[str, Value] = {"mip": "harmonic", "log_q": 0}
+    parameters, inputs = _on_view(estimator, views.make_camera(projection), CAMERA_SCENE, 0.5, changes, {})
+    depth = np.where(noise(10, *inputs["depth"].shape) < share, _BEYOND[projection], inputs["depth"])
     return parameters, {**inputs, "depth": depth}
 
 
@@ -235,13 +252,16 @@ def _endless(estimator: Estimator) -> Problem:
     return parameters, {**inputs, "depth": np.where(np.isfinite(inputs["depth"]), depth, np.float32(inf))}
 
 
+_ENDLESS = replace(SCENE, wall=(0.16, 0.2, -0.1, inf))  # at the texture's borders too
 _BEYOND = {"perspective": np.float32(1.75), "orthographic": np.float32(-0.75)}
 
 
-def _lines_problem(estimator: Estimator, display: Display, changes: Mapping[str, Value]) -> Problem:
+def _lines_problem(
+    estimator: Estimator, display: Display, changes: Mapping[str, Value], scene: Scene = SCENE
+) -> Problem:
     """An estimator on a display whose texels' lines are a table."""
     view = module_view(display)
-    parameters, inputs = _on_view(estimator, view, SCENE, 0.3, changes, {})
+    parameters, inputs = _on_view(estimator, view, scene, 0.3, changes, {})
     lines = texel_rays(view, np.dtype(np.float32)).table
     return parameters, {**inputs, "lines": np.ascontiguousarray(lines.T).reshape(*inputs["depth"].shape, 4)}
 
@@ -275,6 +295,96 @@ def _pass_recipes() -> Iterator[Recipe]:
                 display = views.DISPLAYS[kind].with_resolution(20, 15)
                 builds[kind] = _lines_problem, estimator, display, {"mip": "harmonic", "log_q": 0}
             builds["no_line"] = _no_line_problem, estimator
+            far = replace(views.DISPLAYS["conical"], observer_z=-2.1)
+            for suffix, size in (("edges", (9, 7)), ("column", (1, 6))):
+                builds[suffix] = _lines_problem, estimator, far.with_resolution(*size), {"packed": False}, _ENDLESS
+            builds["behind"] = _beyond_planes, estimator, "orthographic", 1.0
+            near = module_view(views.NEAR.with_resolution(16, 12))
+            for suffix, z_min in (("least_key", 1e-310), ("largest_key", 0.6)):
+                builds[suffix] = _on_view, estimator, near, SCENE, 0.3, {"z_min": z_min}, {}
         for suffix, build in builds.items():
-            title = f"{estimator.title}: {suffix.replace('_', ' ')}"
-            yield Recipe(f"passes_{name}_{suffix}", "estimator", title, *build)
+            yield _recipe(f"passes_{name}_{suffix}", estimator, suffix.replace("_", " "), *build)
+
+
+# Points and taps of few binary digits, of the radius 2: on borders of texels, at depths of surfaces, nearly edge-on.
+_BALL = np.array([
+    (0, 0, 0), (0, 0.5, 0), (0.125, -0.5, 0), (0, 0, 0.5), (-0.125, 0, -0.5), (0.125, 0.25, 0.25), (0.25, 0, 0),
+    (0.25, 0.5, 0.5), (0, 0, 0.9375), (0.125, 0, -0.9375),
+])  # fmt: skip
+_FLAT = np.array([(0, 0), (0.5, 0), (0, 2.0**-21), (0, -0.5), (0.25, 0.75)])
+_SINGLE: dict[str, Value] = {"randomize": False, "thickness": 0.5}
+_COARSE: dict[str, Value] = {"quad_edge": 0.125, "mip": "harmonic", "log_q": 0, "reach": 3.0, "packed": False}
+_EXACT: dict[str, dict[str, Value]] = {
+    "point": {"range_check": True}, "hemisphere": {"range_check": True}, "alchemy": {"beta": 0.0, "epsilon": 0.0},
+    "oriented-hemisphere": {"bias": 0.0, "range_check": "distance"}, "sao": _COARSE, "sao-equation-1": _COARSE,
+    "hbao": {"directions": 1, "steps": 5, "attenuation": "none", "randomize": False}, "multiresolution": {},
+}  # fmt: skip
+
+
+def _exact_problem(estimator: Estimator, radius: float, changes: Mapping[str, Value], projection: str) -> Problem:
+    """Ties: textures and samples whose sums are exact, on a camera that looks along x; one texel lies in a pit."""
+    view, (row, column) = views.make_exact(projection), np.indices((6, 8))
+    z = 2 + 0.25 * ((column + 2 * row) % 4)
+    z[2, 4], z[2, 1], z[2, 7], z[5, 6] = 4.5, 0.5, 0.5, 0.0  # the middle one lies 3, 4 and 5 from its two neighbours
+    across = z if projection == "perspective" else 1.0
+    positions = np.stack([z, (3.5 - column) * across, (2.5 - row) * across], -1).astype(np.float32)
+    with np.errstate(divide="ignore"):
+        depth = (1.25 - 1.25 / z if projection == "perspective" else 0.25 * z - 0.25).astype(np.float32)
+    depth[5, 6] = np.float32(-0.25)  # in the plane of the eye, where a perspective has no image
+    tables = {2: {"points": _FLAT}, 3: {"points": _BALL}, 0: {}}[estimator.dimensions]
+    parameters, inputs = _on_view(estimator, view, CAMERA_SCENE, radius, changes, tables)
+    normals = np.where(((column + row) % 3 == 0)[..., None], [-(2.0**-22), 0.0, 1.0], [-1.0, 0.0, 0.0])
+    own = {"depth": depth, "positions": positions, "normals": normals.astype(np.float32)}
+    return parameters, {**inputs, **{name: array for name, array in own.items() if name in inputs}}
+
+
+def _small_problem(
+    estimator: Estimator, radius: float, changes: dict[str, Value], before: float = 0.01, tables: Arrays | None = None
+) -> Problem:
+    """Depths before their positions, by 0.01 some and others behind; by 0: the same, whose variance rounds below 0."""
+    view, tables = module_view(views.small_display()), _own_tables(estimator) if tables is None else tables
+    parameters, inputs = _on_view(estimator, view, SCENE, radius, _own(estimator, changes), tables)
+    depth = inputs["depth"] if before else np.where(inputs["depth"] < inf, np.float32(0.15), np.float32(inf))
+    return parameters, {**inputs, "depth": depth - np.float32(before)}
+
+
+def _exact_recipes() -> Iterator[Recipe]:
+    """Ties of every estimator, the radius 0, and radii so small or large that squares and quotients leave binary32."""
+    for name, estimator in ESTIMATORS.items():
+        if name == "lf":
+            continue
+        exact, small = partial(_exact_problem, estimator), partial(_small_problem, estimator)
+        radius, changes = 5.0 if name == "hbao" else 2.0, _own(estimator, _EXACT.get(name, _SINGLE))
+        yield _recipe(f"ties_{name}", estimator, "ties", exact, radius, changes, "orthographic")
+        if not name.startswith(("sao", "multi")):
+            yield _recipe(f"zero_{name}", estimator, "radius 0", small, 0.0, {"thickness": 0.4})
+        if name in ("vo-points", "vo-lines", "vo-area"):
+            points = np.array([(0.25, 0.75)] * 2 if estimator.dimensions == 2 else [(0.1, 0.1, 0.1)] * 10)
+            given = 0.05, {"randomize": False}, 0.5, {"points": points}
+            yield _recipe(f"covered_{name}", estimator, "sums that round to above 1", small, *given)
+        if name in ("point", "hemisphere"):
+            changes, about = {"surface": "positions"}, "positions of a camera, one in the plane of its eye"
+            yield _recipe(f"eye_plane_{name}", estimator, about, exact, 2.0, changes, "perspective")
+        if name.startswith("vo-area"):
+            yield _recipe(f"large_{name}", estimator, "radius 1e+25", exact, 1e25, _SINGLE, "orthographic")
+            yield _recipe(f"even_{name}", estimator, "one depth", small, 0.3, {"prefilter": True}, 0.0)
+            for size, radius in (("small", 1e-35), ("smallest", 1e-42)):
+                yield _recipe(f"{size}_{name}", estimator, f"radius {radius:g}", small, radius, {"thickness": 0.4})
+
+
+def _place_recipes() -> Iterator[Recipe]:
+    """Guard bands, seeds beyond 32 bits, and cameras that look towards larger z."""
+    view = module_view(views.small_display(), 3)
+    for name in ("vo-points", "hbao", "alchemy", "sao"):
+        given: tuple[Any, ...] = ESTIMATORS[name], view, SCENE, views.RADIUS, {}, _own_tables(ESTIMATORS[name])
+        yield _recipe(f"guard_{name}", ESTIMATORS[name], "a guard band of 3 texels", _on_view, *given)
+    seed, flat = {"seed": 5 * 2**40 + 2**31 + 9}, {"k": 0.0, "sigma": 1e4}
+    for case, name, about, *more in (
+        ("seed", "vo-points", "a seed of 43 bits", "orthographic", seed, 12),
+        ("seed", "vo-lines", "a seed of 43 bits", "orthographic", seed, 12),
+        ("seed", "hbao", "a seed of 43 bits", "orthographic", seed, 12),
+        ("behind", "alchemy", "behind", "perspective", {}, 16, -5.0),
+        ("without_contrast", "alchemy", "without contrast", "perspective", flat, 16, -5.0),
+        ("without_contrast", "sao-equation-1", "without contrast", "perspective", flat, 16, -5.0),
+    ):
+        yield _recipe(f"{case}_{name}", ESTIMATORS[name], about, estimator_problem, ESTIMATORS[name], *more)

@@ -14,7 +14,8 @@ from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import without_guard
-from lfssao.samples import make_samples, square_points, texel_angles, texel_turns
+from lfssao.samples import best_turns, make_samples, square_points, texel_angles, texel_turns
+from lfssao.samples.kernels.spiral import half_turns
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
@@ -27,7 +28,11 @@ Outputs = dict[str, Array]
 Run = Callable[[Parameters, Arrays], Outputs]
 
 
-_FUNCTIONS = {"sincospi": elementary.sincospi, "cbrt": elementary.cbrt, "exp": elementary.exp}
+_FUNCTIONS: dict[str, Callable[..., float | tuple[float, float]]] = {
+    **{name: getattr(elementary, name) for name in ("sincospi", "cbrt", "exp", "log", "log2")},
+    "reduced": lambda h: half_turns(np.int64(h.astype(np.int32))),
+    "turns": best_turns,
+}
 
 
 def _elementary(parameters: Parameters, inputs: Arrays) -> Outputs:
@@ -68,13 +73,17 @@ def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
     to_image = described_mapping(parameters)
     projection = to_image.as_type(np.float32)
     image, statuses = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
-    for k, (x, y, z) in enumerate(inputs["points"]):
-        u, v, depth, valid = mapping.world_to_image(projection, x, y, z)
+    # A kernel returns a Python float, and the next one would compute in float64: rows are made of whole columns here.
+    rows = range(4 if to_image.kind == mapping.MATRIX else 3)
+    sums = [mapping.affine_row.py_func(projection.numbers, row, *inputs["points"].T) for row in rows]
+    if "offsets" in inputs:
+        sums = [a + mapping.linear_row.py_func(projection.numbers, row, *inputs["offsets"].T)
+                for row, a in enumerate(sums)]  # fmt: skip
+    for k, (*physical, q) in enumerate(zip(*sums, *[sums[0]] * (4 - len(rows)), strict=True)):
+        u, v, depth, valid = mapping.project(projection, *physical, q)
         if valid:
             image[k] = u, v, depth
         elif to_image.kind == mapping.DISPLAY:
-            # A kernel returns a Python float: the next one would compute in float64.
-            physical = [np.float32(mapping.affine_row(projection.numbers, row, x, y, z)) for row in range(3)]
             d = display_kernels.display_module.py_func(projection.numbers[12:])
             statuses[k] = display_kernels.physical_to_image(d, *physical)[2]
         else:

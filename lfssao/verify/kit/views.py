@@ -91,10 +91,15 @@ def module_view(display: Display, guard: int = 0) -> View:
     return display.view(0, WORLD, guard)
 
 
-def make_camera(projection: str, width: int = 32, height: int = 24) -> View:
-    """The view of a camera that looks down on the world's middle."""
-    camera = Camera(projection, (1.0, 2.0, 5.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 3.0, 8.0)
+def make_camera(projection: str, width: int = 32, height: int = 24, z: float = 5.0) -> View:
+    """The view of a camera that looks down on the world's middle from before it, or from behind (z < 0)."""
+    camera = Camera(projection, (1.0, 2.0, z), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 3.0, 8.0)
     return camera.view(width, height)
+
+
+def make_exact(projection: str) -> View:
+    """A camera whose numbers all have few binary digits: it looks along x, and its texels at the distance 1 are 1."""
+    return Camera(projection, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 6.0, 1.0, 5.0).view(8, 6)
 
 
 # SCENE in a camera's eye space: twice as large, around the target.

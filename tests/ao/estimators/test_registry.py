@@ -31,7 +31,7 @@ NUMBERS = {
     "k": [1.0, 0.0, 2.5], "taps": [9, 1, 12], "turns": [7, 1], "log_q": [3, 0, 1], "max_level": [5, 0, 2],
     "quad_edge": [0.02, 0.0, 10.0], "gauss": [3.0, 0.0, 0.5], "sharpness": [2048.0, 20.0], "z_min": [0.0, 1.0],
     "levels": range(1, 6), "kernel": [1, 2], "thickness": [0.0, 0.02, 0.3], "second": [0.0, 0.5],
-    "seed": [0, 1, 12345, 2**32 - 1], "half_width": [0.0, 1.0, 3**0.5], "directions": range(1, 6),
+    "seed": [0, 1, 12345, 2**32 - 1, 2**53], "half_width": [0.0, 1.0, 3**0.5], "directions": range(1, 6),
     "steps": range(1, 5), "bias": [0.0, 0.05, 0.5, 10.0, 45.0, 90.0], "reach": [1.0, 0.0, 2.5],
 }  # fmt: skip
 

@@ -56,7 +56,7 @@ class VolumeOptions(Options):
     second: float = option(0.0, "another radius, in radii (VO section 6); 0: none", limits=(0.0, 1e6), power=1)
     combine: str = option("product", "two radii by the product or minimum of V", choices=("product", "minimum"))
     randomize: bool = option(True, "whether the samples are reflected differently over tiles of 4 x 4 texels")
-    seed: int = option(0, "of those reflections", limits=(0, 2**32 - 1))
+    seed: int = option(0, "of those reflections", limits=(0, 2**53))
 
 
 @dataclass(frozen=True)

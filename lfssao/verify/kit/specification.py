@@ -21,7 +21,11 @@ def specification() -> str:
 
     They stand in the order of the registry, in which an estimator comes before those that are made of it.
     """
-    names = ["SPECIFICATION.md", *(f"estimator_{name}.md" for name in ESTIMATORS if is_specified(name))]
+    names = [
+        "SPECIFICATION.md",
+        "ESTIMATORS.md",
+        *(f"estimator_{name}.md" for name in ESTIMATORS if is_specified(name)),
+    ]
     whole = "\n".join(files("lfssao.verify.kit").joinpath(name).read_text(encoding="utf-8") for name in names)
     weights = "\n".join(f"    {weight!s}" for weight in blur_weights(1.0))
     lines = [BEST_TURNS[k : k + _TURNS_A_LINE] for k in range(0, len(BEST_TURNS), _TURNS_A_LINE)]

@@ -240,7 +240,7 @@ def load_image(path: Path) -> None:
 def kits() -> list[Files]:
     """A kit with each of its files as the first, and another renderer's outputs, which differ."""
     with tempfile.TemporaryDirectory() as root:
-        write_kit(Path(root, "kit"), map(make_case, _CASES), "text")
+        write_kit(Path(root, "kit"), map(make_case, _CASES))
         files = {name: data for name, data in _files_of(Path(root)).items() if not name.endswith((".md", ".exr"))}
     for name in [name for name in files if name.endswith(".npy")]:
         _, _, case, output = name.split("/")

@@ -42,7 +42,6 @@ class Case:
     inputs: Arrays
     outputs: Arrays  # that are right
     bounds: Mapping[str, Bounds] = field(default_factory=dict)  # by the outputs' names
-    specified: bool = True  # whether SPECIFICATION.md says how to compute it
 
 
 def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float32] | None:

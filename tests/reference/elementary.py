@@ -1,4 +1,4 @@
-"""Elementary functions in binary64: section 4 of the specification, and the logarithms of section 17.
+"""Elementary functions in binary64: section 4 of the specification.
 
 They take and return Python's floats.
 """

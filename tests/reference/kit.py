@@ -15,7 +15,7 @@ from reference.philox import philox4x32
 def read_case(folder):
     """Parameters, inputs and outputs of a case; the headers of the .npy files are skipped."""
     case = json.loads((folder / "case.json").read_text())
-    assert case["format"] == 2
+    assert case["format"] == 3
 
     def array(entry):
         data = (folder / entry["file"]).read_bytes()[128:]

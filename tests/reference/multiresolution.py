@@ -1,4 +1,4 @@
-"""The estimator `multiresolution`: section 17 of the specification.
+"""The estimator `multiresolution`: ESTIMATORS.md of the kit.
 
 A level is its size, and by the places of its texels the texels of the textures that they stand for.
 """

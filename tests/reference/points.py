@@ -1,4 +1,4 @@
-"""The estimators `point`, `hemisphere` and `alchemy`: section 17 of the specification.
+"""The estimators `point`, `hemisphere` and `alchemy`: ESTIMATORS.md of the kit.
 
 Each takes the parameters and inputs of a case; arithmetic is that of the depth texture's numbers.
 """

@@ -1,4 +1,4 @@
-"""The estimators `sao` and `sao-equation-1`: section 17 of the specification.
+"""The estimators `sao` and `sao-equation-1`: ESTIMATORS.md of the kit.
 
 Each takes the parameters and inputs of a case; arithmetic is that of the depth texture's numbers.
 """

@@ -1,4 +1,4 @@
-"""SAO's spiral of taps and the hash that turns it from texel to texel: section 17 of the specification."""
+"""SAO's spiral of taps and the hash that turns it from texel to texel: ESTIMATORS.md of the kit."""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""The estimators `vo-...`, `hbao` and `oriented-hemisphere`: section 17 of the specification.
+"""The estimators `vo-...`, `hbao` and `oriented-hemisphere`: ESTIMATORS.md of the kit.
 
 Each takes the parameters and inputs of a case; arithmetic is that of the depth texture's numbers.
 """

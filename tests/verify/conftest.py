@@ -49,7 +49,7 @@ def kit(tmp_path_factory):
 @pytest.fixture(scope="session")
 def few(tmp_path_factory):
     folder = tmp_path_factory.mktemp("few") / "kit"
-    write_kit(folder, map(make_case, ("algorithm2_conical", "blur_usual", "frame", "samples_latin")), "text")
+    write_kit(folder, map(make_case, ("algorithm2_conical", "blur_usual", "frame", "samples_latin")))
     return folder
 
 

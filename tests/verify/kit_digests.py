@@ -15,8 +15,8 @@ def main():
     from lfssao.verify.kit.folder import read_index, write_kit
 
     with tempfile.TemporaryDirectory() as folder:
-        write_kit(Path(folder) / "kit", map(make_case, case_names()), "")
-        new = {entry["name"]: entry["sha256"] for entry in read_index(Path(folder) / "kit") if entry["specified"]}
+        write_kit(Path(folder) / "kit", map(make_case, case_names()))
+        new = {entry["name"]: entry["sha256"] for entry in read_index(Path(folder) / "kit")}
     old = json.loads(PATH.read_text()) if PATH.exists() else {}
     for name in sorted(set(old) | set(new)):
         if old.get(name) != new.get(name):

@@ -31,7 +31,7 @@ def renderer(context):
 @pytest.fixture(scope="module")
 def kit(tmp_path_factory):
     folder = tmp_path_factory.mktemp("glsl") / "kit"
-    write_kit(folder, map(make_case, CASES), "")
+    write_kit(folder, map(make_case, CASES))
     return folder / "cases"
 
 

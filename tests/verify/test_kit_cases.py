@@ -8,6 +8,7 @@ import kit_digests
 import numpy as np
 import pytest
 from reference import kit as reference
+from reference import mapping
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.samples import METHODS
@@ -54,9 +55,38 @@ def test_a_digest_changes_with_one_bit_of_an_array(tmp_path):
     case = make_case("shade")
     other = {"shaded": np.nextafter(case.outputs["shaded"], np.float32(9))}
     for name, made in (("one", case), ("two", replace(case, outputs=other))):
-        write_kit(tmp_path / name, [made], "")
+        write_kit(tmp_path / name, [made])
     one, two = (read_index(tmp_path / name)[0]["sha256"] for name in ("one", "two"))
     assert one != two
+
+
+def worked_lines(kit, j, i, s):
+    """The numbers of the text's worked example, by the reference: a sample of a texel, and the texel's occlusion."""
+    stage, parameters, inputs, _ = reference.read_case(kit / "cases" / "algorithm2_crossed_slits")
+    kind, m = reference.mapping_of(parameters)
+    point, offset = inputs["positions"][j, i], mapping.offsets(parameters["radius"], inputs["samples"])[s]
+    affine, linear = mapping.affine_rows(kind, m, point), mapping.linear_rows(kind, m, offset)
+    a, b, c = sums = [x + y for x, y in zip(affine, linear, strict=True)]
+    m_z, z_o, u_0, v_0 = m[12:]
+    u, v, z, _ = mapping.to_image(kind, m, sums)
+    row, column = int(v), int(u)
+    made = reference.solve(stage, parameters, inputs)["occlusion"][j, i]
+    yield f"(x, y, z) = positions[{j}, {i}] = ({', '.join(map(str, point))})"
+    yield f"(ox, oy, oz) = offset[{s}] = ({', '.join(map(str, offset))})"
+    for name, row_, total in zip("abc", range(3), sums, strict=True):
+        yield f"{name} = A({row_}, x, y, z) + L({row_}, ox, oy, oz) = {affine[row_]!s} + {linear[row_]!s} = {total!s}"
+    yield f"u = u_0 + a / (m_z - c) = {u_0!s} + {a!s} / {m_z - c!s} = {u_0!s} + {a / (m_z - c)!s} = {u!s}"
+    yield f"v = v_0 + b / (z_o - c) = {v_0!s} + {b!s} / {z_o - c!s} = {v_0!s} + {b / (z_o - c)!s} = {v!s}"
+    yield f"depth[trunc(v), trunc(u)] = depth[{row}, {column}] = {inputs['depth'][row, column]!s}"
+    yield f"image z = c = {z!s}"
+    n = len(inputs["samples"])
+    yield f"occlusion[{j}, {i}] = Count / n = {round(made * n)} / {n} = {made!s}"
+
+
+def test_the_worked_example_is_what_the_reference_computes(kit):
+    text = specification()["SPECIFICATION.md"]
+    for line in worked_lines(kit, 11, 9, 2):
+        assert f"\n    {line}\n" in text
 
 
 # The cases
@@ -67,11 +97,10 @@ def test_every_stage_sampler_and_estimator_has_a_case():
     assert stages == set(STAGES)
     assert {f"table_{method}" for method in METHODS["ball"]} <= set(RECIPES)
     assert {f"estimator_{name}" for name in ESTIMATORS if name != "lf"} <= set(RECIPES)
-    text = specification()
     for stage in STAGES:
-        assert f"| `{stage}` |" in text
+        assert f"| `{stage}` |" in specification()["SPECIFICATION.md"]
     for name in ESTIMATORS:
-        assert f"\n### Estimator `{name}`\n" in text or name == "lf"
+        assert f"\n### Estimator `{name}`\n" in specification()["ESTIMATORS.md"] or name == "lf"
 
 
 @pytest.mark.parametrize("name", case_names())

@@ -20,7 +20,7 @@ def test_a_kit_reads_back(kit):
     for case in cases[::5]:
         made = make_case(case.name)
         assert_same_case(case, made)
-    assert (kit / "SPECIFICATION.md").read_text() == specification()
+    assert {name: (kit / name).read_text() for name in specification()} == specification()
 
 
 def assert_same_case(actual, expected):
@@ -51,15 +51,15 @@ def test_exr_and_npy_files_hold_the_same_pixels(kit):
 
 def test_a_kit_replaces_a_kit_and_nothing_else(small_kit, tmp_path):
     (small_kit / "stale").write_text("from the earlier kit")
-    write_kit(small_kit, [make_case("shade")], "new")
+    write_kit(small_kit, [make_case("shade")])
     assert [entry["name"] for entry in read_index(small_kit)] == ["shade"]
     assert not (small_kit / "stale").exists()
     (tmp_path / "mine").mkdir()
-    write_kit(tmp_path / "mine", [make_case("shade")], "empty folders are taken")
+    write_kit(tmp_path / "mine", [make_case("shade")])
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.tex").write_text("years of work")
     with pytest.raises(InputError, match="is not empty, and what it holds is not a kit"):
-        write_kit(tmp_path / "other", [], "")
+        write_kit(tmp_path / "other", [])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["kit", "mine", "other"]
     assert (tmp_path / "other" / "thesis.tex").exists()
 
@@ -71,7 +71,7 @@ def test_a_kit_that_fails_leaves_nothing_and_the_earlier_one(few, small_kit, tmp
 
     for folder in (small_kit, tmp_path / "new"):
         with pytest.raises(KeyboardInterrupt):
-            write_kit(folder, cases(), "")
+            write_kit(folder, cases())
     assert [path.name for path in tmp_path.iterdir()] == ["kit"]
     assert [case.name for case in read_kit(small_kit)] == [entry["name"] for entry in read_index(few)]
 
@@ -91,8 +91,8 @@ def test_the_command_refuses_folders_in_one_sentence(capsys, tmp_path):
 def test_a_newer_format_is_refused(small_kit):
     for path in (small_kit / "cases" / "frame" / "case.json", small_kit / "kit.json"):
         value = json.loads(path.read_text())
-        path.write_text(json.dumps({**value, "format": 3}))
-        with pytest.raises(InputError, match="is of format 3, and this version of lfssao reads up to 2"):
+        path.write_text(json.dumps({**value, "format": 4}))
+        with pytest.raises(InputError, match="is of format 4, and this version of lfssao reads up to 3"):
             list(read_kit(small_kit))
 
 

@@ -17,7 +17,6 @@ from lfssao.verify.kit import views
 from lfssao.verify.kit.borders import BORDERS, border_problem
 from lfssao.verify.kit.estimator_cases import estimator_problem, estimator_recipes
 from lfssao.verify.kit.scenes import SCENE, textures
-from lfssao.verify.kit.specification import is_specified
 from lfssao.verify.kit.stages import STAGES, stage_bounds
 from lfssao.verify.kit.views import MISSED, NEAR, Problem, Recipe
 
@@ -357,5 +356,4 @@ def make_case(name: str) -> Case:
     parameters, inputs = recipe.build(*recipe.arguments)
     outputs = STAGES[recipe.stage](parameters, inputs)
     bounds = stage_bounds(recipe.stage, parameters, inputs)
-    specified = recipe.stage != "estimator" or is_specified(parameters["estimator"])
-    return Case(name, recipe.stage, recipe.title, parameters, inputs, outputs, bounds, specified)
+    return Case(name, recipe.stage, recipe.title, parameters, inputs, outputs, bounds)

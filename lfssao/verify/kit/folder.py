@@ -22,13 +22,14 @@ from lfssao.rendering.exr import Part, write_exr
 from lfssao.rendering.manifest import digest
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.case import Array, Arrays, Case
+from lfssao.verify.kit.specification import specification
 
-FORMAT = 2
+FORMAT = 3
 _INDEX = "kit.json"
 _HEADER = 128  # bytes before the numbers of a .npy file: what NumPy's format 1.0 pads short headers to
 
 # The fields of a case that the index repeats.
-_HEAD = {"name": str, "stage": str, "title": str, "specified": bool}
+_HEAD = {"name": str, "stage": str, "title": str}
 
 _CHANNELS = {
     "depth": ("Z",),
@@ -41,28 +42,22 @@ _CHANNELS = {
 _OCCLUSIONS = ("occlusion", "layers", "merged", "source", "horizontal", "blurred")
 
 
-def write_kit(folder: Path, cases: Iterable[Case], specification: str) -> None:
+def write_kit(folder: Path, cases: Iterable[Case]) -> None:
     """Write a kit, its cases one after the other, into a temporary folder next to it, which is then renamed.
 
-    The folder may exist if it is empty or holds a kit, which is replaced. ``specification`` is the text of
-    SPECIFICATION.md. InputError if the folder holds something else or cannot be written.
+    The folder may exist if it is empty or holds a kit, which is replaced. InputError if it holds something else or
+    cannot be written.
 
-    >>> lfssao.testing.write_kit(Path("kit"), [lfssao.testing.make_case("frame")], "")
+    >>> lfssao.testing.write_kit(Path("kit"), [lfssao.testing.make_case("frame")])
     """
     target = Path(os.path.abspath(folder))
     check_target(folder)
     try:
         with _replacing(target) as part:
             index = [write_case(part / "cases" / case.name, case) for case in cases]
-            text = specification.encode()
-            (part / "SPECIFICATION.md").write_bytes(text)
-            kit = {
-                "format": FORMAT,
-                "lfssao": __version__,
-                "specification_sha256": hashlib.sha256(text).hexdigest(),
-                "cases": index,
-            }
-            (part / _INDEX).write_bytes(to_json(kit))
+            for name, text in specification().items():
+                (part / name).write_bytes(text.encode())
+            (part / _INDEX).write_bytes(to_json({"format": FORMAT, "lfssao": __version__, "cases": index}))
     except OSError as error:
         raise InputError(f"{folder}: the kit cannot be written ({error.strerror or error})") from error
 
@@ -163,7 +158,7 @@ def _parts(arrays: Arrays) -> list[Part]:
 
 
 def read_index(folder: Path) -> list[dict[str, Any]]:
-    """The entries of a kit's cases: name, stage, title, folder and whether it is specified.
+    """The entries of a kit's cases: name, stage, title and folder.
 
     InputError if it is no kit, or one of a newer format.
     """

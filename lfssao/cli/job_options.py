@@ -69,6 +69,7 @@ _HELP = {
     "--threads": "threads, at most one for each core (default)",
     "--frames": "render an animation, each frame into a folder of its own: N frames of one turn about the vertical, or "
     "those of a .json or .npy file of 4x4 matrices that place the scene",
+    "--single-part": "write all layers into one part of each EXR file, for viewers that open the first part only",
     "--resume": "keep the textures that an interrupted job left, if their digests are right, and do the rest",
     "--scheduler": "compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, whose workers "
     "must see the same folder",
@@ -112,6 +113,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--caster", default="exact", metavar="NAME")
     add("--threads", type=values.threads, metavar="N")
     add("--frames", type=values.frames, metavar="N|FILE")
+    add("--single-part", action="store_true")
     add("--resume", action="store_true")
     add("--scheduler", type=values.scheduler, metavar="ADDRESS")
 
@@ -148,7 +150,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "settings": manifest.describe_settings(settings),
     }
     folder = Path(options.output or ".")
-    return Job(mesh, tuple(views), settings, folder, head, transforms, tuple(neighbours), tuple(boxes))
+    more = transforms, tuple(neighbours), tuple(boxes), options.single_part
+    return Job(mesh, tuple(views), settings, folder, head, *more)
 
 
 def _display(options: argparse.Namespace) -> Display:

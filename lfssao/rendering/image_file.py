@@ -1,5 +1,6 @@
 """Image files of renderers, EXR, TIFF, PNG and NPY, read with the bits that they hold; hostile ones are refused."""
 
+import json
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,9 +14,11 @@ from numpy.typing import NDArray
 from lfssao.core.memory import check_available
 from lfssao.core.npy import read_npy
 from lfssao.errors import InputError
+from lfssao.optics.view import without_guard
 
 ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
 PREFIX = "lfssao:"  # begins the names of lfssao's attributes in EXR files
+PARTS = "parts"  # the attribute of a part that holds several: name, channels, guard band and attributes of each
 _FORMATS = ("openexr", "tiff", "png")
 
 # A header may claim any size, and the reader allocates it before it decodes. Deflate, in EXR, TIFF and PNG, expands at
@@ -72,12 +75,32 @@ def _read_with_oiio(path: Path, formats: tuple[str, ...], keep: Keep | None) -> 
             specs.append(source.spec().copy())
         _check_sizes(path, specs)
         names = [str(spec.get_string_attribute("name")) for spec in specs]
-        kept = [k for k, spec in enumerate(specs) if keep is None or keep(names[k], tuple(spec.channelnames))]
+        several = [spec.getattribute(PREFIX + PARTS) is not None for spec in specs]
+        kept = [k for k, s in enumerate(specs) if keep is None or several[k] or keep(names[k], tuple(s.channelnames))]
         parts = [_read_part(path, source, k, specs[k]) for k in kept]
     finally:
         source.close()
     if len(set(names)) < len(names) and any(names):
         raise InputError(f"{path}: it is damaged (two of its parts have one name)")
+    if not any(several):
+        return parts
+    apart = [each for part in parts for each in (_taken_apart(path, part) if PARTS in part.attributes else [part])]
+    return [part for part in apart if keep is None or keep(part.name, part.channels)]
+
+
+def _taken_apart(path: Path, joined: ImagePart) -> list[ImagePart]:
+    """The parts that ``write_exr`` put into one, each with its own attributes, channels and guard band."""
+    planes, own = dict(zip(joined.channels, joined.planes, strict=True)), dict(joined.attributes)
+    band, parts = -joined.origin[0] if joined.origin else 0, []
+    try:
+        for name, channels, guard, attributes in json.loads(own.pop(PARTS)):
+            cut = tuple(without_guard(planes[channel], band - guard) for channel in channels)
+            if not 0 <= guard <= band or not cut or 0 in cut[0].shape:
+                raise ValueError
+            parts.append(ImagePart(str(name), tuple(channels), cut, (-guard, -guard), {**attributes, **own}))
+            own = {}  # they are the first part's
+    except (LookupError, TypeError, ValueError, RecursionError):
+        raise InputError(f"{path}: it is damaged (its parts are not as its metadata say)") from None
     return parts
 
 

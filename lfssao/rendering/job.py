@@ -42,6 +42,7 @@ class Job:
     transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
     neighbours: tuple[tuple[View, ...], ...] = ()  # the adjacent modules that each view asks; empty where none do
     boxes: tuple[NDArray[np.float64], ...] = ()  # around the scene in each frame, (2, 3); made here where not given
+    single_part: bool = False  # whether each file has all channels in one part
     key: str = field(default_factory=lambda: uuid.uuid4().hex)  # tells jobs apart where they were sent to
 
     def __post_init__(self) -> None:

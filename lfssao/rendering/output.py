@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL.Image import Image
 
+from lfssao import __version__
 from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
-from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.rendering.exr import Part, as_stored, read_exr, write_exr
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest, short_digest
 from lfssao.rendering.passes import Textures
@@ -75,15 +76,29 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     """Write an item's file, with digests and identity; InputError if it cannot be written."""
     begin = time.perf_counter()
     parts = exr_parts(textures)
-    parts[0] = _with(parts[0], made_from=json.dumps(job.identity(item)))
+    parts[0] = _with(parts[0], **_said(job, item), made_from=json.dumps(job.identity(item)))
     parts[0] = _with(parts[0], header_sha256=_header_digest(parts))
     hashed = time.perf_counter()
-    write_exr(job.path(item), parts)
+    write_exr(job.path(item), parts, job.single_part)
     written = time.perf_counter()
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
     entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds})
     return Result(entry, picture)
+
+
+def _said(job: Job, item: Item) -> dict[str, str]:
+    """A file's metadata of the job that any viewer shows; the manifest has all of it."""
+    display, sampling = job.head["display"], job.head["sampling"]
+    return {
+        "software": f"lfssao {__version__}",
+        "display": display["name"] if display else "none",
+        "module": job.views[item.view].name,
+        "estimator": job.settings.estimator,
+        "radii": ", ".join(f"{radius:.9g}" for radius in job.settings.radii),
+        "samples": f"{sampling['count']} {sampling['method']}",
+        "seed": str(sampling["seed"]),
+    }
 
 
 def recover_view(job: Job, item: Item) -> Result | None:
@@ -116,8 +131,7 @@ def _header_digest(parts: Sequence[Part]) -> str:
     said = []
     for part in parts:
         attributes = {name: value for name, value in part.attributes.items() if name != "header_sha256"}
-        rounded = {name: float(np.float32(v)) if isinstance(v, float) else v for name, v in attributes.items()}
-        said.append([part.name, part.channels, part.pixels.shape, part.guard, rounded])
+        said.append([part.name, part.channels, part.pixels.shape, part.guard, as_stored(attributes)])
     return short_digest(said)
 
 

@@ -53,9 +53,10 @@ def test_its_commands_and_its_python_run_as_they_stand(tmp_path, monkeypatch, ca
     assert "radius x 1.0173 explains 100.00 %" in Path("report.html").read_text()
     made = {"out/contact.png", "right.png", "geometry.png", "mine.toml", "latin.csv", "poisson.png"}
     assert [name for name in made if not (tmp_path / name).exists()] == []
-    (code,) = blocks("python")
     names = {}
-    exec(compile(code, "README", "exec"), names)
+    exec(compile("".join(blocks("python")), "README", "exec"), names)
+    printed = capsys.readouterr().out
+    assert "depth ('Z',) (600, 1000, 1)" in printed
     assert names["shaded"].shape == (600, 1000, 3)
     assert np.isfinite(names["shaded"]).all()
     assert names["ao"].max() > 0.5

@@ -133,7 +133,8 @@ def test_no_scheduler_no_package_and_threads_that_are_not_ours(tmp_path, capsys,
 def job_in(folder, count=COUNT):
     mesh, display = builtin_scene("ammonite"), find_display("sample-a").with_resolution(160, 96)
     views = tuple(module_views(mesh, display, range(count)))
-    return Job(mesh, views, Settings((0.05, 0.1)), folder, {"scene": describe_scene(mesh)})
+    head = {"scene": describe_scene(mesh), "display": None, "sampling": {"method": "latin", "count": 8, "seed": 0}}
+    return Job(mesh, views, Settings((0.05, 0.1)), folder, head)
 
 
 def textures_of(results):

@@ -5,7 +5,7 @@ import os
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from exr_parts import by_channel, read_parts
+from exr_parts import by_channel, read_parts, write_parts
 from PIL import Image
 
 from lfssao.errors import InputError
@@ -65,6 +65,49 @@ def test_windows_long_names_and_attributes_are_read_as_written(tmp_path):
     assert {name: spec[f"lfssao:{name}"] for name in attributes} == attributes
     assert np.array_equal(bits(source.read_image(0, 0, 0, 1, oiio.FLOAT)), bits(pixels(20, 9, 1)))
     assert source.close()
+
+
+def joined():
+    """Parts of one file, one with a guard band and numbers that EXR rounds."""
+    attributes = {"text": "\u03b2 = 1", "whole": -(2**31), "part": 0.1}
+    return [
+        Part("shaded", ("R", "G", "B"), pixels(5, 4, 3), {"said": "here"}),
+        Part("depth", ("Z",), pixels(9, 8, 1), attributes, guard=2),
+        Part("sum", ("b.X", "a.X"), pixels(7, 6, 2), {"part": 0.25}, guard=1),
+    ]
+
+
+def test_one_part_holds_all_channels_and_is_read_as_several(tmp_path):
+    write_exr(tmp_path / "a.exr", joined(), single_part=True)
+    ((spec, found),) = read_parts(tmp_path / "a.exr")
+    assert (spec.x, spec.y, spec.full_width, spec.full_height, spec["lfssao:said"]) == (-2, -2, 4, 5, "here")
+    channels = by_channel(spec, found)
+    assert np.array_equal(bits(channels["Z"]), bits(pixels(9, 8, 1)[..., 0]))
+    assert np.array_equal(bits(channels["B"][2:-2, 2:-2]), bits(pixels(5, 4, 3)[..., 2]))
+    write_exr(tmp_path / "b.exr", joined())
+    ours, usual = read_exr(tmp_path / "a.exr"), read_exr(tmp_path / "b.exr")
+    assert list(ours) == list(usual) == ["shaded", "depth", "sum"]
+    for name, part in usual.items():
+        assert (ours[name].guard, ours[name].attributes) == (part.guard, part.attributes)
+        for k, channel in enumerate(part.channels):
+            again = ours[name].pixels[..., ours[name].channels.index(channel)]
+            assert np.array_equal(bits(again), bits(part.pixels[..., k])), channel
+    with pytest.raises(InputError, match="two channels of one name"):
+        write_exr(tmp_path / "c.exr", parts_of(), single_part=True)
+
+
+@pytest.mark.parametrize(
+    "table",
+    ["[", "7", "[7]", "[" * 5000, '[["a",["R"],0]]', '[["a",["Q"],0,{}]]', '[["a",[],0,{}]]', '[["a",[["R"]],0,{}]]',
+     '[["a",["R"],3,{}]]', '[["a",["R"],-1,{}]]', '[["a",["R"],0.5,{}]]', '[["a",["R"],0,7]]'],
+)  # fmt: skip
+def test_tables_of_parts_that_are_none_are_refused(tmp_path, table):
+    write_exr(tmp_path / "a.exr", joined(), single_part=True)
+    ((spec, found),) = read_parts(tmp_path / "a.exr")
+    spec.attribute("lfssao:parts", table)
+    write_parts(tmp_path / "b.exr", [(spec, found)])
+    with pytest.raises(InputError, match=r"b\.exr: it is damaged"):
+        read_exr(tmp_path / "b.exr")
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,8 @@ from jobs import digests_of, manifest_of, render, sentence
 from PIL import Image
 from reference.passes import blur_table
 
+import lfssao
+from lfssao.cli.main import main
 from lfssao.gbuffer.embree import embree_installed
 from lfssao.rendering import exr
 
@@ -66,6 +68,30 @@ def test_files_parts_and_channels_are_the_documented_ones(folder):
             assert "0 open, 1 covered" in attributes["lfssao:AO"]
     assert "metres" in found["depth"][0]["lfssao:depth"]
     assert found["blurred"][0]["lfssao:sigma"] == 1.5
+
+
+def test_metadata_say_what_a_file_is(folder):
+    found = read(folder / "module_003.exr")["shaded"][0]
+    said = {"software": f"lfssao {lfssao.__version__}", "display": "sample-a", "module": "module_003", "seed": "9"}
+    said |= {"samples": "6 latin", "estimator": "lf"}
+    assert {name: found[f"lfssao:{name}"] for name in said} == said
+    diagonal = np.linalg.norm(np.ptp(lfssao.find_scene("statue").bounds, axis=0))
+    assert [float(r) for r in found["lfssao:radii"].split(", ")] == pytest.approx([0.05, 0.04 * diagonal])
+
+
+def test_files_of_one_part_serve_as_the_others_do(folder, tmp_path):
+    one = render(tmp_path / "one", *COMMAND, "--guard", "2", "--single-part")
+    usual = render(tmp_path / "usual", *COMMAND, "--guard", "2")
+    assert digests_of(one) == digests_of(usual)
+    for mine, right in ((one, usual), (usual, one)):
+        assert main(["compare", str(mine), str(right)]) == 0
+    for each in (one, usual):
+        assert main(["view", str(each), "--width", "40", "-o", str(each / "eye.png")]) == 0
+    assert (one / "eye.png").read_bytes() == (usual / "eye.png").read_bytes()
+    files = [(one / name).stat().st_mtime_ns for name in ("module_003.exr", "module_004.exr")]
+    render(one, *COMMAND, "--guard", "2", "--single-part", "--resume")
+    assert files == [(one / name).stat().st_mtime_ns for name in ("module_003.exr", "module_004.exr")]
+    assert [len(read_parts(each / "module_003.exr")) for each in (one, usual)] == [1, 8]
 
 
 def test_textures_belong_together(folder):

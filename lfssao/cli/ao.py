@@ -8,7 +8,7 @@ import numpy as np
 
 from lfssao.cli import values
 from lfssao.cli.job_options import add_ao_options, ao_settings
-from lfssao.cli.terminal import printable
+from lfssao.cli.terminal import printable, working
 from lfssao.core.files import check_folder, output_folder
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
@@ -78,7 +78,8 @@ def _ao(options: argparse.Namespace) -> None:
     color = upright(textures, said).get("image")
     surface = np.where(np.isfinite(buffers.depth), 0, -1).astype(np.int32)
     gbuffer = GBuffer(buffers.depth, buffers.positions, color, surface, buffers.normals)
-    made = finish_view(gbuffer, buffers.view, settings)
+    with working("ao"):
+        made = finish_view(gbuffer, buffers.view, settings)
     with output_folder(options.output):
         parts = exr_parts(made)
         write_exr(target, parts)

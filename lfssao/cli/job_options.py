@@ -37,7 +37,7 @@ _HELP = {
     "corner (default: gallery)",
     "--output": "folder to write to; made if not there, files replaced",
     "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
-    "--display": "a preset, such as sample-a ('lfssao display' lists them), or a .toml file (default: virtual)",
+    "--display": "a preset, such as c80 ('lfssao display' lists them), or a .toml file (default: sample-a)",
     "--modules": "modules A to B - 1 only (default: all)",
     "--camera": "an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
     "SCENE goes before it",
@@ -165,7 +165,7 @@ def _display(options: argparse.Namespace) -> Display:
     elif any(getattr(options, name) is not None for name in _PLACED):
         raise InputError("--eye, --target, --up and --fov place a camera: they need --camera")
     with errors_of("--display"):
-        display = find_display("virtual" if options.display is None else options.display)
+        display = find_display("sample-a" if options.display is None else options.display)
     count = len(display.modules)
     if options.neighbours >= count:
         raise InputError(f"--neighbours {options.neighbours}: a module of {display.name} has {count - 1} others")

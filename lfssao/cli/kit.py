@@ -20,6 +20,6 @@ def add_to(kit: argparse.ArgumentParser) -> None:
 
 def _kit(options: argparse.Namespace) -> None:
     check_target(options.folder)
-    cases = [make_case(name) for name in progress(case_names(), unit="case", leave=False)]
-    write_kit(options.folder, cases)
-    print(f"{options.folder}: {len(cases)} cases")
+    with progress(case_names(), unit="case", leave=False) as bar:
+        write_kit(options.folder, map(make_case, bar))
+    print(f"{options.folder}: {len(case_names())} cases")

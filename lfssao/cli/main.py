@@ -16,7 +16,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from lfssao import __version__
-from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, fault_of_name, say
+from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, compiling_shown, fault_of_name, say
 from lfssao.errors import InputError, InputWarning, LfssaoError
 
 # A command is a file of this folder.
@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parser().parse_args(_with_negative_values(words))
         options.command = ["lfssao", *words]
-        with _interruptible(), _said_once():
+        with _interruptible(), _said_once(), compiling_shown():
             code: int | None = options.run(options)
     except LfssaoError as error:
         say(str(error))

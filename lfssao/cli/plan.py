@@ -5,7 +5,7 @@ import json
 
 from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.cli.job_options import add_options, job_of
-from lfssao.cli.terminal import printable
+from lfssao.cli.terminal import printable, working
 from lfssao.cli.values import MOST_THREADS
 from lfssao.optics.window import seen_rows
 from lfssao.rendering import plan
@@ -37,11 +37,12 @@ def _plan(options: argparse.Namespace) -> None:
     seen = [k for k in views if seen_rows(job.views[k], job.boxes[0])] or list(views)
     item, renderer = Item(0, seen[len(seen) // 2]), Renderer(job, threads)
     view = job.views[item.view]
-    renderer.textures(item)  # compiles or loads the kernels
-    textures = renderer.textures(item)
-    adjacent = job.neighbours[item.view] if job.neighbours else ()
-    depths = DepthCache(renderer.prepare(item), len(adjacent)).neighbours(adjacent)
-    ao, all_ao = plan.ao_seconds(textures, job.settings, depths)
+    with working("render and measure one view"):
+        renderer.textures(item)  # compiles or loads the kernels
+        textures = renderer.textures(item)
+        adjacent = job.neighbours[item.view] if job.neighbours else ()
+        depths = DepthCache(renderer.prepare(item), len(adjacent)).neighbours(adjacent)
+        ao, all_ao = plan.ao_seconds(textures, job.settings, depths)
     passes = sum(textures.seconds.get(name, 0.0) for name in ("ray_cast", "ao", "merge", "blur", "shade"))
     left = plan.planned(job.views, job.boxes, job.settings, job.mesh.paint is not None)
     of_view = plan.background(job.settings, view.width * view.height, textures.surface_texels)

@@ -2,19 +2,19 @@
 
 import argparse
 import os
+import sys
 import time
 from contextlib import ExitStack, closing
-from typing import Any
 
 import numba
 
 from lfssao.cli.job_options import add_options, job_of
-from lfssao.cli.terminal import printable, progress
+from lfssao.cli.terminal import printable, progress, working
 from lfssao.cli.values import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.rendering.cluster import executor_of
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.output import Result
+from lfssao.rendering.output import VIEW, Result
 from lfssao.rendering.run import recover, run
 
 
@@ -23,7 +23,7 @@ def add_to(render: argparse.ArgumentParser) -> None:
     render.description = (
         "Ray cast a scene from every optical module of a light field display, compute ambient occlusion for several "
         "radii (by LF Algorithm 2, or by --estimator), merge, blur and multiply it in, and write one EXR file a "
-        "module, manifest.json and contact.png."
+        "module, manifest.json, contact.png and, of a whole display, view.png: what an eye in its middle sees."
     )
     render.set_defaults(run=_render)
     add_options(render, output=True)
@@ -37,13 +37,19 @@ def _render(options: argparse.Namespace) -> None:
     if options.threads is not None and (options.scheduler or "local") != "local":
         raise InputError("--threads does not go with a scheduler's address: its workers have their own")
     start = time.perf_counter()
-    job = job_of(options, threads)
+    with working("load"):
+        job = job_of(options, threads)
     seconds = {"load": time.perf_counter() - start}
     _run(job, threads, _found(job, threads) if options.resume else {}, options.scheduler, seconds)
     written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}, manifest.json" + ", contact.png" * job.has_sheet
+    written += ", view.png" * job.has_view
     if job.transforms is not None:
         written = f"{job.frame_count} frame{'s' * (job.frame_count > 1)}, each {written}"
-    print(printable(f"{job.folder}: {written}"), flush=True)
+    print(printable(f"{job.folder}: {written}"))
+    if job.has_view:
+        print(printable(f"open {job.folder / VIEW}: what an eye in the middle sees, without AO and with it"))
+        print(printable(f"try next: lfssao view {job.folder} --eye-x 0.4 -o right.png"))
+    sys.stdout.flush()
 
 
 def _core_count() -> int:
@@ -70,9 +76,7 @@ def _run(job: Job, threads: int, found: dict[Item, Result], scheduler: str | Non
     with ExitStack() as stack:
         if scheduler is not None and len(found) < total:
             executor, threads, share = stack.enter_context(executor_of(scheduler, min(threads, total - len(found))))
-        note: dict[str, Any] = {"unit": "module", "postfix": "the first run compiles kernels"}
-        bar = stack.enter_context(progress(total=total, initial=len(found), **note))
+        bar = stack.enter_context(progress(total=total, initial=len(found), unit="module"))
         # Closed before the bar: files that were begun are finished first.
         for _ in stack.enter_context(closing(run(job, threads, found, executor, share, seconds))):
-            bar.set_postfix_str("", refresh=False)
             bar.update()

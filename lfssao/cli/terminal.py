@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 BROKEN = 1  # a check, promise or bound does not hold
@@ -11,8 +12,10 @@ INTERRUPTED = 130
 
 
 def say(sentence: str) -> None:
-    """Print one sentence for the user on standard error."""
-    print(f"lfssao: {printable(sentence)}", file=sys.stderr)
+    """Print one sentence for the user on standard error, above a bar if there is one."""
+    from tqdm import tqdm
+
+    tqdm.write(f"lfssao: {printable(sentence)}", file=sys.stderr)
 
 
 def fault_of_name(error: Exception) -> str:
@@ -28,10 +31,24 @@ def printable(text: str) -> str:
 
 
 def progress(*items: Any, **more: Any) -> Any:
-    """A progress bar of tqdm on a terminal, nothing in a pipe; ``with`` ends its line before a message."""
-    from tqdm import tqdm  # late: the help of all commands needs none
+    """A progress bar on a terminal, nothing in a pipe; ``with`` ends its line before a message."""
+    from lfssao.cli.bar import Bar  # late: the help of all commands needs none
 
-    return tqdm(*items, **{"disable": None, **_size(), **more})
+    return Bar(*items, **{"disable": None, **_size(), **more})
+
+
+def working(what: str) -> Any:
+    """A line with the time on a terminal while a block runs that has no steps to count; nothing in a pipe."""
+    return progress(desc=what, bar_format="{desc} {elapsed}", leave=False, delay=0.5)
+
+
+def compiling_shown() -> AbstractContextManager[None]:
+    """On a terminal, say which kernel is being compiled while a command runs that has any."""
+    if not sys.stderr.isatty() or "numba" not in sys.modules:
+        return nullcontext()
+    from lfssao.cli.bar import compiling
+
+    return compiling()
 
 
 def _size() -> dict[str, int]:

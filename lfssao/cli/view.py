@@ -1,6 +1,7 @@
 """``lfssao view``: what an eye sees of a display, from the textures that ``lfssao render`` wrote."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,10 @@ from PIL import Image
 from lfssao.cli.terminal import printable, progress, say
 from lfssao.cli.values import check_target, finite, whole
 from lfssao.core.files import write_whole
-from lfssao.core.memory import check_available
 from lfssao.core.srgb import to_codes
-from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.errors import InputError, check_choice
 from lfssao.optics.display import Display
-from lfssao.rendering.folder import read_layer, read_manifest
+from lfssao.rendering.folder import light_field, read_manifest
 from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 
 MOST_WIDTH = 16_384
@@ -33,7 +33,12 @@ def add_to(view: argparse.ArgumentParser) -> None:
     view.set_defaults(run=_view)
     add = view.add_argument
     add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")
-    add("--eye-x", type=finite, metavar="X", help="place of the eye along the observer line, metres (default: 0)")
+    add(
+        "--eye-x",
+        type=finite,
+        metavar="X",
+        help="place of the eye along the observer line, metres; the command says how far eyes may go (default: 0)",
+    )
     orbit = (
         "an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the "
         f"modules reach from the whole screen, and back (default: {FRAMES})"
@@ -70,23 +75,19 @@ def _view(options: argparse.Namespace) -> None:
         eyes = [left + (right - left) * (2 * n / options.orbit) for n in range(options.orbit // 2 + 1)]
     for eye in eyes:
         eye_point(display, eye)
-    pictures = _photographs(_read_light_field(folder, options.layer, display, entries), eyes, options)
-    _save(target, pictures, options.orbit)
-    print(printable(str(target)), flush=True)
+    bar = partial(progress, total=len(entries), desc="read", unit="module")
+    field = light_field(folder, options.layer, display, entries, bar)
+    _save(target, _photographs(field, eyes, options), options.orbit)
+    print(printable(f"{target}: {_reach(display, list(entries))}"), flush=True)
 
 
-def _read_light_field(folder: Path, layer: str, display: Display, entries: dict[int, dict[str, Any]]) -> LightField:
-    """One layer of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black."""
-    channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
-    needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
-    check_available(f"{folder}: its textures", needed)
-    field = LightField(display, list(entries), channels)
-    with progress(entries.items(), desc="read", unit="module") as bar:
-        for index, entry in bar:
-            pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
-            with errors_of(str(folder / entry["file"])):
-                field.put(index, 1 - pixels if channels == 1 else pixels)
-    return field
+def _reach(display: Display, modules: list[int]) -> str:
+    """From where to where an eye may be."""
+    try:
+        left, right = eye_range(display, modules)
+    except InputError as error:
+        return str(error)
+    return f"the modules' light goes to eyes from x = {left:.2f} to {right:.2f} m"
 
 
 def _photographs(field: LightField, eyes: list[float], options: argparse.Namespace) -> list[Image.Image]:

@@ -4,11 +4,13 @@ import functools
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import event
 
 FLAGS: dict[str, Any] = {
     "fastmath": False,  # no reassociation, no fused multiply-add: the written order is the order
@@ -69,3 +71,28 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
         return numba.njit(function, cache=bool(folder), **options)
     finally:
         numba.config.CACHE_DIR = chosen
+
+
+@contextmanager
+def compiling_told(begin: Callable[[int], None], end: Callable[[], None]) -> Iterator[None]:
+    """In the block, call ``begin(1)``, ``begin(2)``, ... as kernels begin to be compiled, and ``end()`` after each.
+
+    Kernels that are compiled within another one, which they are inlined into, are not told.
+    """
+
+    class Listener(event.Listener):  # type: ignore[misc]
+        depth = count = 0
+
+        def on_start(self, event: event.Event) -> None:
+            self.depth += 1
+            if self.depth == 1:
+                self.count += 1
+                begin(self.count)
+
+        def on_end(self, event: event.Event) -> None:
+            self.depth -= 1
+            if self.depth == 0:
+                end()
+
+    with event.install_listener("numba:compile", Listener()):
+        yield

@@ -1,12 +1,12 @@
 """The contact sheet: a picture of up to five views, laid out as LF's figure 10."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from lfssao.core.pictures import resized
+from lfssao.core.pictures import Codes, resized
 from lfssao.core.srgb import to_codes
 
 FloatTexture = NDArray[np.float32]
@@ -43,6 +43,16 @@ def strip(
     row = Image.new("L" if color is None else "RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
         row.paste(resized(picture, size), (column * (width + _MARGIN), 0))
+    return row
+
+
+def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:
+    """Pictures of one size, 8-bit sRGB, in a row under their titles."""
+    height, width = next(iter(pictures.values())).shape[:2]
+    row = Image.new("RGB", (len(pictures) * (width + _MARGIN) - _MARGIN, height + _CAPTION), "white")
+    for column, (title, picture) in enumerate(pictures.items()):
+        ImageDraw.Draw(row).text((column * (width + _MARGIN), 6), title, fill="black")
+        row.paste(Image.fromarray(picture), (column * (width + _MARGIN), _CAPTION))
     return row
 
 

@@ -1,7 +1,7 @@
 """Textures in multi-part OpenEXR files: float32, lossless, channels by name."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -145,8 +145,8 @@ def _spec(part: Part) -> Any:
     return spec
 
 
-def read_exr(path: str | Path) -> dict[str, Part]:
-    """All parts of a file by name, channels in the file's own order.
+def read_exr(path: str | Path, names: Collection[str] | None = None) -> dict[str, Part]:
+    """The parts of a file by name, all or those of some ``names``, channels in the file's own order.
 
     InputError if the file is missing, is no EXR file or cannot be read.
 
@@ -155,7 +155,7 @@ def read_exr(path: str | Path) -> dict[str, Part]:
     (3, 4, 1)
     """
     parts: dict[str, Part] = {}
-    for image in read_image_file(Path(path), ("openexr",)):
+    for image in read_image_file(Path(path), ("openexr",), lambda name, _: names is None or name in names):
         pixels = np.stack(image.planes, axis=-1).astype(np.float32, copy=False)
         guard = -image.origin[0] if image.origin else 0
         parts[image.name] = Part(image.name, image.channels, pixels, image.attributes, guard)

@@ -1,6 +1,8 @@
 """The folder of an earlier ``lfssao render``, read back and checked."""
 
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -9,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.files import read_json
+from lfssao.core.memory import check_available
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.display import Display, Module
 from lfssao.optics.view import without_guard
-from lfssao.rendering.exr import read_exr
+from lfssao.rendering.exr import read_exr, use_one_thread_a_file
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
+from lfssao.rendering.viewer import LightField
 
 
 def load_manifest(folder: Path) -> dict[str, Any]:
@@ -94,9 +98,33 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
     return display
 
 
+def light_field(
+    folder: Path, layer: str, display: Display, entries: Mapping[int, dict[str, Any]], bar: Callable[..., Any] = iter
+) -> LightField:
+    """One layer of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black.
+
+    ``entries`` are the manifest's of modules by number, and ``bar`` passes on one step a module. InputError if a file
+    is not what its entry describes.
+    """
+    channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
+    needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
+    check_available(f"{folder}: its textures", needed)
+    field = LightField(display, list(entries), channels)
+
+    def put(index: int, entry: dict[str, Any]) -> None:
+        pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
+        with errors_of(str(folder / entry["file"])):
+            field.put(index, 1 - pixels if channels == 1 else pixels)
+
+    use_one_thread_a_file()
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(bar(pool.map(put, entries, entries.values())))
+    return field
+
+
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:
     """A layer of an EXR file without guard band, (H, W, C) float32; InputError if it is not the described one."""
-    part = read_exr(path).get(layer)
+    part = read_exr(path, [layer]).get(layer)
     names = described["channels"]
     if part is None or not set(names) <= set(part.channels):
         raise InputError(f"{path}: it has no part {layer} with channels {', '.join(names)}")

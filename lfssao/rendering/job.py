@@ -59,6 +59,17 @@ class Job:
         return shown <= set(self.settings.kept)
 
     @property
+    def has_view(self) -> bool:
+        """Whether a picture is made of what an eye sees: of a still by all modules of a display, if it has several."""
+        display = self.head["display"]
+        return (
+            self.has_sheet
+            and self.transforms is None
+            and display is not None
+            and (1 < len(self.views) == len(display["modules"]))
+        )
+
+    @property
     def frame_count(self) -> int:
         """How many frames there are, 1 for a still."""
         return 1 if self.transforms is None else len(self.transforms)

@@ -20,17 +20,21 @@ from PIL.Image import Image
 from lfssao import __version__
 from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
+from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
-from lfssao.rendering.contact import contact_sheet, sheet_rows, strip
+from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip
 from lfssao.rendering.exr import Part, as_stored, read_exr, write_exr
+from lfssao.rendering.folder import display_of, light_field
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest, short_digest
 from lfssao.rendering.passes import Textures
 from lfssao.rendering.settings import Settings
 
 SHEET = "contact.png"
+VIEW = "view.png"
+VIEW_WIDTH = 900  # pixels
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
 
@@ -187,7 +191,7 @@ def make_ready(job: Job, items: Iterable[Item]) -> None:
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
     for frame in {item.frame for item in items}:
-        for name in (MANIFEST, SHEET):
+        for name in (MANIFEST, SHEET, VIEW):
             if (path := job.frame_folder(frame) / name).is_file():
                 path.unlink()
 
@@ -199,7 +203,9 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     remove_leftovers(folder)  # of workers that were killed on the way
     if job.has_sheet:
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        write_whole(folder / SHEET, sheet.save)
+        write_whole(folder / SHEET, partial(sheet.save, compress_level=1))
+    if job.has_view:
+        write_whole(folder / VIEW, partial(_view(job, entries).save, compress_level=1))
     texels = sum(view.width * view.height for view in job.views)
     left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
     left += plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))
@@ -217,6 +223,19 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
         "views": entries,
     }
     write_manifest(folder, manifest, job.settings)
+
+
+def _view(job: Job, entries: Sequence[dict[str, Any]]) -> Image:
+    """The picture for an eye in the middle of the observer line, without AO, if there are colours, and with it."""
+    modules = dict(enumerate(entries))
+    display = display_of(job.head["display"], modules)
+    layers = {"without AO": "color", "with AO": "shaded"}
+    seen = {
+        title: to_codes(light_field(job.folder, layer, display, modules).photograph(0.0, VIEW_WIDTH).image)
+        for title, layer in layers.items()
+        if layer in entries[0]["textures"]
+    }
+    return side_by_side(seen)
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:

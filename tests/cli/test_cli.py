@@ -13,6 +13,7 @@ import subprocess
 import sys
 import termios
 import time
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from jobs import manifest_of, render, sentence
 from lfssao import __version__
 from lfssao.cli.bench import BENCHES
 from lfssao.cli.main import COMMANDS, main
+from lfssao.cli.terminal import progress
 
 SMALL = ["statue", "--resolution", "64x48"]
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -37,7 +39,7 @@ def refused(capsys, folder, *words):
 BAD_VALUES = {
     "--resolution": ("5", "0x5", "5x0", "-5x5", "5x-5", "nanx5", "1.5x2", "5x5x5", "x", "", "9" * 5000 + "x1",
                      "1000000x1000000", "60000x35000", "٤x٤"),
-    "--modules": ("5", "0:0", "3:2", "-1:2", "a:b", ":", "0:", ":1", "", "0:2", "0:99999999999999999999", "0:1:2"),
+    "--modules": ("5", "0:0", "3:2", "-1:2", "a:b", ":", "0:", ":1", "", "0:22", "0:99999999999999999999", "0:1:2"),
     "--radii": ("nan", "inf", "-inf", "-1", "-1,2", "1,-2", "-5%", "abc", "", "1,", ",1", "1e400", "1e31", "%", "1;2"),
     "--samples": ("0", "-1", "nan", "inf", "1.5", "abc", "", "1000000000", "1_0", "9" * 5000, "٤"),
     "--layers": ("", "ao_1", "depth,", "all", "Depth", "depth;ao"),
@@ -75,7 +77,6 @@ FILES = {
         (["statue", "--sampling", "foo"], "'foo': choose one of random, jittered, latin, poisson"),
         (["statue", "--display", "Sample_A"], "there is no display 'Sample_A' (did you mean 'sample-a'?)"),
         (["statue", "--camera", "foo"], "'foo': choose one of perspective, orthographic"),
-        (["statue", "--modules", "0:2"], "virtual has modules 0:1"),
         (["statue", "--display", "sample-a", "--modules", "20:22"], "sample-a has modules 0:21"),
         (["statue", "--layers", "depth,best"], "'best': choose one of depth, positions, color, normals, ao, merged"),
         (["statue", "--samples", "0"], "0 is not from 1 to 65536"),
@@ -286,13 +287,13 @@ def test_reader_of_the_output_may_be_gone(tmp_path):
     assert (process.wait(timeout=60), error) == (0, b"")
 
 
-def on_terminal(words, columns=80):
-    """Exit code and everything that a render writes to a terminal."""
+def on_terminal(words, columns=80, **variables):
+    """Exit code and everything that a command writes to a terminal."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24 if columns else 0, columns, 0, 0))
-    environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+    environment = {name: v for name, v in (os.environ | variables).items() if name not in ("COLUMNS", "LINES")}
     process = subprocess.Popen(
-        [sys.executable, "-m", "lfssao", "render", *words], stdout=theirs, stderr=theirs, stdin=theirs, env=environment
+        [sys.executable, "-m", "lfssao", *words], stdout=theirs, stderr=theirs, stdin=theirs, env=environment
     )
     os.close(theirs)
     text = b""
@@ -310,17 +311,45 @@ def on_terminal(words, columns=80):
 
 @pytest.mark.parametrize("columns", [80, 0])  # 0: a terminal that does not know its width, as of many containers
 def test_terminal_shows_a_bar_with_a_rate(tmp_path, columns):
-    words = [*SMALL, "--display", "sample-a", "--modules", "0:3", "-o", str(tmp_path)]
+    words = ["render", *SMALL, "--modules", "0:3", "-o", str(tmp_path)]
     code, text = on_terminal(words, columns)
     assert code == 0
-    assert re.search(r" 0/3 \[.*, the first run compiles kernels\]", text)
+    assert re.search(r" 0/3 \[", text)
     assert re.search(r"\b3/3 \[.*[0-9.]+ ?(module/s|s/module)", text)
     assert text.replace("\r", "").endswith(f"{tmp_path}: 3 EXR files, manifest.json, contact.png\n")
 
 
+def test_a_terminal_sees_kernels_compile_and_a_pipe_does_not(tmp_path):
+    words = ["samples", "make", "latin", "-n", "2"]
+    code, text = on_terminal(words, NUMBA_CACHE_DIR=str(tmp_path / "first"))
+    assert code == 0
+    numbers = re.findall(r"compiling kernels \(first run only\) (\d+)/24", text)
+    assert [int(n) for n in dict.fromkeys(numbers)] == list(range(1, len({*numbers}) + 1))
+    assert len({*numbers}) > 1
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "second")}
+    piped = subprocess.run([sys.executable, "-m", "lfssao", *words], capture_output=True, env=environment, check=True)
+    assert piped.stderr == b""
+    assert text.replace("\r", "").endswith(piped.stdout.decode())
+
+
+def test_a_bar_goes_on_while_a_step_takes_long(monkeypatch):
+    class Terminal(StringIO):
+        def isatty(self):
+            return True
+
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with progress(total=2, file=sys.stderr) as bar:
+        before, patience = sys.stderr.getvalue().count("\r"), time.monotonic() + 60
+        while sys.stderr.getvalue().count("\r") < before + 2 and time.monotonic() < patience:
+            time.sleep(0.05)
+        assert sys.stderr.getvalue().count("\r") >= before + 2
+        bar.update()
+    assert "1/2" in sys.stderr.getvalue()
+
+
 def test_message_after_a_bar_has_a_line_of_its_own(tmp_path):
     (tmp_path / "module_001.exr").mkdir()
-    code, text = on_terminal([*SMALL, "--display", "sample-a", "--modules", "0:3", "-o", str(tmp_path)])
+    code, text = on_terminal(["render", *SMALL, "--modules", "0:3", "-o", str(tmp_path)])
     assert code == 2
     assert "1/3 [" in text
     last = text.replace("\r\n", "\n").split("\n")[-2]

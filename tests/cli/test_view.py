@@ -25,7 +25,8 @@ def rendered(tmp_path_factory):
 def folder(rendered, tmp_path):
     """A copy of the rendered folder that a test may spoil."""
     for path in rendered.iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
+        if path.name != "view.png":
+            (tmp_path / path.name).write_bytes(path.read_bytes())
     return tmp_path
 
 
@@ -39,14 +40,42 @@ def pixels(path):
 
 def test_view_writes_what_the_library_composes(folder, capsys):
     assert view(folder, "--eye-x", "0.4", "--width", "50") == 0
-    assert capsys.readouterr().out == f"{folder / 'view.png'}\n"
-    field = LightField(find_display("sample-a").with_resolution(64, 38), range(21))
-    for k in range(21):
-        part = read_exr(folder / f"module_{k:03d}.exr")["shaded"]
-        field.put(k, part.pixels[..., [part.channels.index(c) for c in "RGB"]])
-    expected = to_codes(field.photograph(0.4, 50).image)
+    said = f"{folder / 'view.png'}: the modules' light goes to eyes from x = -0.93 to 0.93 m\n"
+    assert capsys.readouterr().out == said
+    expected = to_codes(light_field(folder, "shaded").photograph(0.4, 50).image)
     assert expected.any()
     assert np.array_equal(pixels(folder / "view.png"), expected)
+
+
+def light_field(folder, layer, guard=0):
+    """A layer of the folder's textures."""
+    field = LightField(find_display("sample-a").with_resolution(64, 38), range(21))
+    for k in range(21):
+        part = read_exr(folder / f"module_{k:03d}.exr")[layer]
+        inner = np.s_[guard : part.pixels.shape[0] - guard, guard : part.pixels.shape[1] - guard]
+        order = [[name.split(".")[-1] for name in part.channels].index(c) for c in "RGB"]
+        field.put(k, np.ascontiguousarray(part.pixels[inner][..., order]))
+    return field
+
+
+def test_render_ends_with_what_an_eye_in_the_middle_sees_without_and_with_ao(rendered):
+    made = pixels(rendered / "view.png")
+    without, shaded = (
+        light_field(rendered, *layer).photograph(0.0, 900).image for layer in (("color", 3), ("shaded",))
+    )
+    height = without.shape[0]
+    assert np.array_equal(made[-height:, :900], to_codes(without))
+    assert np.array_equal(made[-height:, -900:], to_codes(shaded))
+    assert (without > shaded).any()
+
+
+@pytest.mark.parametrize(
+    "words", [["--modules", "0:20"], ["--frames", "1"], ["--display", "virtual"], ["--layers", "depth"]]
+)
+def test_render_of_less_than_a_display_has_no_such_picture(words, tmp_path, capsys):
+    render(tmp_path, "statue", "--resolution", "16x10", "--radii", "5%", "--samples", "1", *words)
+    assert not list(tmp_path.rglob("view.png"))
+    assert capsys.readouterr().out.count("\n") == 1
 
 
 @pytest.mark.parametrize(("layer", "blend"), [("color", "nearest"), ("ao_1", "gaussian"), ("blurred", "linear")])
@@ -149,7 +178,7 @@ def test_bad_options_are_refused_in_one_sentence(rendered, capsys, words):
 
 def test_a_camera_a_display_of_one_module_and_a_missing_folder_are_refused(tmp_path, capsys):
     small = ["--resolution", "32x24", "--radii", "5%", "--samples", "2"]
-    for words, reason in ((["--camera"], "--camera"), ([], "one module")):
+    for words, reason in ((["--camera"], "--camera"), (["--display", "virtual"], "one module")):
         render(tmp_path, "statue", *words, *small)
         capsys.readouterr()
         assert view(tmp_path) == 2

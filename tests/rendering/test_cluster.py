@@ -83,9 +83,9 @@ def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys
     assert before[0] not in processes(cluster)
     assert digests_of(folder) == local
     names = [f"module_{k:03d}.exr" for k in range(COUNT)]
-    assert sorted(os.listdir(folder)) == ["contact.png", "manifest.json", *names]
+    assert sorted(os.listdir(folder)) == ["contact.png", "manifest.json", *names, "view.png"]
     captured = capsys.readouterr()
-    assert captured.out == f"{folder}: {COUNT} EXR files, manifest.json, contact.png\n"
+    assert captured.out.startswith(f"{folder}: {COUNT} EXR files, manifest.json, contact.png, view.png\n")
 
 
 def test_what_a_worker_refuses_is_said_here(cluster, tmp_path, capsys):
@@ -103,7 +103,7 @@ def test_a_scheduler_of_this_job_alone(local, tmp_path):
     command = [sys.executable, "-W", "error::UserWarning", "-m", "lfssao", "render", *COMMAND, "--scheduler", "local"]
     done = subprocess.run([*command, "-o", tmp_path / "out"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.count("\n") == 1
+    assert done.stdout.count("\n") == 3
     assert digests_of(tmp_path / "out") == local
 
 

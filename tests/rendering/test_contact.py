@@ -20,7 +20,7 @@ def test_contact_sheet_without_colour_has_one_channel_of_the_same_picture():
 
 @pytest.mark.parametrize("size", ["1x900", "900x1", "1x1"])
 def test_contact_sheet_of_a_thin_texture_stays_small(tmp_path, size):
-    out = render(tmp_path / "out", "statue", "--resolution", size)
+    out = render(tmp_path / "out", "statue", "--display", "virtual", "--resolution", size)
     with Image.open(out / "contact.png") as sheet:
         width, height = sheet.size
     assert (width, height <= 480 + 22 + 12) == (3 * 480 + 4 * 12, True)

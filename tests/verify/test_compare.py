@@ -282,9 +282,9 @@ def test_a_case_of_a_kit_is_a_reference(small_kit, tmp_path, capsys):
     np.save(tmp_path / f"{name}.npy", -array)
     assert compare(tmp_path, case) == 2
     for file, folder in ((case / "case.json", case), (small_kit / "kit.json", small_kit)):
-        file.write_text(file.read_text().replace('"format": 2', '"format": 3', 1))
+        file.write_text(file.read_text().replace('"format": 3', '"format": 4', 1))
         assert compare(tmp_path, folder) == 4
-        assert "the kit is of format 3" in "".join(capsys.readouterr())
+        assert "the kit is of format 4" in "".join(capsys.readouterr())
 
 
 # Estimators

@@ -214,6 +214,7 @@ def test_a_plan_takes_a_renders_options_and_writes_nothing(tmp_path, capsys):
     before = sorted(tmp_path.iterdir())
     assert main(["plan", *RENDER, "-o", str(tmp_path / "never")]) == 0
     text = capsys.readouterr().out
+    assert text.count("\n") <= 10
     assert "radii: 1 of 3; a radius that comes again has the texture of the first" in text
     assert "texels of module_003; AO of a texel without a surface is 0" in text
     assert "module_003: AO takes" in text

@@ -4,10 +4,12 @@ import itertools
 
 import numpy as np
 import random_renderer as rr
+from hypothesis import reject
 from hypothesis import strategies as st
 
 from lfssao import Camera, Display, Module, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao.textures import Buffers
+from lfssao.errors import InputError
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.verify.bounds.error_model import ErrorModel
 
@@ -33,7 +35,10 @@ def drawn_view(draw, height, width):
     elif kind == "optics":
         optics = {"k1": draw(st.floats(-0.05, 0.05)), "k2": 0.01, "field_of_view": 80.0, "yaw": 5.0, "pitch": 3.0}
     module = Module(m_x, m_y, draw(st.floats(0.9, 2)), width, height, **optics)
-    display = Display("drawn", 1.0, 0.75, y_o, draw(st.floats(-3, -1.5)), (module,), ROI, **extra)
+    try:
+        display = Display("drawn", 1.0, 0.75, y_o, draw(st.floats(-3, -1.5)), (module,), ROI, **extra)
+    except InputError:  # the ray of its middle misses a strongly curved screen
+        reject()
     return display.view(0, fit_roi(WORLD_BOX, display.roi))
 
 

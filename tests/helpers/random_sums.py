@@ -157,7 +157,8 @@ def sao(ar, given, rays, radius, options, angle):
     """A after the sampling pass of SAO, of every renderer: (R, H, W), and z; rays are the view's in float32."""
     z, shape, world = linear_z(ar, given), given.depth.shape, np.append(rays.world.astype(float), np.zeros(4))
     camera, seen, (j, i) = given.view.screen_to_world is not None, np.isfinite(given.depth), np.indices(shape)
-    lines, world = ray_lines(ar, rays, shape), None if camera and ar.rng.random() < 0.5 else world
+    in_eye_space = camera and options["normals"] == "face" and ar.rng.random() < 0.5  # given normals are the world's
+    lines, world = ray_lines(ar, rays, shape), None if in_eye_space else world
     places = points_of(ar, world, lines, z) if camera else [ar.full(given.positions[..., k]) for k in range(3)]
     slope = [lines[1], lines[3], np.ones_like(lines[1])]
     way = slope if world is None else [ar.total(world[4 * k : 4 * k + 3], slope) for k in range(3)]

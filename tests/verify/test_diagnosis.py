@@ -174,6 +174,7 @@ LATER = [
     shaded("image x ao in place of image x (1 - ao)", lambda r: r.shade(ao=1 - r.blurred)),
     shaded("shaded in sRGB", lambda r: decoded(encoded(r.color) * (1 - r.blurred[..., None]))),
     shaded("stored in sRGB", lambda r: encoded(r.shaded)),
+    shaded("ao taken off twice", lambda r: r.shade(r.shaded)),
     shaded("merged in place of blurred", lambda r: r.shade(ao=r.merged)),
     shaded("strength", lambda r, x: r.shade(ao=r.blurred * x), (0.4, 0.95)),
 ]

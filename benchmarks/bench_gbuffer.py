@@ -29,7 +29,8 @@ def all_rays(caster, view):
     n = view.height * view.width
     texels, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
     origins, directions = np.empty((2, n, 3), np.float32)
-    n = rays.make_rays(view.rays, caster._tree.bounds, view.width, texels, origins, directions, lengths)
+    made = texels, origins, directions, lengths
+    n = rays.make_rays(view.rays, caster._tree.bounds, view.width, view.height, 1, *made)
     return origins[:n], directions[:n], lengths[:n]
 
 

@@ -33,8 +33,8 @@ CAMERA_RESOLUTION = (1024, 768)
 _PLACED = ("eye", "target", "up", "fov")  # of a camera
 
 _HELP = {
-    "scene": "a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, statue, ammonite, armadillo, "
-    "corner (default: gallery)",
+    "scene": "a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, turntable (without its "
+    "wall), statue, ammonite, armadillo, corner (default: gallery; turntable with --frames N)",
     "--output": "folder to write to; made if not there, files replaced",
     "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
     "--display": "a preset, such as c80 ('lfssao display' lists them), or a .toml file (default: sample-a)",
@@ -67,8 +67,8 @@ _HELP = {
     "--caster": "what picks each ray's first triangle: exact, with equal bits everywhere, or embree, Embree's own "
     "float32 answers, to show where they differ (default: exact)",
     "--threads": "threads, at most one for each core (default)",
-    "--frames": "render an animation, each frame into a folder of its own: N frames of one turn about the vertical, or "
-    "those of a .json or .npy file of 4x4 matrices that place the scene",
+    "--frames": "render each frame into a folder of its own, and animation.png: N frames of one turn about the "
+    "vertical, or those of a .json or .npy file of 4x4 matrices that place the scene",
     "--single-part": "write all layers into one part of each EXR file, for viewers that open the first part only",
     "--resume": "keep the textures that an interrupted job left, if their digests are right, and do the rest",
     "--scheduler": "compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, whose workers "
@@ -93,7 +93,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     def add(*names: str, **more: Any) -> None:
         command.add_argument(*names, help=_HELP[names[-1]], **more)
 
-    add("scene", nargs="?", default="gallery", metavar="SCENE")
+    add("scene", nargs="?", metavar="SCENE")
     add("-o", "--output", required=output, metavar="DIR")
     add("--texture", metavar="IMAGE")
     add("--display", metavar="NAME")
@@ -127,6 +127,8 @@ def add_ao_options(command: argparse.ArgumentParser) -> None:
 
 def job_of(options: argparse.Namespace, threads: int) -> Job:
     """The job that the options describe: checked as far as that can be, then the scene is loaded (InputError)."""
+    if options.scene is None:
+        options.scene = "turntable" if isinstance(options.frames, int) else "gallery"
     display = _display(options)
     sampling, settings = _settings(options)
     _check_size(options, display)

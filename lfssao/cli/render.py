@@ -14,7 +14,7 @@ from lfssao.cli.values import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.rendering.cluster import executor_of
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.output import VIEW, Result
+from lfssao.rendering.output import ANIMATION, VIEW, Result
 from lfssao.rendering.run import recover, run
 
 
@@ -45,6 +45,7 @@ def _render(options: argparse.Namespace) -> None:
     written += ", view.png" * job.has_view
     if job.transforms is not None:
         written = f"{job.frame_count} frame{'s' * (job.frame_count > 1)}, each {written}"
+        written += f"; {ANIMATION}" * job.has_sheet
     print(printable(f"{job.folder}: {written}"))
     if job.has_view:
         print(printable(f"open {job.folder / VIEW}: what an eye in the middle sees, without AO and with it"))

@@ -27,12 +27,12 @@ def sheet_rows(count: int, most: int = 5) -> list[int]:
 def strip(
     color: FloatTexture | None, surface: Flags, blurred: FloatTexture, shaded: FloatTexture, width: int = 480
 ) -> Image.Image:
-    """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side, 8-bit sRGB.
+    """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side, all in sRGB's curve.
 
-    Colours are linear RGB, (H, W, 3); without them the image has one channel, white on the surface. Visibility is shown
-    as it is, 0 black and 1 white, not as light. ``width`` is that of each column, pixels, and the greatest height.
+    Colours are linear RGB, (H, W, 3); without them the image has one channel, white on the surface. ``width`` is that
+    of each column, pixels, and the greatest height.
     """
-    grey = (np.clip(1 - blurred, 0, 1) * 255 + 0.5).astype(np.uint8)
+    grey = to_codes(1 - blurred)
     if color is None:  # the shaded channels are equal: a third of the work
         pictures = (np.where(surface, np.uint8(255), np.uint8(0)), grey, to_codes(shaded[..., 0]))
     else:
@@ -57,9 +57,9 @@ def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:
 
 
 def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
-    """Strips of one width and mode below each other, each under its view's name and the columns' titles."""
+    """Strips of one width and mode below each other, each under its view's name and the columns' titles, and a bar."""
     width = strips[0][1].width
-    height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips)
+    height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips) + 2 * _CAPTION
     sheet = Image.new(strips[0][1].mode, (width + 2 * _MARGIN, height), "white")
     draw = ImageDraw.Draw(sheet)
     column = (width + _MARGIN) // 3
@@ -70,4 +70,16 @@ def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
             draw.text((_MARGIN + k * column, top + 6), caption, fill="black")
         sheet.paste(picture, (_MARGIN, top + _CAPTION))
         top += picture.height + _CAPTION + _MARGIN
+    values = np.linspace(0, 1, width, dtype=np.float32)
+    bar = Image.fromarray(np.tile(to_codes(values), (_CAPTION, 1)))
+    sheet.paste(bar.convert(sheet.mode), (_MARGIN, top))
+    draw.text((_MARGIN, top + _CAPTION + 4), "0", fill="black")
+    said = "linear values 0 to 1 of all pictures, in sRGB's curve; 1/2 is in the middle"
+    draw.text((_MARGIN + width // 2, top + _CAPTION + 4), said, fill="black", anchor="ma")
+    draw.text((_MARGIN + width, top + _CAPTION + 4), "1", fill="black", anchor="ra")
     return sheet
+
+
+def with_ao(row: Image.Image) -> Image.Image:
+    """The last picture of a strip."""
+    return row.crop((row.width - (row.width - 2 * _MARGIN) // 3, 0, row.width, row.height))

@@ -7,7 +7,7 @@ differ.
 
 import json
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -24,7 +24,7 @@ from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
-from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip
+from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, with_ao
 from lfssao.rendering.exr import Part, as_stored, read_exr, write_exr
 from lfssao.rendering.folder import display_of, light_field
 from lfssao.rendering.job import Item, Job
@@ -34,6 +34,8 @@ from lfssao.rendering.settings import Settings
 
 SHEET = "contact.png"
 VIEW = "view.png"
+ANIMATION = "animation.png"
+_MOST_PICTURES, _SECONDS = 360, 3.0  # of an animation
 VIEW_WIDTH = 900  # pixels
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
@@ -190,14 +192,18 @@ def make_ready(job: Job, items: Iterable[Item]) -> None:
     doubts.warn(doubts.of_folder(job.folder, map(job.path, job.items())))
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
+    (job.folder / ANIMATION).unlink(missing_ok=True)
     for frame in {item.frame for item in items}:
         for name in (MANIFEST, SHEET, VIEW):
             if (path := job.frame_folder(frame) / name).is_file():
                 path.unlink()
 
 
-def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float]) -> None:
-    """Write a frame's contact sheet, if it has one, and its manifest, from its views' results and the job's times."""
+def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float]) -> Image | None:
+    """Write a frame's contact sheet, if it has one, and its manifest, from its views' results and the job's times.
+
+    Returned is the picture of its middle view with AO, if it has a sheet.
+    """
     folder, entries = job.frame_folder(frame), [result.entry for result in results]
     doubts.warn(doubts.of_views([entry["name"] for entry in entries if not entry["surface_texels"]]))
     remove_leftovers(folder)  # of workers that were killed on the way
@@ -223,6 +229,18 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
         "views": entries,
     }
     write_manifest(folder, manifest, job.settings)
+    strips = [result.strip for result in results if result.strip is not None]
+    return with_ao(strips[len(strips) // 2]) if strips else None
+
+
+def write_animation(job: Job, pictures: Mapping[int, Image | None]) -> None:
+    """Write the frames' pictures as an animated PNG, at most some hundred of them."""
+    shown = [picture for frame in sorted(pictures) if (picture := pictures[frame]) is not None]
+    if job.transforms is not None and shown:
+        first, *rest = shown[:: 1 + len(shown) // _MOST_PICTURES]
+        duration = max(30, round(1000 * _SECONDS / (1 + len(rest))))
+        save = partial(first.save, save_all=True, append_images=rest, loop=0, duration=duration)
+        write_whole(job.folder / ANIMATION, save)
 
 
 def _view(job: Job, entries: Sequence[dict[str, Any]]) -> Image:

@@ -22,7 +22,7 @@ from lfssao.rendering.animation import moved
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.memory import needed_memory
-from lfssao.rendering.output import Result, make_ready, recover_view, write_frame, write_view
+from lfssao.rendering.output import Result, make_ready, recover_view, write_animation, write_frame, write_view
 from lfssao.rendering.passes import Textures, render_view
 
 Results = Generator[Result, None, None]
@@ -36,7 +36,7 @@ def run(
     share: Callable[[Job], Any] | None = None,
     seconds: Mapping[str, float] | None = None,
 ) -> Generator[Item, None, None]:
-    """Render a job: write each item's file, and the contact sheet and manifest of each frame after its items.
+    """Render a job: write each item's file, the contact sheet and manifest of each frame after its items, an animation.
 
     Yields each item that is rendered, once its file is there, in the order of ``job.items()``. Raises InputError if the
     scene leaves float32, or a file cannot be written; files that were begun are finished first.
@@ -60,6 +60,7 @@ def run(
             stack.enter_context(output_folder(folder))
         make_ready(job, rest)
         stack.enter_context(closing(results))
+        pictures = {}
         for frame, items in groupby(job.items(), lambda item: item.frame):
             views = []
             for item in items:
@@ -68,7 +69,9 @@ def run(
                 else:
                     views.append(next(results))
                     yield item
-            write_frame(job, frame, views, {**(seconds or {}), "render": time.perf_counter() - start})
+            spent = {**(seconds or {}), "render": time.perf_counter() - start}
+            pictures[frame] = write_frame(job, frame, views, spent)
+        write_animation(job, pictures)
 
 
 def _views_at_once(job: Job, most: int) -> int:

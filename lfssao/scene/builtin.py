@@ -1,4 +1,4 @@
-"""The embedded scenes: the paper's three models, a gallery of all three, and a test view.
+"""The embedded scenes: the paper's three models, a gallery of all three, with and without a wall, and a test view.
 
 They are read from ``meshes``, whose files ``benchmarks/scenes`` makes.
 """
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError, check_choice, check_type
 from lfssao.scene.mesh import Mesh, Paint
 
-BUILTIN = ("gallery", "statue", "ammonite", "armadillo", "corner")
+BUILTIN = ("gallery", "turntable", "statue", "ammonite", "armadillo", "corner")
 
 # The camera of the test view, in the scene ``corner``: tilted, surface up to all four borders. Eye, target, up, extent,
 # near and far plane.
@@ -40,7 +40,7 @@ def builtin_scene(name: str = "gallery") -> Mesh:
     5010
     """
     check_choice("embedded scene", name, BUILTIN)
-    arrays = _gallery() if name == "gallery" else _read(name)
+    arrays = _gallery(name) if name in ("gallery", "turntable") else _read(name)
     faces = arrays["faces"]
     paint = Paint.from_vertex_colors(arrays["colors"], len(faces)) if "colors" in arrays else None
     return Mesh(arrays["vertices"], faces, paint, name=name)
@@ -77,9 +77,11 @@ def _read(name: str) -> _Arrays:
         return dict(file)
 
 
-def _gallery() -> _Arrays:
-    """All three models side by side on a floor before a low wall, the ammonite in front on a block."""
+def _gallery(scene: str) -> _Arrays:
+    """All three models side by side on a floor, the ammonite in front on a block; in the gallery before a low wall."""
     boxes = _read("gallery")
+    if scene == "turntable":  # the second of three boxes
+        boxes["faces"] = np.delete(boxes["faces"], np.s_[12:24], axis=0)
     clay = boxes.pop("clay")  # of the armadillo, which has no colours of its own
     pieces = []
     for name, position, turn in _GALLERY:

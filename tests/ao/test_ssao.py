@@ -101,6 +101,19 @@ def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
     assert np.all(result.texture[7:-7, 7:-7] == 0.5)
 
 
+@both
+@pytest.mark.parametrize(("u", "v", "inside"), [(0, 1.5, 1), (1.5, 0, 1), (4, 1.5, 0), (1.5, 3, 0)])
+def test_a_sample_on_a_general_displays_left_or_upper_edge_is_inside(dtype, u, v, inside):
+    """Position and samples on the lens' axis, whose image the homography puts there without rounding."""
+    module = Module(0.0, 0.0, 1.0, 4, 3, homography=(4.0, 0.0, float(u), 0.0, -4.0, float(v), 0.0, 0.0, 1.0))
+    view = Display("edge", 2.0, 2.0, 0.0, -2.0, (module,), ROI).view(0, np.eye(3, 4))
+    assert KINDS[view.world_to_image.kind] == "display"
+    depth, positions = np.full((3, 4), -0.5, dtype), np.zeros((3, 4, 3), dtype)
+    found = ssao.algorithm2(depth, positions, view.world_to_image, np.zeros((4, 3)), radius=1.0)
+    assert (found.texture == inside).all()
+    assert found.outside == (1 - inside) * 4 * depth.size
+
+
 def test_algorithm2_does_not_mind_how_arrays_lie_in_memory():
     rng = np.random.default_rng(3)
     depth, positions, samples = rng.random((6, 9)), rng.random((6, 9, 3)) * [9, 6, 1], rng.uniform(-1, 1, (5, 3))

@@ -97,7 +97,7 @@ FILES = {
         (["statue", "--rotate", "hsh"], "there is no rotation 'hsh' (did you mean 'hash'?)"),
         (["statue", "--rotate", "ign", "--estimator", "multiresolution"], "multiresolution do not turn by it"),
         (["statue", "--rotate", "ign", "--neighbours", "2", "--display", "c80"], "with neighbours samples do not turn"),
-        (["teapot"], "teapot: there is no such file, and no embedded scene of that name (gallery, statue, "),
+        (["teapot"], "teapot: there is no such file, and no embedded scene of that name (gallery, turntable, "),
         (["teapot.obj"], "teapot.obj: there is no such file"),
         (["/"], "/: it is a folder"),
         (["line\nbreak.obj"], "line\\nbreak.obj: the file is empty"),

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from jobs import digests_of, manifest_of, render, sentence
+from PIL import Image, ImageSequence
 
 import lfssao.rendering.run
 from lfssao.cli.main import main
@@ -166,12 +167,26 @@ def test_trees_are_built_once_for_each_place(animated):
 
 def test_frames_are_folders_with_all_that_a_still_has(animated):
     folder, transforms, _ = animated
-    assert sorted(path.name for path in folder.iterdir()) == [f"frame_000{k}" for k in range(4)]
+    assert sorted(path.name for path in folder.iterdir()) == ["animation.png", *(f"frame_000{k}" for k in range(4))]
     for k in range(4):
         names = sorted(path.name for path in (folder / f"frame_000{k}").iterdir())
         assert names == ["contact.png", "manifest.json", "module_009.exr", "module_010.exr"]
         frame = manifest_of(folder / f"frame_000{k}")["frame"]
         assert frame == {"number": k, "count": 4, "world_from_scene": transforms[k].tolist()}
+
+
+def test_the_animation_shows_each_frames_last_picture_of_the_sheet(animated):
+    folder, _, _ = animated
+    with Image.open(folder / "animation.png") as moving:
+        shown = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(moving)]
+    assert len(shown) == 4
+    for k, picture in enumerate(shown):
+        with Image.open(folder / f"frame_000{k}" / "contact.png") as sheet:
+            rows = np.asarray(sheet.convert("RGB"))[:, -12 - 480 : -12]
+        height = len(picture)
+        found = [top for top in range(len(rows) - height) if np.array_equal(rows[top : top + height], picture)]
+        assert len(found) == 1
+    assert not np.array_equal(shown[0], shown[1])
 
 
 def test_each_frame_shows_the_moved_mesh_through_the_same_views(animated):
@@ -190,7 +205,7 @@ def test_each_frame_shows_the_moved_mesh_through_the_same_views(animated):
 
 def test_still_has_no_frame_and_one_frame_in_place_is_the_still(tmp_path):
     for name, more in (("still", []), ("one", ["--frames", "1"])):
-        render(tmp_path / name, *more)
+        render(tmp_path / name, "statue", "--resolution", "100x60", *more)
     assert manifest_of(tmp_path / "still")["frame"] is None
     still, one = (manifest_of(folder)["views"] for folder in (tmp_path / "still", tmp_path / "one" / "frame_0000"))
     for a, b in zip(still, one, strict=True):

@@ -23,7 +23,7 @@ def test_contact_sheet_of_a_thin_texture_stays_small(tmp_path, size):
     out = render(tmp_path / "out", "statue", "--display", "virtual", "--resolution", size)
     with Image.open(out / "contact.png") as sheet:
         width, height = sheet.size
-    assert (width, height <= 480 + 22 + 12) == (3 * 480 + 4 * 12, True)
+    assert (width, height <= 480 + 22 + 12 + 2 * 22) == (3 * 480 + 4 * 12, True)
 
 
 @pytest.mark.parametrize(

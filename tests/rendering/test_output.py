@@ -192,7 +192,7 @@ def test_contact_sheet_shows_the_three_pictures(folder):
         linear = np.clip(linear, 0, 1).astype(float)
         return 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
-    for column, wanted in enumerate((encoded(color), 255.0 * visibility, encoded(shaded))):
+    for column, wanted in enumerate(map(encoded, (color, visibility, shaded))):
         left, top = 12 + column * 492, 22
         for row in range(0, 48, 5):
             for texel in range(0, 64, 5):

@@ -19,7 +19,7 @@ MAKE = Path(__file__).resolve().parents[2] / "benchmarks" / "scenes" / "make.py"
 MESHES = Path(lfssao.__file__).parent / "scene" / "meshes"
 
 MODELS = ("statue", "ammonite", "armadillo")
-ALL = ("gallery", *MODELS, "corner")
+ALL = ("gallery", "turntable", *MODELS, "corner")
 
 # After a wanted change of a scene, write the new ones down.
 DIGESTS = {
@@ -28,6 +28,7 @@ DIGESTS = {
     "armadillo": "53d903642a85f69bc877b5c05b86f4c78d85dc83c7b5f1e0b42005f7c518ef12",
     "corner": "7225c68dd66046c4b465064175ef47e56853c09a420aeb52029bc9da5f5ae90e",
     "gallery": "cf5c0888f925abb38ee2d9f69a288732fa5bb01482a762f5db7ac7e3e62fd9a0",
+    "turntable": "db451c084bee478ccccd4cd70fdbccfeedd7b42acd6889b156cfa6f07906ab04",
 }
 
 
@@ -90,6 +91,9 @@ def test_gallery_holds_all_models_and_three_boxes_that_look_outwards(scenes):
     sizes = (4.8 * 0.1 * 2.1, 4.8 * 1.25 * 0.12, 1.24 * 0.34 * 0.60)
     for faces, size in zip(boxes, sizes, strict=True):
         assert volume(gallery.vertices, faces) == pytest.approx(size, rel=1e-12)
+    turntable = scenes["turntable"]
+    assert np.array_equal(turntable.vertices, gallery.vertices)
+    assert np.array_equal(turntable.faces, np.delete(gallery.faces, np.s_[-24:-12], axis=0))
 
 
 def test_corner_fills_the_test_view_and_has_slivers_contacts_and_a_wall_behind(scenes, tmp_path):
@@ -138,5 +142,5 @@ def test_modelling_makes_the_same_arrays_again(tmp_path):
 def test_the_names_are_those_that_are_documented(scenes):
     assert set(BUILTIN) == set(ALL)
     assert digest(builtin_scene()) == digest(scenes["gallery"])
-    with pytest.raises(InputError, match=r"'teapot'.*gallery, statue, ammonite, armadillo, corner"):
+    with pytest.raises(InputError, match=r"'teapot'.*gallery, turntable, statue, ammonite, armadillo, corner"):
         builtin_scene("teapot")

@@ -57,8 +57,8 @@ def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, An
             if not Path(entry["file"]).name or "\0" in entry["file"]:
                 raise ValueError("a file has no name")
             for described in entry["textures"].values():
-                named = described["channels"], described["sha256"]
-                if not named[0] or not all(isinstance(name, str) and name for name in (*named[0], named[1])):
+                channels, names = described["channels"], [*described["channels"], described["sha256"]]
+                if not isinstance(channels, list) or not channels or not all(isinstance(n, str) and n for n in names):
                     raise ValueError("a texture has no channels or no digest")
         if not entries or len(entries) != len(manifest["views"]):
             raise ValueError("views without names of their own")

@@ -142,6 +142,7 @@ SPOILED = {
     "unknown key": lambda f: edit(f, "display", "more", value=1),
     "no modules": lambda f: edit(f, "display", "modules", value=None),
     "no file": lambda f: edit(f, "views", 3, "file", value=5.0),
+    "channels by name": lambda f: edit(f, "views", 3, "textures", "depth", "channels", value={"Z": 1}),
     "no channels": lambda f: edit(f, "views", 3, "textures", "depth", "channels", value=[]),
     "texture size": lambda f: edit(f, "views", 3, "view", "width", value=90),
     "missing EXR": lambda f: (f / "module_007.exr").unlink(),

@@ -3,9 +3,9 @@
     python benchmarks/mutate.py 'lfssao/optics/**/*.py' --count 20 --seed 1
 
 A mutant is a comparison, a number, a sign or an index that is changed, in a copy of the checkout. Its tests are those
-of the file's name, else of its folder and the folders above, without slow ones; a kernel's are the kit's cases too,
-which the independent implementation solves. They pass without a mutant, else the program stops; a test that hangs has
-noticed, and is told apart. Kernels are compiled anew for each mutant, with few
+of the file's name, else of its folder and the folders above, without slow ones. If they notice nothing, those of its
+room run, and of kernels the kit's cases, which the independent implementation solves. They pass without a mutant, else
+the program stops; a test that hangs has noticed, and is told apart. Kernels are compiled anew for each mutant, with few
 optimisations: a mutant of a kernel takes minutes.
 """
 
@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-KIT = (Path("tests/verify/test_kit_cases.py"),)
+KIT = Path("tests/verify/test_kit_cases.py")
 COPIED = "lfssao", "tests", "benchmarks", "notebooks", "pyproject.toml", "README.md", "LICENSE"
 _COMPARISONS = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
 _SIGNS = {ast.Add: "-", ast.Sub: "+"}
@@ -59,6 +59,12 @@ def tests_of(path: Path) -> tuple[Path, ...]:
         folder = folder.parent
     named = sorted((ROOT / folder).glob(f"**/test_{path.stem}*.py"))
     return tuple(each.relative_to(ROOT) for each in named) or (folder,)
+
+
+def more_tests_of(path: Path) -> tuple[Path, ...]:
+    """The tests of the room of a file, lfssao/ROOM/..., and of kernels the kit's cases."""
+    room = Path("tests", path.parts[1])
+    return (room, KIT) if path.parent.name == "kernels" and path.parts[1] != "verify" else (room,)
 
 
 def outcome_of(copy: Path, tests: tuple[Path, ...], seconds: float) -> str:
@@ -114,8 +120,8 @@ def main() -> None:
                 sys.exit(f"tests of {path} do not pass without a mutant")
             proven.add(tests)
             outcome, by = planted(copy, mutant, tests, options.seconds), ""
-            if outcome == "passes" and path.parent.name == "kernels":
-                outcome, by = planted(copy, mutant, KIT, options.seconds), " by the kit"
+            if outcome == "passes":
+                outcome, by = planted(copy, mutant, more_tests_of(path), options.seconds), " by the room's tests"
             found += outcome != "passes"
             word = {"passes": "SURVIVES", "fails": f"found{by}", "hangs": "hung"}[outcome]
             text = (ROOT / path).read_text().split("\n")[line - 1].strip()

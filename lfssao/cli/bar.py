@@ -39,7 +39,8 @@ def compiling() -> AbstractContextManager[None]:
     line: list[Bar] = []
 
     def begin(number: int) -> None:
-        text = f"compiling kernels (first run only) {number}/{max(number, _EXPECTED)}"
+        of = f"/{_EXPECTED}" if number <= _EXPECTED else ""
+        text = f"compiling kernels (first run only) {number}{of}"
         if _shown:
             _shown[-1].set_postfix_str(text)
         else:

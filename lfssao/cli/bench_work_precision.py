@@ -10,7 +10,7 @@ from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision.advise import read_result
 from lfssao.bench.work_precision.settings import FULL, QUICK, SCENES
 from lfssao.cli import values
-from lfssao.cli.terminal import progress
+from lfssao.cli.terminal import progress, working
 from lfssao.core.files import check_folder, output_folder, write_text
 from lfssao.errors import InputError
 from lfssao.scene.builtin import find_scene
@@ -58,6 +58,7 @@ def _measure(options: argparse.Namespace) -> None:
 
             run.run(meshes, grid, options.threads, result, save, tick)
         measured = read_result(file)
-        plot.save_plots(measured, options.output)
+        with working("draw"):
+            plot.save_plots(measured, options.output)
         write_text(file.with_suffix(".md"), page.as_text(measured) + "\n")
     print(page.as_text(measured))

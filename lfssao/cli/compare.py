@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lfssao.cli.terminal import NOT_COMPARED, fault_of_name, printable, progress
+from lfssao.cli.terminal import NOT_COMPARED, fault_of_name, printable, progress, working
 from lfssao.errors import InputError, LfssaoError
 from lfssao.verify.compare.compare import Comparison
 from lfssao.verify.compare.report import Report
@@ -105,11 +105,12 @@ def _report(options: argparse.Namespace) -> Report:
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:
             comparison.add(module)
-    report = comparison.report()
-    writers = report.write_html, report.write_json, report.write_junit, report.save_picture
-    for name, write in zip(("html", "json", "junit", "picture"), writers, strict=True):
-        if getattr(options, name) is not None:
-            write(Path(getattr(options, name)))
+    with working("report"):
+        report = comparison.report()
+        writers = report.write_html, report.write_json, report.write_junit, report.save_picture
+        for name, write in zip(("html", "json", "junit", "picture"), writers, strict=True):
+            if getattr(options, name) is not None:
+                write(Path(getattr(options, name)))
     return report
 
 

@@ -31,7 +31,8 @@ def _plan(options: argparse.Namespace) -> None:
             print(f"{what}: {why}")
         return
     threads = options.threads or MOST_THREADS
-    job = job_of(options, threads)
+    with working("load"):
+        job = job_of(options, threads)
     # The middle one of the views that see the scene in the first frame; of all if none does.
     views = range(len(job.views))
     seen = [k for k in views if seen_rows(job.views[k], job.boxes[0])] or list(views)

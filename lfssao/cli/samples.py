@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from lfssao.cli import values
-from lfssao.cli.terminal import BROKEN, printable, say
+from lfssao.cli.terminal import BROKEN, printable, say, working
 from lfssao.cli.values import MOST_SAMPLES, PICTURES, check_target
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_choice, errors_of, no_such
@@ -197,8 +197,9 @@ def _plot(options: argparse.Namespace) -> None:
         sets = _moved(options, sets, options.domain or sets[0].domain, named)
     else:
         sets = [_sample_set(options)]
-    from lfssao.samples.plot import draw_samples  # late: matplotlib takes a second to import
+    with working("draw"):
+        from lfssao.samples.plot import draw_samples  # late: matplotlib takes a second to import
 
-    figure = draw_samples(sets, options.r_min, options.r_max)
-    write_whole(target, lambda path: figure.savefig(path, dpi=110))
+        figure = draw_samples(sets, options.r_min, options.r_max)
+        write_whole(target, lambda path: figure.savefig(path, dpi=110))
     print(printable(str(target)))

@@ -12,7 +12,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.cli.main import main
 from lfssao.rendering.settings import diagonal
 
-SMALL = ["render", "ammonite", "--resolution", "24x18", "--radii", "2%"]
+SMALL = ["render", "ammonite", "--display", "virtual", "--resolution", "24x18", "--radii", "2%"]
 
 
 def render(folder, *options):

@@ -31,7 +31,7 @@ def executed(path, folder):
     """The code cells of a notebook after a run in an empty folder."""
     homes = {name: str(folder) for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "TMPDIR")}
     search = os.pathsep.join([str(Path(lfssao.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    helper, target = FOLDER.parent / "tests" / "helpers" / "execute_notebook.py", folder / "executed.ipynb"
+    helper, target = FOLDER.parent / "tests" / "helpers" / "execute_notebooks.py", folder / "executed.ipynb"
     command = [sys.executable, *map(str, (helper, path, target, folder))]
     env = {**os.environ, **homes, "PYTHONPATH": search}
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)

@@ -10,7 +10,7 @@ from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.viewer import eye_view
 from lfssao.rendering.views import module_views
 from lfssao.verify.bounds.bounds import Bounds
-from lfssao.viz import explore as sliders
+from lfssao.viz import interactive as sliders
 from lfssao.viz import mapping, radii, sampling_error, texel, truth, verdict
 
 WORLD = np.eye(3, 4)

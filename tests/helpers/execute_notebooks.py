@@ -1,4 +1,4 @@
-"""Run a notebook by the interpreter that runs this: ``python execute_notebook.py IN.ipynb OUT.ipynb FOLDER``.
+"""Run a notebook by the interpreter that runs this: ``python execute_notebooks.py IN.ipynb OUT.ipynb FOLDER``.
 
 A process of its own keeps jupyter's event loops, sockets and warnings out of the tests.
 """

@@ -14,7 +14,7 @@ from lfssao.rendering.passes import finish_view
 from lfssao.rendering.viewer import LightField, eye_view
 from lfssao.viz import agreement
 from lfssao.viz.radii import deciding_radius
-from lfssao.viz.sampling_error import draw_sampling_error, sampling_error
+from lfssao.viz.samplers import draw_sampling_error, sampling_error
 
 MODELS = ("statue", "ammonite", "armadillo")
 

@@ -11,7 +11,7 @@ from lfssao.rendering.viewer import eye_view
 from lfssao.rendering.views import module_views
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.viz import interactive as sliders
-from lfssao.viz import mapping, radii, sampling_error, texel, truth, verdict
+from lfssao.viz import mapping, radii, samplers, texel, truth, verdict
 
 WORLD = np.eye(3, 4)
 DISPLAY = lfssao.find_display("sample-a").with_resolution(48, 32)
@@ -80,7 +80,7 @@ def test_the_fraction_of_occluded_samples_is_what_algorithm_2_writes(seen, statu
 
 def test_a_power_law_has_its_exponent():
     counts = np.array([4, 8, 16])
-    found = sampling_error.SamplingError(counts, {"a": 3.0 * counts**-0.7}, "")
+    found = samplers.SamplingError(counts, {"a": 3.0 * counts**-0.7}, "")
     assert found.slope("a") == pytest.approx(-0.7)
 
 
@@ -88,9 +88,9 @@ def test_the_error_of_the_reference_itself_is_none_and_random_falls_as_a_root(se
     """Independent samples err by sqrt(p (1 - p) / n). The exponent of 16 seeds is off by 0.1 in one run of 20."""
     buffers = lfssao.Buffers.of(seen[1], seen[0])
     radius = 0.05 * diagonal(statue)
-    itself = sampling_error.sampling_error(buffers, radius, ["sobol"], [64], (0,), reference=("sobol", 64))
+    itself = samplers.sampling_error(buffers, radius, ["sobol"], [64], (0,), reference=("sobol", 64))
     assert itself.rmse["sobol"] == [0]
-    found = sampling_error.sampling_error(buffers, radius, ["random"], [4, 16, 64], range(16))
+    found = samplers.sampling_error(buffers, radius, ["random"], [4, 16, 64], range(16))
     assert found.slope("random") == pytest.approx(-0.5, abs=0.2)
 
 

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import shutil
 import signal
 
 # Threads that wait between kernels must not spin where another process of the run could work: 2 ms of processor time
@@ -43,6 +44,26 @@ def generic_cpu(tmp_path_factory):
         "NUMBA_NUM_THREADS": "2",
         "NUMBA_CACHE_DIR": str(folder / "generic_cpu"),
     }
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A Chromium without a window; as with OpenGL a CI that skipped its tests would prove nothing."""
+    from selenium import webdriver  # late: few tests need it
+
+    program, driver = (shutil.which(name) for name in ("chromium", "chromedriver"))
+    if program is None or driver is None:
+        (pytest.fail if os.environ.get("CI") else pytest.skip)("there is no chromium with its chromedriver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = program
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    for flag in ("headless", "no-sandbox", "disable-gpu", "disable-quic", "no-first-run", "disable-component-update",
+                 "disable-background-networking", "disable-sync", "window-size=1400,1000",
+                 f"user-data-dir={tmp_path_factory.mktemp('profile')}"):  # fmt: skip
+        options.add_argument(f"--{flag}")
+    made = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    yield made
+    made.quit()
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ def draw_samples(sets: Sequence[SampleSet], r_min: float = 0.0, r_max: float = 1
     cubes = [statistics.unit_cube(made.points, made.domain, r_min, r_max) for made in sets]
     pooled = np.concatenate(cubes)
     names = {"square": ("xi_1", "xi_2"), "disk": ("r", "phi")}.get(first.domain, ("z", "phi", "r"))[: pooled.shape[1]]
-    figure = Figure(figsize=(4.2 * (1 + len(names)), 8), layout="constrained")
+    figure = Figure(figsize=(3 * (1 + len(names)), 6), layout="constrained")
     many = f"{first.method}, seed {first.seed}" if len(sets) == 1 else f"{first.method} and {len(sets) - 1} more"
     figure.suptitle(f"{many}: {len(pooled)} points, {first.domain}")
     grid = figure.add_gridspec(2, 1 + len(names))
@@ -36,7 +36,7 @@ def draw_samples(sets: Sequence[SampleSet], r_min: float = 0.0, r_max: float = 1
     picture = axes.imshow(power, origin="lower", extent=extent, vmin=0, vmax=4, cmap="viridis")
     figure.colorbar(picture, ax=axes, shrink=0.8, extend="max")
     frequency, mean, sigma = statistics.radial_mean(power)
-    axes = figure.add_subplot(grid[1, 1], title="its radial mean (band: 2 sigma)", xlabel="frequency")
+    axes = figure.add_subplot(grid[1, 1], title="its radial mean (2 sigma)", xlabel="frequency")
     half = 2 * sigma / np.sqrt(len(sets))
     axes.fill_between(frequency, 1 - half, 1 + half, color="gray", alpha=0.3)
     axes.plot(frequency, mean)
@@ -74,5 +74,5 @@ def _draw_histogram(axes: Any, name: str, values: FloatArray, domain: str, inner
     axes.stairs(fair + 2 * sigma, edges, baseline=fair - 2 * sigma, fill=True, color="gray", alpha=0.3)
     axes.stairs(fair, edges, color="black", linewidth=0.8, baseline=None)
     axes.stairs(np.histogram(np.clip(values, 0, 1), u)[0] / n, edges, baseline=None, color="C0", linewidth=1.5)
-    axes.set(title=f"share of the points by {name} (band: 2 sigma)", xlabel=label)
+    axes.set(title=f"share by {name} (2 sigma)", xlabel=label)
     axes.set_ylim(bottom=0)

@@ -1,1 +1,8 @@
-"""Figures of the notebooks."""
+"""Figures of the notebooks, and sliders for whatever draws one.
+
+``__init__.pyi`` has the names, which are imported when they are first used.
+"""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
+from lfssao.viz.panels import texture_panels
 
 Points = NDArray[np.float64]
 Values = NDArray[np.float64]
@@ -97,21 +98,15 @@ def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) 
     Values are results of ``over_modules`` by the name of a way to compute AO.
     """
     image = view.world_to_image(points)
-    columns = len(values) + 1
-    figure = Figure(figsize=(3.6 * columns, 3.2), layout="constrained")
-    panels = figure.subplots(1, columns, squeeze=False)[0]
-    for axes, (name, found) in zip(panels, values.items(), strict=False):
+    surface = np.zeros((view.height, view.width), np.bool_)
+    surface[image[:, 1].astype(int), image[:, 0].astype(int)] = True
+    figure, (panels,) = texture_panels(1, len(values), surface)
+    for axes, (name, found) in zip(panels, values.items(), strict=True):
         deviations = point_deviations(found)
         order = np.argsort(np.nan_to_num(deviations, nan=-1.0))
-        axes.scatter(*image[order, :2].T, c=deviations[order], s=4, cmap="magma_r", vmin=0, vmax=0.15)
-        axes.set(aspect="equal", xticks=[], yticks=[], xlim=(0, view.width), ylim=(view.height, 0))
-        axes.set_title(f"{name}: mean {np.nanmean(deviations):.3f}", fontsize="medium")
-    figure.colorbar(panels[0].collections[0], ax=panels[-2], shrink=0.8, label="sd over the modules", extend="max")
-    for name, found in values.items():
-        deviations = point_deviations(found)
-        known = np.sort(deviations[np.isfinite(deviations)])
-        panels[-1].plot(known, np.linspace(0, 1, len(known)), label=name)
-    panels[-1].set(title="part of the points", xlabel="sd over the modules, at most", xlim=(0, 0.15), ylim=(0, 1.02))
-    panels[-1].grid(alpha=0.3)
-    panels[-1].legend(fontsize="small", loc="lower right")
+        shown = axes.scatter(*image[order, :2].T, c=deviations[order], s=4, cmap="magma_r", vmin=0, vmax=0.1)
+        part = np.mean(deviations[np.isfinite(deviations)] > 0.05)
+        axes.set_title(f"{name}: mean {np.nanmean(deviations):.3f}\nabove 0.05: {part:.1%}", fontsize="medium")
+    label = "standard deviation of ao\nover the modules"
+    figure.colorbar(shown, ax=panels, shrink=0.8, label=label, extend="max")
     return figure

@@ -1,53 +1,89 @@
-"""Sliders for the main settings of AO on a display: radius, samples, module."""
+"""Sliders for the arguments of whatever draws a picture, and those for the main settings of AO on a display."""
 
-from typing import TYPE_CHECKING, Any
+from base64 import b64encode
+from collections.abc import Callable, Sequence
+from functools import partial
+from inspect import signature
+from typing import Any
 
-from lfssao.errors import MissingPackageError
+import numpy as np
+from matplotlib.figure import Figure
+
+from lfssao.core.pictures import figure_png
+from lfssao.errors import InputError, MissingPackageError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
-from lfssao.rendering.passes import render_view
+from lfssao.optics.display_file import find_display
+from lfssao.rendering.passes import Textures, render_view
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.views import module_views
 from lfssao.samples import METHODS, ROTATIONS, make_samples
+from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
-if TYPE_CHECKING:
-    from ipywidgets import VBox
 
+def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
+    """Return a slider for each argument of draw, a menu where its values are words, above the picture of its result.
 
-def explore(mesh: Mesh, display: Display, radius: float = 0.05, samples: int = 8) -> "VBox":
-    """Return sliders above a picture of one module, the last child: without AO, visibility, and with AO.
-
-    Textures of some 100,000 texels keep up with a slider. At first R is ``radius``, 0.005 to 0.2 of the diagonal of the
-    mesh's box, and the number of samples is 1 to 64. MissingPackageError if ipywidgets is not installed.
+    ``draw`` returns a figure, or what a notebook shows as a picture; its defaults are shown first, and are among the
+    values. An InputError is shown as its sentence. A page without a kernel, as a repository's, shows the first picture.
+    MissingPackageError if ipywidgets is not installed.
     """
     try:
         import ipywidgets as widgets  # late: optional, the extra 'notebooks' installs it
     except ImportError as error:
         raise MissingPackageError("sliders need ipywidgets: pip install 'lfssao[notebooks]'") from error
-    views = module_views(mesh, display)
-    caster = RayCaster(mesh, views[0].cast_from_world)
-    options: dict[str, Any] = {"continuous_update": False}
-    controls = {
-        "radius": widgets.FloatLogSlider(radius, min=-2.3, max=-0.7, step=0.05, description="radius", **options),
-        "count": widgets.IntSlider(samples, min=1, max=64, description="samples", **options),
-        "method": widgets.Dropdown(options=list(METHODS["ball"]), value="latin", description="sampler"),
-        "rotation": widgets.Dropdown(options=list(ROTATIONS), value="hash", description="rotation"),
-        "seed": widgets.IntSlider(0, min=0, max=20, description="seed", **options),
-        "module": widgets.IntSlider(len(views) // 2, min=0, max=len(views) - 1, description="module", **options),
-        "blur": widgets.FloatSlider(1.0, min=0.0, max=4.0, step=0.5, description="blur", **options),
-    }
-    picture = widgets.Image(format="png")
+    controls, first = {}, signature(draw).parameters
+    for name, choices in values.items():
+        given = {"options": [(_text(each), each) for each in choices], "value": first[name].default}
+        is_menu = isinstance(choices[0], str)
+        kind = widgets.Dropdown if is_menu else partial(widgets.SelectionSlider, continuous_update=False)
+        controls[name] = kind(**given, description=name)
+    picture, sentence = widgets.Image(format="png"), widgets.Label()
 
     def redraw(_: Any = None) -> None:
-        at = {name: control.value for name, control in controls.items()}
-        table = make_samples(at["method"], at["count"], at["seed"])
-        settings = Settings((at["radius"] * diagonal(mesh),), table, at["blur"], rotation=at["rotation"])
-        picture.value = render_view(caster, views[at["module"]], settings)._repr_png_()
+        try:
+            made = draw(**{name: control.value for name, control in controls.items()})
+            picture.value = figure_png(made) if isinstance(made, Figure) else made._repr_png_()
+            sentence.value = ""
+        except InputError as error:
+            sentence.value = str(error)
+
+    class Sliders(widgets.VBox):  # type: ignore[misc]
+        def _repr_mimebundle_(self, **asked: Any) -> dict[str, Any]:
+            said = ", ".join(f"{name} = {_text(control.value)}" for name, control in controls.items())
+            made: dict[str, Any] = super()._repr_mimebundle_(**asked)
+            return made | {"text/plain": f"sliders: {said}", "image/png": b64encode(picture.value).decode()}
 
     for control in controls.values():
-        control.observe(redraw, "value")
+        control.observe(redraw, names="value")
     redraw()
     half = (len(controls) + 1) // 2
     columns = [widgets.VBox(part) for part in (list(controls.values())[:half], list(controls.values())[half:])]
-    return widgets.VBox([widgets.HBox(columns), picture])
+    return Sliders([widgets.HBox(columns), sentence, picture])
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else f"{value:.3g}"
+
+
+def explore(mesh: Mesh | str, display: Display | str) -> Any:
+    """Return sliders for the settings of one module's textures: without AO, visibility, and with AO.
+
+    Mesh and display are objects, names or files. Textures of some 100,000 texels keep up with a slider. The radius is
+    in per cent of the diagonal of the mesh's box.
+    """
+    mesh = find_scene(mesh)
+    views = module_views(mesh, find_display(display))
+    caster = RayCaster(mesh, views[0].cast_from_world)
+    middle = len(views) // 2
+
+    def draw(module: int = middle, radius: float = 5.0, samples: int = 8, sampler: str = "latin",
+             rotation: str = "hash", seed: int = 0, blur: float = 1.0) -> Textures:  # fmt: skip
+        table = make_samples(sampler, samples, seed)
+        settings = Settings((radius / 100 * diagonal(mesh),), table, blur, rotation=rotation)
+        return render_view(caster, views[module], settings)
+
+    radii = (0.5, 0.7, 1, 1.4, 2, 2.8, 3.5, 5, 7, 10, 14, 20)
+    return sliders(draw, module=range(len(views)), radius=radii, samples=range(1, 65), sampler=list(METHODS["ball"]),
+                   rotation=list(ROTATIONS), seed=range(21), blur=np.arange(0, 4.5, 0.5).tolist())  # fmt: skip

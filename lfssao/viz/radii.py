@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.rendering.passes import Textures
+from lfssao.viz.panels import draw_texture, draw_visibility, texture_panels
 
 
 def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.int64]:
@@ -31,19 +32,17 @@ def draw_radii(textures: Textures, radii: Sequence[float]) -> Figure:
     pictures = [*textures.ao, textures.merged, textures.blurred]
     titles = [*(f"R = {radius:.3g}" for radius in radii), "merged: maximum", "blurred"]
     columns = -(-(len(pictures) + 1) // 2)
-    height, width = textures.merged.shape
-    figure = Figure(figsize=(3 * columns, 2 * (3 * height / width + 0.3)), layout="constrained")
-    panels = figure.subplots(2, columns, squeeze=False).ravel()
-    for axes in panels:
-        axes.set_axis_off()
+    figure, grid = texture_panels(2, columns, seen)
+    panels = grid.ravel()
+    for axes in panels[len(pictures) + 1 :]:
+        axes.set_visible(False)
     for axes, picture, title in zip(panels, pictures, titles, strict=False):
-        axes.imshow(np.where(seen, 1 - picture, 1), cmap="gray", vmin=0, vmax=1)
-        axes.set_title(title, fontsize="medium")
-    axes = panels[len(pictures)]
+        shown = draw_visibility(axes, picture, seen, title)
+    figure.colorbar(shown, ax=grid[0], shrink=0.8, label="visibility, 1 - ao")
     decided = np.ma.masked_less(deciding_radius(textures.ao), 0)
-    colors = colormaps["viridis"].resampled(len(radii))
-    shown = axes.imshow(decided, cmap=colors, norm=BoundaryNorm(np.arange(len(radii) + 1) - 0.5, len(radii)))
-    axes.set_title("the radius that decides", fontsize="medium")
-    bar = figure.colorbar(shown, ax=axes, shrink=0.8, ticks=range(len(radii)))
-    bar.ax.set_yticklabels([f"{radius:.3g}" for radius in radii], fontsize="small")
+    norm = BoundaryNorm(np.arange(len(radii) + 1) - 0.5, len(radii))
+    colors = {"cmap": colormaps["viridis"].resampled(len(radii)), "norm": norm}
+    shown = draw_texture(panels[len(pictures)], decided, "the radius that decides", **colors)
+    bar = figure.colorbar(shown, ax=grid[1], shrink=0.8, ticks=range(len(radii)), label="R, scene units")
+    bar.ax.set_yticklabels([f"{radius:.3g}" for radius in radii])
     return figure

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
 from lfssao.verify.bounds.explain import Sample, explain
@@ -15,12 +16,22 @@ from lfssao.verify.bounds.explain import Sample, explain
 Texture = NDArray[np.floating[Any]]
 
 _COLORS = {"occluded": "tab:red", "clear": "tab:blue", "undecided": "tab:orange"}
+_NAMES = {
+    "occluded": "behind the surface there: occluded",
+    "clear": "before it, or before none: clear",
+    "undecided": "undecided, by rounding",
+}
 
 
 def trace_texel(
     texel: tuple[int, int], view: View, gbuffer: GBuffer, samples: NDArray[np.float64], radius: float
 ) -> list[Sample]:
-    """Return the samples of a texel, (column, row), with their image points and the depths there."""
+    """Return the samples of a texel, (column, row), with their image points and the depths there.
+
+    InputError if the texel shows no surface.
+    """
+    if not np.isfinite(gbuffer.depth[texel[1], texel[0]]):
+        raise InputError(f"texel {texel} shows no surface")
     return explain(texel, gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)
 
 
@@ -34,8 +45,8 @@ def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]
 
     The texel is (column, row), depth (H, W) in metres behind the screen, and samples are those of ``trace_texel``.
     """
-    figure = Figure(figsize=(13, 3.9), layout="constrained")
-    whole, near, side = figure.subplots(1, 3, width_ratios=(1.25, 1, 1.15))
+    figure = Figure(figsize=(10, 3.6), layout="constrained")
+    whole, near, side = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
     window = _window(texel, samples)
     shown = np.ma.masked_invalid(depth)
     whole.imshow(shown, cmap="gray_r", extent=_extent(depth))
@@ -45,6 +56,7 @@ def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]
     whole.set(title="1. the texel in the depth texture", xlabel="u, texels", ylabel="v, texels")
     _draw_near(near, shown, texel, samples, window)
     _draw_depths(side, depth, texel, samples)
+    figure.legend(loc="outside lower center", ncols=5, fontsize="small")
     figure.suptitle(f"texel {texel}: {occluded_fraction(samples):.3g} of {len(samples)} samples are occluded")
     return figure
 
@@ -69,14 +81,13 @@ def _draw_near(
     for outcome, color in _COLORS.items():
         places = [(s.u, s.v) for s in samples if s.texel is not None and s.outcome == outcome]
         if places:
-            axes.plot(*zip(*places, strict=True), "o", color=color, markeredgecolor="white", label=outcome)
+            axes.plot(*zip(*places, strict=True), "o", color=color, markeredgecolor="white", label=_NAMES[outcome])
     for sample in samples:
         if sample.texel is not None:
-            label = {"textcoords": "offset points", "fontsize": "small", "color": "tab:green"}
+            label = {"textcoords": "offset points", "fontweight": "bold"}
             axes.annotate(str(sample.number), (sample.u, sample.v), (4, 4), **label)
     axes.set(xlim=(u - half, u + half), ylim=(v + half, v - half))
-    axes.set(title="2. the samples, mapped into it", xlabel="u, texels")
-    axes.legend(fontsize="x-small", loc="lower right")
+    axes.set(title="2. the samples, mapped into it", xlabel="u, texels", ylabel="v, texels")
 
 
 def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], samples: Sequence[Sample]) -> None:
@@ -90,9 +101,6 @@ def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], samples: Seq
             axes.plot(sample.number, surface, "_", color="black", markersize=16, markeredgewidth=2)
         axes.plot(sample.number, sample.z, "o", color=color)
     axes.axhline(float(depth[texel[1], texel[0]]), color="tab:green", linewidth=0.8, linestyle="--")
-    axes.plot([], [], "_", color="black", markersize=12, markeredgewidth=2, label="surface in the texture")
-    axes.plot([], [], "o", color="tab:red", label="sample behind it: occluded")
-    axes.plot([], [], "o", color="tab:blue", label="sample before it, or before none")
-    axes.set(title="3. z of each sample, and the depth it is compared with")
-    axes.set(xlabel="sample", ylabel="z, metres", xticks=range(len(samples)))
-    axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3)
+    axes.plot([], [], "_", color="black", markersize=12, markeredgewidth=2, label="surface there")
+    axes.set(title="3. their z, and the surface's there", xlabel="sample", ylabel="z, metres")
+    axes.xaxis.get_major_locator().set_params(integer=True)

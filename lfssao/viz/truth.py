@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from lfssao.viz.panels import draw_texture, draw_visibility, texture_panels
+
 Texture = NDArray[np.floating[Any]]
 
 
@@ -43,20 +45,15 @@ def draw_against_truth(
 
     Textures, (H, W) by name, and truth, of a name, are occlusion of the half space; colours end at errors of limit.
     """
-    height, width = truth.shape
-    columns = 1 + len(textures)
-    figure = Figure(figsize=(3 * columns, 2 * (3 * height / width + 0.35)), layout="constrained")
-    panels = figure.subplots(2, columns, squeeze=False)
-    for axes in panels.ravel():
-        axes.set_axis_off()
+    figure, panels = texture_panels(2, 1 + len(textures), surface)
     for axes, (title, texture) in zip(panels[0], {name: truth, **textures}.items(), strict=True):
-        axes.imshow(np.where(surface, 1 - texture, 1), cmap="gray", vmin=0, vmax=1)
-        axes.set_title(title, fontsize="medium")
+        shown = draw_visibility(axes, texture, surface, title)
+    figure.colorbar(shown, ax=panels[0], shrink=0.8, label="visibility, 1 - ao")
+    panels[1, 0].set_visible(False)
+    panels[0, 0].tick_params(labelbottom=True)
     for axes, texture in zip(panels[1, 1:], textures.values(), strict=True):
-        error = np.ma.masked_where(~surface, texture - truth)
-        shown = axes.imshow(error, cmap="RdBu_r", vmin=-limit, vmax=limit)
-        found = deviation(texture, truth, surface)
-        axes.set_title(f"RMSE {found.rmse:.3f}, bias {found.bias:+.3f}", fontsize="medium")
-    bar = figure.colorbar(shown, ax=panels[1, 0], shrink=0.8, location="left", extend="both", fraction=0.5)
-    bar.set_label("ao less the truth (red: too dark)")
+        error, found = np.ma.masked_where(~surface, texture - truth), deviation(texture, truth, surface)
+        title = f"RMSE {found.rmse:.3f}\nbias {found.bias:+.3f}"
+        shown = draw_texture(axes, error, title, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    figure.colorbar(shown, ax=panels[1], shrink=0.8, extend="both", label="ao less the truth\n(red: too dark)")
     return figure

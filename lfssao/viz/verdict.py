@@ -9,6 +9,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from lfssao.verify.bounds.bounds import Bounds
+from lfssao.viz.panels import draw_texture, draw_visibility, texture_panels
 
 Texture = NDArray[np.float32]
 
@@ -23,17 +24,14 @@ def inside_bounds(mine: Texture, right: Texture, bounds: Bounds) -> NDArray[np.i
 
 def draw_inside(textures: Mapping[str, Texture], right: Texture, bounds: Bounds) -> Figure:
     """Return a figure of the reference's occlusion, and of each texture's verdicts; arguments as above."""
-    figure = Figure(figsize=(3.4 * (1 + len(textures)), 3.0), layout="constrained")
-    panels = figure.subplots(1, 1 + len(textures))
-    for axes in panels:
-        axes.set_axis_off()
-    panels[0].imshow(1 - right, cmap="gray", vmin=0, vmax=1)
-    panels[0].set_title("reference, visibility")
+    everywhere = np.ones(right.shape, np.bool_)
+    figure, (panels,) = texture_panels(1, 1 + len(textures), everywhere)
+    draw_visibility(panels[0], right, everywhere, "reference, visibility 1 - ao")
     colors = ["tab:green", "palegreen", "tab:red"]
     for axes, (name, texture) in zip(panels[1:], textures.items(), strict=True):
         verdicts = inside_bounds(texture, right, bounds)
-        axes.imshow(verdicts, cmap=ListedColormap(colors), vmin=0, vmax=2)
-        axes.set_title(f"{name}: {np.mean(verdicts == OUTSIDE):.0%} outside")
+        title = f"{name}: {np.mean(verdicts == OUTSIDE):.0%} outside"
+        draw_texture(axes, verdicts, title, cmap=ListedColormap(colors), vmin=0, vmax=2)
     handles = [Patch(color=color, label=name) for color, name in zip(colors, _NAMES, strict=True)]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize="small")
     return figure

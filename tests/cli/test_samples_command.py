@@ -124,8 +124,8 @@ def test_pictures_show_a_histogram_of_each_coordinate_over_its_band(domain, name
     """1000 points, 30 bins and 2 sigma: under 10 of 90 bins lie outside, and all of an upper half ball's."""
     figure = draw_samples([sample_set(domain, "random", 500, seed) for seed in (1, 2)])
     by_title = {axes.get_title(): axes for axes in figure.axes if axes.get_title()}
-    shown = [f"share of the points by {name} (band: 2 sigma)" for name in names]
-    rest = ["periodogram (independent: 1)", "its radial mean (band: 2 sigma)", "pair correlation (independent: 1)"]
+    shown = [f"share by {name} (2 sigma)" for name in names]
+    rest = ["periodogram (independent: 1)", "its radial mean (2 sigma)", "pair correlation (independent: 1)"]
     assert list(by_title) == ["points", *shown, *rest]
     for title in shown:
         band, fair, share = (patch.get_data() for patch in by_title[title].patches)

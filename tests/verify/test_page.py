@@ -1,8 +1,6 @@
 """The page of ``lfssao compare --html`` as a real Chromium shows it, and how large it is."""
 
-import os
 import re
-import shutil
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from compare_folders import LAYERS, MODULES, changed, compare, poke, single
-from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains, ScrollOrigin
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
@@ -24,8 +21,6 @@ from lfssao.verify.compare.result import Result
 from lfssao.verify.verdict import Judgement, Verdict
 
 SIZE, PLANTED = (48, 32), (24, 16)  # columns and rows of a texture, and a wrong texel of module_004's ao_2
-FLAGS = ("headless", "no-sandbox", "disable-gpu", "disable-quic", "no-first-run", "disable-background-networking",
-         "disable-component-update", "disable-sync", "window-size=1400,1000")  # fmt: skip
 HOSTILE = "</script><b onclick=\"alert(1)\">&lt; 'a/b'{{ 7 * 7 }}#%\udcff"
 # The contrast ratio (WCAG 2) of each element with text of its own: its colour on the ground of its nearest ancestor.
 CONTRASTS = """
@@ -55,22 +50,6 @@ def page(mine, reference):
 @pytest.fixture(scope="module")
 def report(mine, reference):
     return lfssao.compare(mine, reference, page=True)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    """A Chromium without a window; as with OpenGL a CI that skipped these tests would prove nothing."""
-    program, driver = (shutil.which(name) for name in ("chromium", "chromedriver"))
-    if program is None or driver is None:
-        (pytest.fail if os.environ.get("CI") else pytest.skip)("there is no chromium with its chromedriver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = program
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    for flag in (*FLAGS, f"user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(f"--{flag}")
-    made = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield made
-    made.quit()
 
 
 def opened(browser, path, theme="light"):

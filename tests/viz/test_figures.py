@@ -1,5 +1,7 @@
 """The numbers of the figures; that they are drawn is seen where the notebooks are run."""
 
+from base64 import b64decode
+
 import numpy as np
 import pytest
 
@@ -122,13 +124,28 @@ def test_numbers_inside_bounds():
 
 def test_sliders_show_what_their_values_say(statue):
     box = sliders.explore(statue, DISPLAY)
-    columns, picture = box.children
+    columns, sentence, picture = box.children
     by_name = {control.description: control for column in columns.children for control in column.children}
     before = picture.value
-    by_name["module"].value, by_name["samples"].value, by_name["radius"].value = 3, 5, 0.1
+    by_name["module"].value, by_name["samples"].value, by_name["radius"].value = 3, 5, 10
     by_name["sampler"].value, by_name["seed"].value, by_name["blur"].value = "jittered", 2, 0.0
     by_name["rotation"].value = "tiles"
     view = module_views(statue, DISPLAY)[3]
     settings = Settings((0.1 * diagonal(statue),), lfssao.make_samples("jittered", 5, 2), 0.0, rotation="tiles")
     made = render_view(lfssao.RayCaster(statue, view.cast_from_world), view, settings)
     assert picture.value == made._repr_png_() != before
+    assert b64decode(box._repr_mimebundle_()["image/png"]) == picture.value
+    assert sentence.value == ""
+
+
+def test_a_slider_says_why_it_shows_nothing(seen):
+    view, gbuffer = seen
+    table = lfssao.make_samples("latin", 4)
+    box = sliders.sliders(
+        lambda v=16: texel.draw_texel((24, v), gbuffer.depth, texel.trace_texel((24, v), view, gbuffer, table, 0.1)),
+        v=range(32),
+    )
+    columns, sentence, picture = box.children
+    before = picture.value
+    columns.children[0].children[0].value = 0
+    assert (sentence.value, picture.value) == ("texel (24, 0) shows no surface", before)

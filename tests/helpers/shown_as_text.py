@@ -1,0 +1,31 @@
+"""Pictures in words: imported by a kernel, it has a notebook's text say what each figure is to show."""
+
+from IPython import get_ipython
+from matplotlib.figure import Figure
+
+import lfssao
+from lfssao.samples import SampleSet
+
+
+def words(figure):
+    """The titles of a figure, and of each of its axes titles, labels and legend."""
+    parts = [[f"figure of {len(figure.axes)} axes"], [figure.get_suptitle(), *texts(*figure.legends)]]
+    for axes in figure.axes:
+        legends = [axes.get_legend()] if axes.get_legend() else []
+        parts.append([axes.get_title(), axes.get_xlabel(), axes.get_ylabel(), *texts(*legends)])
+    return "\n".join("; ".join(filter(None, part)) for part in parts if any(part))
+
+
+def texts(*legends):
+    return [text.get_text() for legend in legends for text in legend.get_texts()]
+
+
+def register():
+    Figure.__repr__ = words  # '%matplotlib inline' takes away what is registered for it
+    formatter = get_ipython().display_formatter.formatters["text/plain"]
+    for shown in (SampleSet, *(getattr(lfssao, name) for name in lfssao.__all__)):
+        if hasattr(shown, "_repr_png_") or hasattr(shown, "_repr_html_"):  # their numbers would fill pages
+            formatter.for_type(shown, lambda thing, printer, _: printer.text(type(thing).__name__))
+
+
+register()

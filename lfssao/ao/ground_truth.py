@@ -26,6 +26,7 @@ otherwise than in the tree, and on other processors.
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -39,6 +40,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.errors import InputError, check_choice
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import CentredScene, in_chunks
+from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
 WEIGHTINGS = ("cosine", "uniform")
@@ -72,7 +74,7 @@ class GroundTruth:
     >>> display = lfssao.find_display("virtual").with_resolution(32, 24)
     >>> textures = lfssao.render("corner", display, lfssao.Settings((0.1,), normals="geometric"))[0]
     >>> buffers = lfssao.Buffers.of(textures.gbuffer, textures.view)
-    >>> truth = lfssao.ray_cast_occlusion(lfssao.Occluders(lfssao.find_scene("corner")), buffers, radius=0.1)
+    >>> truth = lfssao.ray_cast_occlusion(lfssao.Occluders("corner"), buffers, radius=0.1)
     >>> bool(truth.error.max() < 0.06)
     True
     """
@@ -85,11 +87,11 @@ class GroundTruth:
 class Occluders:
     """A mesh ready for rays in world space; tree and Embree's scene are built once, when first used.
 
-    >>> occluders = lfssao.Occluders(lfssao.find_scene("corner"))
+    >>> occluders = lfssao.Occluders("corner")
     """
 
-    def __init__(self, mesh: Mesh) -> None:
-        self.mesh = mesh
+    def __init__(self, mesh: Mesh | str | Path) -> None:
+        self.mesh = find_scene(mesh)
 
     @cached_property
     def tree(self) -> TriangleTree:
@@ -162,7 +164,7 @@ def ray_cast_occlusion(
     >>> display = lfssao.find_display("virtual").with_resolution(32, 24)
     >>> textures = lfssao.render("corner", display, lfssao.Settings((0.1,), normals="geometric"))[0]
     >>> buffers = lfssao.Buffers.of(textures.gbuffer, textures.view)
-    >>> truth = lfssao.ray_cast_occlusion(lfssao.Occluders(lfssao.find_scene("corner")), buffers, radius=0.1)
+    >>> truth = lfssao.ray_cast_occlusion(lfssao.Occluders("corner"), buffers, radius=0.1)
     >>> truth.texture.shape
     (24, 32)
     """

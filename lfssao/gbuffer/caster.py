@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,14 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
-from lfssao.errors import InputError, check_type
+from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
 from lfssao.gbuffer.kernels import first_hit, surface
 from lfssao.optics.kernels.rays import make_rays
 from lfssao.optics.view import View
+from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh, Paint
 
 # Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
@@ -79,7 +81,7 @@ class RayCaster:
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh, or an embedded scene's name, or a file's
         The scene.
     cast_from_world : (3, 4) float64
         Affine map world -> cast space (``View.cast_from_world``).
@@ -99,9 +101,8 @@ class RayCaster:
     (48, 64)
     """
 
-    def __init__(self, mesh: Mesh, cast_from_world: Matrix, threads: int = 1) -> None:
-        check_type("mesh", mesh, Mesh)
-        self.mesh = mesh
+    def __init__(self, mesh: Mesh | str | Path, cast_from_world: Matrix, threads: int = 1) -> None:
+        self.mesh = mesh = find_scene(mesh)
         self.bounds = mesh.bounds
         self.threads = threads
         vertices = transform_points(cast_from_world, mesh.vertices)

@@ -11,6 +11,7 @@ itself, z = 0, or vertically.
 
 from dataclasses import dataclass
 from math import isfinite, sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from lfssao.core import pictures
 from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
 from lfssao.errors import InputError, check_choice
 from lfssao.optics.display import Display
+from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View, WorldToImage
@@ -43,7 +45,8 @@ class LightField:
     (30, 50, 3)
     """
 
-    def __init__(self, display: Display, modules: Any, channels: int = 3) -> None:
+    def __init__(self, display: Display | str | Path, modules: Any, channels: int = 3) -> None:
+        display = find_display(display)
         if len(display.modules) < 2:
             raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
         self.display = display
@@ -143,14 +146,15 @@ def _depth_on_arc(curvature: float, x: float) -> float:
     return curvature * (x * x) / (1.0 + sqrt(inside)) if inside > 0.0 else float("nan")
 
 
-def eye_point(display: Display, eye_x: float) -> tuple[float, float, float]:
+def eye_point(display: Display | str | Path, eye_x: float) -> tuple[float, float, float]:
     """Place of an eye on the observer line or arc, metres, physical space.
 
     InputError if eye_x is not finite, the arc does not reach it, or lies behind the screen there.
 
-    >>> lfssao.eye_point(lfssao.find_display("sample-a"), 0.4)
+    >>> lfssao.eye_point("sample-a", 0.4)
     (0.4, 0.0, -2.0)
     """
+    display = find_display(display)
     if not isfinite(eye_x):
         raise InputError(f"eye x is {eye_x}, it must be a finite number")
     z = display.observer_z + _depth_on_arc(display.observer_curvature, eye_x)
@@ -162,7 +166,7 @@ def eye_point(display: Display, eye_x: float) -> tuple[float, float, float]:
     return float(eye_x), display.observer_height, z
 
 
-def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width: int = 1024) -> View:
+def eye_view(display: Display | str | Path, physical_from_world: Matrix, eye_x: float, width: int = 1024) -> View:
     """The ideal picture of a display: a pinhole at the eye whose window is the screen.
 
     Its cast space is physical space with the eye as origin; a ``RayCaster`` for it is made with
@@ -172,9 +176,10 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
     ``physical_from_world`` is the affine map world -> physical, (3, 4) float64; ``eye_x`` and ``width`` are those of
     ``LightField.photograph``, whose pixels look along the same lines, and are refused alike (InputError).
 
-    >>> lfssao.eye_view(lfssao.find_display("sample-a"), np.eye(3, 4), eye_x=0.4, width=100).height
+    >>> lfssao.eye_view("sample-a", np.eye(3, 4), eye_x=0.4, width=100).height
     60
     """
+    display = find_display(display)
     e_x, e_y, e_z = eye_point(display, eye_x)
     columns, rows = picture_size(display, width)
     distance, u_scale, v_scale = -e_z, columns / display.screen_width, rows / display.screen_height
@@ -199,14 +204,15 @@ def eye_view(display: Display, physical_from_world: Matrix, eye_x: float, width:
     )
 
 
-def eye_range(display: Display, modules: Any = None) -> tuple[float, float]:
+def eye_range(display: Display | str | Path, modules: Any = None) -> tuple[float, float]:
     """Leftmost and rightmost eye, x in metres, that the modules (default: all) reach from the whole screen's width.
 
     If both ends of the screen reach no common eye, those that its middle reaches; InputError if that reaches none.
 
-    >>> [round(x, 3) for x in lfssao.eye_range(lfssao.find_display("sample-a"))]
+    >>> [round(x, 3) for x in lfssao.eye_range("sample-a")]
     [-0.932, 0.932]
     """
+    display = find_display(display)
     shining = range(len(display.modules)) if modules is None else modules
     ends = [_reached(display, shining, place * display.screen_width) for place in (-0.499, 0.0, 0.499)]
     for group in (ends, ends[1:2]):

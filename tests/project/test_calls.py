@@ -13,7 +13,7 @@ VIEW = lfssao.module_views(MESH, DISPLAY, [10])[0]
 
 WRONG = {
     "mesh is of type Display": lambda: lfssao.module_views(DISPLAY, MESH),
-    "mesh is of type str": lambda: lfssao.RayCaster("statue", np.eye(3, 4)),
+    "mesh is of type View": lambda: lfssao.RayCaster(VIEW, np.eye(3, 4)),
     "display is of type NoneType": lambda: lfssao.find_display(None),
     "settings is of type str": lambda: lfssao.render(MESH, DISPLAY, "lf"),
     "caster is of type Mesh": lambda: lfssao.render_view(MESH, VIEW, lfssao.Settings((0.1,))),
@@ -40,6 +40,14 @@ def test_names_and_files_stand_for_scenes_displays_and_textures(tmp_path):
     assert lfssao.default_radii("statue") == lfssao.default_radii(MESH)
     named = lfssao.module_views("statue", str(tmp_path / "own.toml"), [10])[0]
     assert np.array_equal(named.cast_from_world, VIEW.cast_from_world)
+    for thing in (lfssao.RayCaster("statue", np.eye(3, 4)), lfssao.Occluders("statue")):
+        assert np.array_equal(thing.mesh.vertices, MESH.vertices)
+    own, same = str(tmp_path / "own.toml"), lfssao.find_display("sample-a")
+    assert lfssao.LightField(own, [10]).display.modules == same.modules
+    assert lfssao.eye_range(own) == lfssao.eye_range(same)
+    assert lfssao.eye_point(own, 0.4) == lfssao.eye_point(same, 0.4)
+    views = [lfssao.eye_view(display, np.eye(3, 4), 0.4) for display in (own, same)]
+    assert np.array_equal(views[0].lens, views[1].lens)
 
 
 def test_three_lines_render_modules_when_they_are_asked_for_and_save_them_as_the_command_does(tmp_path, monkeypatch):

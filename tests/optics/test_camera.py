@@ -12,6 +12,15 @@ from lfssao.optics.kernels import rays
 from lfssao.testing import cameras
 
 
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_a_camera_before_a_deep_box_shows_it_with_a_margin_of_a_twenty_second(projection):
+    """The near face, which a perspective shows larger, spans all but 1 / 22 of the picture above and below."""
+    box = np.array([[-0.1, -1.0, -4.0], [0.1, 1.0, 4.0]])
+    view = Camera.looking_at(box, projection).view(200, 220)
+    top, bottom = view.world_to_image(np.array([[0.0, 1.0, 4.0], [0.0, -1.0, 4.0]]))[:, 1]
+    assert (top, bottom) == pytest.approx((10, 210), abs=1e-9)
+
+
 @given(cameras(), st.tuples(*[st.floats(0, 1)] * 3), st.integers(1, 2000), st.integers(1, 2000))
 def test_screen_to_world_undoes_world_to_image(camera, share, width, height):
     view = camera.view(width, height)

@@ -35,7 +35,7 @@ from lfssao.rendering.settings import Settings
 SHEET = "contact.png"
 VIEW = "view.png"
 ANIMATION = "animation.png"
-_MOST_PICTURES, _SECONDS = 360, 3.0  # of an animation
+MOST_PICTURES, _SECONDS = 360, 3.0  # of an animation
 VIEW_WIDTH = 900  # pixels
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
@@ -210,8 +210,6 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     if job.has_sheet:
         sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
         write_whole(folder / SHEET, partial(sheet.save, compress_level=1))
-    if job.has_view:
-        write_whole(folder / VIEW, partial(_view(job, entries).save, compress_level=1))
     texels = sum(view.width * view.height for view in job.views)
     left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
     left += plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))
@@ -229,15 +227,17 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
         "views": entries,
     }
     write_manifest(folder, manifest, job.settings)
+    if job.has_view:
+        write_whole(folder / VIEW, partial(_view(job, entries).save, compress_level=1))
     strips = [result.strip for result in results if result.strip is not None]
     return with_ao(strips[len(strips) // 2]) if strips else None
 
 
 def write_animation(job: Job, pictures: Mapping[int, Image | None]) -> None:
-    """Write the frames' pictures as an animated PNG, at most some hundred of them."""
+    """Write frames' pictures, by the frames' numbers, as an animated PNG."""
     shown = [picture for frame in sorted(pictures) if (picture := pictures[frame]) is not None]
     if job.transforms is not None and shown:
-        first, *rest = shown[:: 1 + len(shown) // _MOST_PICTURES]
+        first, *rest = shown
         duration = max(30, round(1000 * _SECONDS / (1 + len(rest))))
         save = partial(first.save, save_all=True, append_images=rest, loop=0, duration=duration)
         write_whole(job.folder / ANIMATION, save)

@@ -22,7 +22,15 @@ from lfssao.rendering.animation import moved
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.memory import needed_memory
-from lfssao.rendering.output import Result, make_ready, recover_view, write_animation, write_frame, write_view
+from lfssao.rendering.output import (
+    MOST_PICTURES,
+    Result,
+    make_ready,
+    recover_view,
+    write_animation,
+    write_frame,
+    write_view,
+)
 from lfssao.rendering.passes import Textures, render_view
 
 Results = Generator[Result, None, None]
@@ -60,7 +68,7 @@ def run(
             stack.enter_context(output_folder(folder))
         make_ready(job, rest)
         stack.enter_context(closing(results))
-        pictures = {}
+        pictures, step = {}, 1 + job.frame_count // MOST_PICTURES
         for frame, items in groupby(job.items(), lambda item: item.frame):
             views = []
             for item in items:
@@ -70,7 +78,9 @@ def run(
                     views.append(next(results))
                     yield item
             spent = {**(seconds or {}), "render": time.perf_counter() - start}
-            pictures[frame] = write_frame(job, frame, views, spent)
+            picture = write_frame(job, frame, views, spent)
+            if frame % step == 0:
+                pictures[frame] = picture
         write_animation(job, pictures)
 
 

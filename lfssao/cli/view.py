@@ -76,7 +76,7 @@ def _view(options: argparse.Namespace) -> None:
     for eye in eyes:
         eye_point(display, eye)
     bar = partial(progress, total=len(entries), desc="read", unit="module")
-    field = light_field(folder, options.layer, display, entries, bar)
+    field = light_field(folder, options.layer, display, entries, bar=bar)
     _save(target, _photographs(field, eyes, options), options.orbit)
     print(printable(f"{target}: {_reach(display, list(entries))}"), flush=True)
 

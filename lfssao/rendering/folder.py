@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -99,12 +100,17 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
 
 
 def light_field(
-    folder: Path, layer: str, display: Display, entries: Mapping[int, dict[str, Any]], bar: Callable[..., Any] = iter
+    folder: Path,
+    layer: str,
+    display: Display,
+    entries: Mapping[int, dict[str, Any]],
+    kept: Mapping[int, NDArray[np.float32]] = MappingProxyType({}),
+    bar: Callable[..., Any] = iter,
 ) -> LightField:
     """One layer of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black.
 
-    ``entries`` are the manifest's of modules by number, and ``bar`` passes on one step a module. InputError if a file
-    is not what its entry describes.
+    ``entries`` are the manifest's of modules by number, ``kept`` the textures that need not be read, and ``bar`` passes
+    on one step a module. InputError if a file is not what its entry describes.
     """
     channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
     needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
@@ -112,7 +118,9 @@ def light_field(
     field = LightField(display, list(entries), channels)
 
     def put(index: int, entry: dict[str, Any]) -> None:
-        pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
+        pixels = kept.get(index)
+        if pixels is None:
+            pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
         with errors_of(str(folder / entry["file"])):
             field.put(index, 1 - pixels if channels == 1 else pixels)
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,14 +38,16 @@ VIEW = "view.png"
 ANIMATION = "animation.png"
 MOST_PICTURES, _SECONDS = 360, 3.0  # of an animation
 VIEW_WIDTH = 900  # pixels
+_SEEN = {"without AO": "color", "with AO": "shaded"}
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
 
 class Result(NamedTuple):
-    """The view's entry in the manifest, and its row of the contact sheet, if it has one."""
+    """The view's entry in the manifest, its row of the contact sheet, if it has one, and layers kept for view.png."""
 
     entry: dict[str, Any]
     strip: Image | None
+    kept: Mapping[str, NDArray[np.float32]] = MappingProxyType({})
 
 
 def exr_parts(textures: Textures) -> list[Part]:
@@ -90,7 +93,8 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
     entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds})
-    return Result(entry, picture)
+    shown = [part for part in parts if part.name in _SEEN.values()] if job.keeps_view else []
+    return Result(entry, picture, {part.name: without_guard(part.pixels, part.guard) for part in shown})
 
 
 def _said(job: Job, item: Item) -> dict[str, str]:
@@ -228,7 +232,7 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     }
     write_manifest(folder, manifest, job.settings)
     if job.has_view:
-        write_whole(folder / VIEW, partial(_view(job, entries).save, compress_level=1))
+        write_whole(folder / VIEW, partial(_view(job, results).save, compress_level=1))
     strips = [result.strip for result in results if result.strip is not None]
     return with_ao(strips[len(strips) // 2]) if strips else None
 
@@ -243,16 +247,15 @@ def write_animation(job: Job, pictures: Mapping[int, Image | None]) -> None:
         write_whole(job.folder / ANIMATION, save)
 
 
-def _view(job: Job, entries: Sequence[dict[str, Any]]) -> Image:
+def _view(job: Job, results: Sequence[Result]) -> Image:
     """The picture for an eye in the middle of the observer line, without AO, if there are colours, and with it."""
-    modules = dict(enumerate(entries))
+    modules, seen = {k: result.entry for k, result in enumerate(results)}, {}
     display = display_of(job.head["display"], modules)
-    layers = {"without AO": "color", "with AO": "shaded"}
-    seen = {
-        title: to_codes(light_field(job.folder, layer, display, modules).photograph(0.0, VIEW_WIDTH).image)
-        for title, layer in layers.items()
-        if layer in entries[0]["textures"]
-    }
+    for title, layer in _SEEN.items():
+        if layer in modules[0]["textures"]:
+            kept = {k: result.kept[layer] for k, result in enumerate(results) if layer in result.kept}
+            field = light_field(job.folder, layer, display, modules, kept)
+            seen[title] = to_codes(field.photograph(0.0, VIEW_WIDTH).image)
     return side_by_side(seen)
 
 

@@ -174,7 +174,7 @@ def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
             use_one_thread_a_file()
             _here[:] = [Renderer(job, threads)]
         renderer = _here[0]
-    return write_view(renderer.job, item, renderer.textures(item))
+    return write_view(renderer.job, item, renderer.textures(item))._replace(kept={})  # not to be sent back
 
 
 def recover(job: Job, threads: int) -> Iterator[tuple[Item, Result | None]]:

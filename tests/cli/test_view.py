@@ -12,13 +12,16 @@ from PIL import Image
 from lfssao import LightField, eye_range, find_display
 from lfssao.cli.main import main
 from lfssao.core.srgb import to_codes
+from lfssao.rendering import folder as folder_module
 from lfssao.rendering.exr import read_exr, write_exr
+from lfssao.rendering.folder import read_layer
+
+WORDS = ["statue", "--resolution", "64x38", "--radii", "5%", "--samples", "4", "--guard", "3"]
 
 
 @pytest.fixture(scope="module")
 def rendered(tmp_path_factory):
-    words = ["statue", "--display", "sample-a", "--resolution", "64x38", "--radii", "5%", "--samples", "4"]
-    return render(tmp_path_factory.mktemp("view") / "out", *words, "--guard", "3")
+    return render(tmp_path_factory.mktemp("view") / "out", *WORDS)
 
 
 @pytest.fixture
@@ -67,6 +70,15 @@ def test_render_ends_with_what_an_eye_in_the_middle_sees_without_and_with_ao(ren
     assert np.array_equal(made[-height:, :900], to_codes(without))
     assert np.array_equal(made[-height:, -900:], to_codes(shaded))
     assert (without > shaded).any()
+
+
+def test_the_picture_is_the_same_where_memory_is_short_and_files_are_read_back(rendered, tmp_path, monkeypatch):
+    read = []
+    monkeypatch.setattr("lfssao.rendering.job.available_memory", lambda: 1_000)
+    monkeypatch.setattr(folder_module, "read_layer", lambda *all_: read.append(all_[1]) or read_layer(*all_))
+    render(tmp_path / "out", *WORDS)
+    assert read == 21 * ["color"] + 21 * ["shaded"]
+    assert (tmp_path / "out" / "view.png").read_bytes() == (rendered / "view.png").read_bytes()
 
 
 @pytest.mark.parametrize(

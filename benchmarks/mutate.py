@@ -3,10 +3,10 @@
     python benchmarks/mutate.py 'lfssao/optics/**/*.py' --count 20 --seed 1
 
 A mutant is a comparison, a number, a sign or an index that is changed, in a copy of the checkout. Its tests are those
-of the file's name, else of its folder and the folders above, without slow ones. If they notice nothing, those of its
-room run, and of kernels the kit's cases, which the independent implementation solves. They pass without a mutant, else
-the program stops; a test that hangs has noticed, and is told apart. Kernels are compiled anew for each mutant, with few
-optimisations: a mutant of a kernel takes minutes.
+of the file's name, else of its folders' names, without slow ones. If they notice nothing, those of its room run, and of
+kernels the kit's cases, which the independent implementation solves. They pass without a mutant, else the program
+stops; a test that hangs has noticed, and is told apart. Kernels that have the mutant inlined are compiled anew, with
+few optimisations. ``--only 1:150`` and ``--only 151:300`` share the mutants among two cores.
 """
 
 import argparse
@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -53,12 +54,15 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
 
 
 def tests_of(path: Path) -> tuple[Path, ...]:
-    """The tests of a file: tests/.../test_NAME*.py of its own folder or one above, else the nearest folder of tests."""
+    """The tests of a file: test_NAME*.py, else of its folders, test_*FOLDER*.py, else the nearest folder of tests."""
     folder = Path("tests", *(part for part in path.parent.parts[1:] if part != "kernels"))
     while not list((ROOT / folder).glob("**/test_*.py")):
         folder = folder.parent
-    named = sorted((ROOT / folder).glob(f"**/test_{path.stem}*.py"))
-    return tuple(each.relative_to(ROOT) for each in named) or (folder,)
+    inner = [part for part in path.parts[-2:1:-1] if part != "kernels"]
+    for pattern in (f"test_{path.stem}*.py", *(f"test_*{part}*.py" for part in inner)):
+        if named := sorted((ROOT / folder).glob(f"**/{pattern}")):
+            return tuple(each.relative_to(ROOT) for each in named)
+    return (folder,)
 
 
 def more_tests_of(path: Path) -> tuple[Path, ...]:
@@ -67,31 +71,70 @@ def more_tests_of(path: Path) -> tuple[Path, ...]:
     return (room, KIT) if path.parent.name == "kernels" and path.parts[1] != "verify" else (room,)
 
 
+def with_inlined(path: Path) -> set[Path]:
+    """A file of kernels and those that import it, directly or through others: their compiled code is out of date."""
+    imports = {}
+    for each in [*(ROOT / "lfssao").rglob("kernels/*.py"), *(ROOT / "lfssao/core").glob("*.py")]:
+        nodes = [node for node in ast.walk(ast.parse(each.read_text())) if isinstance(node, ast.ImportFrom)]
+        names = {f"{node.module}.{name.name}" for node in nodes for name in node.names}
+        imports[each.relative_to(ROOT)] = names | {str(node.module) for node in nodes}
+    stale = {path}
+    while more := {
+        each
+        for each in imports.keys() - stale
+        if imports[each] & {".".join(old.with_suffix("").parts) for old in stale}
+    }:
+        stale |= more
+    return stale
+
+
+def run(copy: Path, *arguments: str, seconds: float | None = None) -> subprocess.CompletedProcess[str]:
+    """Python with arguments in a copy of the checkout, its compiled code in a folder of the copy."""
+    environment = {**os.environ, "PYTHONPATH": str(copy), "NUMBA_OPT": "1", "NUMBA_CACHE_DIR": str(copy / "cache")}
+    command = [sys.executable, *arguments]
+    return subprocess.run(
+        command, cwd=copy, env=environment, timeout=seconds, capture_output=True, text=True, check=False
+    )
+
+
 def outcome_of(copy: Path, tests: tuple[Path, ...], seconds: float) -> str:
     """`passes`, `fails` or `hangs`: what the tests do in a copy of the checkout."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-m", "not slow", "-p", "no:cacheprovider"]
-    environment = {**os.environ, "PYTHONPATH": str(copy), "NUMBA_OPT": "1", "NUMBA_CACHE_DIR": str(copy / "cache")}
+    options = ["-x", "-q", "-n0", "-m", "not slow", "-p", "no:cacheprovider"]
     try:
-        done = subprocess.run(
-            [*command, *map(str, tests)], cwd=copy, env=environment, timeout=seconds, capture_output=True, check=False
-        )
+        done = run(copy, "-m", "pytest", *options, *map(str, tests), seconds=seconds)
     except subprocess.TimeoutExpired:
         return "hangs"
     return "fails" if done.returncode else "passes"
 
 
-def planted(copy: Path, mutant: Mutant, tests: tuple[Path, ...], seconds: float) -> str:
-    """The outcome of a mutant's tests; the copy of the checkout is restored."""
+def compiled(copy: Path) -> Path:
+    """The folder of the compiled code of a copy's kernels, named after a digest of their sources."""
+    program = "from lfssao.core.jit import source_digest; print(source_digest()[:16])"
+    return copy / "cache" / f"kernels-{run(copy, '-c', program).stdout.strip()}"
+
+
+@contextmanager
+def planted(copy: Path, mutant: Mutant) -> Iterator[None]:
+    """In the block, the copy of the checkout has the mutant, and compiled code of the kernels that do not inline it."""
     path, line, column, old, new = mutant
-    source = (copy / path).read_text()
+    without, stale = compiled(copy), sorted(with_inlined(path))
+    dates, source = [(copy / each).stat() for each in stale], (copy / path).read_text()
     lines = source.split("\n")
-    text = lines[line - 1]
-    lines[line - 1] = text[:column] + new + text[column + len(old) :]
+    lines[line - 1] = lines[line - 1][:column] + new + lines[line - 1][column + len(old) :]
     (copy / path).write_text("\n".join(lines))
+    for each in stale:  # numba compiles anew what is in a file of another date
+        os.utime(copy / each)
+    home = compiled(copy)
+    if home != without and without.exists():
+        shutil.copytree(without, home)
     try:
-        return outcome_of(copy, tests, seconds)
+        yield
     finally:
         (copy / path).write_text(source)
+        for each, date in zip(stale, dates, strict=True):
+            os.utime(copy / each, ns=(date.st_atime_ns, date.st_mtime_ns))
+        if home != without:
+            shutil.rmtree(home, ignore_errors=True)
 
 
 def main() -> None:
@@ -99,11 +142,15 @@ def main() -> None:
     parser.add_argument("files", nargs="+", help="files or patterns, relative to the checkout")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--only", default="1:", help="first and last of the drawn mutants that are planted, as in 1:150"
+    )
     parser.add_argument("--seconds", type=float, default=1800, help="after which a test hangs")
     options = parser.parse_args()
     files = sorted({path.relative_to(ROOT) for pattern in options.files for path in ROOT.glob(pattern)})
     every = [mutant for path in files for mutant in mutants_of(path)]
     drawn = random.Random(options.seed).sample(every, min(options.count, len(every)))
+    first, last = (int(number or len(drawn)) for number in options.only.split(":"))
     found, proven = 0, set()
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
@@ -113,20 +160,22 @@ def main() -> None:
                 shutil.copytree(source, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
             else:
                 shutil.copy(source, copy)
-        for k, mutant in enumerate(drawn, 1):
+        for k, mutant in enumerate(drawn[first - 1 : last], first):
             path, line, _, old, new = mutant
-            tests = tests_of(path)
-            if tests not in proven and outcome_of(copy, tests, options.seconds) != "passes":
-                sys.exit(f"tests of {path} do not pass without a mutant")
-            proven.add(tests)
-            outcome, by = planted(copy, mutant, tests, options.seconds), ""
-            if outcome == "passes":
-                outcome, by = planted(copy, mutant, more_tests_of(path), options.seconds), " by the room's tests"
+            outcome = word = ""
+            for tests, found_by in ((tests_of(path), "found"), (more_tests_of(path), "found by the room's tests")):
+                if tests not in proven and outcome_of(copy, tests, options.seconds) != "passes":
+                    sys.exit(f"{' '.join(map(str, tests))} do not pass without a mutant")
+                proven.add(tests)
+                with planted(copy, mutant):
+                    outcome = outcome_of(copy, tests, options.seconds)
+                word = {"passes": "SURVIVES", "fails": found_by, "hangs": "hung"}[outcome]
+                if outcome != "passes":
+                    break
             found += outcome != "passes"
-            word = {"passes": "SURVIVES", "fails": f"found{by}", "hangs": "hung"}[outcome]
-            text = (ROOT / path).read_text().split("\n")[line - 1].strip()
+            text = (copy / path).read_text().split("\n")[line - 1].strip()
             print(f"{k}/{len(drawn)} {word} {path}:{line} {old} -> {new}: {text}", flush=True)
-    print(f"{found} of {len(drawn)} mutants found, of {len(every)} in {len(files)} files")
+    print(f"{found} of {last - first + 1} mutants found, of {len(every)} in {len(files)} files")
 
 
 if __name__ == "__main__":

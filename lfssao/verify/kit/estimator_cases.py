@@ -218,6 +218,13 @@ def _rough(view: View, radius: float, estimator: Estimator, changes: Mapping[str
     return parameters, {**inputs, **arrays}
 
 
+def _long_normals(view: View, estimator: Estimator) -> Problem:
+    """Some normals of 10^19: the eighth power of their dot product with another one is infinite in float32."""
+    parameters, inputs = _rough(view, 0.4, estimator, {})
+    lengths = np.where(noise(12, *inputs["depth"].shape) < 0.3, np.float32(1e19), np.float32(1))
+    return parameters, {**inputs, "normals": lengths[..., None] * inputs["normals"]}
+
+
 def _beyond_planes(estimator: Estimator, projection: str, share: float = 0.1) -> Problem:
     """A camera's depths, a share of them without distance: none exists in perspective, one below 0 in orthographic."""
     changes: dict[str, Value] = {"mip": "harmonic", "log_q": 0}
@@ -287,7 +294,9 @@ def _pass_recipes() -> Iterator[Recipe]:
         builds["one_texel"] = _on_view, estimator, module_view(one), SCENE, 0.3, {}, {}
         builds["zero_radius"] = _on_view, estimator, module_view(views.small_display()), SCENE, 0.0, {}, {}
         builds["wide"] = _on_view, estimator, module_view(large), SCENE, 1e7, {}, {}
-        if not estimator.normals:
+        if estimator.normals:
+            builds["long_normals"] = _long_normals, module_view(odd), estimator
+        else:
             builds |= {projection: (_beyond_planes, estimator, projection) for projection in _BEYOND}
             builds["infinite_far_plane"] = _endless, estimator
             builds["near"] = _rough, module_view(odd), 0.05, estimator, {}

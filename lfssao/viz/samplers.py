@@ -74,9 +74,10 @@ def draw_sampling_error(found: SamplingError) -> Figure:
 
 def draw_sampler_gallery(methods: Sequence[str], n: int) -> Figure:
     """Return a figure of one set of n points of each of some samplers of the square, side by side."""
-    figure = Figure(figsize=(1.7 * len(methods), 2.1), layout="constrained")
+    figure = Figure(figsize=(1.7 * len(methods), 2.3), layout="constrained")
     for axes, method in zip(figure.subplots(1, len(methods), squeeze=False)[0], methods, strict=True):
         axes.plot(*sample_set("square", method, n).points.T, "o", markersize=3)
         axes.set(aspect="equal", xlim=(-1, 1), ylim=(-1, 1), xticks=(-1, 0, 1), yticks=(-1, 0, 1), title=method)
+        axes.set(xlabel="$\\xi_1$", ylabel="$\\xi_2$")
         axes.label_outer()
     return figure

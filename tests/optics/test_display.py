@@ -7,7 +7,7 @@ import numba
 import numpy as np
 import pytest
 from bits import assert_same_bits
-from display_cases import PRESETS, SHAPES, calibrated, displays, presets, round_trip_error, texels, unit
+from display_cases import PRESETS, ROUNDINGS, SHAPES, calibrated, displays, presets, round_trip_error, texels, unit
 from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 from reference import mapping as reference
@@ -136,7 +136,7 @@ def test_points_of_a_presets_rays_land_on_their_texels(display):
         worst, there = round_trip_error(display, index, *texels(m, index))
         # The outer texels of picoarray's outer modules light no part of the screen; some pass the observers before it.
         assert there.sum() >= 3 if display.name == "picoarray" else there.all()
-        assert worst < (1e-8 if display.name == "picoarray" else 1e-9)
+        assert worst < ROUNDINGS
 
 
 @settings(max_examples=200)
@@ -147,7 +147,7 @@ def test_points_of_a_texels_ray_land_on_it(display, seed):
     assert there.any()
     if display.screen_curvature == display.observer_curvature == 0 and m.field_of_view is m.homography is None:
         assert there.all()
-    assert worst < (1e-9 if m.field_of_view is None else 1e-8)  # as picoarray's, whose modules have one
+    assert worst < ROUNDINGS
 
 
 # Views, arrays, users' kernels, calibrated optics

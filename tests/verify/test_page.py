@@ -2,12 +2,15 @@
 
 import re
 import tomllib
+from base64 import b64decode
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 from compare_folders import LAYERS, MODULES, changed, compare, poke, single
+from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains, ScrollOrigin
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
@@ -206,6 +209,14 @@ def test_without_page_no_textures_are_kept(tmp_path, reference):
         lfssao.compare(reference, reference).write_html(tmp_path / "page.html")
 
 
+def test_wrong_textures_are_kept_texel_by_texel(report):
+    wrong = [made for made in report.textures.kept.values() if "values" in made]
+    assert wrong
+    for made in wrong:
+        with Image.open(BytesIO(b64decode(made["difference"]))) as picture:
+            assert picture.size == (made["width"], made["height"])
+
+
 def test_the_wheel_holds_the_template_the_style_and_the_script():
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
     (held,) = (glob for glob in project["tool"]["setuptools"]["package-data"]["lfssao"] if "page" in glob)
@@ -231,6 +242,8 @@ def test_a_display_of_wrong_modules_is_less_than_20_mb(tmp_path, monkeypatch, re
     full = ["values" in made for made in page.kept.values()]
     assert full == sorted(full, reverse=True)  # the first wrong ones
     assert full[0]
+    files = [each for made in page.kept.values() if "values" in made for each in made.values() if isinstance(each, str)]
+    assert sum(map(len, files)) < limits.get("FULL", textures.FULL)
     assert (len(full) == 21, all(full)) == ("ALL" not in limits, not limits)
     text = (tmp_path / "page.html").read_text()
     said = {words: n for n, words in re.findall(r"(\d+) (?:wrong )?textures? ha\w+ (a preview only|no picture)", text)}

@@ -48,23 +48,23 @@ class Textures:
         differing, outside = texels(judged.differing), texels(judged.outside)
         codes = _codes(difference(mine.planes, reference.planes), differing, outside)
         wrong = bool(outside.any() or (self._exact and differing.any()))
+        room = ALL - self._all
         if wrong and self._full < FULL:
             made = _pictures(mine, reference, codes, 1)
             made |= _numbers(mine, reference, judged, differing.astype(np.uint8) + outside)
-            if self._keep(place, made, self._full, FULL):
+            if self._keep(place, made, min(room, FULL - self._full)):
                 self._full += _size(made)
                 return
         step = max(1, -(-max(differing.shape) // WIDTH))
-        if not self._keep(place, _pictures(mine, reference, codes, step), self._all, ALL):
+        if not self._keep(place, _pictures(mine, reference, codes, step), room):
             self.left_out.append(place)
         elif wrong:
             self.small.append(place)
 
-    def _keep(self, place: tuple[str, str], made: dict[str, Any], used: int, most: int) -> bool:
-        size = _size(made)
-        if used + size > most or self._all + size > ALL:
+    def _keep(self, place: tuple[str, str], made: dict[str, Any], room: int) -> bool:
+        if _size(made) > room:
             return False
-        self._all += size
+        self._all += _size(made)
         self.kept[place] = made
         return True
 

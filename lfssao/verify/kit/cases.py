@@ -11,14 +11,15 @@ from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.core.philox import random_unit
 from lfssao.errors import InputError
 from lfssao.optics.display import Display
+from lfssao.optics.view import View
 from lfssao.samples import METHODS, ROTATIONS, make_samples, texel_turns
 from lfssao.verify.case import Case
 from lfssao.verify.kit import views
 from lfssao.verify.kit.borders import BORDERS, border_problem
-from lfssao.verify.kit.estimator_cases import estimator_problem, estimator_recipes
-from lfssao.verify.kit.scenes import SCENE, textures
+from lfssao.verify.kit.estimator_cases import ESTIMATOR_FAMILIES, estimator_problem
+from lfssao.verify.kit.scenes import NOTHING, SCENE, Scene, textures
 from lfssao.verify.kit.stages import STAGES, stage_bounds
-from lfssao.verify.kit.views import MISSED, NEAR, Problem, Recipe
+from lfssao.verify.kit.views import CAMERA_SCENE, MISSED, NEAR, Problem, Recipe, make_camera, module_view
 
 _DISPLAY_TITLES = {
     "crossed_slits": "flat screen, linear diffuser, texture aligned to the screen",
@@ -30,31 +31,31 @@ _DISPLAY_TITLES = {
     "negated": "homography whose ninth number is negative, distortion by k2 alone",
 }
 _SEED = 0xFEDCBA9DF6543215
+_Table = tuple[str, int, int] | tuple[str, int, int, float, float]  # arguments of ``make_samples``
+_LATIN = "latin", 8, 1
+_MATRIX = make_camera("perspective"), CAMERA_SCENE, _LATIN, 0.5  # arguments of ``_module_problem``
 _FOLDING = views.make_display(
     replace(views.MODULE, homography=(30.0, 0.0, 8.0, 0.0, -30.0, 3.0, 0.0, 0.0, 1.0), k1=-0.1, width=16, height=6)
 )
 
 
-def _module_problem(
-    display: Display, table: tuple[Any, ...] = ("latin", 8, 1), radius: float = views.RADIUS
-) -> Problem:
-    """Algorithm 2 on the one module of a display, with a table of ``make_samples``."""
-    view = views.module_view(display)
-    depth, positions = textures(view, SCENE)
+def _module_problem(view: View, scene: Scene = SCENE, table: _Table = _LATIN, radius: float = views.RADIUS) -> Problem:
+    """Algorithm 2 on a view, with a table of ``make_samples``; a camera's mapping is a matrix."""
+    depth, positions = textures(view, scene)
     parameters = {"radius": radius, "mapping": views.described(view.world_to_image)}
     return parameters, {"depth": depth, "positions": positions, "samples": make_samples(*table)}
 
 
 def _camera_problem(projection: str, *size: int) -> Problem:
     """Algorithm 1 on a camera."""
-    view = views.make_camera(projection, *size)
+    view = make_camera(projection, *size)
     assert view.screen_to_world is not None
     parameters = {
         "radius": 0.5,
         "screen_to_world": view.screen_to_world.tolist(),
         "world_to_screen": view.world_to_image.numbers.reshape(4, 4).tolist(),
     }
-    return parameters, {"depth": textures(view, views.CAMERA_SCENE)[0], "samples": make_samples("latin", 8, 1)}
+    return parameters, {"depth": textures(view, CAMERA_SCENE)[0], "samples": make_samples(*_LATIN)}
 
 
 def _near_camera_problem() -> Problem:
@@ -63,14 +64,6 @@ def _near_camera_problem() -> Problem:
     table = make_samples("latin", 12, 3)
     table[:6] *= 0.03
     return {**parameters, "radius": 14.0}, {**inputs, "samples": table}
-
-
-def _matrix_problem() -> Problem:
-    """Algorithm 2 where the mapping is a matrix: positions are read, not made from depth."""
-    view = views.make_camera("perspective")
-    depth, positions = textures(view, views.CAMERA_SCENE)
-    parameters = {"radius": 0.5, "mapping": views.described(view.world_to_image)}
-    return parameters, {"depth": depth, "positions": positions, "samples": make_samples("latin", 8, 1)}
 
 
 def _ties() -> Problem:
@@ -84,18 +77,8 @@ def _ties() -> Problem:
     return parameters, {"depth": depth, "positions": positions, "samples": np.array(steps, np.float64)}
 
 
-def _background() -> Problem:
-    parameters, inputs = _module_problem(views.small_display())
-    return parameters, {
-        "depth": np.full_like(inputs["depth"], np.inf),
-        "positions": np.full_like(inputs["positions"], np.inf),
-        "samples": inputs["samples"],
-    }
-
-
-def _mapping_problem(seen_by: Display | str, offset: bool = False) -> Problem:
-    """World points, most of them where a display has an image, some where none has one; offset: with offsets."""
-    view = views.make_camera(seen_by) if isinstance(seen_by, str) else views.module_view(seen_by)
+def _mapping_problem(view: View, offset: bool = False) -> Problem:
+    """World points, most of them where a view has an image, some where it has none; offset: with offsets."""
     spread = np.array(2.0 * views.noise(4, 60, 3) - 1.0, np.float32)
     far = np.array([[0, 0, s] for s in (-3, -2, -1.1, 1.1, 2, 3.5)] + [[3, 0, 0], [-9, 0, 0], [0, 9, 0]], np.float32)
     points = np.concatenate([spread, far])
@@ -109,19 +92,11 @@ def _numbers_problem(display: Display, guard: int) -> Problem:
 
 
 def _frame_problem() -> Problem:
-    guard = 3
-    view = views.module_view(views.small_display(), guard)
-    depth, positions = textures(view, SCENE)
-    image = views.noise(5, *depth.shape, 3)
-    image[np.isinf(depth)] = 0
-    parameters = {
-        "radii": [0.08, 0.2, 0.5],
-        "sigma": 1.0,
-        "guard": guard,
-        "mapping": views.described(view.world_to_image),
-    }
-    samples = make_samples("latin", 8, 1)
-    return parameters, {"depth": depth, "positions": positions, "samples": samples, "image": image}
+    parameters, inputs = _module_problem(module_view(views.small_display(), 3))
+    image = views.noise(5, *inputs["depth"].shape, 3)
+    image[np.isinf(inputs["depth"])] = 0
+    passes = {"radii": [0.08, 0.2, 0.5], "sigma": 1.0, "guard": 3}
+    return {**passes, "mapping": parameters["mapping"]}, {**inputs, "image": image}
 
 
 def _blur_problem(sigma: float, height: int, width: int, least: float = 0.0) -> Problem:
@@ -145,7 +120,7 @@ def _turns_problem(rotation: str, height: int, width: int) -> Problem:
     return {"rotation": rotation, "height": height, "width": width, "seed": str(_SEED)}, {}
 
 
-def turning(build: Callable[..., Problem], *arguments: Any) -> Problem:
+def _turning(build: Callable[..., Problem], *arguments: Any) -> Problem:
     """A problem whose samples turn from texel to texel, as the hash has it."""
     parameters, inputs = build(*arguments)
     height, width = inputs["depth"].shape
@@ -153,23 +128,22 @@ def turning(build: Callable[..., Problem], *arguments: Any) -> Problem:
 
 
 def _elementary_problem(function: str) -> Problem:
-    units = [random_unit(np.uint64(7), 0, k) for k in range(240)]
-    if function == "sincospi":
-        borders = [k + 0.2499 * side for k in (-0.5, 0.0, 0.5) for side in (-1, 1)]  # just before a quarter's end
-        x = [8.0 * x - 4.0 for x in units] + [0.25 * k for k in range(-9, 10)] + [1e9 + 0.3, 2.0**50, *borders]
-    elif function == "cbrt":
-        x = [x * 2.0 ** (10 * (k % 40) - 200) for k, x in enumerate(units)] + [0.0, 1.0, 8.0, 0.001, np.inf]
-    elif function in ("log", "log2"):
-        x = [x * 2.0 ** (k % 60 - 40) for k, x in enumerate(units)] + [1.0, 2.0**-1022, *_around(0.5**0.5, 2.0**0.5)]
-        x += [-1.0, 0.0, 5e-324, np.inf, np.nan] if function == "log2" else [5e-324]
-    elif function == "reduced":
-        far = [1834183, 1890379225, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**40 + 5]  # the first two carry far
-        return {"function": function}, {"x": np.array([s * h for s in (1, -1) for h in (*range(30), *far)], np.int64)}
-    elif function == "turns":
-        return {"function": function}, {"x": np.arange(1, 201, dtype=np.int64)}
-    else:
-        x = [80.0 * x - 60.0 for x in units] + [0.0, -0.5, 1.0, -700.0, 700.0, -746.0, 711.0]
-    return {"function": function}, {"x": np.array(x)}
+    """Numbers of a function's domain, spread and special ones."""
+    k, units = np.arange(240), np.array([random_unit(np.uint64(7), 0, k) for k in range(240)])
+    border = [k + 0.2499 * side for k in (-0.5, 0.0, 0.5) for side in (-1, 1)]  # just before a quarter's end
+    logs = [*np.ldexp(units, k % 60 - 40), 1.0, 2.0**-1022, *_around(0.5**0.5, 2.0**0.5)]
+    far = [1834183, 1890379225, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**40 + 5]  # the first two carry far
+    tables: dict[str, list[Any]] = {
+        "sincospi": [*(8.0 * units - 4.0), *(0.25 * np.arange(-9, 10)), 1e9 + 0.3, 2.0**50, *border],
+        "cbrt": [*np.ldexp(units, 10 * (k % 40) - 200), 0.0, 1.0, 8.0, 0.001, np.inf],
+        "exp": [*(80.0 * units - 60.0), 0.0, -0.5, 1.0, -700.0, 700.0, -746.0, 711.0],
+        "log": [*logs, 5e-324],
+        "log2": [*logs, -1.0, 0.0, 5e-324, np.inf, np.nan],
+        "reduced": [sign * whole for sign in (1, -1) for whole in (*range(30), *far)],
+        "turns": list(range(1, 201)),
+    }
+    whole = function in ("reduced", "turns")
+    return {"function": function}, {"x": np.array(tables[function], np.int64 if whole else np.float64)}
 
 
 def _around(*numbers: float) -> list[float]:
@@ -240,11 +214,8 @@ def _numbers() -> Iterator[Recipe]:
         yield Recipe(f"elementary_{function}", "elementary", title, _elementary_problem, function)
     yield Recipe("philox", "philox", "Philox4x32-10", _philox_problem)
     for name, method, n, seed, low, high in _SAMPLES:
-        title = (
-            f"the table of 12 samples, {method}"
-            if name == method
-            else f"{method}, {n} samples from {low:g} to {high:g}"
-        )
+        about = f"{method}, {n} samples from {low:g} to {high:g}"
+        title = f"the table of 12 samples, {method}" if name == method else about
         yield Recipe(f"samples_{name}", "samples", title, _samples_problem, method, n, seed, low, high)
 
 
@@ -263,62 +234,65 @@ def _turned() -> Iterator[Recipe]:
     for rotation, height, width in _ROTATIONS:
         title = f"turns of a texture's samples: {ROTATIONS[rotation].title}"
         yield Recipe(f"turns_{rotation}", "turns", title, _turns_problem, rotation, height, width)
-    small, convex = views.small_display(), views.DISPLAYS["convex"]
-    problems = (
-        ("algorithm1", "algorithm1", (_camera_problem, "perspective")),
-        ("algorithm2", "algorithm2", (_module_problem, small)),
-        ("algorithm2_convex", "algorithm2", (_module_problem, convex)),
-        ("algorithm2_matrix", "algorithm2", (_matrix_problem,)),
-        ("frame", "frame", (_frame_problem,)),
-    )
-    for name, stage, problem in problems:
-        yield Recipe(f"turned_{name}", stage, "samples that turn from texel to texel", turning, *problem)
+    title, convex = "samples that turn from texel to texel", views.DISPLAYS["convex"]
+    for name, build, *arguments in (
+        ("algorithm1", _camera_problem, "perspective"),
+        ("algorithm2", _module_problem, module_view(views.small_display())),
+        ("algorithm2_convex", _module_problem, module_view(convex)),
+        ("algorithm2_matrix", _module_problem, *_MATRIX),
+        ("frame", _frame_problem),
+    ):
+        yield Recipe(f"turned_{name}", name.partition("_")[0], title, _turning, build, *arguments)
     for name in _TURNING:
-        yield Recipe(f"turned_{name}", "estimator", "samples that turn from texel to texel", turning,
-                     estimator_problem, ESTIMATORS[name], "perspective" if name == "point" else "", {})  # fmt: skip
+        seen = ESTIMATORS[name], "perspective" if name == "point" else ""
+        yield Recipe(f"turned_{name}", "estimator", title, _turning, estimator_problem, *seen, {})
 
 
 def _views() -> Iterator[Recipe]:
     for projection in ("perspective", "orthographic"):
         yield Recipe(f"algorithm1_{projection}", "algorithm1", f"{projection} camera", _camera_problem, projection)
         title = f"world points in a {projection} camera"
-        yield Recipe(f"mapping_{projection}", "mapping", title, _mapping_problem, projection)
+        yield Recipe(f"mapping_{projection}", "mapping", title, _mapping_problem, make_camera(projection))
+    seen = {name: module_view(display) for name, display in views.DISPLAYS.items()}
     for name, display in views.DISPLAYS.items():
         title = _DISPLAY_TITLES[name]
         for guard, suffix in ((0, ""), (5, "_guard_5")):
             numbers = f"the mapping's numbers: {title}"
             yield Recipe(f"numbers_{name}{suffix}", "numbers", numbers, _numbers_problem, display, guard)
-        yield Recipe(f"algorithm2_{name}", "algorithm2", title, _module_problem, display)
-        yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}", _mapping_problem, display)
-    for name, seen_by in (("perspective", "perspective"), *list(views.DISPLAYS.items())[:3:2]):
+        yield Recipe(f"algorithm2_{name}", "algorithm2", title, _module_problem, seen[name])
+        yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}", _mapping_problem, seen[name])
+    seen["perspective"] = make_camera("perspective")
+    for name in ("perspective", "crossed_slits", "convex"):
         title = "world points and offsets, whose sums are formed apart and then added"
-        yield Recipe(f"offsets_{name}", "mapping", title, _mapping_problem, seen_by, True)
+        yield Recipe(f"offsets_{name}", "mapping", title, _mapping_problem, seen[name], True)
     for name, (display, title) in _ALONE.items():
         yield Recipe(f"numbers_{name}", "numbers", f"the mapping's numbers: {title}", _numbers_problem, display, 0)
     for name in BORDERS:
         title = f"world points on borders of the domain: {name.replace('_', ' ')}"
         yield Recipe(f"border_{name}", "mapping", title, border_problem, name)
     yield Recipe("behind_camera", "algorithm1", "samples behind a camera's eye", _near_camera_problem)
-    yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _matrix_problem)
+    yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _module_problem, *_MATRIX)
+    small = module_view(views.small_display())
     for method in METHODS["ball"]:
         title = f"16 samples by the method {method}, the table an input"
-        yield Recipe(f"table_{method}", "algorithm2", title, _module_problem, views.small_display(), (method, 16, 2))
+        yield Recipe(f"table_{method}", "algorithm2", title, _module_problem, small, SCENE, (method, 16, 2))
 
 
 def _singular() -> Iterator[Recipe]:
-    small, one = views.small_display(), views.DISPLAYS["crossed_slits"].with_resolution(1, 1)
     yield Recipe("ties", "algorithm2", "samples on borders of texels and just as deep as the surface", _ties)
-    yield Recipe("background", "algorithm2", "no surface anywhere", _background)
+    flat = views.DISPLAYS["crossed_slits"]
+    small, one = (module_view(flat.with_resolution(*size)) for size in ((16, 12), (1, 1)))
     for name, title, *arguments in (
+        ("background", "no surface anywhere", small, NOTHING),
         ("one_texel", "a texture of one texel", one),
-        ("zero_radius", "radius 0: every sample is its point", small, ("latin", 8, 1), 0.0),
-        ("one_sample", "one sample", small, ("random", 1, 4)),
-        ("outside", "most samples outside the texture", small, ("latin", 16, 3), 1.2),
+        ("zero_radius", "radius 0: every sample is its point", small, SCENE, _LATIN, 0.0),
+        ("one_sample", "one sample", small, SCENE, ("random", 1, 4)),
+        ("outside", "most samples outside the texture", small, SCENE, ("latin", 16, 3), 1.2),
     ):
         yield Recipe(name, "algorithm2", title, _module_problem, *arguments)
     for name, title, display in _FAR_SAMPLES:
-        shown = display if name == "folded" else display.with_resolution(16, 12)
-        yield Recipe(name, "algorithm2", title, _module_problem, shown, ("latin", 24, 3, 0.2, 1.0), 1.2)
+        view = module_view(display if name == "folded" else display.with_resolution(16, 12))
+        yield Recipe(name, "algorithm2", title, _module_problem, view, SCENE, ("latin", 24, 3, 0.2, 1.0), 1.2)
 
 
 def _pictures() -> Iterator[Recipe]:
@@ -334,7 +308,7 @@ def _pictures() -> Iterator[Recipe]:
 
 RECIPES = {
     recipe.name: recipe
-    for family in (_numbers, _turned, _views, _singular, _pictures, estimator_recipes)
+    for family in (_numbers, _turned, _views, _singular, _pictures, *ESTIMATOR_FAMILIES)
     for recipe in family()
 }
 

@@ -33,6 +33,7 @@ class Scene:
 
 # For screens about 1 m wide: a slanted wall behind the screen's plane, a ball through it and one before it.
 SCENE = Scene((0.16, 0.2, -0.1, 0.36), (((-0.12, 0.05, 0.05), 0.14), ((0.2, -0.1, -0.12), 0.11)))
+NOTHING = Scene((0.0, 0.0, 0.0, -1.0), ())
 
 
 def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:

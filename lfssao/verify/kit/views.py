@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.affine import multiply, to_4x4
 from lfssao.core.philox import random_unit
 from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display, Module
@@ -100,6 +101,22 @@ def make_camera(projection: str, width: int = 32, height: int = 24, z: float = 5
 def make_exact(projection: str) -> View:
     """A camera whose numbers all have few binary digits: it looks along x, and its texels at the distance 1 are 1."""
     return Camera(projection, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 6.0, 1.0, 5.0).view(8, 6)
+
+
+def without_far_plane(view: View) -> View:
+    """A perspective camera's view with the far plane at infinity."""
+    f_u, f_v, c_u, c_v, near = view.lens[:5].tolist()
+    forth = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, 1, -near], [0, 0, 1, 0]])
+    back = np.array(
+        [[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, 0, 1], [0, 0, -1 / near, 1 / near]]
+    )
+    return replace(
+        view,
+        lens=np.array([*view.lens[:5], inf, *view.lens[6:]]),
+        world_to_image=WorldToImage(MATRIX, multiply(forth, to_4x4(view.cast_from_world)).ravel()),
+        screen_to_world=multiply(to_4x4(view.world_from_cast), back),
+        depth_kind="screen space z: 0 at the near plane, 1 at infinity, perspective",
+    )
 
 
 # SCENE in a camera's eye space: twice as large, around the target.

@@ -52,7 +52,7 @@ def sao(given: Problem, radius: float) -> Bounds:
     if options.gauss > 0:
         weights = np.empty(2 * TAPS_RADIUS + 1)
         gaussian_weights(options.gauss, TAPS_RADIUS, weights)
-        keys = _keys(z, float(single(rays.origin)), options.z_min, model)
+        keys = _keys(z, rays.origin, options.z_min, model)
         light = _reconstructed(light, keys, single(weights), options, model)
     return lacking(light, options.k if isinstance(options, Equation1Options) else 1.0, undecided, model)
 
@@ -130,8 +130,8 @@ def _halves(texture: FloatArray, axis: int) -> Iterator[FloatArray]:
 
 def _keys(z: Ends, origin: float, z_min: float, model: ErrorModel) -> Ends:
     """Ends of the bilateral passes' keys: 0 at the origin to 1 at z_min or the farthest surface, +infinity for none."""
-    r, away = model.quotient + 6 * model.operation, [np.maximum(end - origin, 0) for end in z]
-    far = [z_min or float(np.max(end, initial=0, where=end < np.inf)) for end in away]
+    r, away = model.quotient + 6 * model.operation, [np.maximum(end - float(single(origin)), 0) for end in z]
+    far = [z_min or float(np.max(end, initial=origin, where=end < np.inf)) - origin for end in z]
     far = [each if each > 0 and 1 / each < np.inf else 1.0 for each in far]
     low, high = away[0] / far[1] * (1 - r), away[1] / far[0] * (1 + r)
     return np.where(z[0] < np.inf, np.minimum(low, 1), np.inf), np.where(z[1] < np.inf, np.minimum(high, 1), np.inf)

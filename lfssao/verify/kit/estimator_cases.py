@@ -250,6 +250,37 @@ def _no_line_problem(estimator: Estimator) -> Problem:
     return parameters, {**inputs, "depth": depth, "positions": positions}
 
 
+# Two taps along the columns land in the texture, 2^20 texels to a radius across: the number chooses their levels.
+_CAPPED: Changes = {
+    "taps": 998, "turns": 499, "log_q": 9, "mip": "max", "quad_edge": 0.0, "gauss": 0.0,
+    "intensity": 100.0, "sigma": 100.0, "beta": 0.0, "epsilon": 0.0,
+}  # fmt: skip
+
+# Texels are covered or open, and those of the other depth count as much as their key says.
+_SPREAD: Changes = {"normals": "buffer", "sharpness": 1.0, "quad_edge": 0.0, "intensity": 1e3, "sigma": 1e3}
+
+
+def _at_lens(estimator: Estimator) -> Problem:
+    """Surfaces just before the lens, where a radius is more than 2^22 texels across; each row has one depth."""
+    parameters, inputs = _on_view(estimator, _flat(8, 16), _plane(0.6993), 300.0, _own(estimator, _CAPPED))
+    depth = np.float32(0.6993) + np.float32(6e-4) * (noise(12, 16, 1) - np.float32(0.5))
+    return parameters, {**inputs, "depth": np.repeat(depth, 8, axis=1)}
+
+
+def _at_observers(estimator: Estimator) -> Problem:
+    """Surfaces less than 4e-7 from observers at -2.1, which is no float32; the nearer ones are open, others covered."""
+    display = replace(views.DISPLAYS["convex"], observer_z=-2.1).with_resolution(20, 15)
+    parameters, inputs = _lines_problem(estimator, display, _own(estimator, _SPREAD), _plane(-2.0))
+    covered, nearest = noise(10, 15, 20) < 0.5, np.float32(-2.1)
+    before = np.where(covered, np.float32(0), np.float32(0.12))[..., None] * inputs["normals"]
+    depth = np.where(covered, np.nextafter(nearest, np.float32(0)), nearest)
+    return parameters, {**inputs, "depth": depth, "positions": inputs["positions"] + before}
+
+
+def _plane(z: float) -> Scene:
+    return Scene((z, 0.0, 0.0, inf), ())
+
+
 def _pass_recipes() -> Iterator[Recipe]:
     """Estimators that pass over texels and their levels."""
     for name in ("sao", "sao-equation-1", "multiresolution"):
@@ -281,6 +312,8 @@ def _pass_rows(multiresolution: bool) -> Iterator[tuple[Any, ...]]:
     near = module_view(views.NEAR.with_resolution(16, 12))
     for suffix, z_min in (("least_key", 1e-310), ("largest_key", 0.6)):
         yield suffix, _on_view, near, SCENE, 0.3, {"z_min": z_min}
+    yield "at_lens", _at_lens
+    yield "at_observers", _at_observers
 
 
 # Points and taps of few binary digits, of the radius 2: on borders of texels, at depths of surfaces, nearly edge-on.

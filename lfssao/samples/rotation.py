@@ -17,7 +17,7 @@ from lfssao.core.philox import random_below
 from lfssao.errors import InputError, check_choice
 from lfssao.samples.kernels import spiral
 from lfssao.samples.kernels.spiral import COMMON, PAPER
-from lfssao.samples.kernels.square import R2_1, R2_2
+from lfssao.samples.kernels.square import R2
 from lfssao.samples.sets import FloatArray, fill
 
 TILE = 64  # texels a side of the blue noise tile
@@ -120,7 +120,7 @@ def _gradient_noise(height: int, width: int, seed: int) -> FloatArray:
 def _recurrence(height: int, width: int, seed: int) -> FloatArray:
     """Fractions of a turn x a + y b modulo 1: in integers modulo 2**64, cut to a multiple of 2**-53 of a turn."""
     y, x = np.indices((height, width), np.uint64)
-    return np.asarray(((x * R2_1 + y * R2_2) >> np.uint64(11)) * 2.0**-52)
+    return np.asarray(((x * R2[0] + y * R2[1]) >> np.uint64(11)) * 2.0**-52)
 
 
 _BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"

@@ -34,8 +34,7 @@ def _by(kernel: Callable[..., object]) -> Points:
 
 
 def _in_ball(points: Points, n: int, seed: int, r_min: float, r_max: float) -> FloatArray:
-    xi1, xi2, t = np.ascontiguousarray(points(n, seed, 3).T)
-    return fill(ball.ball_points, (n, 3), xi1, xi2, t, r_min, r_max)
+    return fill(ball.ball_points, (n, 3), points(n, seed, 3), r_min, r_max)
 
 
 def _methods(

@@ -73,10 +73,15 @@ def fraction(digits, base):
     return (int("".join(map(str, digits)), base) + 0.5) / base ** len(digits)
 
 
+def halton_digits(index, dimension):
+    """The lowest first."""
+    base, count = ((2, 32), (3, 20), (5, 13))[dimension]
+    return [index // base**i % base for i in range(count)]
+
+
 def halton(n, seed, columns):
     def place(k, a):
-        base, count = ((2, 32), (3, 20), (5, 13))[a]
-        return fraction(scrambled([k // base**i % base for i in range(count)], base, seed, a), base)
+        return fraction(scrambled(halton_digits(k, a), base := (2, 3, 5)[a], seed, a), base)
 
     return stretched([place(k, a) for a in range(columns)] for k in range(n))
 

@@ -35,8 +35,8 @@ def algorithm4(x, y, z, t, r_min, r_max):
 
 
 @kernel
-def ball_points(xi1, xi2, t, r_min, r_max, out):
-    """Algorithms 3 and 4 for n triples of numbers; out: (n, 3) float64."""
+def ball_points(numbers, r_min, r_max, out):
+    """Algorithms 3 and 4 for n triples xi_1, xi_2, t; numbers, out: (n, 3) float64."""
     for s in range(out.shape[0]):
-        x, y, z = algorithm3(xi1[s], xi2[s])
-        out[s, 0], out[s, 1], out[s, 2] = algorithm4(x, y, z, t[s], r_min, r_max)
+        x, y, z = algorithm3(numbers[s, 0], numbers[s, 1])
+        out[s, 0], out[s, 1], out[s, 2] = algorithm4(x, y, z, numbers[s, 2], r_min, r_max)

@@ -34,13 +34,12 @@ def bridson(seed, stream, r, points):
     leaves the front when 30 candidates around it have failed.
     """
     most = points.shape[0]
-    columns = int(2.0 * sqrt(2.0) / r) + 1  # cells of a diagonal below r hold one point
-    rows = columns
-    reach = int(r * columns / 2.0) + 1
-    grid = np.full((columns, rows), -1, np.int32)
+    cells = int(2.0 * sqrt(2.0) / r) + 1  # on a side: those of a diagonal below r hold one point
+    reach = int(r * cells / 2.0) + 1
+    grid = np.full((cells, cells), -1, np.int32)
     front = np.empty(most, np.int32)
     points[0, 0], points[0, 1] = random_signed(seed, stream, 0), random_signed(seed, stream, 1)
-    grid[_cell(points[0, 0], columns), _cell(points[0, 1], rows)] = 0
+    grid[_cell(points[0, 0], cells), _cell(points[0, 1], cells)] = 0
     front[0] = 0
     count = waiting = 1
     dart = 2
@@ -60,7 +59,7 @@ def bridson(seed, stream, r, points):
                 continue
             if _is_free(x, y, r * r, points, grid, reach):
                 points[count, 0], points[count, 1] = x, y
-                grid[_cell(x, columns), _cell(y, rows)] = count
+                grid[_cell(x, cells), _cell(y, cells)] = count
                 front[waiting] = count
                 count += 1
                 waiting += 1
@@ -79,12 +78,12 @@ def _cell(coordinate, cells):
 
 @kernel
 def _is_free(x, y, square, points, grid, reach):
-    columns, rows = grid.shape
-    i, j = _cell(x, columns), _cell(y, rows)
-    span = min(reach, rows // 2)
-    for a in range(max(i - reach, 0), min(i + reach, columns - 1) + 1):
+    cells = grid.shape[0]
+    i, j = _cell(x, cells), _cell(y, cells)
+    span = min(reach, cells // 2)
+    for a in range(max(i - reach, 0), min(i + reach, cells - 1) + 1):
         for b in range(j - span, j + span + 1):
-            other = grid[a, b + rows if b < 0 else b - rows if b >= rows else b]
+            other = grid[a, b % cells]
             if other >= 0 and distance_square(x, y, points[other, 0], points[other, 1]) < square:
                 return False
     return True

@@ -15,8 +15,8 @@ XI1, XI2, RADIUS, SHUFFLE = 0, 1, 2, 3
 # The golden ratio minus 1, and for d = 2 and 3 the powers -1 to -d of the root above 1 of x^(d + 1) = x + 1, times
 # 2**64, cut.
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-R2_1, R2_2 = np.uint64(0xC13FA9A902A6328F), np.uint64(0x91E10DA5C79E7B1C)
-R3_1, R3_2, R3_3 = np.uint64(0xD1B54A32D192ED03), np.uint64(0xABC98388FB8FAC02), np.uint64(0x8CB92BA72F3D8DD7)
+R2 = np.array([0xC13FA9A902A6328F, 0x91E10DA5C79E7B1C], np.uint64)
+R3 = np.array([0xD1B54A32D192ED03, 0xABC98388FB8FAC02, 0x8CB92BA72F3D8DD7], np.uint64)
 
 
 @kernel(inline=True)
@@ -62,9 +62,7 @@ def jittered(seed, columns, out):
 def latin(seed, out):
     """One uniform point in each row and each column of an n x n grid, by Fisher and Yates's shuffle."""
     n = out.shape[0]
-    column_of_row = np.empty(n, np.int64)
-    for k in range(n):
-        column_of_row[k] = k
+    column_of_row = np.arange(n)
     for k in range(n - 1, 0, -1):
         other = random_below(seed, SHUFFLE, k, k + 1)
         column_of_row[k], column_of_row[other] = column_of_row[other], column_of_row[k]
@@ -75,16 +73,16 @@ def latin(seed, out):
 
 
 @kernel(inline=True)
-def long_word(seed, stream, index):
-    """64 random bits: numbers 2 index (high) and 2 index + 1 of a stream."""
-    return (random_word(seed, stream, 2 * index) << np.uint64(32)) | random_word(seed, stream, 2 * index + 1)
+def long_word(seed, stream):
+    """64 random bits: numbers 0 (high) and 1 of a stream."""
+    return (random_word(seed, stream, 0) << np.uint64(32)) | random_word(seed, stream, 1)
 
 
 @kernel
 def fibonacci(seed, out):
     """Rows of equal height, and in each a point the golden ratio of a turn after the last; both shifted at random."""
     n = out.shape[0]
-    place, turn = unit(long_word(seed, XI1, 0)), long_word(seed, XI2, 0)
+    place, turn = unit(long_word(seed, XI1)), long_word(seed, XI2)
     for k in range(n):
         out[k, 0] = in_cell(k, n, place)
         out[k, 1] = 2.0 * unit(turn) - 1.0
@@ -93,43 +91,42 @@ def fibonacci(seed, out):
 
 
 @kernel
-def roberts(seed, out):
-    """Roberts's R_d sequence, d = 2 or 3 columns: multiples of d constants modulo 1, shifted at random."""
-    a, b, c = long_word(seed, XI1, 0), long_word(seed, XI2, 0), long_word(seed, RADIUS, 0)
+def stretch(out):
+    """Move the first two columns from (0, 1) to (-1, 1)."""
     for k in range(out.shape[0]):
-        out[k, 0] = 2.0 * unit(a) - 1.0
-        out[k, 1] = 2.0 * unit(b) - 1.0
-        if out.shape[1] == 3:
-            out[k, 2] = unit(c)
-            a, b, c = a + R3_1, b + R3_2, c + R3_3
-        else:
-            a, b = a + R2_1, b + R2_2
-
-
-# Digits kept in base 2, 3 and 5, as many as a counter of 32 bits can tell apart.
-_DIGITS_2, _DIGITS_3, _DIGITS_5 = 32, 20, 13
-
-
-@kernel(inline=True)
-def _scrambled(digit, base, before, seed, stream):
-    """A digit moved alike in all points with the same digits before it: ``before``, with a 1 in front, the counter."""
-    return (digit + np.int64((random_word(seed, stream, before) * np.uint64(base)) >> np.uint64(32))) % base
+        out[k, 0], out[k, 1] = 2.0 * out[k, 0] - 1.0, 2.0 * out[k, 1] - 1.0
 
 
 @kernel
-def radical_inverse(index, base, digits, seed, stream, scrambled):
-    """The digits of a whole number mirrored at the point: float64 in (0, 1), in the middle of its last digit.
+def roberts(seed, out):
+    """Roberts's R_d sequence, d = 2 or 3 columns: multiples of d constants modulo 1, shifted at random by column."""
+    n, columns = out.shape
+    for a in range(columns):
+        place = long_word(seed, a)
+        for k in range(n):
+            out[k, a] = unit(place)
+            place += R2[a] if columns == 2 else R3[a]
+    stretch(out)
 
-    scrambled: whether the digits are moved, by a stream of the generator. In base 2 this is all of Owen's scrambling;
-    in others it shifts digits where Owen permutes them, and keeps just as much: any base^m numbers in a row have one
-    in each of as many equal cells, and each is uniform.
+
+# Halton's bases, and the digits kept in each: as many as a counter of 32 bits can tell apart.
+_BASES, _DIGITS = np.array([2, 3, 5]), np.array([32, 20, 13])
+
+
+@kernel
+def radical_inverse(index, base, digits, seed, stream):
+    """The digits of a whole number mirrored at the point and scrambled: float64 in (0, 1), inside its last digit.
+
+    A digit is moved alike in all points with the same digits before it, which, with a 1 in front, are the counter of
+    the generator. In base 2 this is all of Owen's scrambling; in others it shifts digits where Owen permutes them, and
+    keeps just as much: any base^m numbers in a row have one in each of as many equal cells, and each is uniform.
     """
     value, before, whole = np.int64(0), np.int64(1), np.int64(1)
     for _ in range(digits):
         digit = index % base
         index = index // base
-        moved = _scrambled(digit, base, before, seed, stream) if scrambled else digit
-        value = value * base + moved
+        shift = np.int64((random_word(seed, stream, before) * np.uint64(base)) >> np.uint64(32))
+        value = value * base + (digit + shift) % base
         before = before * base + digit
         whole = whole * base
     return (value + 0.5) / whole
@@ -155,30 +152,21 @@ def sobol_word(index, dimension):
 
 
 @kernel
-def sobol(index, dimension, seed, stream, scrambled):
-    """Coordinate 0, 1 or 2 of a point of Sobol's sequence: float64 in (0, 1); scrambled as of ``radical_inverse``."""
-    word = sobol_word(index, dimension)
-    backwards = np.int64(0)
-    for k in range(32):
-        backwards |= ((word >> k) & 1) << (31 - k)
-    return radical_inverse(backwards, 2, _DIGITS_2, seed, stream, scrambled)
-
-
-@kernel
 def halton_points(seed, out):
     """Bases 2 and 3 on [-1, 1]^2 and, in a third column, base 5 on (0, 1); column a is scrambled by stream a."""
-    for k in range(out.shape[0]):
-        out[k, 0] = 2.0 * radical_inverse(k, 2, _DIGITS_2, seed, 0, True) - 1.0
-        out[k, 1] = 2.0 * radical_inverse(k, 3, _DIGITS_3, seed, 1, True) - 1.0
-        if out.shape[1] == 3:
-            out[k, 2] = radical_inverse(k, 5, _DIGITS_5, seed, 2, True)
+    for a in range(out.shape[1]):
+        for k in range(out.shape[0]):
+            out[k, a] = radical_inverse(k, _BASES[a], _DIGITS[a], seed, a)
+    stretch(out)
 
 
 @kernel
 def sobol_points(seed, out):
     """Dimensions 0 and 1 on [-1, 1]^2 and, in a third column, dimension 2 on (0, 1); column a by stream a."""
-    for k in range(out.shape[0]):
-        out[k, 0] = 2.0 * sobol(k, 0, seed, 0, True) - 1.0
-        out[k, 1] = 2.0 * sobol(k, 1, seed, 1, True) - 1.0
-        if out.shape[1] == 3:
-            out[k, 2] = sobol(k, 2, seed, 2, True)
+    for a in range(out.shape[1]):
+        for k in range(out.shape[0]):
+            word, backwards = sobol_word(k, a), np.int64(0)
+            for bit in range(32):
+                backwards |= ((word >> bit) & 1) << (31 - bit)
+            out[k, a] = radical_inverse(backwards, 2, 32, seed, a)
+    stretch(out)

@@ -1,12 +1,9 @@
 """Point sets in the ball and the disk by repulsion (VO section 4.5), from the tables of ``benchmarks/tools``."""
 
-from functools import cache
-from importlib import resources
-
 import numpy as np
 
 from lfssao.errors import InputError, check_choice
-from lfssao.samples.sets import FloatArray, SampleSet
+from lfssao.samples.sets import SampleSet, read_table
 
 MOST = 64
 PROMISES = ("inside", "distinct", "weights", "apart")
@@ -28,15 +25,7 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
         raise InputError(f"repulsion has tables of 1 to {MOST} points, not of {n}")
     if domain == "ball" and centre is not None:
         raise InputError("centre: only the disk has sets with and without a point in the centre")
-    table = _table("ball" if domain == "ball" else "disk" if centre is False else "disk-centre")
+    table = read_table("ball" if domain == "ball" else "disk" if centre is False else "disk-centre")
     first = n * (n - 1) // 2  # the sets of 1, 2, ... points stand one after the other
     made = table[first : first + n]
     return SampleSet(made[:, :-1].copy(), made[:, -1].copy(), domain, "repulsion", 0, PROMISES)
-
-
-@cache
-def _table(name: str) -> FloatArray:
-    """Coordinates and weights of all sets of a kind."""
-    with resources.files("lfssao.samples").joinpath("tables", f"{name}.npy").open("rb") as stream:
-        table: FloatArray = np.load(stream, allow_pickle=False)
-    return table

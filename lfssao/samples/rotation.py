@@ -6,23 +6,20 @@ by a texture of random numbers. An angle is a function of the texel's place alon
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.elementary import exp
-from lfssao.core.philox import random_below
 from lfssao.errors import InputError, check_choice
 from lfssao.samples.kernels import spiral
 from lfssao.samples.kernels.spiral import COMMON, PAPER
 from lfssao.samples.kernels.square import R2
-from lfssao.samples.sets import FloatArray, fill
+from lfssao.samples.sets import FloatArray, fill, read_table
 
 TILE = 64  # texels a side of the blue noise tile
 LARGEST_ANGLE = 2.0**32  # radians
-_SIGMA = 1.5  # Ulichney's, texels
 
 
 @dataclass(frozen=True)
@@ -57,56 +54,12 @@ def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int, int], Float
 _BAYER = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]]) / 8.0
 
 
-@cache
 def _blue_noise() -> FloatArray:
-    return np.asarray((void_and_cluster(0, TILE, TILE) + 0.5) / (TILE * TILE / 2.0), np.float64)
+    """A table of the ranks 0 to 4095 by void and cluster (Ulichney 1993); tests/reference/dither.py makes it again.
 
-
-def void_and_cluster(seed: int, height: int, width: int) -> NDArray[np.int64]:
-    """Blue noise ranks 0 .. height * width - 1 on a tile that repeats, (height, width) int64 (Ulichney 1993).
-
-    The texels below any threshold are spread evenly. A tenth of the texels start as a random set; the tightest cluster
-    moves to the largest void until that is the place it came from. The set's own ranks come from taking away tightest
-    clusters, all others from filling largest voids. Ulichney's third phase, the tightest cluster of the empty texels,
-    picks the same texels as his second, because the energies of set and rest sum to a constant.
+    The texels below any threshold are spread evenly, also across the tile's borders.
     """
-    y, x = (np.minimum(np.arange(n), n - np.arange(n)) for n in (height, width))
-    squares = np.add.outer(y * y, x * x)
-    # Gaussians of the distance on the torus: whole numbers, so that adding and taking away leaves no rounding error.
-    table = np.array([int(exp(-square / (2.0 * _SIGMA * _SIGMA)) * 2.0**40) for square in squares.flat])
-    ones, energy = np.zeros((2, height, width), np.int64)
-
-    def change(place: tuple[int, int], sign: int) -> None:
-        ones[place] += sign
-        energy[:] += sign * np.roll(table.reshape(height, width), place, (0, 1))
-
-    def tightest_cluster() -> tuple[int, int]:
-        return divmod(int(np.argmax(np.where(ones == 1, energy, -1))), width)
-
-    def largest_void() -> tuple[int, int]:
-        return divmod(int(np.argmin(np.where(ones == 0, energy, 2**62))), width)
-
-    start, dart = max(height * width // 10, 1), 0
-    while ones.sum() < start:
-        place = divmod(int(random_below(np.uint64(seed), 0, dart, height * width)), width)
-        dart += 1
-        if ones[place] == 0:
-            change(place, 1)
-    came, went = (0, 0), (-1, -1)
-    while came != went:
-        came = tightest_cluster()
-        change(came, -1)
-        went = largest_void()
-        change(went, 1)
-    ranks, kept = np.empty((height, width), np.int64), (ones.copy(), energy.copy())
-    for rank in range(start - 1, -1, -1):
-        ranks[place := tightest_cluster()] = rank
-        change(place, -1)
-    ones[:], energy[:] = kept
-    for rank in range(start, height * width):
-        ranks[place := largest_void()] = rank
-        change(place, 1)
-    return ranks
+    return np.asarray((read_table("blue-noise") + 0.5) / (TILE * TILE / 2.0), np.float64)
 
 
 def _gradient_noise(height: int, width: int, seed: int) -> FloatArray:

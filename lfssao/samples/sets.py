@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -80,3 +82,11 @@ def fill(kernel: Callable[..., Any], shape: tuple[int, int], *arguments: Any) ->
     out = np.empty(shape)
     kernel(*arguments, out)
     return out
+
+
+@cache
+def read_table(name: str) -> NDArray[Any]:
+    """Return an array of the package; not to write to."""
+    with resources.files("lfssao.samples").joinpath("tables", f"{name}.npy").open("rb") as stream:
+        table: NDArray[Any] = np.load(stream, allow_pickle=False)
+    return table

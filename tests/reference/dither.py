@@ -1,6 +1,7 @@
 """Angles that turn samples from texel to texel: ordered dither, void and cluster, random words, gradient noise."""
 
 from functools import cache
+from itertools import count
 from math import floor
 
 import numpy as np
@@ -19,68 +20,54 @@ def bayer(side):
     return np.block([[half, half + 2], [half + 3, half + 1]])
 
 
-def void_and_cluster(seed, height, width):
-    """Ulichney's three phases, the third on what is empty; energies are whole numbers, so no sum rounds."""
-    b, a = (np.minimum(k, size - k) for k, size in zip(np.indices((height, width)), (height, width), strict=True))
-    table = [int(exp(-d / (2.0 * 1.5 * 1.5)) * 2.0**40) for d in (a * a + b * b).ravel().tolist()]
-    near = np.array(table, np.int64).reshape(height, width)
+@cache
+def blue_noise():
+    """Ranks of the tile by Ulichney's three phases, the third on what is empty; energies are whole: no sum rounds."""
+    n = np.minimum(np.arange(64), 64 - np.arange(64))
+    near = [int(exp(-d / (2.0 * 1.5 * 1.5)) * 2.0**40) for d in np.add.outer(n * n, n * n).ravel().tolist()]
 
-    def energy(places):
-        """Energy at every texel of a set of places, (H, W)."""
-        return sum((np.roll(near, place, (0, 1)) for place in places), np.zeros((height, width), np.int64))
+    def change(member, energy, place):
+        energy += np.roll(np.reshape(near, (64, 64)), place, (0, 1)) * (-1 if member[place] else 1)
+        member[place] = ~member[place]
+        return place
 
-    def first(values):
-        return tuple(int(k) for k in np.unravel_index(np.argmax(values), values.shape))
+    def pattern(places):
+        """A set of texels and its energy at every texel."""
+        made = np.zeros((64, 64), bool), np.zeros((64, 64), np.int64)
+        for place in places:
+            change(*made, tuple(place))
+        return made
 
-    class Pattern:
-        """A set of texels and its energy."""
+    def tightest(member, energy):
+        return divmod(int(np.argmax(np.where(member, energy, -1))), 64)
 
-        def __init__(self, places):
-            self.member, self.energy = np.zeros((height, width), bool), energy(places)
-            for place in places:
-                self.member[place] = True
+    def emptiest(member, energy):
+        return divmod(int(np.argmin(np.where(member, 2**62, energy))), 64)
 
-        def change(self, place):
-            self.energy += energy([place]) * (-1 if self.member[place] else 1)
-            self.member[place] = ~self.member[place]
-            return place
-
-        def tightest(self):
-            return first(np.where(self.member, self.energy, -1))
-
-        def emptiest(self):
-            return first(np.where(self.member, -(2**62), -self.energy))
-
-    places, dart = [], 0
-    while len(places) < max(height * width // 10, 1):
-        place = divmod(below(seed, 0, dart, height * width), width)
-        places += [] if place in places else [place]
-        dart += 1
-    pattern = Pattern(places)
-    while pattern.change(pattern.tightest()) != pattern.change(pattern.emptiest()):
+    darts = (divmod(below(0, 0, dart, 4096), 64) for dart in count())
+    ones, ranks = pattern([]), np.empty((64, 64), int)
+    while ones[0].sum() < 409:
+        place = next(darts)
+        if not ones[0][place]:
+            change(*ones, place)
+    while change(*ones, tightest(*ones)) != change(*ones, emptiest(*ones)):
         pass
-    start, ranks = [tuple(place) for place in np.argwhere(pattern.member).tolist()], np.empty((height, width), int)
-    for rank in range(len(start) - 1, -1, -1):
-        ranks[pattern.change(pattern.tightest())] = rank
-    pattern, rank = Pattern(start), len(start)
-    while rank < height * width / 2:
-        ranks[pattern.change(pattern.emptiest())] = rank
-        rank += 1
-    zeros = Pattern([tuple(place) for place in np.argwhere(~pattern.member).tolist()])
-    for last in range(rank, height * width):
-        ranks[zeros.change(zeros.tightest())] = last
-    return ranks.tolist()
+    start = np.argwhere(ones[0])
+    for rank in range(408, -1, -1):
+        ranks[change(*ones, tightest(*ones))] = rank
+    ones = pattern(start)
+    for rank in range(409, 2048):
+        ranks[change(*ones, emptiest(*ones))] = rank
+    zeros = pattern(np.argwhere(~ones[0]))
+    for rank in range(2048, 4096):
+        ranks[change(*zeros, tightest(*zeros))] = rank
+    return ranks
 
 
 def gradient_noise(i, j):
     inner = 0.06711056 * (i + 0.5) + 0.00583715 * (j + 0.5)
     outer = 52.9829189 * (inner - floor(inner))
     return outer - floor(outer)
-
-
-@cache
-def blue_noise():
-    return void_and_cluster(0, 64, 64)
 
 
 def angles(rotation, height, width, seed):

@@ -12,14 +12,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.elementary import PI
 from lfssao.errors import InputError, check_choice
 from lfssao.samples.kernels import spiral
-from lfssao.samples.kernels.spiral import COMMON, PAPER
 from lfssao.samples.kernels.square import R2
 from lfssao.samples.sets import FloatArray, fill, read_table
 
 TILE = 64  # texels a side of the blue noise tile
 LARGEST_ANGLE = 2.0**32  # radians
+
+# 1 / (2 pi) in units of 2**-64 and the next 64 bits of it, the latter in two halves.
+_INVERSE_TURN = 0x28BE60DB9391054A, 0x7F09D5F4, 0x7D4D3770
+
+# 2 pi in three parts: the first two have 23 bits, so that products with whole numbers below 2**30 are exact.
+_TURN = 6.2831850051879883, 3.0199157663446385e-07, 2.1561211432632476e-14
 
 
 @dataclass(frozen=True)
@@ -34,8 +40,34 @@ class Rotation:
     tile: int | None  # texels a side after which it repeats; None where it does not
 
 
-def _filled(kernel: Callable[..., None], *arguments: int) -> Callable[[int, int, int], FloatArray]:
-    return lambda height, width, seed: fill(kernel, (height, width), *arguments)
+def hash_angles(x: NDArray[np.int64], y: NDArray[np.int64], common: bool) -> FloatArray:
+    """Angles by which SAO's spiral is turned at texels (x, y), half-turns in [0, 2): equation 8 as C reads it.
+
+    The hash (30 x) ^ (y + 10 x y) is a number of radians; in ``common`` renderers it is 10 ((3 x) ^ (y + x y)). It
+    wraps to 32 bits, signed, as a shader's int does; textures of up to 14,000 texels a side stay below that.
+    """
+    word = 10 * ((3 * x) ^ (y + x * y)) if common else (30 * x) ^ (y + 10 * x * y)
+    return half_turns(word.astype(np.int32))
+
+
+def half_turns(radians: NDArray[np.int32]) -> FloatArray:
+    """Angles of whole numbers of radians in half-turns: float64 in [0, 2).
+
+    The product with 1 / (2 pi) is taken in 128-bit integers modulo one turn and cut, once, to a multiple of 2**-52.
+    """
+    high, middle, low = (np.uint64(part) for part in _INVERSE_TURN)
+    size, bits = np.abs(radians.astype(np.int64)).astype(np.uint64), np.uint64(32)
+    turn = size * high + ((size * middle + ((size * low) >> bits)) >> bits)
+    turn = np.where(radians < 0, ~turn + np.uint64(1), turn)
+    return np.asarray((turn >> np.uint64(11)) * 2.0**-52)
+
+
+def _hashed(common: bool) -> Callable[[int, int, int], FloatArray]:
+    def angles(height: int, width: int, seed: int) -> FloatArray:
+        y, x = np.indices((height, width))
+        return hash_angles(x, y, common)
+
+    return angles
 
 
 def _random(height: int, width: int, seed: int) -> FloatArray:
@@ -77,6 +109,7 @@ def _recurrence(height: int, width: int, seed: int) -> FloatArray:
 
 
 _BLUE_NOISE = f"4096 angles in a tile of {TILE} x {TILE} by void and cluster"
+_SHIPPED = "the hash that other renderers ship"
 
 ROTATIONS = {
     entry.name: entry
@@ -87,14 +120,8 @@ ROTATIONS = {
         Rotation("ign", "interleaved gradient noise", "Jimenez 2014", _gradient_noise, None),
         Rotation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
         Rotation("r2", "the recurrence R2", "Roberts 2018", _recurrence, None),
-        Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _filled(spiral.hashed_angles, PAPER), None),
-        Rotation(
-            "common-hash",
-            "the hash that other renderers ship",
-            "SAO equation 8, varied",
-            _filled(spiral.hashed_angles, COMMON),
-            None,
-        ),
+        Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _hashed(common=False), None),
+        Rotation("common-hash", _SHIPPED, "SAO equation 8, varied", _hashed(common=True), None),
     )
 }
 
@@ -158,6 +185,9 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
     [[[1.0, 0.878]], [[0.0, 0.479]]]
     """
     check_angles(radians)
-    turns = np.empty((2, *radians.shape), dtype)
-    spiral.turns_of(fill(spiral.radian_angles, radians.shape, np.ascontiguousarray(radians)), turns)
+    angles, turns = radians.astype(np.float64, order="C"), np.empty((2, *radians.shape), dtype)
+    whole = np.floor(angles / (2.0 * PI) + 0.5)  # turns, which are taken off in three parts, the first two exactly
+    for part in _TURN:
+        angles -= whole * part
+    spiral.turns_of(angles / PI, turns)
     return turns

@@ -21,7 +21,7 @@ from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
 from lfssao.samples import METHODS, ROTATIONS, sample_set, texel_angles, texel_turns
-from lfssao.samples.kernels import ball, spiral
+from lfssao.samples.kernels import ball
 from lfssao.verify.bounds import post
 from lfssao.verify.bounds import ssao as ssao_bounds
 from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
@@ -111,9 +111,6 @@ def scalars():
     yield "exp", np.array([elementary.exp(x) for x in rng.uniform(-745, 709, 500)])
     yield "philox", np.array([philox.random_below(np.uint64(2**63 + 5), 2, k, 1000) for k in range(500)])
     yield "ball", np.array([ball.algorithm3(x, y) for x, y in rng.uniform(-1, 1, (500, 2))])
-    texels = rng.integers(-100, 20_000, (500, 2))
-    yield "hash_angle", np.array([[spiral.hash_angle(x, y, v) for v in (0, 1)] for x, y in texels])
-    yield "spiral_tap", np.array([spiral.spiral_tap(i, 99, 27, a) for i, a in enumerate(rng.uniform(0, 2, 99))])
     for domain, methods in METHODS.items():
         for method in methods:
             yield f"{method}, {domain}", sample_set(domain, method, 60, 4).points

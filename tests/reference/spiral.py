@@ -39,12 +39,12 @@ def turns_of(s):
     return min((n for n in range(1, s) if math.gcd(n, s) == 1), key=lambda n: (abs(n - middle), n))
 
 
-def tap_of(t, s, tau, angle=0.0, full_turn="exact"):
+def tap_of(t, s, tau, full_turn="exact"):
     """Cosine, sine and alpha."""
     if full_turn == "6.28":
         angle = (3.14 * (((2 * t + 1) * tau) / s)) / 3.141592653589793
     else:
-        angle = (((2 * t + 1) * tau) % (2 * s)) / s + angle
+        angle = (((2 * t + 1) * tau) % (2 * s)) / s
     sine, cosine = sincospi(angle)
     return cosine, sine, (t + 0.5) / s
 

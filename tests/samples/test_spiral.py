@@ -13,18 +13,16 @@ from reference import spiral as reference
 from lfssao.errors import InputError
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
+from lfssao.samples.rotation import half_turns, hash_angles
 from lfssao.samples.spiral import BEST_TURNS, spiral_discrepancy
 
-VARIANTS = {"paper": spiral.PAPER, "common": spiral.COMMON}
 texels = st.one_of(st.integers(0, 20_000), st.integers(-300, 2**20), st.sampled_from([0, 1, 14_000, 2**31 - 1]))
-every_variant = pytest.mark.parametrize("variant", VARIANTS)
 
 
-@every_variant
+@pytest.mark.parametrize("variant", ["paper", "common"])
 @given(x=texels, y=texels)
 def test_the_hash_equals_the_reference(variant, x, y):
-    assert spiral.hash_word(x, y, VARIANTS[variant]) == reference.hash_word(x, y, variant)
-    angle = spiral.hash_angle(x, y, VARIANTS[variant])
+    (angle,) = hash_angles(np.array([x]), np.array([y]), variant == "common")
     assert bits(angle) == bits(reference.half_turns(reference.hash_word(x, y, variant)))
     assert 0 <= angle < 2
 
@@ -32,22 +30,25 @@ def test_the_hash_equals_the_reference(variant, x, y):
 @given(st.integers(-(2**31), 2**31 - 1))
 def test_whole_radians_are_reduced_exactly(radians):
     """Within one unit of 2**-52 half-turns, towards zero's side, of the true angle; an error of a turn would show."""
+    (made,) = half_turns(np.array([radians], np.int32))
     with mpmath.workdps(60):
         true = mpmath.mpf(radians) / mpmath.pi
         true -= 2 * mpmath.floor(true / 2)
-        error = abs(mpmath.mpf(spiral.half_turns(radians)) - true)
+        error = abs(mpmath.mpf(float(made)) - true)
         assert min(error, 2 - error) < 1.001 * mpmath.mpf(2) ** -52
-    assert bits(spiral.half_turns(radians)) == bits(reference.half_turns(radians))
+    assert bits(made) == bits(reference.half_turns(radians))
 
 
-@given(s=st.integers(1, 99), data=st.data(), angle=st.floats(0, 2))
-def test_taps_equal_the_reference_and_stand_on_the_spiral(s, data, angle):
-    i, tau = data.draw(st.integers(0, s - 1)), data.draw(st.integers(1, 2 * s))
-    tap = spiral.spiral_tap(i, s, tau, angle)
-    np.testing.assert_array_equal(bits(tap), bits(reference.tap_of(i, s, tau, angle)))
-    theta = 2 * math.pi * tap[2] * tau + math.pi * angle  # equation 6
-    assert tap[2] == (i + 0.5) / s
-    assert tap[:2] == pytest.approx((math.cos(theta), math.sin(theta)), abs=1e-15 * (4 + theta))
+@given(s=st.integers(1, 99), data=st.data())
+def test_taps_equal_the_reference_and_stand_on_the_spiral(s, data):
+    tau, taps = data.draw(st.integers(1, 2 * s)), np.empty((s, 3))
+    spiral.unit_taps(tau, taps)
+    np.testing.assert_array_equal(bits(taps), bits([reference.tap_of(i, s, tau) for i in range(s)]))
+    theta = 2 * np.pi * taps[:, 2] * tau  # equation 6
+    np.testing.assert_array_equal(taps[:, 2], (np.arange(s) + 0.5) / s)
+    np.testing.assert_allclose(
+        taps[:, :2], np.transpose([np.cos(theta), np.sin(theta)]), atol=1e-15 * (4 + theta.max())
+    )
 
 
 # The table

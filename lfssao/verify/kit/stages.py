@@ -15,7 +15,7 @@ from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import without_guard
 from lfssao.samples import best_turns, make_samples, square_points, texel_angles, texel_turns
-from lfssao.samples.kernels.spiral import half_turns
+from lfssao.samples.rotation import half_turns
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
@@ -30,7 +30,7 @@ Run = Callable[[Parameters, Arrays], Outputs]
 
 _FUNCTIONS: dict[str, Callable[..., float | tuple[float, float]]] = {
     **{name: getattr(elementary, name) for name in ("sincospi", "cbrt", "exp", "log", "log2")},
-    "reduced": lambda h: half_turns(np.int64(h.astype(np.int32))),
+    "reduced": lambda h: float(half_turns(np.array([h]).astype(np.int32))[0]),
     "turns": best_turns,
 }
 

@@ -86,13 +86,12 @@ def _mapping_problem(view: View, offset: bool = False) -> Problem:
     return {"mapping": views.described(view.world_to_image)}, {"points": points, **offsets}
 
 
-def _numbers_problem(display: Display, guard: int) -> Problem:
-    values = json.loads(json.dumps(asdict(display)))  # tuples as the lists that a file gives back
-    return {"display": values, "module": 0, "guard": guard, "physical_from_world": views.WORLD.tolist()}, {}
+def _without_inputs(parameters: dict[str, Any]) -> Problem:
+    return parameters, {}
 
 
 def _frame_problem() -> Problem:
-    parameters, inputs = _module_problem(module_view(views.small_display(), 3))
+    parameters, inputs = _module_problem(module_view(views.SMALL, 3))
     image = views.noise(5, *inputs["depth"].shape, 3)
     image[np.isinf(inputs["depth"])] = 0
     passes = {"radii": [0.08, 0.2, 0.5], "sigma": 1.0, "guard": 3}
@@ -110,14 +109,6 @@ def _merge_problem(count: int, height: int, width: int) -> Problem:
 def _shade_problem() -> Problem:
     ramp = (np.arange(48, dtype=np.float32) / np.float32(47)).reshape(6, 8)
     return {}, {"image": views.noise(2, 6, 8, 3) * 3 - 1, "occlusion": ramp}
-
-
-def _samples_problem(method: str, n: int, seed: int, r_min: float, r_max: float) -> Problem:
-    return {"method": method, "n": n, "seed": str(seed), "r_min": r_min, "r_max": r_max}, {}
-
-
-def _turns_problem(rotation: str, height: int, width: int) -> Problem:
-    return {"rotation": rotation, "height": height, "width": width, "seed": str(_SEED)}, {}
 
 
 def _turning(build: Callable[..., Problem], *arguments: Any) -> Problem:
@@ -164,25 +155,6 @@ _ELEMENTARY = {
     "turns": "turns of spirals of 1 to 200 taps",
 }
 
-# Name, method, number, seed, least and largest radius.
-_SAMPLES = (
-    *((method, method, 12, 2**40 + 7, 0.8, 1.0) for method in ("random", "jittered", "latin")),
-    ("ball", "jittered", 9, _SEED, 0.0, 0.3),
-    ("sphere", "jittered", 10, _SEED, 0.9, 0.9000000000000001),
-    ("point", "random", 2, _SEED, 0.0, 0.0),
-    ("one", "latin", 1, _SEED, 0.5, 0.7),
-)
-
-# Name, sigma, height, width.
-_BLURS = (
-    ("usual", 1.0, 12, 16),
-    ("wide", 2.5, 3, 2),
-    ("narrow", 0.01, 4, 4),
-    ("none", 0.0, 2, 3),
-    ("one_texel", 1.0, 1, 1),
-    ("row", 0.7, 1, 9),
-)
-
 # Displays that one field alone makes other than crossed slits, and the branches by which a distortion folds.
 _ALONE = {
     "screen_curvature": (views.make_display(screen_curvature=0.7), "curved screen alone"),
@@ -199,53 +171,53 @@ _ALONE = {
     )
 }  # fmt: skip
 
-# Samples far around surfaces; some reach where the mapping is not defined: name, title, display.
-_FAR_SAMPLES = (
-    ("behind_lens_and_observers", "samples behind the lens and behind the observers", NEAR),
-    ("conical_beyond", "conical diffuser: samples beyond where it has an image", replace(NEAR, diffuser="conical")),
-    ("convex_missed", "convex screen: samples that no point of it shows", MISSED),
-    ("folded", "samples beyond where the distortion folds", _FOLDING),
-    ("behind_homography", "samples behind the line w = 0 of a homography", views.DISPLAYS["negated"]),
-)
-
 
 def _numbers() -> Iterator[Recipe]:
     for function, title in _ELEMENTARY.items():
         yield Recipe(f"elementary_{function}", "elementary", title, _elementary_problem, function)
     yield Recipe("philox", "philox", "Philox4x32-10", _philox_problem)
-    for name, method, n, seed, low, high in _SAMPLES:
+    for name, method, n, seed, low, high in (
+        *((method, method, 12, 2**40 + 7, 0.8, 1.0) for method in ("random", "jittered", "latin")),
+        ("ball", "jittered", 9, _SEED, 0.0, 0.3),
+        ("sphere", "jittered", 10, _SEED, 0.9, 0.9000000000000001),
+        ("point", "random", 2, _SEED, 0.0, 0.0),
+        ("one", "latin", 1, _SEED, 0.5, 0.7),
+    ):
         about = f"{method}, {n} samples from {low:g} to {high:g}"
         title = f"the table of 12 samples, {method}" if name == method else about
-        yield Recipe(f"samples_{name}", "samples", title, _samples_problem, method, n, seed, low, high)
-
-
-# Name, height, width.
-_ROTATIONS = (
-    *(("hash", 9, 12), ("tiles", 5, 7), ("ign", 12, 16), ("blue-noise", 66, 65)),
-    *(("sao-hash", 13, 11), ("common-hash", 13, 11), ("r2", 9, 12)),
-)
-_TURNING = (
-    "point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao", "alchemy", "sao",
-    "oriented-hemisphere",
-)  # fmt: skip
+        table = {"method": method, "n": n, "seed": str(seed), "r_min": low, "r_max": high}
+        yield Recipe(f"samples_{name}", "samples", title, _without_inputs, table)
 
 
 def _turned() -> Iterator[Recipe]:
-    for rotation, height, width in _ROTATIONS:
-        title = f"turns of a texture's samples: {ROTATIONS[rotation].title}"
-        yield Recipe(f"turns_{rotation}", "turns", title, _turns_problem, rotation, height, width)
+    for name, height, width in (
+        ("hash", 9, 12), ("tiles", 5, 7), ("ign", 12, 16), ("blue-noise", 66, 65), ("sao-hash", 13, 11),
+        ("common-hash", 13, 11), ("r2", 9, 12),
+    ):  # fmt: skip
+        title = f"turns of a texture's samples: {ROTATIONS[name].title}"
+        texture = {"rotation": name, "height": height, "width": width, "seed": str(_SEED)}
+        yield Recipe(f"turns_{name}", "turns", title, _without_inputs, texture)
     title, convex = "samples that turn from texel to texel", views.DISPLAYS["convex"]
     for name, build, *arguments in (
         ("algorithm1", _camera_problem, "perspective"),
-        ("algorithm2", _module_problem, module_view(views.small_display())),
+        ("algorithm2", _module_problem, module_view(views.SMALL)),
         ("algorithm2_convex", _module_problem, module_view(convex)),
         ("algorithm2_matrix", _module_problem, *_MATRIX),
         ("frame", _frame_problem),
     ):
         yield Recipe(f"turned_{name}", name.partition("_")[0], title, _turning, build, *arguments)
-    for name in _TURNING:
+    for name in (
+        "point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao", "alchemy", "sao",
+        "oriented-hemisphere",
+    ):  # fmt: skip
         seen = ESTIMATORS[name], "perspective" if name == "point" else ""
         yield Recipe(f"turned_{name}", "estimator", title, _turning, estimator_problem, *seen, {})
+
+
+def _numbers_recipe(name: str, title: str, display: Display, guard: int = 0) -> Recipe:
+    values = json.loads(json.dumps(asdict(display)))  # tuples as the lists that a file gives back
+    given = {"display": values, "module": 0, "guard": guard, "physical_from_world": views.WORLD.tolist()}
+    return Recipe(f"numbers_{name}", "numbers", f"the mapping's numbers: {title}", _without_inputs, given)
 
 
 def _views() -> Iterator[Recipe]:
@@ -256,9 +228,8 @@ def _views() -> Iterator[Recipe]:
     seen = {name: module_view(display) for name, display in views.DISPLAYS.items()}
     for name, display in views.DISPLAYS.items():
         title = _DISPLAY_TITLES[name]
-        for guard, suffix in ((0, ""), (5, "_guard_5")):
-            numbers = f"the mapping's numbers: {title}"
-            yield Recipe(f"numbers_{name}{suffix}", "numbers", numbers, _numbers_problem, display, guard)
+        yield _numbers_recipe(name, title, display)
+        yield _numbers_recipe(f"{name}_guard_5", title, display, 5)
         yield Recipe(f"algorithm2_{name}", "algorithm2", title, _module_problem, seen[name])
         yield Recipe(f"mapping_{name}", "mapping", f"world points: {title}", _mapping_problem, seen[name])
     seen["perspective"] = make_camera("perspective")
@@ -266,13 +237,13 @@ def _views() -> Iterator[Recipe]:
         title = "world points and offsets, whose sums are formed apart and then added"
         yield Recipe(f"offsets_{name}", "mapping", title, _mapping_problem, seen[name], True)
     for name, (display, title) in _ALONE.items():
-        yield Recipe(f"numbers_{name}", "numbers", f"the mapping's numbers: {title}", _numbers_problem, display, 0)
+        yield _numbers_recipe(name, title, display)
     for name in BORDERS:
         title = f"world points on borders of the domain: {name.replace('_', ' ')}"
         yield Recipe(f"border_{name}", "mapping", title, border_problem, name)
     yield Recipe("behind_camera", "algorithm1", "samples behind a camera's eye", _near_camera_problem)
     yield Recipe("algorithm2_matrix", "algorithm2", "a camera, positions from a texture", _module_problem, *_MATRIX)
-    small = module_view(views.small_display())
+    small = module_view(views.SMALL)
     for method in METHODS["ball"]:
         title = f"16 samples by the method {method}, the table an input"
         yield Recipe(f"table_{method}", "algorithm2", title, _module_problem, small, SCENE, (method, 16, 2))
@@ -290,7 +261,14 @@ def _singular() -> Iterator[Recipe]:
         ("outside", "most samples outside the texture", small, SCENE, ("latin", 16, 3), 1.2),
     ):
         yield Recipe(name, "algorithm2", title, _module_problem, *arguments)
-    for name, title, display in _FAR_SAMPLES:
+    # Samples far around surfaces; some reach where the mapping is not defined.
+    for name, title, display in (
+        ("behind_lens_and_observers", "samples behind the lens and behind the observers", NEAR),
+        ("conical_beyond", "conical diffuser: samples beyond where it has an image", replace(NEAR, diffuser="conical")),
+        ("convex_missed", "convex screen: samples that no point of it shows", MISSED),
+        ("folded", "samples beyond where the distortion folds", _FOLDING),
+        ("behind_homography", "samples behind the line w = 0 of a homography", views.DISPLAYS["negated"]),
+    ):
         view = module_view(display if name == "folded" else display.with_resolution(16, 12))
         yield Recipe(name, "algorithm2", title, _module_problem, view, SCENE, ("latin", 24, 3, 0.2, 1.0), 1.2)
 
@@ -298,7 +276,10 @@ def _singular() -> Iterator[Recipe]:
 def _pictures() -> Iterator[Recipe]:
     yield Recipe("merge_three", "merge", "three radii", _merge_problem, 3, 12, 16)
     yield Recipe("merge_one", "merge", "one radius: a copy", _merge_problem, 1, 3, 5)
-    for name, sigma, height, width in _BLURS:
+    for name, sigma, height, width in (
+        ("usual", 1.0, 12, 16), ("wide", 2.5, 3, 2), ("narrow", 0.01, 4, 4), ("none", 0.0, 2, 3),
+        ("one_texel", 1.0, 1, 1), ("row", 0.7, 1, 9),
+    ):  # fmt: skip
         title = f"sigma {sigma:g}, {width} x {height} texels"
         yield Recipe(f"blur_{name}", "blur", title, _blur_problem, sigma, height, width)
     yield Recipe("blur_covered", "blur", "sigma 3, all covered: exactly 1", _blur_problem, 3.0, 5, 7, 1.0)

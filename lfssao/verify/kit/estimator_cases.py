@@ -12,6 +12,7 @@ from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.textures import Buffers
+from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display
 from lfssao.optics.view import View
 from lfssao.samples import make_samples
@@ -333,7 +334,8 @@ _EXACT: dict[str, Changes] = {
 
 def _exact_problem(estimator: Estimator, radius: float, changes: Changes, projection: str) -> Problem:
     """Ties: textures and samples whose sums are exact, on a camera that looks along x; one texel lies in a pit."""
-    view, (row, column) = views.make_exact(projection), np.indices((6, 8))
+    camera = Camera(projection, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 6.0, 1.0, 5.0)
+    row, column = np.indices((6, 8))  # at the distance 1 texels are 1: all numbers have few binary digits
     z = 2 + 0.25 * ((column + 2 * row) % 4)
     z[2, 4], z[2, 1], z[2, 7], z[5, 6] = 4.5, 0.5, 0.5, 0.0  # the middle one lies 3, 4 and 5 from its two neighbours
     across = z if projection == "perspective" else 1.0
@@ -342,7 +344,7 @@ def _exact_problem(estimator: Estimator, radius: float, changes: Changes, projec
         depth = (1.25 - 1.25 / z if projection == "perspective" else 0.25 * z - 0.25).astype(np.float32)
     depth[5, 6] = np.float32(-0.25)  # in the plane of the eye, where a perspective has no image
     tables = {2: {"points": _FLAT}, 3: {"points": _BALL}, 0: {}}[estimator.dimensions]
-    parameters, inputs = _on_view(estimator, view, CAMERA_SCENE, radius, changes, tables)
+    parameters, inputs = _on_view(estimator, camera.view(8, 6), CAMERA_SCENE, radius, changes, tables)
     normals = np.where(((column + row) % 3 == 0)[..., None], [-(2.0**-22), 0.0, 1.0], [-1.0, 0.0, 0.0])
     own = {"depth": depth, "positions": positions, "normals": normals.astype(np.float32)}
     return parameters, {**inputs, **{name: array for name, array in own.items() if name in inputs}}

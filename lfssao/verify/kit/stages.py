@@ -108,20 +108,12 @@ def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {**_occlusion(made), **_offsets(parameters, inputs)}
 
 
-def _merge(parameters: Parameters, inputs: Arrays) -> Outputs:
-    return {"merged": post.merge(inputs["layers"])}
-
-
 def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
     weights, half = post.blur_weights(parameters["sigma"]), np.empty_like(inputs["source"])
     post_kernels.blur_horizontal(inputs["source"], weights, half)
     blurred = post.blur(inputs["source"], parameters["sigma"])
     gaussian = post.gaussian_kernel(parameters["sigma"])
     return {"blurred": blurred, "weights_float64": gaussian, "weights": weights, "horizontal": half}
-
-
-def _shade(parameters: Parameters, inputs: Arrays) -> Outputs:
-    return {"shaded": post.shade(inputs["image"], inputs["occlusion"])}
 
 
 def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
@@ -152,9 +144,9 @@ STAGES: dict[str, Run] = {
     "mapping": _map_points,
     "algorithm1": _algorithm1,
     "algorithm2": _algorithm2,
-    "merge": _merge,
+    "merge": lambda parameters, inputs: {"merged": post.merge(inputs["layers"])},
     "blur": _blur,
-    "shade": _shade,
+    "shade": lambda parameters, inputs: {"shaded": post.shade(inputs["image"], inputs["occlusion"])},
     "frame": _frame,
     "estimator": _estimator,
 }

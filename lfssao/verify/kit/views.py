@@ -13,7 +13,6 @@ from lfssao.core.philox import random_unit
 from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
-from lfssao.optics.kernels.rays import Rays
 from lfssao.optics.view import KINDS, View, WorldToImage
 from lfssao.verify.case import ORTHOGRAPHIC, Arrays
 from lfssao.verify.kit.scenes import SCENE
@@ -64,21 +63,18 @@ def described(to_image: WorldToImage) -> dict[str, Any]:
 _RAY_KINDS = {CROSSED_SLITS: 0, MATRIX: 1, DISPLAY: 3}
 
 
-def described_rays(rays: Rays) -> dict[str, Any]:
-    """A view's rays as JSON: the number of their kind, and their own numbers, null for infinity."""
-    kind, numbers = _RAY_KINDS[rays.kind], [number if isfinite(number) else None for number in rays.numbers.tolist()]
-    if rays.kind == MATRIX and numbers[6] == 1.0:
-        kind, numbers[6] = ORTHOGRAPHIC, 0.0
-    return {"ray_kind": kind, "lens": numbers}
-
-
 def view_numbers(view: View) -> dict[str, Any]:
-    """All of a view but its mapping, as JSON."""
+    """All of a view but its mapping, as JSON: the kind of its rays is a number, and infinity among theirs is null."""
+    kind = _RAY_KINDS[view.rays.kind]
+    numbers = [number if isfinite(number) else None for number in view.rays.numbers.tolist()]
+    if view.rays.kind == MATRIX and numbers[6] == 1.0:
+        kind, numbers[6] = ORTHOGRAPHIC, 0.0
     return {
         "name": view.name,
         "width": view.width,
         "height": view.height,
-        **described_rays(view.rays),
+        "ray_kind": kind,
+        "lens": numbers,
         "cast_from_world": view.cast_from_world.tolist(),
         "world_from_cast": view.world_from_cast.tolist(),
         "screen_to_world": None if view.screen_to_world is None else view.screen_to_world.tolist(),
@@ -96,11 +92,6 @@ def make_camera(projection: str, width: int = 32, height: int = 24, z: float = 5
     """The view of a camera that looks down on the world's middle from before it, or from behind (z < 0)."""
     camera = Camera(projection, (1.0, 2.0, z), (0.1, 0.0, 0.0), (0.0, 1.0, 0.1), 2.0, 3.0, 8.0)
     return camera.view(width, height)
-
-
-def make_exact(projection: str) -> View:
-    """A camera whose numbers all have few binary digits: it looks along x, and its texels at the distance 1 are 1."""
-    return Camera(projection, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 6.0, 1.0, 5.0).view(8, 6)
 
 
 def without_far_plane(view: View) -> View:
@@ -123,10 +114,8 @@ def without_far_plane(view: View) -> View:
 CAMERA_SCENE = SCENE.scaled(2.0, 5.4)
 
 
-def small_display() -> Display:
-    """The flat display with a texture of 16 x 12 texels."""
-    return DISPLAYS["crossed_slits"].with_resolution(16, 12)
-
+# The flat display with a texture of 16 x 12 texels.
+SMALL = DISPLAYS["crossed_slits"].with_resolution(16, 12)
 
 # Lens and observers so near that samples pass them.
 NEAR = make_display(replace(MODULE, z=0.42), observer_z=-0.5)

@@ -259,37 +259,33 @@ def _cells(values: FloatArray, count: int) -> np.ndarray:
     return np.clip(np.floor((values + 1) / 2 * count).astype(np.int64), 0, count - 1)
 
 
-def _not_one(place: np.ndarray, cells: int) -> int:
+def _not_one(what: str, place: np.ndarray, cells: int) -> Finding:
     """The number of cells that do not hold exactly one of the points at these places."""
-    return int(np.sum(np.bincount(place, minlength=cells) != 1))
+    wrong = int(np.sum(np.bincount(place, minlength=cells) != 1))
+    return Finding(f"{what} without exactly one point", wrong, 0)
 
 
 def _stratified(of: Points) -> list[Finding]:
     columns, rows = grid(len(of.points))
     place = _cells(of.points[:, 0], columns) + columns * _cells(of.points[:, 1], rows)
-    return [Finding(f"cells of {columns} x {rows} without exactly one point", _not_one(place, columns * rows), 0)]
+    return [_not_one(f"cells of {columns} x {rows}", place, columns * rows)]
 
 
 def _rows(of: Points) -> list[Finding]:
-    n = len(of.points)
-    axis = 2 if of.domain == "sphere" else 0
-    wrong = _not_one(_cells(of.points[:, axis], n), n)
-    return [Finding(f"bands of {n} along {'z' if axis else 'xi_1'} without exactly one point", wrong, 0)]
+    n, axis = len(of.points), 2 if of.domain == "sphere" else 0
+    return [_not_one(f"bands of {n} along {'z' if axis else 'xi_1'}", _cells(of.points[:, axis], n), n)]
 
 
 def _latin(of: Points) -> list[Finding]:
     n = len(of.points)
-    wrong = {what: _not_one(_cells(x, n), n) for what, x in zip(("columns", "rows"), of.points.T, strict=True)}
-    return [Finding(f"{what} without exactly one point", count, 0) for what, count in wrong.items()]
+    return [_not_one(what, _cells(x, n), n) for what, x in zip(("columns", "rows"), of.points.T, strict=True)]
 
 
 def _net(of: Points) -> list[Finding]:
     m = len(of.points).bit_length() - 1
-    first = of.points[: 2**m]
-    wrong = 0
-    for j in range(m + 1):
-        place = _cells(first[:, 0], 2**j) * 2 ** (m - j) + _cells(first[:, 1], 2 ** (m - j))
-        wrong += _not_one(place, 2**m)
+    x, y = of.points[: 2**m].T
+    places = [_cells(x, 2**j) * 2 ** (m - j) + _cells(y, 2 ** (m - j)) for j in range(m + 1)]
+    wrong = sum(_not_one("", place, 2**m).value for place in places)
     return [Finding(f"elementary intervals of the first {2**m} points without exactly one", wrong, 0)]
 
 
@@ -299,17 +295,17 @@ def _low_discrepancy(of: Points) -> list[Finding]:
     return [Finding("L2 star discrepancy", value, 0.8 * (1 + log(n)) / n)]
 
 
+def _spaced(of: Points, least: float, where: str = "", wraps: bool = False) -> list[Finding]:
+    found = statistics.nearest_distance(of.points, wraps)
+    return [Finding(f"how much nearer than {least:.3g} two points are{where}", least - found, 0)]
+
+
 def _poisson(of: Points) -> list[Finding]:
-    n = len(of.points)
-    least = 0.5 * sqrt(8 / (sqrt(3) * n))
-    found = statistics.nearest_distance(of.points, wraps=True)
-    return [Finding(f"how much nearer than {least:.3g} two points are on the cylinder", least - found, 0)]
+    return _spaced(of, 0.5 * sqrt(8 / (sqrt(3) * len(of.points))), " on the cylinder", wraps=True)
 
 
 def _apart(of: Points) -> list[Finding]:
-    least = 0.7 * len(of.points) ** (-1 / DIMENSIONS[of.domain])
-    found = statistics.nearest_distance(of.points)
-    return [Finding(f"how much nearer than {least:.3g} two points are", least - found, 0)]
+    return _spaced(of, 0.7 * len(of.points) ** (-1 / DIMENSIONS[of.domain]))
 
 
 def _equal_area(of: Points) -> list[Finding]:

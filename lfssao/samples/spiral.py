@@ -50,12 +50,7 @@ def spiral_discrepancy(s: int, tau: int) -> float:
     0.06
     """
     # Summed up, in whole numbers: the square is (9 P - 4 s^5 - s^3) / (36 s^5), P / (4 s^5) its last term.
-    return sqrt((9 * _pairs(s, tau) - 4 * s**5 - s**3) / (36 * s**5))
-
-
-def _pairs(s: int, tau: int) -> int:
-    """The last term of the discrepancy's square, in whole numbers: times 4 s^5."""
     i = np.arange(s)
-    further = np.maximum.outer(i, i)
-    gap = np.subtract.outer(i, i) * tau % s
-    return int(np.sum((2 * s - (2 * further + 1)) * (s * s - 2 * gap * (s - gap))))
+    further, gap = np.maximum.outer(i, i), np.subtract.outer(i, i) * tau % s
+    pairs = int(np.sum((2 * s - (2 * further + 1)) * (s * s - 2 * gap * (s - gap))))
+    return sqrt((9 * pairs - 4 * s**5 - s**3) / (36 * s**5))

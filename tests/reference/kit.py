@@ -71,28 +71,17 @@ def mapping_stage(parameters, inputs):
     return {"image": np.array(places, np.float32), "answers": np.array(statuses, np.int32)}
 
 
-def occlusion_stage(parameters, inputs, algorithm):
-    table = offsets(parameters["radius"], inputs["samples"])
-    occlusion, statuses = algorithm(table)
+def occlusion_stage(parameters, inputs):
+    table, turns = offsets(parameters["radius"], inputs["samples"]), inputs.get("turns")
+    if "world_to_screen" in parameters:
+        matrices = (rounded(parameters[name]) for name in ("screen_to_world", "world_to_screen"))
+        occlusion, statuses = passes.algorithm1(inputs["depth"], table, *matrices, turns)
+    else:
+        textures = inputs["depth"], inputs["positions"]
+        occlusion, statuses = passes.algorithm2(*textures, table, *mapping_of(parameters), turns)
     counts = statuses.sum(axis=0)
     outside = np.array([counts[1:].sum()])
     return {"occlusion": occlusion, "outside": outside, "offsets": np.array(table), "statuses": counts.tolist()}
-
-
-def algorithm1_stage(parameters, inputs):
-    back, forth = rounded(parameters["screen_to_world"]), rounded(parameters["world_to_screen"])
-    return occlusion_stage(
-        parameters, inputs, lambda table: passes.algorithm1(inputs["depth"], table, back, forth, inputs.get("turns"))
-    )
-
-
-def algorithm2_stage(parameters, inputs):
-    kind, m = mapping_of(parameters)
-    return occlusion_stage(
-        parameters,
-        inputs,
-        lambda table: passes.algorithm2(inputs["depth"], inputs["positions"], table, kind, m, inputs.get("turns")),
-    )
 
 
 def blur_stage(parameters, inputs):
@@ -132,8 +121,8 @@ STAGES = {
     "turns": turns_stage,
     "numbers": numbers_stage,
     "mapping": mapping_stage,
-    "algorithm1": algorithm1_stage,
-    "algorithm2": algorithm2_stage,
+    "algorithm1": occlusion_stage,
+    "algorithm2": occlusion_stage,
     "merge": lambda parameters, inputs: {"merged": passes.merge(inputs["layers"])},
     "blur": blur_stage,
     "shade": lambda parameters, inputs: {"shaded": passes.shade(inputs["image"], inputs["occlusion"])},

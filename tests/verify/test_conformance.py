@@ -112,14 +112,9 @@ def mine(folder, arguments):
 
 
 CAMERAS = {
-    "turned_algorithm1",
-    "turned_algorithm2_matrix",
-    "algorithm1_perspective",
-    "algorithm1_orthographic",
-    "behind_camera",
-    "algorithm2_matrix",
-    "ties",
-}
+    "turned_algorithm1", "turned_algorithm2_matrix", "algorithm1_perspective", "algorithm1_orthographic",
+    "behind_camera", "algorithm2_matrix", "ties",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("arguments", "on_disk", "cases"), [

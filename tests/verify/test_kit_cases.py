@@ -1,6 +1,7 @@
 """The conformance kit: that its specification suffices, that its bits are the same everywhere, and its reader."""
 
 import json
+import re
 from dataclasses import replace
 from fractions import Fraction
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from reference import kit as reference
 from reference import mapping
+from reference.spiral import TURNS
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.samples import METHODS
@@ -87,6 +89,12 @@ def test_the_worked_example_is_what_the_reference_computes(kit):
     text = specification()["SPECIFICATION.md"]
     for line in worked_lines(kit, 11, 9, 2):
         assert f"\n    {line}\n" in text
+
+
+def test_the_texts_table_of_turns_is_the_references():
+    text = " ".join(re.findall(r"^ {4}((?:\d+ ?)+)$", specification()["ESTIMATORS.md"], re.MULTILINE))
+    assert len(TURNS) == 99
+    assert " ".join(map(str, TURNS)) in text
 
 
 # The cases

@@ -6,7 +6,7 @@ by a texture of random numbers. An angle is a function of the texel's place alon
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -62,24 +62,18 @@ def half_turns(radians: NDArray[np.int32]) -> FloatArray:
     return np.asarray((turn >> np.uint64(11)) * 2.0**-52)
 
 
-def _hashed(common: bool) -> Callable[[int, int, int], FloatArray]:
-    def angles(height: int, width: int, seed: int) -> FloatArray:
-        y, x = np.indices((height, width))
-        return hash_angles(x, y, common)
-
-    return angles
+def _hashed(common: bool, height: int, width: int, seed: int) -> FloatArray:
+    y, x = np.indices((height, width))
+    return hash_angles(x, y, common)
 
 
 def _random(height: int, width: int, seed: int) -> FloatArray:
     return fill(spiral.random_angles, (height, width), np.uint64(seed))
 
 
-def _repeated(tile: Callable[[], FloatArray]) -> Callable[[int, int, int], FloatArray]:
-    def angles(height: int, width: int, seed: int) -> FloatArray:
-        made = tile()
-        return made[np.ix_(np.arange(height) % made.shape[0], np.arange(width) % made.shape[1])]
-
-    return angles
+def _repeated(tile: Callable[[], FloatArray], height: int, width: int, seed: int) -> FloatArray:
+    made = tile()
+    return made[np.ix_(np.arange(height) % made.shape[0], np.arange(width) % made.shape[1])]
 
 
 # Sixteenths of a turn, in half-turns; those that follow each other lie far apart.
@@ -116,12 +110,12 @@ ROTATIONS = {
     for entry in (
         Rotation("none", "the same samples at every texel", "LF section 6", lambda *size: np.zeros(size[:2]), 1),
         Rotation("hash", "a random angle of each texel, of a seed", "Salmon et al. 2011", _random, None),
-        Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", _repeated(lambda: _BAYER), 4),
+        Rotation("tiles", "16 angles in tiles of 4 x 4", "Bayer 1973", partial(_repeated, lambda: _BAYER), 4),
         Rotation("ign", "interleaved gradient noise", "Jimenez 2014", _gradient_noise, None),
-        Rotation("blue-noise", _BLUE_NOISE, "Ulichney 1993", _repeated(_blue_noise), TILE),
+        Rotation("blue-noise", _BLUE_NOISE, "Ulichney 1993", partial(_repeated, _blue_noise), TILE),
         Rotation("r2", "the recurrence R2", "Roberts 2018", _recurrence, None),
-        Rotation("sao-hash", "a hash of the texel", "SAO equation 8", _hashed(common=False), None),
-        Rotation("common-hash", _SHIPPED, "SAO equation 8, varied", _hashed(common=True), None),
+        Rotation("sao-hash", "a hash of the texel", "SAO equation 8", partial(_hashed, False), None),
+        Rotation("common-hash", _SHIPPED, "SAO equation 8, varied", partial(_hashed, True), None),
     )
 }
 

@@ -11,11 +11,10 @@ from functools import lru_cache
 from math import ceil, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.spatial import KDTree
 
-FloatArray = NDArray[np.float64]
+from lfssao.samples.sets import FloatArray
 
 
 def unit_cube(points: FloatArray, domain: str, r_min: float = 0.0, r_max: float = 1.0) -> FloatArray:

@@ -33,25 +33,6 @@ def test_the_blue_noise_tile_is_the_references():
     np.testing.assert_array_equal(ranks, dither.blue_noise())
 
 
-def low_power(pattern):
-    """Mean power of a pattern of 64 x 64 at frequencies below 8, over that of white noise of the same variance."""
-    power = np.abs(np.fft.fft2(pattern - pattern.mean())) ** 2 / (pattern.var() * pattern.size)
-    f = np.fft.fftfreq(64) * 64
-    radius = np.hypot(*np.meshgrid(f, f))
-    return power[(radius > 0) & (radius < 8)].mean()
-
-
-def test_the_blue_noise_tile_is_a_permutation_without_low_frequencies():
-    """White noise has power 1, sigma 0.1 (about 100 pairs of frequencies)."""
-    ranks = texel_angles("blue-noise", 64, 64) * 2048 - 0.5
-    assert sorted(ranks.ravel()) == list(range(4096))
-    for threshold in (300, 1000, 2048, 3500):
-        assert low_power((ranks < threshold) * 1.0) < 0.15
-    assert low_power(np.cos(np.pi * ranks / 2048)) < 0.05
-    shuffled = np.random.default_rng(1).permutation(4096).reshape(64, 64)
-    assert low_power((shuffled < 1000) * 1.0) > 0.6
-
-
 @pytest.mark.parametrize(("arguments", "words"), [
     (("hsh", 4, 4), "did you mean 'hash'"), (("none", 0, 4), "at least one"), (("none", 4, -1), "at least one"),
 ])  # fmt: skip

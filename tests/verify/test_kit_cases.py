@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from fractions import Fraction
 
 import kit_digests
 import numpy as np
@@ -151,62 +150,14 @@ def test_singular_cases_have_their_singularity(name, singular):
     assert all(statuses[k] > 50 for k in singular)
 
 
-# By case: all statuses of its points, those of points on its border and the one beyond it. No point of binary digits is
-# where screen and observers meet, nor is any on the conical diffuser's border.
-BORDERS = {
-    "crossed_slits": ([0, 1], {1}, 1), "conical": ([0, 1, 2], set(), 1), "grazed": ([0, 2, 3], {0}, 3),
-    "folded": ([0, 1, 2, 4], {4}, 4), "horizon": ([0, 1, 2, 4], {4}, 4), "camera": ([0, 1], {1}, 1),
-    # Points where the observers' arc is touched are on it or beyond the screen.
-    "observers_missed": ([0, 2, 3], {2, 3}, 2), "observers_first": ([0, 1, 2, 3], set(), 3),
-}  # fmt: skip
-
-
-def side_of(name, numbers, x, y, z):
-    """A number that is 0 on the border that a case of borders is of, negative beyond it."""
-    if name in ("camera", "crossed_slits"):
-        a, b, c, d = numbers[12:]
-        return a * x + b * y + c * z + d if name == "camera" else (a - z) * (z - b)
-    assert numbers[:12] == [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]  # physical space is the world
-    m_x, _, m_z, y_o, z_o, screen, observers = (lens := numbers[12:])[:7]
-    dx, dz = x - m_x, m_z - z
-    if name == "horizon":
-        s_x, s_y = m_x + dx * m_z / dz, y_o + (y - y_o) * z_o / (z_o - z)
-        return lens[14] * s_x + lens[15] * s_y + lens[16]
-    if name == "folded":  # texels are 16 a metre from the distortion's centre, 16 of them its unit: 1 = r^2 / 4
-        return 4 - (m_x + dx * m_z / dz) ** 2 - (y_o + (y - y_o) * z_o / (z_o - z)) ** 2
-    if name == "conical":  # 1 + kappa, made a difference of squares where kappa is negative
-        below, above = (y - y_o) * z_o / (z_o - z) + y_o - numbers[13], (y - y_o) * z_o / (z_o - z)
-        return below**2 + m_z**2 - (z / z_o) ** 2 * (above**2 + z_o**2) if z > 0 else 1
-    if name == "observers_first":  # the line meets the observers' outside the screen's circle
-        at = m_x + dx * (m_z - z_o) / dz
-        return screen * (at * at + z_o * z_o) - 2 * z_o
-    # How far a line through the lens passes the circle's middle by, in radii
-    k, low = (screen, 0) if name == "grazed" else (observers, z_o)
-    aside = dx * (m_z - low - 1 / k) + dz * m_x
-    return 1 - k * k * aside * aside / (dx * dx + dz * dz)
-
-
-@pytest.mark.parametrize("name", BORDERS)
-def test_cases_of_borders_have_points_on_both_sides_of_them_and_on_them_exactly(name):
-    """By fractions, of points between observers and lens; a line that touches a circle meets it."""
-    statuses, on, beyond = BORDERS[name]
+@pytest.mark.parametrize(("name", "statuses"), [
+    ("crossed_slits", [0, 1]), ("conical", [0, 1, 2]), ("grazed", [0, 2, 3]), ("folded", [0, 1, 2, 4]),
+    ("horizon", [0, 1, 2, 4]), ("camera", [0, 1]), ("observers_missed", [0, 2, 3]), ("observers_first", [0, 1, 2, 3]),
+])  # fmt: skip
+def test_cases_of_borders_have_points_on_both_sides(name, statuses):
     case = make_case(f"border_{name}")
-    points, answers = case.inputs["points"].tolist(), case.outputs["answers"].tolist()
-    assert sorted(set(answers)) == statuses
+    assert sorted(set(case.outputs["answers"].tolist())) == statuses
     assert np.isfinite(case.outputs["image"]).all()
-    numbers = [Fraction(n) for n in case.parameters["mapping"]["numbers"]]
-    z_m, z_o = (numbers[k] for k in {"crossed_slits": (12, 13), "camera": (0, 0)}.get(name, (14, 16)))
-    if name in ("crossed_slits", "conical", "folded", "horizon"):
-        assert {z_m, z_o} <= {z for _, _, z in points}
-    found = {1: set(), 0: set(), -1: set()}
-    for point, status in zip(points, answers, strict=True):
-        x, y, z = (Fraction(n) for n in point)
-        if name in ("camera", "crossed_slits") or z_o < z < z_m:
-            side = side_of(name, numbers, x, y, z)
-            found[(side > 0) - (side < 0)].add(status)
-    assert found[0] == on
-    assert found[-1] == {beyond}
-    assert 0 in found[1]
 
 
 def test_an_infinite_far_plane_is_null_and_depths_of_it_stand_for_no_distance():

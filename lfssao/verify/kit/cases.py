@@ -122,7 +122,8 @@ def _elementary_problem(function: str) -> Problem:
     """Numbers of a function's domain, spread and special ones."""
     k, units = np.arange(240), np.array([random_unit(np.uint64(7), 0, k) for k in range(240)])
     border = [k + 0.2499 * side for k in (-0.5, 0.0, 0.5) for side in (-1, 1)]  # just before a quarter's end
-    logs = [*np.ldexp(units, k % 60 - 40), 1.0, 2.0**-1022, *_around(0.5**0.5, 2.0**0.5)]
+    around = [np.nextafter(x, x + side) for x in (0.5**0.5, 2.0**0.5) for side in (-1, 0, 1)]
+    logs = [*np.ldexp(units, k % 60 - 40), 1.0, 2.0**-1022, *around]
     far = [1834183, 1890379225, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**40 + 5]  # the first two carry far
     tables: dict[str, list[Any]] = {
         "sincospi": [*(8.0 * units - 4.0), *(0.25 * np.arange(-9, 10)), 1e9 + 0.3, 2.0**50, *border],
@@ -135,11 +136,6 @@ def _elementary_problem(function: str) -> Problem:
     }
     whole = function in ("reduced", "turns")
     return {"function": function}, {"x": np.array(tables[function], np.int64 if whole else np.float64)}
-
-
-def _around(*numbers: float) -> list[float]:
-    """Each number and the two next to it."""
-    return [float(np.nextafter(x, x + side)) for x in numbers for side in (-1, 0, 1)]
 
 
 def _philox_problem() -> Problem:

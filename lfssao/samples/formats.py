@@ -11,7 +11,7 @@ import numpy as np
 
 from lfssao.core.files import read_json, read_text
 from lfssao.core.npy import read_npy
-from lfssao.errors import InputError, check_choice, no_such
+from lfssao.errors import InputError, check_choice
 from lfssao.samples.sets import FloatArray, SampleSet
 
 _AXES = {"square": ("xi_1", "xi_2"), "disk": ("x", "y"), "sphere": ("x", "y", "z"), "ball": ("x", "y", "z")}
@@ -78,10 +78,8 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     """
     readers: dict[str, Callable[[Path], Any]] = dict.fromkeys((".csv", ".txt", ".dat"), _read_text)
     readers |= {".json": _read_json, ".npy": lambda path: (read_npy(path).astype(np.float64), None, None)}
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        raise no_such("format of points", path.suffix.lower(), readers)
-    points, weights, domain = reader(path)
+    check_choice("format of points", path.suffix.lower(), readers)
+    points, weights, domain = readers[path.suffix.lower()](path)
     if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) == 0:
         raise InputError(f"{path}: its points have shape {points.shape}, expected (n, 2) or (n, 3) with n at least 1")
     if not np.isfinite(points).all() or not (weights is None or np.isfinite(weights).all()):

@@ -1,34 +1,23 @@
 """Sampling methods that section 6 does not have, from their definitions where these are not those of the kernels."""
 
 import math
-from decimal import Decimal, localcontext
+
+import mpmath
 
 from reference.elementary import in_order, sincospi
 from reference.philox import below, key_of, philox4x32, signed, unit, word
 from reference.samples import RADIUS, SHUFFLE, algorithm3, algorithm4, square
 
 
-def root(power, constant):
-    """The positive root of x^power = x + constant, to 60 digits, by bisection."""
-    with localcontext() as context:
-        context.prec = 60
-        low, high = Decimal(1), Decimal(2)
-        for _ in range(190):
-            middle = (low + high) / 2
-            low, high = (middle, high) if middle**power < middle + constant else (low, middle)
-        return low
-
-
-def powers_of_inverse(x, count):
-    """x^-1, ..., x^-count in units of 2**-64, cut."""
-    with localcontext() as context:
-        context.prec = 60
+def powers_of_inverse(power, count):
+    """x^-1, ..., x^-count in units of 2**-64, cut, x being the root above 1 of x^power = x + 1."""
+    with mpmath.workdps(60):
+        x = mpmath.findroot(lambda x: x**power - x - 1, 1.5)
         return [int(2**64 / x**k) for k in range(1, count + 1)]
 
 
-# x^2 = x + 1: the golden ratio.
-GOLDEN = powers_of_inverse(root(2, 1), 1)[0]
-ROBERTS = {d: powers_of_inverse(root(d + 1, 1), d) for d in (2, 3)}
+GOLDEN = powers_of_inverse(2, 1)[0]
+ROBERTS = {d: powers_of_inverse(d + 1, d) for d in (2, 3)}
 
 
 def unit_of(number):
@@ -40,10 +29,6 @@ def long_word(seed, stream):
     return word(seed, stream, 0) * 2**32 + word(seed, stream, 1)
 
 
-def radii(seed, n, columns):
-    return [[unit(seed, RADIUS, k)] if columns == 3 else [] for k in range(n)]
-
-
 def stretched(rows):
     """The first two columns from (0, 1) to (-1, 1)."""
     return [[2.0 * x - 1.0, 2.0 * y - 1.0, *t] for x, y, *t in rows]
@@ -51,8 +36,7 @@ def stretched(rows):
 
 def fibonacci(n, seed, columns):
     place, turn = unit_of(long_word(seed, 0)), long_word(seed, 1)
-    rest = radii(seed, n, columns)
-    return stretched([(k + place) / n, unit_of((turn + k * GOLDEN) % 2**64), *rest[k]] for k in range(n))
+    return stretched([(k + place) / n, unit_of((turn + k * GOLDEN) % 2**64)] for k in range(n))
 
 
 def r2(n, seed, columns):
@@ -149,7 +133,7 @@ def poisson(n, seed, columns):
     for k in range(n):
         other = k + below(seed, SHUFFLE, k, len(points) - k)
         points[k], points[other] = points[other], points[k]
-    return [[*p, *t] for p, t in zip(points, radii(seed, n, columns), strict=False)]
+    return points[:n]
 
 
 def rejection(n, seed, columns):
@@ -162,14 +146,10 @@ def rejection(n, seed, columns):
     return inside
 
 
+# The first n points by n, seed and columns; a third column is of methods that have a third dimension of their own.
 FILLS = {
     "fibonacci": fibonacci, "r2": r2, "halton": halton, "sobol": sobol, "poisson": poisson,
-    **{
-        name: lambda n, seed, columns, name=name: [
-            [*p, *t] for p, t in zip(square(name, n, seed), radii(seed, n, columns), strict=True)
-        ]
-        for name in ("random", "jittered", "latin")
-    },
+    **{name: lambda n, seed, columns, name=name: square(name, n, seed) for name in ("random", "jittered", "latin")},
 }  # fmt: skip
 
 
@@ -209,5 +189,6 @@ def point_set(domain, method, n, seed, r_min=0.0, r_max=1.0):
         return [to_sphere(*p) if domain == "sphere" else to_shell(*p, r_min, r_max) for p in points]
     points = FILLS[method](n, seed, 3 if domain == "ball" else 2)
     if domain == "ball":
-        return [algorithm4(*algorithm3(x, y), t, r_min, r_max) for x, y, t in points]
+        numbers = [(x, y, *(t or [unit(seed, RADIUS, k)])) for k, (x, y, *t) in enumerate(points)]
+        return [algorithm4(*algorithm3(x, y), t, r_min, r_max) for x, y, t in numbers]
     return [{"square": lambda *p: p, "sphere": algorithm3, "disk": to_disk}[domain](x, y) for x, y in points]

@@ -75,14 +75,6 @@ def begin(place, normal, step):
     return np.array([float(p) + step * a for p, a in zip(place, n, strict=True)]), [*axes_across(n), n]
 
 
-def mean_of(ts, far, falloff):
-    return in_order(covered(t, far, falloff) for t in ts) / len(ts)
-
-
-def error_of(total, squares, done):
-    return math.sqrt(max(squares - total * total / done, 0.0) / (float(done) * float(done - 1)))
-
-
 def texel(number, place, normal, corners, far, step, weighting, falloff, strata, rounds, tolerance, seed):
     """Occlusion, its standard error and the rays of one texel with a surface."""
     begun = begin(place, normal, step)
@@ -93,8 +85,8 @@ def texel(number, place, normal, corners, far, step, weighting, falloff, strata,
     done, error = 0, math.inf
     while done < rounds[0] or (done < rounds[1] and error > tolerance):
         ways = directions_of(number, done, strata, seed, weighting, axes)
-        mean = mean_of(distances(origin, ways, far, corners), far, falloff)
+        mean = in_order(covered(t, far, falloff) for t in distances(origin, ways, far, corners)) / len(ways)
         total, squares, done = total + mean, squares + mean * mean, done + 1
         if done > 1:
-            error = error_of(total, squares, done)
+            error = math.sqrt(max(squares - total * total / done, 0.0) / (float(done) * float(done - 1)))
     return total / done, error, done * strata * strata

@@ -9,10 +9,11 @@ from scipy import stats
 from scipy.stats import qmc
 
 from lfssao.errors import InputError
-from lfssao.samples import METHODS, Sampler, sample_set, statistics
+from lfssao.samples import METHODS, Sampler, sample_set
 from lfssao.testing import PROMISES, assert_promise, check_promise, check_sampler
 
 N = 8000
+U = np.random.default_rng(7).random((N, 3))  # independent numbers on (0, 1) from another generator than ours
 
 
 def broken(promise, points, domain, weights=None, **shell):
@@ -24,40 +25,34 @@ def on_sphere(z, phi):
     return np.column_stack([r * np.cos(phi), r * np.sin(phi), z])
 
 
-@pytest.fixture(scope="module")
-def u():
-    """Independent numbers on (0, 1) from another generator than ours."""
-    return np.random.default_rng(7).random((N, 3))
-
-
 # Planted wrong samplers
 
 
-def test_the_right_sampler_is_not_caught(u):
+def test_the_right_sampler_is_not_caught():
     """False alarms: 1e-6 each, for one fixed seed."""
-    directions = on_sphere(2 * u[:, 0] - 1, 2 * np.pi * u[:, 1])
-    radius = np.cbrt(0.3**3 + (1 - 0.3**3) * u[:, 2:])
+    directions = on_sphere(2 * U[:, 0] - 1, 2 * np.pi * U[:, 1])
+    radius = np.cbrt(0.3**3 + (1 - 0.3**3) * U[:, 2:])
     assert not broken("uniform", directions, "sphere")
     assert not broken("uniform", directions * radius, "ball", r_min=0.3)
-    assert not broken("uniform", 2 * u[:, :2] - 1, "square")
-    disk = np.sqrt(u[:, :1]) * np.column_stack([np.cos(2 * np.pi * u[:, 1]), np.sin(2 * np.pi * u[:, 1])])
+    assert not broken("uniform", 2 * U[:, :2] - 1, "square")
+    disk = np.sqrt(U[:, :1]) * np.column_stack([np.cos(2 * np.pi * U[:, 1]), np.sin(2 * np.pi * U[:, 1])])
     assert not broken("uniform", disk, "disk")
 
 
-def test_theta_uniform_instead_of_z_is_caught(u):
-    points = on_sphere(np.cos(np.pi * u[:, 0]), 2 * np.pi * u[:, 1])
+def test_theta_uniform_instead_of_z_is_caught():
+    points = on_sphere(np.cos(np.pi * U[:, 0]), 2 * np.pi * U[:, 1])
     assert {"share of abs(z) > 0.9, less 1/10", "spherical cap discrepancy"} <= set(broken("uniform", points, "sphere"))
-    assert broken("uniform", points * np.cbrt(u[:, 2:]), "ball")
+    assert broken("uniform", points * np.cbrt(U[:, 2:]), "ball")
 
 
-def test_r_uniform_instead_of_its_power_is_caught(u):
-    directions, turn = on_sphere(2 * u[:, 0] - 1, 2 * np.pi * u[:, 1]), 2 * np.pi * u[:, 1]
-    assert broken("uniform", directions * (0.8 + 0.2 * u[:, 2:]), "ball", r_min=0.8)
-    assert broken("uniform", u[:, :1] * np.column_stack([np.cos(turn), np.sin(turn)]), "disk")
+def test_r_uniform_instead_of_its_power_is_caught():
+    directions, turn = on_sphere(2 * U[:, 0] - 1, 2 * np.pi * U[:, 1]), 2 * np.pi * U[:, 1]
+    assert broken("uniform", directions * (0.8 + 0.2 * U[:, 2:]), "ball", r_min=0.8)
+    assert broken("uniform", U[:, :1] * np.column_stack([np.cos(turn), np.sin(turn)]), "disk")
 
 
-def test_coordinates_that_depend_on_each_other_are_caught_by_chi_square_alone(u):
-    tied = np.column_stack([u[:, 0], (u[:, 0] + 0.1 * u[:, 1]) % 1]) * 2 - 1
+def test_coordinates_that_depend_on_each_other_are_caught_by_chi_square_alone():
+    tied = np.column_stack([U[:, 0], (U[:, 0] + 0.1 * U[:, 1]) % 1]) * 2 - 1
     found = broken("uniform", tied, "square")
     assert found == ["chi-square over 16^2 equal cells"]
 
@@ -102,8 +97,8 @@ def test_each_statistic_alarms_at_its_rate():
     assert sum(not all(finding.holds for finding in findings) for findings in sets) <= 78
 
 
-def test_the_power_of_chi_square_is_that_of_all_its_cells(u):
-    text = str(check_promise("uniform", 2 * u[:, :2] - 1, "square", alarm=0.03)[-1])
+def test_the_power_of_chi_square_is_that_of_all_its_cells():
+    text = str(check_promise("uniform", 2 * U[:, :2] - 1, "square", alarm=0.03)[-1])
     share = float(re.search(r"coordinate with (.*)% of", text)[1]) / 100
     power = stats.ncx2.sf(stats.chi2.isf(0.01, 255), 255, N * (2 * share - 1) ** 2)
     assert power == pytest.approx(0.9, abs=0.03)  # the share is printed to a tenth of a per cent
@@ -144,9 +139,9 @@ def test_engines_of_scipy_are_samplers_of_the_square(engine):
     assert found[-1].what == "chi-square over 8^2 equal cells"
 
 
-def test_bounds_are_the_coordinates_at_the_ends(u):
-    assert not broken("uniform", u[:, :2], "square", bounds=(0, 1))
-    assert broken("uniform", u[:, :2], "square")
+def test_bounds_are_the_coordinates_at_the_ends():
+    assert not broken("uniform", U[:, :2], "square", bounds=(0, 1))
+    assert broken("uniform", U[:, :2], "square")
     assert not broken("inside", draw(50, 1) * 3, "ball", bounds=(-3, 3))
 
 
@@ -159,25 +154,16 @@ def test_a_broken_promise_is_an_assertion_in_words():
         assert_promise("uniform", draw(8, 1), "ball")
 
 
-def test_a_repeated_point_is_caught(u):
-    points = u[:, :2] * 2 - 1
-    assert not broken("distinct", points, "square")
-    points[5] = points[4000]
-    assert broken("distinct", points, "square") == ["points that repeat another"]
-    assert statistics.nearest_distance(points) == 0
-
-
-def test_a_duplicated_latin_row_is_caught():
-    points = sample_set("square", "latin", 64, 3).points.copy()
-    assert not broken("latin", points, "square")
-    points[10, 1] = points[20, 1]
-    assert broken("latin", points, "square") == ["rows without exactly one point"]
-
-
 def test_every_exact_promise_notices_a_set_without_it():
     random = sample_set("square", "random", 1024, 5).points
     for promise in ("stratified", "rows", "latin", "net", "low-discrepancy", "poisson"):
         assert broken(promise, random, "square"), promise
+    assert not broken("distinct", random, "square")
+    random[5] = random[400]
+    assert broken("distinct", random, "square") == ["points that repeat another"]
+    latin = sample_set("square", "latin", 64, 3).points
+    latin[10, 1] = latin[20, 1]
+    assert broken("latin", latin, "square") == ["rows without exactly one point"]
     assert broken("equal-area", sample_set("sphere", "random", 256, 5).points, "sphere")
     banded = sample_set("sphere", "fibonacci", 256, 5).points.copy()
     banded[:, :2] = np.abs(banded[:, :2])  # right bands, wrong angles

@@ -181,11 +181,6 @@ def test_every_method_fills_every_shell(name, data, seed, shell):
     assert all(finding.holds for finding in findings), findings
 
 
-@pytest.mark.parametrize("name", METHODS["ball"])
-def test_a_shell_of_radius_zero_is_the_centre(name):
-    assert not make_samples(name, 5, 1, 0.0, 0.0).any()
-
-
 def test_shells_of_tables_keep_volumes():
     """The fraction of the volume below each point's radius is the same in the ball and in the shell."""
     whole, shell = (sample_set("ball", "repulsion", 64, r_min=r).points for r in (0.0, 0.8))

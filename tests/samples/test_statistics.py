@@ -12,12 +12,7 @@ from scipy import stats
 from lfssao.samples import sample_set, statistics
 
 N = 8000
-
-
-@pytest.fixture(scope="module")
-def u():
-    """Independent numbers on (0, 1) from another generator than ours."""
-    return np.random.default_rng(7).random((N, 3))
+U = np.random.default_rng(7).random((N, 3))  # independent numbers on (0, 1) from another generator than ours
 
 
 # Against scipy and Stephens
@@ -78,9 +73,9 @@ def test_the_least_share_of_chi_square_is_found_nine_times_in_ten():
 # Periodogram and pair correlation
 
 
-def test_the_periodogram_of_random_points_is_flat_and_that_of_a_grid_is_not(u):
+def test_the_periodogram_of_random_points_is_flat_and_that_of_a_grid_is_not():
     """False alarm: 1e-6; each power is exponential of mean 1, those at f and -f are equal."""
-    power = statistics.periodogram(u[:, :2])
+    power = statistics.periodogram(U[:, :2])
     assert power.max() < math.log(65 * 65 // 2 / 1e-6)
     assert power.sum() / (65 * 65 - 1) == pytest.approx(1, abs=7 * math.sqrt(2) / 65)
     grid = np.stack(np.meshgrid(np.arange(16), np.arange(16)), axis=-1).reshape(-1, 2) / 16
@@ -90,9 +85,9 @@ def test_the_periodogram_of_random_points_is_flat_and_that_of_a_grid_is_not(u):
     assert peaks[16, 16] == 0
 
 
-def test_the_radial_mean_is_over_rings(u):
+def test_the_radial_mean_is_over_rings():
     """False alarm: 32 means at 6 sigma, 1e-7."""
-    frequency, mean, sigma = statistics.radial_mean(statistics.periodogram(u[:, :2]))
+    frequency, mean, sigma = statistics.radial_mean(statistics.periodogram(U[:, :2]))
     np.testing.assert_array_equal(frequency, np.arange(1, 33))
     assert (np.abs(mean - 1) < 6 * sigma).all()
     wave = np.zeros((65, 65))
@@ -112,9 +107,9 @@ def test_poisson_disks_lack_low_frequencies_and_near_pairs():
     assert ratio[(distance > 0.85) & (distance < 1)].max() > 1.3
 
 
-def test_the_pair_correlation_of_random_points_is_one(u):
+def test_the_pair_correlation_of_random_points_is_one():
     """Each of the outer 30 bins counts over 5000 pairs: 6 sigma are 0.085; false alarm 6e-8 in all."""
-    _, ratio = statistics.pair_correlation(u[:4000, :2])
+    _, ratio = statistics.pair_correlation(U[:4000, :2])
     assert np.abs(ratio[10:] - 1).max() < 0.085
 
 
@@ -123,3 +118,4 @@ def test_distances_wrap_around_the_cylinder_only():
     assert statistics.nearest_distance(np.array([[-0.95, 0], [0.95, 0]]), wraps=True) == pytest.approx(1.9)
     assert statistics.nearest_distance(np.array([[0, -0.95], [0, 0.95]])) == pytest.approx(1.9)
     assert statistics.nearest_distance(np.array([[0.0, 0.0]])) == math.inf
+    assert statistics.nearest_distance(np.zeros((2, 3))) == 0

@@ -7,17 +7,17 @@ import json
 import tempfile
 from pathlib import Path
 
+from lfssao.verify.kit.cases import case_names, make_case
+from lfssao.verify.kit.folder import read_index, write_kit
+
 PATH = Path(__file__).with_suffix(".json")
 
 
 def main():
-    from lfssao.verify.kit.cases import case_names, make_case
-    from lfssao.verify.kit.folder import read_index, write_kit
-
     with tempfile.TemporaryDirectory() as folder:
         write_kit(Path(folder) / "kit", map(make_case, case_names()))
         new = {entry["name"]: entry["sha256"] for entry in read_index(Path(folder) / "kit")}
-    old = json.loads(PATH.read_text()) if PATH.exists() else {}
+    old = json.loads(PATH.read_text())
     for name in sorted(set(old) | set(new)):
         if old.get(name) != new.get(name):
             print(f"{name}: {'new' if name not in old else 'gone' if name not in new else 'changed'}")

@@ -41,14 +41,13 @@ def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
     depth = np.full((view.height, view.width), np.inf, np.float32)
     positions = np.full((view.height, view.width, 3), np.inf, np.float32)
     world = np.ravel(view.world_from_cast)
-    for row in range(view.height):
-        for column in range(view.width):
-            ray = texel_ray(view.rays, column + 0.5, row + 0.5)
-            z = _first_hit(ray, scene)
-            if z < inf:
-                depth[row, column] = image_depth(view.rays, z)
-                x, y = ray[0] + z * ray[3], ray[1] + z * ray[4]
-                positions[row, column] = [affine_row(world, k, x, y, z) for k in range(3)]
+    for row, column in np.ndindex(depth.shape):
+        ray = texel_ray(view.rays, column + 0.5, row + 0.5)
+        z = _first_hit(ray, scene)
+        if z < inf:
+            depth[row, column] = image_depth(view.rays, z)
+            x, y = ray[0] + z * ray[3], ray[1] + z * ray[4]
+            positions[row, column] = [affine_row(world, k, x, y, z) for k in range(3)]
     return depth, positions
 
 

@@ -85,12 +85,16 @@ def _kind(name: str, folder: Path | None) -> str | None:
 
         parameters = RECIPES[name].build(*RECIPES[name].arguments)[0]
     else:
-        parameters = dict(_read(name, folder).parameters)
+        parameters = dict(_case(name, folder).parameters)
     kind: str | None = parameters.get("mapping", {}).get("kind")
     return "matrix" if "world_to_screen" in parameters else kind
 
 
-def _read(name: str, folder: Path) -> "Case":
+def _case(name: str, folder: Path | None) -> "Case":
+    if folder is None:
+        from lfssao.verify.kit.cases import make_case
+
+        return make_case(name)
     from lfssao.verify.kit.folder import read_case, read_index
 
     return read_case(folder / next(entry["folder"] for entry in read_index(folder) if entry["name"] == name))
@@ -99,9 +103,4 @@ def _read(name: str, folder: Path) -> "Case":
 @pytest.fixture
 def lfssao_case(request: Any) -> "Case":
     """A case of the conformance kit (lfssao.verify.case.Case); hand it to lfssao.testing.assert_conforms."""
-    folder = request.config.getoption("--lfssao-kit")
-    if folder is not None:
-        return _read(request.param, folder)
-    from lfssao.verify.kit.cases import make_case
-
-    return make_case(request.param)
+    return _case(request.param, request.config.getoption("--lfssao-kit"))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from functools import cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -49,30 +49,9 @@ def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured
 def _gaussian(texels: NDArray[np.float64], sigma: float, radius: int) -> list[Fraction]:
     """The blurred row to 40 digits, borders repeated."""
     with localcontext(prec=60):
-        values, width = [Decimal(float(t)) for t in texels], len(texels)
-        near, tails = _weights(sigma, radius)
-        total, blurred = 2 * tails[0] - near[0], []
-        for i in range(width):
-            inner = sum(near[abs(i - j)] * values[j] for j in range(width))
-            blurred.append((inner + tails[i + 1] * values[0] + tails[width - i] * values[-1]) / total)
-    return [Fraction(value) for value in blurred]
-
-
-@cache
-def _weights(sigma: float, radius: int) -> tuple[list[Decimal], list[Decimal]]:
-    """Weights exp(-k^2 / (2 sigma^2)) for k from 0 to 8, 0 beyond the radius; and their sums from each k on.
-
-    Each weight is the one before times a ratio, which itself falls by a constant ratio.
-    """
-    step = (-1 / (2 * Decimal(sigma) ** 2)).exp()
-    square, weight, ratio, total, near = step * step, Decimal(1), step, Decimal(0), [Decimal(0)] * (_TEXELS + 1)
-    for k in range(radius + 1):
-        if k <= _TEXELS:
-            near[k] = weight
-        total += weight
-        weight *= ratio
-        ratio *= square
-    return near, [total - sum(near[:k]) for k in range(_TEXELS + 1)]
+        weights = [(-(Decimal(k) ** 2) / (2 * Decimal(sigma) ** 2)).exp() for k in range(-radius, radius + 1)]
+        row = np.pad([Decimal(t) for t in texels.tolist()], radius, mode="edge")
+        return [Fraction(value / sum(weights)) for value in np.convolve(row, weights, "valid")]
 
 
 def counted(samples: int, path: str) -> Measured:
@@ -107,17 +86,12 @@ def slivers(path: str) -> Measured:
     Rays are cast in float64 on every path. 'flipped' are wrong signs; the condition number is the difference's.
     """
     del path
-    wrong = decisions = 0
-    condition = 0.0
-    for k in range(1, 33):
+    wrong, conditions, edges = 0, [], list(product(range(1, 33), range(-2, 3), range(-2, 3)))
+    for k, i, j in edges:
         a, b = 1.0 + k * 2.0**-20, 1.0 - k * 2.0**-21
-        for i in range(-2, 3):
-            for j in range(-2, 3):
-                c, d = a + i * 2.0**-52, b + j * 2.0**-53
-                exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
-                ours = triangle.exact_difference(a, b, c, d)
-                wrong += int(np.sign(ours)) != (exact > 0) - (exact < 0)
-                decisions += 1
-                if exact:
-                    condition = max(condition, float(2 * Fraction(a) * Fraction(b) / abs(exact)))
-    return Measured(condition, 0.0, 0.0, 0.0, wrong, wrong, 0, decisions)
+        c, d = a + i * 2.0**-52, b + j * 2.0**-53
+        exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
+        wrong += int(np.sign(triangle.exact_difference(a, b, c, d))) != (exact > 0) - (exact < 0)
+        if exact:
+            conditions.append(float(2 * Fraction(a) * Fraction(b) / abs(exact)))
+    return Measured(max(conditions), 0.0, 0.0, 0.0, wrong, wrong, 0, len(edges))

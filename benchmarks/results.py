@@ -18,7 +18,7 @@ from typing import Any
 import papers_common
 from papers_page import CLAIMS, page, work_precision_text
 
-from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, pareto_front, points_of, read_result, usable
+from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, pareto_front, points_of, read_result
 from lfssao.cli.bench_work_precision import FIGURES, FOLDER
 from lfssao.cli.main import main as lfssao_command
 from lfssao.rendering.manifest import describe_machine
@@ -32,10 +32,10 @@ def fronts_only(result: dict[str, Any]) -> dict[str, Any]:
         point
         for error in ERRORS
         for radii in result["setup"]["grid"]["radii"]
-        for point in pareto_front(usable(result, points_of(result, radii), error), error)
+        for point in pareto_front(points_of(result, error, radii))
     ]
     estimators = {
-        name: {**each, "points": [point for point in each["points"] if point in kept]}
+        name: {**each, "points": [p for p in each["points"] if any(p.items() <= point.items() for point in kept)]}
         for name, each in result["estimators"].items()
     }
     return {**result, "estimators": estimators}

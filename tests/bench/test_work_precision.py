@@ -15,7 +15,7 @@ from lfssao.ao.ground_truth import Occluders, ray_cast_occlusion
 from lfssao.ao.post import blur
 from lfssao.bench.work_precision import page, plot, run
 from lfssao.bench.work_precision import settings as grid
-from lfssao.bench.work_precision.advise import ERRORS, FORMAT, advice, pareto_front, points_of, usable
+from lfssao.bench.work_precision.advise import ERRORS, FORMAT, advice, pareto_front, points_of
 from lfssao.bench.work_precision.figures import FIGURES, combine_others, figures, null_lines, pooled, rms
 from lfssao.bench.work_precision.run import least_times
 from lfssao.bench.work_precision.scene import BenchScene
@@ -371,16 +371,17 @@ def test_no_advice_where_nothing_beats_the_best_constant():
     assert advice(poor, max_ms=9.0).startswith("No measured setting has a visibility error below that of the best")
     assert "No setting is better than the best constant." in page.as_text(poor)
     for error in ERRORS:
-        front = pareto_front(usable(MADE_UP, points_of(MADE_UP), error), error)
+        front = pareto_front(points_of(MADE_UP, error))
         assert [p["ms"] for p in front] == {"own": [4], "visibility": [2, 4], "own-gain-free": [4]}.get(
             error, [1, 2, 4]
         )
 
 
 def test_times_and_errors_within_the_noise_are_the_same_on_a_front_that_is_shown():
-    points = [point(*each, 0.1) for each in ((1.0, 0.3), (1.02, 0.29), (2.0, 0.285), (3.0, 0.1))]
-    assert [p["ms"] for p in pareto_front(points, "visibility")] == [1.0, 1.02, 2.0, 3.0]
-    assert [p["ms"] for p in pareto_front(points, "visibility", 0.03)] == [1.02, 3.0]
+    measured = (1.0, 0.24), (1.02, 0.23), (2.0, 0.225), (3.0, 0.1)
+    points = points_of(result(*(point(*each, 0.1) for each in measured)), "visibility")
+    assert [p["ms"] for p in pareto_front(points)] == [1.0, 1.02, 2.0, 3.0]
+    assert [p["ms"] for p in pareto_front(points, 0.03)] == [1.02, 3.0]
 
 
 @pytest.mark.parametrize(
@@ -488,7 +489,7 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
     made = json.loads(file.read_text())
     pictures = {f"work-precision-{error}.png" for error in ERRORS}
     assert {p.name for p in file.parent.iterdir()} <= pictures | {"work-precision.json", "work-precision.md"}
-    points = points_of(made)
+    points = points_of(made, "visibility")
     assert len(points) == 2 * (3 + 3 + 6)
     assert [p["samples"] for p in points[-12::2]] == [None, 1, 4, 16, 64, 256]
     for p in points:

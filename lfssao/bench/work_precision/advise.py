@@ -1,7 +1,6 @@
 """Advice from the figures of a run: the setting to take for a given error or a given time."""
 
 from collections.abc import Sequence
-from math import isnan, nan
 from pathlib import Path
 from typing import Any
 
@@ -34,50 +33,38 @@ def read_result(path: Path) -> dict[str, Any]:
     return result
 
 
-def points_of(result: dict[str, Any], radii: Sequence[float] | None = None) -> list[Point]:
-    """All points of a run, or those of one set of radii."""
-    found = [point for each in result["estimators"].values() for point in each["points"]]
-    return [point for point in found if radii is None or point["radii"] == list(radii)]
+def points_of(result: dict[str, Any], error: str, radii: Sequence[float] | None = None) -> list[Point]:
+    """The points of a run, or of one set of radii, that have an error, with two more entries.
 
-
-def error_of(point: Point, error: str) -> float:
-    """An error of a point; NaN where it has none, or one below ten times its reference's own."""
+    ``error`` is the error, and ``null`` has its null lines, None of a sampling error. A sampling error below ten times
+    its reference's own is none.
+    """
     _, entry, figure = ERRORS[error]
-    if figure:
-        return float(point[entry][FIGURES.index(figure)])
-    return nan if point[entry] is None or point[entry] < MARGIN * point["reference"] else float(point[entry])
-
-
-def known(points: Sequence[Point], error: str) -> list[Point]:
-    """The points that have an error."""
-    return [point for point in points if not isnan(error_of(point, error))]
-
-
-def null_of(result: dict[str, Any], point: Point, error: str) -> dict[str, float] | None:
-    """The null lines of a point's error; None of sampling errors."""
-    if error == "sampling":
-        return None
-    own = result["estimators"][point["estimator"]]["integrand"]
-    integrand = " ".join(own) if error.startswith("own") else "cosine constant"
-    null: dict[str, float] = result["nulls"][integrand][result["setup"]["grid"]["radii"].index(point["radii"])]
-    return null
-
-
-def usable(result: dict[str, Any], points: Sequence[Point], error: str) -> list[Point]:
-    """The points whose error is known and less than the best constant's."""
-    out = []
-    for point in known(points, error):
-        null = null_of(result, point, error)
-        if null is None or error_of(point, error) < null["constant"]:
-            out.append(point)
+    grid, out = result["setup"]["grid"], []
+    for each in result["estimators"].values():
+        integrand = " ".join(each["integrand"]) if entry == "own" else "cosine constant"
+        for point in each["points"]:
+            found, null = point[entry], None
+            if radii is not None and point["radii"] != list(radii):
+                continue
+            if figure:
+                found = found[FIGURES.index(figure)]
+                null = result["nulls"][integrand][grid["radii"].index(point["radii"])]
+            elif found is None or found < MARGIN * point["reference"]:
+                continue
+            out.append({**point, "error": found, "null": null})
     return out
 
 
-def pareto_front(points: Sequence[Point], error: str, noise: float = 0.0) -> list[Point]:
-    """The points that no other beats in time and error, fastest first; a share ``noise`` is no difference."""
+def pareto_front(points: Sequence[Point], noise: float = 0.0) -> list[Point]:
+    """The points that neither the best constant nor another point beats, fastest first.
+
+    A share ``noise`` of times and errors is no difference.
+    """
     front: list[Point] = []
-    for point in sorted(points, key=lambda p: (p["ms"], error_of(p, error))):
-        if not front or error_of(point, error) < (1 - noise) * error_of(front[-1], error):
+    better = [point for point in points if point["null"] is None or point["error"] < point["null"]["constant"]]
+    for point in sorted(better, key=lambda p: (p["ms"], p["error"])):
+        if not front or point["error"] < (1 - noise) * front[-1]["error"]:
             while noise and front and point["ms"] <= (1 + noise) * front[-1]["ms"]:
                 front.pop()
             front.append(point)
@@ -97,13 +84,12 @@ def describe_radii(radii: Sequence[float]) -> str:
     return f"R {' and '.join(f'{100 * radius:g} %' for radius in radii)}{' merged' if len(radii) > 1 else ''}"
 
 
-def margin(result: dict[str, Any], point: Point, error: str) -> str:
+def margin(point: Point) -> str:
     """By how much a point's error is below the best constant's."""
-    null = null_of(result, point, error)
-    if null is None:
+    if point["null"] is None:
         return ""
-    below = 100 * (1 - error_of(point, error) / null["constant"])
-    return f", {below:.0f} % below the best constant's {null['constant']:.3g}"
+    constant = point["null"]["constant"]
+    return f", {100 * (1 - point['error'] / constant):.0f} % below the best constant's {constant:.3g}"
 
 
 def advice(
@@ -126,22 +112,18 @@ def advice(
         raise InputError(f"--radii: those measured are {', '.join(describe_radii(each) for each in measured)}")
     if (max_error is None) == (max_ms is None):
         raise InputError("give either --max-error or --max-ms")
-    points = points_of(result, radii)
-    if not known(points, error):
+    points = points_of(result, error, radii)
+    if not points:
         raise InputError(f"the figures hold no {error} error")
-    front = pareto_front(usable(result, points, error), error)
+    front = pareto_front(points)
     where = f"{describe_radii(radii)}, {', '.join(scene['name'] for scene in result['setup']['scenes'])}"
     if not front:
         return f"No measured setting has a {error} error below that of the best constant ({where})."
-
-    def found(point: Point) -> str:
-        said = f"{describe(point)}: {point['ms']:.3g} ms, {error} error {error_of(point, error):.3g}"
-        return f"{said}{margin(result, point, error)} ({where})."
-
     if max_error is not None:
-        take, best = next((p for p in front if error_of(p, error) <= max_error), None), front[-1]
+        within, nearest = [p for p in front if p["error"] <= max_error], front[-1]
         limit = f"has a {error} error of at most {max_error:g}: the least is that of"
     else:
-        take, best = next((p for p in reversed(front) if p["ms"] <= (max_ms or 0.0)), None), front[0]
+        within, nearest = [p for p in front[::-1] if p["ms"] <= (max_ms or 0.0)], front[0]
         limit = f"that is better than a constant takes at most {max_ms:g} ms: the fastest is"
-    return f"Take {found(take)}" if take is not None else f"No measured setting {limit} {found(best)}"
+    said, p = ("Take", within[0]) if within else (f"No measured setting {limit}", nearest)
+    return f"{said} {describe(p)}: {p['ms']:.3g} ms, {error} error {p['error']:.3g}{margin(p)} ({where})."

@@ -16,7 +16,7 @@ def as_text(result: dict[str, Any]) -> str:
     """The whole page: settings to take, null lines, all estimators, fronts by radii, slopes."""
     out = ["# Error against run time", "", _about(result), "", "## Which setting to take", ""]
     for error in advise.ERRORS:
-        if advise.known(advise.points_of(result), error):
+        if advise.points_of(result, error):
             said = {advise.advice(result, error, max_ms=limit): limit for limit in reversed(_TIMES)}  # each once
             out += [*(f"- At most {limit:g} ms: {sentence}" for sentence, limit in reversed(said.items())), ""]
     out += ["## Without work, and the truth's own error", "", *_nulls(result)]
@@ -25,18 +25,16 @@ def as_text(result: dict[str, Any]) -> str:
         out += ["", f"## {error}: {title}", "", f"![{title} over the time](work-precision-{error}.png)"]
         for radii in result["setup"]["grid"]["radii"]:
             out += ["", f"Pareto front, {advise.describe_radii(radii)}{_beside(result, radii, error)}:"]
-            out += ["", *_front(result, radii, error)]
+            out += ["", *_front(advise.points_of(result, error, radii))]
     return "\n".join([*out, "", "## Slopes of the sampling error", "", *_slopes(result)])
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """A Markdown table whose columns are aligned; the first is text, the others are numbers."""
-    lines = [list(head), *map(list, rows)]
-    widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
-    aligned = [[cell.rjust(width) for cell, width in zip(line, widths, strict=True)] for line in lines]
-    for line in aligned:
-        line[0] = line[0].strip().ljust(widths[0])
-    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
+    lines = [head, *rows]
+    first, *widths = (max(map(len, column)) for column in zip(*lines, strict=True))
+    rule = ["-" * first, *("-" * (width - 1) + ":" for width in widths)]
+    aligned = [[line[0].ljust(first), *map(str.rjust, line[1:], widths)] for line in lines]
     return ["| " + " | ".join(line) + " |" for line in (aligned[0], rule, *aligned[1:])]
 
 
@@ -63,16 +61,14 @@ def _nulls(result: dict[str, Any]) -> list[str]:
 def _estimators(result: dict[str, Any]) -> list[str]:
     """Each with the number of samples nearest to its own, at the first radii and with the most blur."""
     radii, blur = result["setup"]["grid"]["radii"][0], max(result["setup"]["grid"]["blurs"])
-    rows = []
+    blurred, rows = [p for p in advise.points_of(result, "visibility", radii) if p["blur"] == blur], []
     for name, each in result["estimators"].items():
-        points = [p for p in advise.points_of(result, radii) if p["estimator"] == name and p["blur"] == blur]
-        estimator = find_estimator(name)
+        points, estimator = [p for p in blurred if p["estimator"] == name], find_estimator(name)
         own, by = estimator.count, estimator.sampling
         point = min(points, key=lambda p: (abs((p["samples"] or own) - own), p["sampler"] != by, p["visibility"]))
         times = f"{point['ms']:.3f} (+{100 * point['spread']:.0f} %)", f"{point['wall_ms']:.3f}"
         for truth, text in ("visibility", "cosine constant"), ("own", " ".join(each["integrand"])):
-            found = [f"{value:.3f}" for value in point[truth]]
-            rows.append((advise.describe(point), *times, text, *found))
+            rows.append((advise.describe(point), *times, text, *(f"{value:.3f}" for value in point[truth])))
     head = "setting", "ms (spread)", "ms, all threads", "truth", *FIGURES
     note = f"{advise.describe_radii(radii)}; the truth is rays weighted uniformly or by the cosine, with that falloff."
     return [note, "", *table(head, rows)]
@@ -80,39 +76,29 @@ def _estimators(result: dict[str, Any]) -> list[str]:
 
 def _beside(result: dict[str, Any], radii: Sequence[float], error: str) -> str:
     """The null lines of a front; of own errors they differ, and each row has its best constant."""
-    null = advise.null_of(result, advise.points_of(result, radii)[0], error)
-    if null is None or error.startswith("own"):
+    if not error.startswith("visibility"):
         return ""
+    null = advise.points_of(result, error, radii)[0]["null"]
     return f" (no AO {null['none']}, the best constant {null['constant']}, the truth's own error {null['truth']})"
 
 
-def _front(result: dict[str, Any], radii: Sequence[float], error: str) -> list[str]:
-    front = advise.pareto_front(advise.usable(result, advise.points_of(result, radii), error), error, advise.NOISE)
-    if not front:
-        return ["No setting is better than the best constant."]
+def _front(points: Sequence[Point]) -> list[str]:
     rows = [
-        (
-            advise.describe(p),
-            f"{p['ms']:.3f}",
-            f"{p['wall_ms']:.3f}",
-            f"{advise.error_of(p, error):.5f}",
-            advise.margin(result, p, error)[2:],
-        )
-        for p in front
+        (advise.describe(p), f"{p['ms']:.3f}", f"{p['wall_ms']:.3f}", f"{p['error']:.5f}", advise.margin(p)[2:])
+        for p in advise.pareto_front(points, advise.NOISE)
     ]
-    return table(("setting", "ms", "ms, all threads", "error", ""), rows)
+    head = "setting", "ms", "ms, all threads", "error", ""
+    return table(head, rows) if rows else ["No setting is better than the best constant."]
 
 
 def _slopes(result: dict[str, Any]) -> list[str]:
     """Slopes at the first radii without blur; points that their reference does not serve are left out."""
-    groups: dict[tuple[str, str], list[Point]] = {}
-    for point in advise.points_of(result, result["setup"]["grid"]["radii"][0]):
-        if point["sampler"] is not None and not point["blur"]:
-            groups.setdefault((point["estimator"], point["sampler"]), []).append(point)
-    rows = []
-    for (estimator, sampler), group in groups.items():
-        own = advise.known(group, "sampling")
-        fitted = fitted_slope([p["samples"] for p in own], [p["sampling"] for p in own])
+    radii, rows = result["setup"]["grid"]["radii"][0], []
+    served = [p for p in advise.points_of(result, "sampling", radii) if not p["blur"]]
+    everything = advise.points_of(result, "visibility", radii)
+    for estimator, sampler in dict.fromkeys((p["estimator"], p["sampler"]) for p in everything if p["sampler"]):
+        own = [p for p in served if (p["estimator"], p["sampler"]) == (estimator, sampler)]
+        fitted = fitted_slope([p["samples"] for p in own], [p["error"] for p in own])
         measured = "-" if fitted is None else f"{fitted[0]:.2f} +- {fitted[1]:.2f}"
         edge, smooth = (f"{s:g}" for s in THEORY[sampler]) if sampler in THEORY else ("-", "-")
         rows.append((estimator, sampler, measured, edge, smooth, BEFORE_THE_LIMIT.get(sampler, "")))

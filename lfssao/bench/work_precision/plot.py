@@ -30,22 +30,23 @@ def draw(result: dict[str, Any], error: str) -> Figure:
     """
     grid = result["setup"]["grid"]
     radii, blur = grid["radii"][0], 0.0 if error == "sampling" else max(grid["blurs"])
-    points = [p for p in advise.known(advise.points_of(result, radii), error) if p["blur"] == blur]
+    points = [p for p in advise.points_of(result, error, radii) if p["blur"] == blur]
     figure = Figure(figsize=(11, 11), layout="constrained")
     scenes, title = len(result["setup"]["scenes"]), advise.ERRORS[error][0]
     title = f"{title}: {advise.describe_radii(radii)}, blur {blur:g}, mean of {scenes} scenes"
     figure.suptitle(title, fontsize="medium")
-    panels = figure.subplots(3, 2, sharex=True, sharey=True).ravel()
+    scales = {"xscale": "log", "yscale": "log" if error == "sampling" else "linear"}
+    panels = figure.subplots(3, 2, sharex=True, sharey=True, subplot_kw=scales).ravel()
     samplers = sorted({p["sampler"] for p in points if p["sampler"] is not None})
     for axes, (family, names) in zip(panels, FAMILIES.items(), strict=False):
         for k, name in enumerate(names):
-            _draw_estimator(axes, [p for p in points if p["estimator"] == name], error, samplers, k, name)
-        _decorate(axes, result, [p for p in points if p["estimator"] in names], error)
-        axes.set_title(family, fontsize="medium")
-        axes.set_visible(any(p["estimator"] in names for p in points))
-        if axes.get_visible():
+            _draw_estimator(axes, [p for p in points if p["estimator"] == name], samplers, k, name)
+        own = [p for p in points if p["estimator"] in names]
+        _decorate(axes, own, family)
+        axes.set_visible(bool(own))
+        if own:
             axes.legend(fontsize="x-small", loc="lower left")
-    _draw_front(panels[-1], result, points, error)
+    _draw_front(panels[-1], points, error)
     handles = [
         panels[-1].plot([], [], marker, color="0.3", linestyle="", label=name)[0]
         for name, marker in zip([*samplers, "its own"], _MARKERS, strict=False)
@@ -54,65 +55,49 @@ def draw(result: dict[str, Any], error: str) -> Figure:
     return figure
 
 
-def _draw_estimator(axes: Axes, points: list[Point], error: str, samplers: list[str], k: int, name: str) -> None:
+def _draw_estimator(axes: Axes, points: list[Point], samplers: list[str], k: int, name: str) -> None:
     """One estimator's points, a line for each sampler."""
     color, label = colormaps["tab10"](k), name
     for sampler in (*samplers, None):
         own = sorted((p for p in points if p["sampler"] == sampler), key=lambda p: p["ms"])
         if own:
             marker = _MARKERS[len(samplers) if sampler is None else samplers.index(sampler)]
-            found = [advise.error_of(p, error) for p in own]
             style: dict[str, Any] = {"marker": marker, "markersize": 4.5, "linewidth": 0.7, "alpha": 0.75}
-            axes.plot([p["ms"] for p in own], found, color=color, label=label, **style)
+            axes.plot([p["ms"] for p in own], [p["error"] for p in own], color=color, label=label, **style)
             label = ""
 
 
-def _decorate(axes: Axes, result: dict[str, Any], points: list[Point], error: str) -> None:
-    """Scales, labels and null lines."""
-    axes.set(xscale="log", xlabel="processor time, ms", ylabel="error")
+def _decorate(axes: Axes, points: list[Point], title: str) -> None:
+    """Labels and the points' null lines; sampling errors have none."""
+    axes.set(xlabel="processor time, ms", ylabel="error")
     axes.label_outer()
     axes.grid(which="both", alpha=0.15)
-    if error == "sampling":
-        axes.set_yscale("log")
-    nulls = {tuple(null.items()) for point in points if (null := advise.null_of(result, point, error)) is not None}
-    for null in map(dict, nulls):
-        for name, style, text in (
-            ("none", "--", "no AO"),
-            ("constant", "-.", "best constant"),
-            ("truth", ":", "truth"),
-        ):
+    axes.set_title(title, fontsize="medium")
+    edge: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "va": "bottom", "ha": "right"}
+    for null in map(dict, {tuple(point["null"].items()) for point in points if point["null"]}):
+        for name, style, text in ("none", "--", "no AO"), ("constant", "-.", "best constant"), ("truth", ":", "truth"):
             axes.axhline(null[name], color="0.4", linewidth=0.9, linestyle=style)
-            where: dict[str, Any] = {
-                "xy": (1, null[name]),
-                "xycoords": axes.get_yaxis_transform(),
-                "va": "bottom",
-                "ha": "right",
-            }
-            axes.annotate(text, fontsize="xx-small", color="0.3", **where)
+            axes.annotate(text, (1, null[name]), fontsize="xx-small", color="0.3", **edge)
         axes.set_ylim(0, 1.5 * null["none"])  # what is worse by more lies above
 
 
-def _draw_front(axes: Axes, result: dict[str, Any], points: list[Point], error: str) -> None:
+def _draw_front(axes: Axes, points: list[Point], error: str) -> None:
     """All points in grey, and the front with the settings' names."""
-    axes.plot([p["ms"] for p in points], [advise.error_of(p, error) for p in points], ".", color="0.75", markersize=3)
-    front = advise.pareto_front(advise.usable(result, points, error), error, advise.NOISE)
-    axes.plot([p["ms"] for p in front], [advise.error_of(p, error) for p in front], "o-", color="tab:red", markersize=4)
+    front = advise.pareto_front(points, advise.NOISE)
+    axes.plot([p["ms"] for p in points], [p["error"] for p in points], ".", color="0.75", markersize=3)
+    axes.plot([p["ms"] for p in front], [p["error"] for p in front], "o-", color="tab:red", markersize=4)
+    near: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points", "fontsize": "small"}
     for k, point in enumerate(front, 1):
-        near: dict[str, Any] = {"xytext": (3, 3), "textcoords": "offset points", "fontsize": "small"}
-        axes.annotate(str(k), (point["ms"], advise.error_of(point, error)), color="tab:red", **near)
+        axes.annotate(str(k), (point["ms"], point["error"]), color="tab:red", **near)
     names = "\n".join(f"{k} {advise.describe(point).rsplit(',', 1)[0]}" for k, point in enumerate(front, 1))
-    place: dict[str, Any] = (
-        {"x": 0.99, "y": 0.98, "va": "top"} if error == "sampling" else {"x": 0.99, "y": 0.08, "va": "bottom"}
-    )
-    axes.text(s=names, transform=axes.transAxes, ha="right", fontsize=7, **place)
-    shown = [] if error.startswith("own") else points[:1]
-    _decorate(axes, result, shown, error)
-    axes.set_title("all, with the Pareto front", fontsize="medium")
+    place: dict[str, Any] = {"y": 0.98, "va": "top"} if error == "sampling" else {"y": 0.08, "va": "bottom"}
+    axes.text(x=0.99, s=names, transform=axes.transAxes, ha="right", fontsize=7, **place)
+    _decorate(axes, [] if error.startswith("own") else points, "all, with the Pareto front")
 
 
 def save_plots(result: dict[str, Any], folder: Path) -> None:
     """Write work-precision-ERROR.png of each error into a folder, each whole; InputError if one cannot be written."""
     for error in advise.ERRORS:
-        if advise.known(advise.points_of(result), error):
+        if advise.points_of(result, error):
             picture = draw(result, error)
             write_whole(folder / f"work-precision-{error}.png", partial(picture.savefig, dpi=80))

@@ -1,50 +1,25 @@
 """The three kinds of mapping step by step, as display, camera and kernels compute them, on numbers with error bounds.
 
-In ``EXACT`` arithmetic the same steps give the exact image. Each class also has the kernels' own image and the mapping
-as the kernels take it: ``to_image``, and a camera's inverse ``back``, for which AO is Algorithm 1 and points are u, v
-and depth.
+In arithmetic without rounding the same steps give the exact image. Each class also has its view, whose numbers the
+kernels take. A camera's AO is Algorithm 1, and its points are u, v and depth.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from fractions import Fraction
-from functools import cached_property
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lfssao.ao.kernels import ssao
-from lfssao.bench.stability.running_error import DOUBLE, EXACT, Arithmetic, Tracked, all_of
+from lfssao.bench.stability.running_error import DOUBLE, Arithmetic, Tracked, all_of
 from lfssao.core.affine import Matrix
 from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display
-from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels.display import display_module
+from lfssao.optics.kernels.projection import DISPLAY
 from lfssao.optics.view import View, WorldToImage
-
-Texture = NDArray[np.floating[Any]]
-Point = tuple[Fraction, Fraction, Fraction]
 
 # u, v and z of a point + offset, and whether it lies in the mapping's domain; None where rounding may decide.
 Image = tuple[Tracked, Tracked, Tracked, bool | None]
-Steps = Callable[[Point, Point], Image]
-
-
-def rational(numbers: Any) -> Point:
-    """Three floats as fractions."""
-    x, y, z = (Fraction(float(n)) for n in numbers)
-    return x, y, z
-
-
-def exact_image(steps: Steps, point: Point, offset: Point) -> Point | None:
-    """u, v and z of point + offset by steps in ``EXACT`` arithmetic; None outside the mapping's domain."""
-    u, v, z, in_domain = steps(point, offset)
-    return (u.value, v.value, z.value) if in_domain else None
-
-
-def _given(arithmetic: Arithmetic, number: float | Fraction, probe: float) -> Tracked:
-    return arithmetic.number(Fraction(number), abs(float(number)) * probe)
+Steps = Callable[[Iterable[float], Iterable[float]], Image]
 
 
 def _linear(row: Sequence[Tracked], p: Sequence[Tracked], turn: Sequence[Tracked] = ()) -> Tracked:
@@ -67,24 +42,20 @@ class CrossedSlits:
     display: Display
     physical_from_world: Matrix
     turn: tuple[float, ...] = ()  # cosine and sine by which samples are turned about world z; none: they are not
-    back = None
 
     @property
-    def to_image(self) -> WorldToImage:
-        """World to image, as the kernels take it."""
-        return self.display.view(0, self.physical_from_world).world_to_image
+    def view(self) -> View:
+        """The module's view."""
+        return self.display.view(0, self.physical_from_world)
 
-    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
-        """The steps of ``Display.view``, in float64, and of CROSSED_SLITS in the kernels' arithmetic, ``work``.
-
-        Inputs have the relative error ``probe``, for condition numbers.
-        """
-        make = DOUBLE if work.unit else EXACT
+    def steps(self, work: Arithmetic) -> Steps:
+        """The steps of ``Display.view``, in float64, and of CROSSED_SLITS in the kernels' arithmetic, ``work``."""
+        make = DOUBLE if work.unit else work
         shown, module = self.display, self.display.modules[0]
-        m_x, m_z, width, height = (_given(make, n, probe) for n in (module.x, module.z, module.width, module.height))
-        y_o, z_o = (_given(make, n, probe) for n in (shown.observer_height, shown.observer_z))
-        screen_width, screen_height = (_given(make, n, probe) for n in (shown.screen_width, shown.screen_height))
-        rows = [[_given(make, float(entry), probe) for entry in row] for row in self.physical_from_world]
+        m_x, m_z, width, height = map(make.given, (module.x, module.z, module.width, module.height))
+        y_o, z_o = map(make.given, (shown.observer_height, shown.observer_z))
+        screen_width, screen_height = map(make.given, (shown.screen_width, shown.screen_height))
+        rows = [[make.given(entry) for entry in row] for row in self.physical_from_world]
         u_scale, v_scale, half = width / screen_width, -height / screen_height, make.number(0.5)
         for row, centre, factor in ((rows[0], m_x, u_scale * m_z), (rows[1], y_o, v_scale * z_o)):
             row[3] = row[3] - centre
@@ -92,31 +63,14 @@ class CrossedSlits:
         u_0, v_0 = work.rounded(width * half + u_scale * m_x), work.rounded(height * half + v_scale * y_o)
         m_z, z_o = work.rounded(m_z), work.rounded(z_o)
         rows = [[work.rounded(entry) for entry in row] for row in rows]
-        turn = [_given(work, n, probe) for n in self.turn]
+        turn = [work.given(n) for n in self.turn]
 
-        def image(point: Point, offset: Point) -> Image:
-            place, way = ([_given(work, n, probe) for n in vector] for vector in (point, offset))
+        def image(point: Iterable[float], offset: Iterable[float]) -> Image:
+            place, way = ([work.given(n) for n in vector] for vector in (point, offset))
             a, b, c = (_affine(row, place) + _linear(row, way, turn) for row in rows)
             return u_0 + a / (m_z - c), v_0 + b / (z_o - c), c, all_of(c.is_less(m_z), z_o.is_less(c))
 
         return image
-
-    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
-        """U and v by the kernels' own lines, on arrays."""
-        m = self.to_image.as_type(positions.dtype).numbers
-        a, b, c = _rows(m, 3, np.moveaxis(positions, -1, 0), offset, self.turn)
-        with np.errstate(all="ignore"):  # outside the domain
-            u, v, *_ = mapping.project_crossed_slits.py_func(mapping.Slits(*m[12:]), a, b, c)
-        return np.stack([u, v], axis=-1)
-
-
-def _rows(m: Texture, count: int, place: Any, offset: Texture, turn: Sequence[float] = ()) -> list[Texture]:
-    """Rows of M place + M offset, the offset turned by cosine and sine, by the kernels' own lines."""
-    turns = np.array(turn, m.dtype)[:, None] if turn else None
-    projection = mapping.Projection(mapping.MATRIX if count == 4 else mapping.CROSSED_SLITS, m)
-    ways = ssao.transform_offsets.py_func(offset[None, :], projection, turns)
-    affine, way = mapping.affine_row.py_func, ssao.offset_row.py_func
-    return [affine(m, row, *place) + way(ways, 0, row, turns, turns, 0) for row in range(count)]
 
 
 @dataclass(frozen=True)
@@ -124,36 +78,28 @@ class CameraAtOrigin:
     """A 'perspective' or 'orthographic' camera at the origin that looks along -Z, with ``extent`` at ``distance``."""
 
     projection: str
-    distance: float
-    extent: float
-    near: float
     far: float
-    width: int
-    height: int
+    near: float = 0.5
+    distance: float = 2.0
+    extent: float = 1.5
+    size: int = 8  # of its texture, which is square
+    turn = ()
 
-    @cached_property
+    @property
     def view(self) -> View:
         """The camera's view."""
         target = (0.0, 0.0, -self.distance)
         camera = Camera(self.projection, (0.0, 0.0, 0.0), target, (0.0, 1.0, 0.0), self.extent, self.near, self.far)
-        return camera.view(self.width, self.height)
+        return camera.view(self.size, self.size)
 
-    @property
-    def to_image(self) -> WorldToImage:
-        """World to image, as the kernels take it."""
-        return self.view.world_to_image
+    def steps(self, work: Arithmetic) -> Steps:
+        """The steps of Algorithm 1: a texel's (u, v, depth) into the world, the offset added, and back.
 
-    @property
-    def back(self) -> Matrix:
-        """The matrix from screen to world."""
-        assert self.view.screen_to_world is not None  # a camera's
-        return self.view.screen_to_world
-
-    def matrices(self, work: Arithmetic, probe: float = 0.0) -> tuple[list[list[Tracked]], list[list[Tracked]]]:
-        """World to screen and back, rows of four, made in float64 and rounded to an arithmetic."""
-        make = DOUBLE if work.unit else EXACT
-        distance, extent = (_given(make, n, probe) for n in (self.distance, self.extent))
-        near, far, width, height = (_given(make, n, probe) for n in (self.near, self.far, self.width, self.height))
+        The matrices are made in float64 and rounded to the arithmetic.
+        """
+        make = DOUBLE if work.unit else work
+        distance, extent, near, far = map(make.given, (self.distance, self.extent, self.near, self.far))
+        width = height = make.given(self.size)
         o, one, half = make.number(0), make.number(1), make.number(0.5)
         u_0, v_0, focal, span = width * half, height * half, height / extent, far - near
         if self.projection == "perspective":
@@ -167,28 +113,15 @@ class CameraAtOrigin:
         texel = one / focal
         back = [[texel, o, o, -(u_0 / focal)], [o, -texel, o, v_0 / focal], *last]
         forth, back = ([[work.rounded(entry) for entry in row] for row in matrix] for matrix in (forth, back))
-        return forth, back
 
-    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
-        """The steps of Algorithm 1: a texel's (u, v, depth) into the world, the offset added, and back."""
-        forth, back = self.matrices(work, probe)
-
-        def image(point: Point, offset: Point) -> Image:
-            screen, way = ([_given(work, n, probe) for n in vector] for vector in (point, offset))
+        def image(point: Iterable[float], offset: Iterable[float]) -> Image:
+            screen, way = ([work.given(n) for n in vector] for vector in (point, offset))
             x, y, z, w = (_affine(row, screen) for row in back)
             place = [x / w, y / w, z / w]
             a, b, c, q = (_affine(row, place) + _linear(row, way) for row in forth)
             return a / q, b / q, c / q, q.is_positive()
 
         return image
-
-    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
-        """U and v by the kernels' own lines, on arrays."""
-        m, back = self.to_image.as_type(positions.dtype).numbers, np.ravel(self.back).astype(positions.dtype)
-        with np.errstate(all="ignore"):  # outside the domain
-            x, y, z, w = _rows(back, 4, np.moveaxis(positions, -1, 0), np.zeros(3, positions.dtype))
-            u, v, *_ = mapping.project_matrix.py_func(*_rows(m, 4, (x / w, y / w, z / w), offset))
-        return np.stack([u, v], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,22 +130,23 @@ class GeneralDisplay:
 
     display: Display
     index: int = 0
-    back = None
+    turn = ()
 
     @property
-    def to_image(self) -> WorldToImage:
-        """World to image, as the kernels take it."""
-        numbers = self.display.module_numbers(self.index)
-        return WorldToImage(mapping.DISPLAY, np.concatenate([np.eye(3, 4).ravel(), numbers]))
+    def view(self) -> View:
+        """The module's view, its mapping of kind DISPLAY even where a display has a simpler one."""
+        same, numbers = np.eye(3, 4), self.display.module_numbers(self.index)
+        to_image = WorldToImage(DISPLAY, np.concatenate([same.ravel(), numbers]))
+        return replace(self.display.view(self.index, same), world_to_image=to_image)
 
-    def steps(self, work: Arithmetic, probe: float = 0.0) -> Steps:
+    def steps(self, work: Arithmetic) -> Steps:
         """The steps of the kernel ``physical_to_image``."""
-        d = display_module.py_func([_given(work, float(n), probe) for n in self.display.module_numbers(self.index)])
+        d = display_module.py_func([work.given(n) for n in self.display.module_numbers(self.index)])
         m_x, m_y, m_z, y_o, z_o, screen, observers, conical = d[:8]
         one = work.number(1)
 
-        def image(point: Point, offset: Point) -> Image:
-            x, y, z = (_given(work, a, probe) + _given(work, b, probe) for a, b in zip(point, offset, strict=True))
+        def image(point: Iterable[float], offset: Iterable[float]) -> Image:
+            x, y, z = (work.given(a) + work.given(b) for a, b in zip(point, offset, strict=True))
             dx, dz = x - m_x, z - m_z
             t_s, meets_screen = _circle(screen, m_x, m_z, dx, dz)
             t_v, meets_observers = _circle(observers, m_x, m_z - z_o, dx, dz)
@@ -241,13 +175,6 @@ class GeneralDisplay:
             return u, v, z, all_of(*shown)
 
         return image
-
-    def kernel_image(self, positions: Texture, offset: Texture) -> Texture:
-        """U and v by the kernel; NaN outside the domain."""
-        places = np.ascontiguousarray((positions + offset).reshape(-1, 3))
-        image = np.empty_like(places)
-        mapping.land(self.to_image.as_type(places.dtype), places, image)
-        return image[:, :2].reshape(*positions.shape[:-1], 2)
 
 
 def _hypot(a: Tracked, b: Tracked) -> Tracked:

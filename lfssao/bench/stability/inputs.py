@@ -238,13 +238,13 @@ def _surfaces() -> Inputs:
 def _cameras() -> Inputs:
     upward = np.arange(SIZE * SIZE).reshape(SIZE, SIZE) / (SIZE * SIZE - 1)
     for power in (1, 2, 4, 8):
-        eye = CameraAtOrigin("perspective", 2.0, 1.5, 0.5, 0.5 * 10.0**power, SIZE, SIZE)
+        eye = CameraAtOrigin("perspective", 0.5 * 10.0**power)
         depth = (1 - 10.0 ** (-power * upward[::-1])) / (1 - 10.0**-power)
         text, behind = f"far / near = 1e{power}, samples 0.01 near behind", (0.002, 0.001, -0.005)
         yield "perspective depth", text, made(seen_by, eye, depth, behind)
         eye, depth = replace(eye, projection="orthographic"), (10.0 ** (power * upward) - 1) / (10.0**power - 1)
         yield "orthographic depth", text, made(seen_by, eye, depth, (0.02, 0.01, -0.005))
-    eye = CameraAtOrigin("perspective", 2.0, 1.5, 0.5, 8.0, SIZE, SIZE)
+    eye = CameraAtOrigin("perspective", 8.0)
     for k in (5, 10, 20, 30):
         place = (2.0**-k * 0.1, 2.0**-k * 0.05, 1 - 2.0**-k)  # a surface at z = -1
         text = f"samples within 2^-{k} of the eye's plane"

@@ -10,8 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import ssao
-from lfssao.bench.stability.exact import CrossedSlits, Mapping, Point, exact_image, rational
-from lfssao.bench.stability.running_error import EXACT, PROBE, Arithmetic, Tracked
+from lfssao.ao.kernels import ssao as kernels
+from lfssao.bench.stability.exact import Image, Mapping
+from lfssao.bench.stability.running_error import EXACT, PROBED, Arithmetic, Tracked
+from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.view import View
+
+Texture = NDArray[np.floating[Any]]
 
 PATHS = ("float32", "float64")
 
@@ -52,37 +57,33 @@ class Measured:
 def measure(case: Stiff, path: str) -> Measured:
     """Measure errors and decisions of a case in 'float32' or 'float64'."""
     dtype = np.dtype(path)
-    bounded, exactly, probed = (
-        case.mapping.steps(*arithmetic) for arithmetic in ((Arithmetic.of(dtype),), (EXACT,), (EXACT, PROBE))
-    )
+    works = Arithmetic.of(dtype), EXACT, PROBED
+    bounded, exactly, probed = (case.mapping.steps(work) for work in works)
     image, occluded = computed(case, dtype)
-    offset = rational(case.offset)
     texels = list(np.ndindex(case.depth.shape)) if case.texels is None else case.texels
-    conditions, ulps, errors, bounds = [0.0], [0.0], [0.0], [0.0]
+    found = [(0.0, 0.0, 0.0, 0.0)]  # condition, ulp, error and bound of each coordinate
     exceeded = flipped = undecided = 0
     for texel in texels:
         if np.isinf(case.depth[texel]):  # no surface, no samples
             exceeded += bool(occluded[texel])
             continue
-        point = rational(case.positions[texel])
-        exact = exact_image(exactly, point, offset)
-        u, v, z, in_domain = bounded(point, offset)
-        doubtful = _is_undecided((u, v, z), in_domain, case.depth, case.step)
-        wrong = bool(occluded[texel]) != _is_occluded(exact, case.depth)
+        sample = case.positions[texel], case.offset
+        exact, rounded = exactly(*sample), bounded(*sample)
+        right, possible = _decisions(exact, case.depth, 0.0), _decisions(rounded, case.depth, case.step)
+        wrong, doubtful = right != {bool(occluded[texel])}, None in possible or len(possible) > 1
         flipped, undecided = flipped + wrong, undecided + doubtful
         over = wrong and not doubtful
-        if in_domain is None:
-            bounds.append(inf)
-        if exact is not None and in_domain:
-            # Relative to the coordinate or to one texel, whichever is more: 0 is no harder than another coordinate.
-            conditions += [a.error / (PROBE * max(abs(float(a.value)), 1.0)) for a in probed(point, offset)[:2]]
-            for ours, right, bound in zip(image[texel], exact[:2], (u, v), strict=True):
-                error, in_ulp = error_of(ours, right, dtype)
+        if rounded[3] is None:
+            found.append((0.0, 0.0, 0.0, inf))
+        if exact[3] and rounded[3]:
+            for ours, a, bound, off in zip(image[texel], exact[:2], rounded[:2], probed(*sample)[:2], strict=True):
+                error, ulp = error_of(ours, a.value, dtype)
                 over = over or not error <= bound.error
-                errors.append(error)
-                ulps.append(in_ulp)
-                bounds.append(bound.error)
+                # Relative to the coordinate or to a texel, whichever is more: 0 is no harder than another coordinate.
+                condition = off.error / (PROBED.probe * max(abs(float(a.value)), 1.0))
+                found.append((condition, ulp, error, bound.error))
         exceeded += over
+    conditions, ulps, errors, bounds = zip(*found, strict=True)
     return Measured(max(conditions), max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, len(texels))
 
 
@@ -92,48 +93,67 @@ def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.
     return error, error / float(np.spacing(dtype.type(max(abs(float(exact)), least))))
 
 
-def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
+def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[Texture, NDArray[np.bool_]]:
     """Image coordinates (H, W, 2) and decisions (H, W) of the kernels; AO of one sample is 0 or 1."""
-    to_image, back = case.mapping.to_image, case.mapping.back
+    view, turn = case.mapping.view, case.mapping.turn
     surface = case.depth if case.stored is None else case.stored
     positions, depth = case.positions.astype(dtype), surface.astype(dtype)
     samples, radius = case.offset[None, :], 1.0
-    if back is None:
-        turn = case.mapping.turn if isinstance(case.mapping, CrossedSlits) else ()
+    if view.screen_to_world is None:
         turns = np.full((*depth.shape, 2), turn, dtype).transpose(2, 0, 1) if turn else None
-        decided = ssao.algorithm2(depth, positions, to_image, samples, radius, turns).texture
+        decided = ssao.algorithm2(depth, positions, view.world_to_image, samples, radius, turns).texture
     else:
-        decided = ssao.algorithm1(depth, back, to_image.numbers.reshape(4, 4), samples, radius).texture
-    return case.mapping.kernel_image(positions, case.offset.astype(dtype)), decided > 0
+        matrix = view.world_to_image.numbers.reshape(4, 4)
+        decided = ssao.algorithm1(depth, view.screen_to_world, matrix, samples, radius).texture
+    return _kernel_image(view, positions, case.offset.astype(dtype), turn), decided > 0
+
+
+def _kernel_image(view: View, positions: Texture, offset: Texture, turn: Sequence[float]) -> Texture:
+    """U and v of points + offset, (H, W, 2), by the kernels' own lines, on arrays; any numbers outside the domain."""
+    projection = view.world_to_image.as_type(positions.dtype)
+    kind, m = projection
+    if kind == mapping.DISPLAY:
+        points = np.ascontiguousarray((positions + offset).reshape(-1, 3))
+        image = np.empty_like(points)
+        mapping.land(projection, points, image)
+        return image[:, :2].reshape(*positions.shape[:-1], 2)
+    affine, way = mapping.affine_row.py_func, kernels.offset_row.py_func
+    places: Any = np.moveaxis(positions, -1, 0)
+    with np.errstate(all="ignore"):  # outside the domain
+        if view.screen_to_world is not None:
+            back = view.screen_to_world.ravel().astype(m.dtype)
+            x, y, z, w = (affine(back, row, *places) for row in range(4))
+            places = x / w, y / w, z / w
+        turns = np.array(turn, m.dtype)[:, None] if turn else None
+        ways = kernels.transform_offsets.py_func(offset[None, :], projection, turns)
+        rows = (affine(m, row, *places) + way(ways, 0, row, turns, turns, 0) for row in range(4))
+        if kind == mapping.MATRIX:
+            u, v, *_ = mapping.project_matrix.py_func(*rows)
+        else:
+            a, b, c, _ = rows
+            u, v, *_ = mapping.project_crossed_slits.py_func(mapping.slits_of.py_func(m), a, b, c)
+    return np.stack([u, v], axis=-1)
+
+
+def _decisions(image: Image, depth: Texture, step: float) -> set[bool | None]:
+    """Whether a sample is occluded: all answers that errors of its image and of depths, up to a step, can lead to.
+
+    None stands for both: where rounding may move it out of the domain, over the whole texture or past a surface.
+    """
+    u, v, z, in_domain = image
+    if not in_domain:
+        return {in_domain}
+    height, width = depth.shape
+    columns, rows = _reach(u, width), _reach(v, height)
+    if columns is None or rows is None:
+        return {None}
+    surfaces = (depth[j, i] if 0 <= i < width and 0 <= j < height else inf for j in rows for i in columns)
+    return {Tracked(_depth(d), step, z.arithmetic).is_less(z) for d in surfaces}
 
 
 def _depth(number: float) -> Fraction:
     """A depth as a fraction; infinity becomes one beyond all samples."""
     return Fraction(float(number)) if number < inf else Fraction(2) ** 900
-
-
-def _is_occluded(exact: Point | None, depth: NDArray[np.float32]) -> bool:
-    if exact is None:
-        return False
-    u, v, z = exact
-    inside = 0 <= u < depth.shape[1] and 0 <= v < depth.shape[0]
-    return inside and _depth(depth[floor(v), floor(u)]) < z
-
-
-def _is_undecided(
-    image: tuple[Tracked, Tracked, Tracked], in_domain: bool | None, depth: NDArray[np.float32], step: float
-) -> bool:
-    """Whether rounding can move the sample into another texel, across its surface or out of the domain."""
-    if not in_domain:
-        return in_domain is None
-    u, v, z = image
-    height, width = depth.shape
-    columns, rows = _reach(u, width), _reach(v, height)
-    if columns is None or rows is None:
-        return True
-    surfaces = (depth[j, i] if 0 <= i < width and 0 <= j < height else inf for j in rows for i in columns)
-    outcomes = {Tracked(_depth(d), step, z.arithmetic).is_less(z) for d in surfaces}
-    return None in outcomes or len(outcomes) > 1
 
 
 def _reach(coordinate: Tracked, size: int) -> range | None:

@@ -7,9 +7,6 @@ from math import inf, isqrt, log2
 from numpy import finfo
 from numpy.typing import DTypeLike
 
-# For condition numbers: a relative error of the inputs so small that its products do not count.
-PROBE = 2.0**-200
-
 
 @dataclass(frozen=True)
 class Arithmetic:
@@ -18,6 +15,7 @@ class Arithmetic:
     unit: float = 0.0  # unit roundoff, half an ulp of 1; 0 for exact arithmetic
     tiny: float = 0.0  # half the smallest subnormal number
     largest: float = inf  # largest finite number; the error beyond it is unbounded
+    probe: float = 0.0  # relative error of inputs
 
     @classmethod
     def of(cls, dtype: DTypeLike) -> "Arithmetic":
@@ -35,6 +33,10 @@ class Arithmetic:
         bound = error + self.unit * (_size(value) + error) + self.tiny
         # The factor is more than the bound's own dozen float64 operations can have rounded away.
         return Tracked(value, bound * (1.0 + 2.0**-40), self)
+
+    def given(self, number: Fraction | float) -> "Tracked":
+        """An input, rounded to the format."""
+        return self.number(number, abs(float(number)) * self.probe)
 
     def rounded(self, number: "Tracked") -> "Tracked":
         """A number of another arithmetic, converted to this one."""
@@ -105,6 +107,8 @@ class Tracked:
 
 DOUBLE = Arithmetic.of("float64")
 EXACT = Arithmetic()
+# For condition numbers: inputs are off by so little that products of their errors do not count.
+PROBED = Arithmetic(probe=2.0**-200)
 
 
 def all_of(*facts: bool | None) -> bool | None:

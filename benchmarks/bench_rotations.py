@@ -33,8 +33,8 @@ def errors_of(scene: BenchScene, radii: Sequence[float]) -> Iterator[tuple[str, 
         for n in COUNTS:
             few = [textures_of(scene, radii, rotation, SAMPLER, n, seed) for seed in range(SEEDS)]
             for k in range(len(BLURS)):
-                reference = combine_others({by: textures[k] for by, textures in many.items()}, SAMPLER)
-                errors.append(rms([rms(textures[k] - reference.texture) for textures in few]))
+                reference, _ = combine_others({by: textures[k] for by, textures in many.items()}, SAMPLER)
+                errors.append(rms([rms(textures[k] - reference) for textures in few]))
         yield rotation, errors
 
 

@@ -47,16 +47,14 @@ def _measure(options: argparse.Namespace) -> None:
         result = held
 
     with output_folder(options.output):
-        with progress(total=run.steps(result), unit="step", leave=False) as bar:
 
-            def tick(name: str) -> None:
+        def save() -> None:
+            write_text(file, json.dumps(result, separators=(",", ":"), allow_nan=False) + "\n")
+
+        with progress(total=run.steps(result), unit="step", leave=False) as bar:
+            for name in run.run(meshes, grid, options.threads, result, save):
                 bar.set_postfix_str(name)
                 bar.update()
-
-            def save() -> None:
-                write_text(file, json.dumps(result, separators=(",", ":"), allow_nan=False) + "\n")
-
-            run.run(meshes, grid, options.threads, result, save, tick)
         measured = read_result(file)
         with working("draw"):
             plot.save_plots(measured, options.output)

@@ -137,13 +137,13 @@ def test_a_references_own_error_is_estimated_from_independent_ones(many):
     rng = np.random.default_rng(1)
     truth = rng.uniform(size=40_000)
     made = combine_others({str(k): truth + 0.01 * rng.standard_normal(truth.size) for k in range(many)}, "another")
-    assert rms(made.texture - truth) == pytest.approx(0.01 / np.sqrt(many), rel=0.03)
-    assert made.error == pytest.approx(rms(made.texture - truth), rel=0.03)
+    assert rms(made[0] - truth) == pytest.approx(0.01 / np.sqrt(many), rel=0.03)
+    assert made[1] == pytest.approx(rms(made[0] - truth), rel=0.03)
 
 
 def test_no_sampler_is_compared_with_a_reference_of_its_own():
     many = {name: np.full(3, float(k)) for k, name in enumerate(grid.FULL.reference_samplers)}
-    means = {sampler: combine_others(many, sampler).texture[0] for sampler in (*many, "latin")}
+    means = {sampler: combine_others(many, sampler)[0][0] for sampler in (*many, "latin")}
     assert means == {"sobol": 1.5, "halton": 1.0, "fibonacci": 0.5, "latin": 1.0}
 
 
@@ -208,7 +208,7 @@ def test_samplers_are_left_out_where_their_points_alone_are_not_even(name):
 @pytest.mark.parametrize("name", [n for n in ESTIMATORS if not grid.takes_samples(ESTIMATORS[n])])
 def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
     estimator = ESTIMATORS[name]
-    default, *others = grid.own_counts_of(estimator, grid.FULL)
+    default, *others = grid.own_counts_of(estimator, grid.FULL).items()
     assert default == (None, {})
     counted = {"taps", "directions", "steps"} & set(estimator.parameters)
     assert bool(others) == bool(counted)
@@ -216,7 +216,7 @@ def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
         assert counted <= set(parameters) <= set(estimator.parameters)
         assert n == np.prod([parameters[key] for key in counted])
         assert parameters.get("turns", 0) == 0  # as many as make the taps even
-    assert grid.own_counts_of(estimator, grid.QUICK) == [default]
+    assert grid.own_counts_of(estimator, grid.QUICK) == dict([default])
 
 
 def test_each_radius_is_measured_once():
@@ -272,7 +272,7 @@ def test_errors_of_a_run_are_against_visibility_and_the_estimators_own_integrand
         grid.QUICK, width=48, height=36, counts=(4,), samplers=("latin",), seeds=2, reference_count=64, most=3
     )
     scene, estimator = BenchScene(builtin_scene("corner"), sizes, 1), ESTIMATORS[name]
-    points = run.measure_estimator([scene], estimator, sizes, 1, lambda _: None)["points"]
+    points = run.summary(estimator, [run.times_of(scene, estimator, 1)], [run.errors_of(scene, estimator)])["points"]
     made = next(p for p in points if p["blur"] == 1.0)
     buffers, radius, occluders = scene.buffers, 0.02 * scene.unit, Occluders(scene.mesh)
     errors = []
@@ -340,7 +340,7 @@ def test_a_settings_time_is_the_sum_of_its_passes(monkeypatch):
         return {key: (factor * own[key[0]](key), 0.02) for key in passes}
 
     monkeypatch.setattr(run, "least_times", clocked)
-    made = run._Bench(scene, ESTIMATORS["lf"], sizes, 1).times()
+    made = run.times_of(scene, ESTIMATORS["lf"], 1)
     assert len(made) == 3 * 2
     assert made[("latin", 4), (0.02,), 1.0] == pytest.approx((2 + 11, 0.02, 26))
     assert made[("latin", 4), (0.02, 0.08), 0.0] == pytest.approx((10 + 11, 0.02, 42))
@@ -471,21 +471,21 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
     monkeypatch.setattr("lfssao.cli.bench_work_precision.QUICK", tiny)
     names = ("lf", "vo-lines", "sao")
     monkeypatch.setattr(run, "ESTIMATORS", {name: ESTIMATORS[name] for name in names})
-    real, measured = run.measure_estimator, []
+    real, measured = run.errors_of, []
 
-    def interrupted(scenes, estimator, *rest):
+    def interrupted(scene, estimator):
         measured.append(estimator.name)
         if measured.count("vo-lines") == 1 and estimator.name == "vo-lines":
             raise KeyboardInterrupt
-        return real(scenes, estimator, *rest)
+        return real(scene, estimator)
 
-    monkeypatch.setattr(run, "measure_estimator", interrupted)
+    monkeypatch.setattr(run, "errors_of", interrupted)
     file = tmp_path / "out" / "work-precision.json"
     command = ["bench", "work-precision", "statue", "corner", "--quick", "--threads", "1", "-o", str(file.parent)]
     assert main(command) == 130
     assert list(json.loads(file.read_text())["estimators"]) == ["lf"]
     assert main(command) == 0
-    assert measured == ["lf", "vo-lines", "vo-lines", "sao"]
+    assert measured == ["lf", "lf", "vo-lines", "vo-lines", "vo-lines", "sao", "sao"]
     made = json.loads(file.read_text())
     pictures = {f"work-precision-{error}.png" for error in ERRORS}
     assert {p.name for p in file.parent.iterdir()} <= pictures | {"work-precision.json", "work-precision.md"}

@@ -1,7 +1,6 @@
 """Figures of an occlusion texture against the truth or many samples, and of the textures that need no work."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -50,25 +49,17 @@ def null_lines(truths: Sequence[Texture], errors: Sequence[Texture], surfaces: S
     }
 
 
-@dataclass(frozen=True, eq=False)
-class Reference:
-    """The texture that an estimator tends to."""
-
-    texture: Texture  # (t,) float64: mean of the independent references, occlusion of the surface texels
-    error: float  # its own RMSE, estimated from how far the references lie apart
-
-
 def rms(errors: ArrayLike) -> float:
     """Root mean square; 0 of nothing."""
     numbers: NDArray[Any] = np.asarray(errors, np.float64)
     return float(np.sqrt(np.mean(np.square(numbers)))) if numbers.size else 0.0
 
 
-def combine_others(textures: Mapping[str, Texture], sampler: str) -> Reference:
-    """A sampler's reference from independent textures of two or more others, (t,) float64 by sampler.
+def combine_others(textures: Mapping[str, Texture], sampler: str) -> tuple[Texture, float]:
+    """A sampler's reference from independent textures of two or more others, (t,) float64 by sampler; its own RMSE.
 
     The error is by their variance, of equals, over their number; a bias that they share does not show.
     """
     stack = np.stack([texture for name, texture in textures.items() if name != sampler])
     variance = stack.var(axis=0, ddof=1).mean() / len(stack) if stack.size else 0.0
-    return Reference(stack.mean(axis=0), float(np.sqrt(variance)))
+    return stack.mean(axis=0), float(np.sqrt(variance))

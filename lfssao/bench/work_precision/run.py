@@ -8,9 +8,9 @@ weighted by the cosine, of all that is within R. All are over the texels that se
 import json
 import subprocess
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any, TypeVar
@@ -24,20 +24,11 @@ from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.textures import Texture
 from lfssao.bench.work_precision.advise import FORMAT
 from lfssao.bench.work_precision.figures import FIGURES, combine_others, figures, null_lines, pooled, rms
-from lfssao.bench.work_precision.scene import VISIBILITY, BenchScene, Inputs
-from lfssao.bench.work_precision.settings import (
-    Grid,
-    counts_of,
-    own_counts_of,
-    samplers_of,
-    samples_for,
-    takes_samples,
-)
+from lfssao.bench.work_precision.scene import VISIBILITY, BenchScene
+from lfssao.bench.work_precision.settings import Grid, Inputs, Variant, inputs_of, samples_for, takes_samples
 from lfssao.rendering.manifest import describe_machine, describe_scene
 from lfssao.scene.mesh import Mesh
 
-Tick = Callable[[str], None]
-Variant = tuple[str | None, int | None]  # sampler and number of samples
 Setting = tuple[Variant, tuple[float, ...], float]  # with radii and blur
 _MANY = 2**32  # seed of the references, which no measured set has
 Key = TypeVar("Key", bound=Hashable)
@@ -72,103 +63,67 @@ def _spread(times: list[float]) -> float:
     return least[-1] / least[0] - 1 if least[0] > 0 else 0.0
 
 
-@dataclass(frozen=True)
-class _Bench:
-    """One estimator on one scene."""
+def times_of(scene: BenchScene, estimator: Estimator, threads: int) -> dict[Setting, tuple[float, float, float]]:
+    """Milliseconds of one thread's work, their spread, and milliseconds of all threads, of each setting."""
+    grid, inputs = scene.grid, inputs_of(estimator, scene.grid, 0)
+    texture = scene.buffers.depth.clip(0, 1)  # any: its numbers do not change the time
+    passes: dict[Any, Callable[[], object]] = {
+        ("ao", variant, radius): partial(scene.occlusion, estimator, radius, inputs[variant])
+        for variant, radius in product(inputs, grid.each_radius)
+    }
+    passes |= {("merge", len(radii)): partial(post.merge, [texture] * len(radii)) for radii in grid.radii}
+    passes |= {("blur", blur): partial(post.blur, texture, blur) for blur in grid.blurs}
+    made: list[dict[Any, tuple[float, float]]] = []
+    for count, clock in ((1, process_time), (threads, perf_counter)):
+        numba.set_num_threads(count)
+        made.append(least_times(passes, grid.spread, grid.most, clock))
+    out = {}
+    for variant, radii, blur in product(inputs, grid.radii, grid.blurs):
+        keys = [*(("ao", variant, radius) for radius in radii), ("merge", len(radii)), ("blur", blur)]
+        work, wall = (sum(each[key][0] for key in keys) for each in made)
+        out[variant, radii, blur] = work, max(made[0][key][1] for key in keys[:-2]), wall
+    return out
 
-    scene: BenchScene
-    estimator: Estimator
-    grid: Grid
-    threads: int
 
-    def variants(self) -> Iterator[Variant]:
-        """Samplers and numbers of samples, or numbers of taps of its own."""
-        if not takes_samples(self.estimator):
-            yield from ((None, n) for n, _ in own_counts_of(self.estimator, self.grid))
-        else:
-            for sampler in samplers_of(self.estimator, self.grid):
-                yield from ((sampler, n) for n in counts_of(self.estimator, sampler, self.grid))
+def _textures(
+    scene: BenchScene, estimator: Estimator, inputs: Inputs, seed: int
+) -> dict[tuple[tuple[float, ...], float], Texture]:
+    """Textures by radii and blur."""
+    layers = {radius: scene.occlusion(estimator, radius, inputs, seed) for radius in scene.grid.each_radius}
+    merged = {radii: post.merge([layers[radius] for radius in radii]) for radii in scene.grid.radii}
+    return {(radii, blur): post.blur(merged[radii], blur) for radii in merged for blur in scene.grid.blurs}
 
-    def inputs(self, variant: Variant, seed: int) -> Inputs:
-        sampler, n = variant
-        if sampler is None:
-            return (None, None), dict(own_counts_of(self.estimator, self.grid))[n]
-        assert n is not None
-        return samples_for(self.estimator, sampler, n, seed), {}
 
-    def times(self) -> dict[Setting, tuple[float, float, float]]:
-        """Milliseconds of one thread's work, their spread, and milliseconds of all threads, of each setting."""
-        made: list[dict[Any, tuple[float, float]]] = []
-        for threads, clock in ((1, process_time), (self.threads, perf_counter)):
-            numba.set_num_threads(threads)
-            made.append(least_times(self._passes(), self.grid.spread, self.grid.most, clock))
-        out = {}
-        for variant, radii, blur in product(self.variants(), self.grid.radii, self.grid.blurs):
-            keys = [*(("ao", variant, radius) for radius in radii), ("merge", len(radii)), ("blur", blur)]
-            work, wall = (sum(each[key][0] for key in keys) for each in made)
-            out[variant, radii, blur] = work, max(made[0][key][1] for key in keys[:-2]), wall
-        return out
-
-    def _passes(self) -> dict[Any, Callable[[], object]]:
-        """Every pass that a setting needs, once."""
-        texture = self.scene.buffers.depth.clip(0, 1)  # any: its numbers do not change the time
-        out: dict[Any, Callable[[], object]] = {}
-        for variant, radius in product(self.variants(), self.grid.each_radius):
-            inputs = self.inputs(variant, 0)
-            out["ao", variant, radius] = partial(self.scene.occlusion, self.estimator, radius, inputs)
-        for radii in self.grid.radii:
-            out["merge", len(radii)] = partial(post.merge, [texture] * len(radii))
-        return out | {("blur", blur): partial(post.blur, texture, blur) for blur in self.grid.blurs}
-
-    def _settings(self, inputs: Inputs, seed: int) -> dict[tuple[tuple[float, ...], float], Texture]:
-        """Textures by radii and blur."""
-        layers = {r: self.scene.occlusion(self.estimator, r, inputs, seed) for r in self.grid.each_radius}
-        merged = {radii: post.merge([layers[radius] for radius in radii]) for radii in self.grid.radii}
-        return {(radii, blur): post.blur(merged[radii], blur) for radii in merged for blur in self.grid.blurs}
-
-    def references(self) -> dict[tuple[tuple[float, ...], float], dict[str, Any]]:
-        """Textures of many samples, the surface texels' occlusion, by radii and blur, then by sampler."""
-        out: dict[Any, dict[str, Any]] = {}
-        for sampler in self.grid.reference_samplers if takes_samples(self.estimator) else ():
-            samples = samples_for(self.estimator, sampler, self.grid.reference_count, _MANY)
-            for key, texture in self._settings((samples, {}), 0).items():
-                out.setdefault(key, {})[sampler] = texture[self.scene.surface].astype(np.float64)
-        return out
-
-    def errors(self) -> Iterator[tuple[Setting, list[float], list[float], float, float]]:
-        """Figures against both truths, sampling error and the reference's own, by setting and seed."""
-        many, surface = self.references(), self.scene.surface
-        for variant, seed in product(self.variants(), range(self.grid.seeds)):
-            for (radii, blur), texture in self._settings(self.inputs(variant, seed), seed).items():
-                ours = self.scene.compared(self.estimator, texture)
-                both = [
-                    figures(ours, self.scene.truth(radii, integrand)[0], surface, seed == 0)
-                    for integrand in (VISIBILITY, self.estimator.integrand)
-                ]
+def errors_of(scene: BenchScene, estimator: Estimator) -> dict[Setting, list[Any]]:
+    """Figures against both truths, sampling error and the reference's own, of each setting, by seed."""
+    grid, surface = scene.grid, scene.surface
+    many: dict[Any, dict[str, Texture]] = {}  # references, the surface texels' occlusion
+    for by in grid.reference_samplers if takes_samples(estimator) else ():
+        samples = samples_for(estimator, by, grid.reference_count, _MANY)
+        for key, texture in _textures(scene, estimator, (samples, {}), 0).items():
+            many.setdefault(key, {})[by] = texture[surface].astype(np.float64)
+    out: dict[Setting, list[Any]] = {}
+    for seed in range(grid.seeds):
+        for (sampler, n), inputs in inputs_of(estimator, grid, seed).items():
+            for (radii, blur), texture in _textures(scene, estimator, inputs, seed).items():
+                ours = scene.compared(estimator, texture)
+                truths = (scene.truth(radii, integrand)[0] for integrand in (VISIBILITY, estimator.integrand))
                 sampling, own = np.nan, np.nan
-                if variant[0] is not None:
-                    reference = combine_others(many[radii, blur], variant[0])
-                    sampling, own = rms(texture[surface] - reference.texture), reference.error
-                yield (variant, radii, blur), both[0], both[1], sampling, own
+                if sampler is not None:
+                    reference, own = combine_others(many[radii, blur], sampler)
+                    sampling = rms(texture[surface] - reference)
+                found = *(figures(ours, truth, surface, seed == 0) for truth in truths), sampling, own
+                out.setdefault(((sampler, n), radii, blur), []).append(found)
+    return out
 
 
-def measure_estimator(
-    scenes: Sequence[BenchScene], estimator: Estimator, grid: Grid, threads: int, tick: Tick
-) -> dict[str, Any]:
-    """Return all points of one estimator, as JSON holds them."""
-    times: list[dict[Setting, tuple[float, float, float]]] = []
-    errors: dict[Setting, list[Any]] = {}
-    for scene in scenes:
-        tick(f"{estimator.name}, {scene.mesh.name}")
-        bench = _Bench(scene, estimator, grid, threads)
-        numba.set_num_threads(threads)
-        for setting, *found in bench.errors():
-            errors.setdefault(setting, []).append(found)
-        times.append(bench.times())
+def summary(estimator: Estimator, times: Sequence[dict[Setting, Any]], errors: Sequence[dict[Setting, Any]]) -> Any:
+    """All points of one estimator, as JSON holds them, from the times and errors on each scene."""
     points = []
-    for setting, found in errors.items():
+    for setting in errors[0]:
         (sampler, n), radii, blur = setting
         work, spread, wall = np.mean([each[setting] for each in times], axis=0).tolist()
+        found = chain.from_iterable(each[setting] for each in errors)
         visibility, own, sampling, reference = zip(*found, strict=True)
         point = {"estimator": estimator.name, "sampler": sampler, "samples": n, "radii": list(radii), "blur": blur}
         point |= {"ms": _short(work), "spread": _short(spread), "wall_ms": _short(wall)}
@@ -188,18 +143,6 @@ def _short(number: float) -> float:
 def integrands() -> list[tuple[str, str]]:
     """Those of all truths: visibility, and each estimator's own."""
     return list(dict.fromkeys([VISIBILITY, *(estimator.integrand for estimator in ESTIMATORS.values())]))
-
-
-def measure_nulls(scenes: Sequence[BenchScene], grid: Grid, tick: Tick) -> dict[str, list[dict[str, float]]]:
-    """Null lines by integrand, one for each set of radii."""
-    out: dict[str, list[dict[str, float]]] = {}
-    for integrand in integrands():
-        tick(f"rays, {' '.join(integrand)}")
-        for radii in grid.radii:
-            textures, errors = zip(*(scene.truth(radii, integrand) for scene in scenes), strict=True)
-            lines = null_lines(textures, errors, [scene.surface for scene in scenes])
-            out.setdefault(" ".join(integrand), []).append({name: _short(value) for name, value in lines.items()})
-    return out
 
 
 def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
@@ -229,22 +172,35 @@ def _commit() -> str | None:
 
 
 def steps(result: dict[str, Any]) -> int:
-    """Number of steps that a result has left, each of which ``run`` ticks."""
+    """Number of steps that a result has left, which ``run`` names."""
     missing = len(set(ESTIMATORS) - set(result["estimators"]))
     return missing * len(result["setup"]["scenes"]) + (0 if "nulls" in result else len(integrands()))
 
 
 def run(
-    meshes: Sequence[Mesh], grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None], tick: Tick
-) -> None:
-    """Measure what a result of ``start`` lacks, and save it after each estimator; ``tick`` takes each step's name."""
+    meshes: Sequence[Mesh], grid: Grid, threads: int, result: dict[str, Any], save: Callable[[], None]
+) -> Iterator[str]:
+    """Measure what a result of ``start`` lacks, and save it after each estimator; gives the name of each step first."""
     if not steps(result):
         return
     scenes = [BenchScene(mesh, grid, threads) for mesh in meshes]
     if "nulls" not in result:
-        result["nulls"] = measure_nulls(scenes, grid, tick)
+        nulls: dict[str, list[dict[str, float]]] = {}
+        for integrand in integrands():
+            yield f"rays, {' '.join(integrand)}"
+            for radii in grid.radii:
+                textures, errors = zip(*(scene.truth(radii, integrand) for scene in scenes), strict=True)
+                lines = null_lines(textures, errors, [scene.surface for scene in scenes])
+                nulls.setdefault(" ".join(integrand), []).append({name: _short(n) for name, n in lines.items()})
+        result["nulls"] = nulls
         save()
-    for name in ESTIMATORS:
+    for name, estimator in ESTIMATORS.items():
         if name not in result["estimators"]:
-            result["estimators"][name] = measure_estimator(scenes, ESTIMATORS[name], grid, threads, tick)
+            times, found = [], []
+            for scene in scenes:
+                yield f"{name}, {scene.mesh.name}"
+                numba.set_num_threads(threads)
+                found.append(errors_of(scene, estimator))
+                times.append(times_of(scene, estimator, threads))
+            result["estimators"][name] = summary(estimator, times, found)
             save()

@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
 from lfssao.ao.textures import Buffers, Texture
-from lfssao.bench.work_precision.settings import Grid
+from lfssao.bench.work_precision.settings import Grid, Inputs
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.settings import diagonal
@@ -17,8 +17,6 @@ from lfssao.rendering.views import module_views
 from lfssao.scene.mesh import Mesh
 from lfssao.viz.truth import half_space
 
-# Points and weights, None where the estimator makes its own; and its parameters.
-Inputs = tuple[tuple[FloatArray | None, FloatArray | None], dict[str, Value]]
 Integrand = tuple[str, str]  # weighting and falloff of ray-cast occlusion
 VISIBILITY: Integrand = ("cosine", "constant")  # the truth that all estimators are held against
 
@@ -27,7 +25,7 @@ class BenchScene:
     """A display's middle view of a mesh, its textures and ray-cast occlusion; radii are fractions of the diagonal."""
 
     def __init__(self, mesh: Mesh, grid: Grid, threads: int, display: str = "virtual") -> None:
-        self.mesh, self.unit, self.occluders = mesh, diagonal(mesh), Occluders(mesh)
+        self.mesh, self.grid, self.unit, self.occluders = mesh, grid, diagonal(mesh), Occluders(mesh)
         views = module_views(mesh, find_display(display).with_resolution(grid.width, grid.height))
         view = views[len(views) // 2]
         self.buffers = Buffers.of(
@@ -43,12 +41,9 @@ class BenchScene:
 
     def truth(self, radii: tuple[float, ...], integrand: Integrand) -> tuple[Texture, Texture]:
         """Ray-cast occlusion and its standard error, (H, W), merged over the radii as textures are."""
-        each = [self._cast(radius, integrand) for radius in radii]
-        most = np.argmax([truth.texture for truth in each], axis=0)[None]
-        texture, error = (
-            np.take_along_axis(np.stack(stack), most, axis=0)[0]
-            for stack in ([truth.texture for truth in each], [truth.error for truth in each])
-        )
+        cast = [self._cast(radius, integrand) for radius in radii]
+        each = np.array([(truth.texture, truth.error) for truth in cast])
+        texture, error = np.take_along_axis(each, each[:, :1].argmax(axis=0, keepdims=True), axis=0)[0]
         return texture, error
 
     def occlusion(self, estimator: Estimator, radius: float, inputs: Inputs, seed: int = 0) -> Texture:

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.samples.registry import METHODS, sample_set
 
+Variant = tuple[str | None, int | None]  # sampler and number of samples, None where the estimator makes its own
+# Points and weights, None where the estimator makes its own; and its parameters.
+Inputs = tuple[tuple[FloatArray | None, FloatArray | None], dict[str, Value]]
+
 SCENES = ("gallery", "statue", "corner")
 
 # Estimators that take a disk's points as taps whose radii are in equal steps, not as points that fill it evenly.
@@ -15,7 +19,7 @@ _TAPS = ("alchemy",)
 _BOXES = ("vo-area", "vo-area-normal")
 
 # Parameters that set the number of taps of estimators that make their own.
-_OWN_COUNTS: dict[str, dict[int, dict[str, Value]]] = {
+_OWN_COUNTS: dict[str, dict[int | None, dict[str, Value]]] = {
     "sao": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
     "sao-equation-1": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
     "hbao": {n * n: {"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)},
@@ -87,10 +91,20 @@ def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> Iterator[int]:
     return (n for n in grid.counts if most is None or n <= most)
 
 
-def own_counts_of(estimator: Estimator, grid: Grid) -> list[tuple[int | None, dict[str, Value]]]:
-    """Numbers of taps of an estimator that makes its own, with the parameters that set them; first its default."""
-    others = _OWN_COUNTS.get(estimator.name, {}) if grid.own_counts else {}
-    return [(None, {}), *others.items()]
+def own_counts_of(estimator: Estimator, grid: Grid) -> dict[int | None, dict[str, Value]]:
+    """Numbers of taps of an estimator that makes its own, with the parameters that set them; None is its default."""
+    return {None: {}, **(_OWN_COUNTS.get(estimator.name, {}) if grid.own_counts else {})}
+
+
+def inputs_of(estimator: Estimator, grid: Grid, seed: int) -> dict[Variant, Inputs]:
+    """The inputs of all that is measured of an estimator, of one seed."""
+    if not takes_samples(estimator):
+        return {(None, n): ((None, None), parameters) for n, parameters in own_counts_of(estimator, grid).items()}
+    return {
+        (sampler, n): (samples_for(estimator, sampler, n, seed), {})
+        for sampler in samplers_of(estimator, grid)
+        for n in counts_of(estimator, sampler, grid)
+    }
 
 
 def samples_for(estimator: Estimator, sampler: str, n: int, seed: int) -> tuple[FloatArray, FloatArray | None]:

@@ -15,6 +15,7 @@ from papers_common import PAPERS, RESULTS
 
 import lfssao
 from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, advice, read_result
+from lfssao.bench.work_precision.page import as_text
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -26,6 +27,8 @@ def test_the_page_is_what_its_numbers_give():
     assert papers_page.page(MEASURED, papers_page.work_precision_text()) == PAGE
     assert list(MEASURED) == list(PAPERS) == list(papers_page.CLAIMS)
     assert not any(entry["quick"] for entry in MEASURED.values())
+    run = read_result(RESULTS / "work-precision.json")
+    assert as_text(run) + "\n" == (RESULTS / "work-precision.md").read_text()
 
 
 def test_the_package_answers_as_the_whole_run_does():

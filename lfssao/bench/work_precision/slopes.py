@@ -12,7 +12,6 @@ Variance for Integrals of Smooth Functions*), whose root has the slope -1.5 + 1 
 """
 
 from collections.abc import Sequence
-from math import sqrt
 
 import numpy as np
 
@@ -35,9 +34,5 @@ def fitted_slope(counts: Sequence[int], errors: Sequence[float]) -> tuple[float,
     pairs = [(n, e) for n, e in zip(counts, errors, strict=True) if e > 0]
     if len(pairs) < 3:
         return None
-    n, e = np.log(np.array(pairs)).T
-    n, e = n - n.mean(), e - e.mean()
-    spread = float((n * n).sum())
-    slope = float((n * e).sum()) / spread
-    residual = e - slope * n
-    return slope, sqrt(float((residual * residual).sum()) / (len(pairs) - 2) / spread)
+    (slope, _), covariance = np.polyfit(*np.log(pairs).T, 1, cov=True)
+    return float(slope), float(np.sqrt(covariance[0, 0]))

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import numba
 import numpy as np
+from turns import turns
 
 Name = TypeVar("Name", bound=Hashable)
 
@@ -20,19 +21,11 @@ _LOAD = "a = bytearray(1 << 26)\nwhile True:\n    b = bytes(a)\n    sum(range(1_
 def least(runs: Mapping[Name, Callable[[], object]], repeats: int) -> dict[Name, dict[str, float]]:
     """Milliseconds of each run: the least of all turns, and how far the median lies above it, a share of it.
 
-    All runs take turns in ever other orders, after one call each that may compile. Other programs only ever add to a
-    run's time, by what they take from its caches, so the least is nearest to what the run takes alone.
+    The first call of each, which may compile, is left out. Other programs only ever add to a run's time, by what they
+    take from its caches, so the least is nearest to what the run takes alone.
     """
     numba.set_num_threads(1)
-    names, times = list(runs), {name: np.empty(repeats) for name in runs}
-    for run in runs.values():
-        run()
-    for turn in range(repeats):
-        shift = turn // 2 % len(names)
-        for name in (names[shift:] + names[:shift])[:: 1 - 2 * (turn % 2)]:
-            start = time.process_time()
-            runs[name]()
-            times[name][turn] = 1e3 * (time.process_time() - start)
+    times = {name: warm for name, (_, warm) in turns(runs, repeats, time.process_time).items()}
     return {n: {"ms": float(t.min()), "spread": float(np.median(t) / t.min() - 1)} for n, t in times.items()}
 
 

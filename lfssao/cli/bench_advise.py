@@ -28,9 +28,7 @@ def _advise(options: argparse.Namespace) -> None:
     file = options.file or next((file for file in (FOLDER / FIGURES, COMMITTED) if file.exists()), None)
     if file is None:
         raise InputError(f"there are no figures: '{COMMAND} --quick' makes some, or give --from FILE")
-    radii = (
-        None if options.radii is None else [radius / 100 if percent else radius for radius, percent in options.radii]
-    )
+    radii = options.radii and [radius / 100 if percent else radius for radius, percent in options.radii]
     print(advice(read_result(file), options.error, options.max_error, options.max_ms, radii))
     if options.file is None:
         print(f"(figures of {file}; '{COMMAND}' makes your machine's)")

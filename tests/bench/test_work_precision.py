@@ -224,10 +224,9 @@ def test_figures_of_scenes_are_root_mean_squares_of_errors_and_means_of_others()
 
 
 def test_null_lines_are_of_no_work_and_of_the_truth():
-    truths = [np.array([0.0, 0.4, 9.0]), np.array([0.2, 0.2, 0.2])]
-    errors, surfaces = [np.full(3, 0.01)] * 2, [np.array([True, True, False]), np.ones(3, bool)]
+    truths = [(np.array([0.0, 0.4]), np.full(2, 0.01)), (np.full(3, 0.2), np.full(3, 0.01))]
     expected = {"none": np.sqrt((0.08 + 0.04) / 2), "constant": np.sqrt(0.04 / 2), "truth": 0.01}
-    assert null_lines(truths, errors, surfaces) == pytest.approx(expected)
+    assert null_lines(truths) == pytest.approx(expected)
 
 
 INTEGRANDS = {"hemisphere": ("uniform", "shell"), "vo-lines": ("uniform", "cubic"), "sao": ("cosine", "linear")}

@@ -79,10 +79,7 @@ class CameraAtOrigin:
 
     projection: str
     far: float
-    near: float = 0.5
-    distance: float = 2.0
-    extent: float = 1.5
-    size: int = 8  # of its texture, which is square
+    near, distance, extent, size = 0.5, 2.0, 1.5, 8  # size: width and height of its texture
     turn = ()
 
     @property
@@ -187,7 +184,7 @@ def _circle(curvature: Tracked, x: Tracked, z: Tracked, dx: Tracked, dz: Tracked
     b = curvature * (x * dx + z * dz) - dz
     c = curvature * (x * x + z * z) - (z + z)
     discriminant = b * b - a * c
-    missed = discriminant.is_less(0)
+    missed = (-discriminant).is_positive()
     return -c / (b + discriminant.root()), None if missed is None else not missed
 
 

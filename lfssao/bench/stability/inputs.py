@@ -45,6 +45,7 @@ def display(
 
 
 ORDINARY = display()
+DEEP = display(0.0, 4e4, 0.0, -4e4)  # 40 km, its texels are 0.25 m: slopes of 89.99 degrees fit in
 
 
 def scene(
@@ -91,11 +92,6 @@ def on_surface(
     points = origin + places[..., None] * direction
     points[..., 2] = places
     return Stiff(CrossedSlits(shown_by, UNCHANGED), points, offset, texture)
-
-
-def deep() -> Display:
-    """A display 40 km deep, whose texels are 0.25 m: slopes of 89.99 degrees fit in."""
-    return display(0.0, 4e4, 0.0, -4e4)
 
 
 def stored_as(name: str, step: float) -> Stiff:
@@ -220,11 +216,11 @@ def _surfaces() -> Inputs:
     for height in (1e-1, 1e-2, 1e-4):
         for side, where in ((1, "before"), (-1, "behind")):
             normal = side * height * np.array([1.0, 0.0, -1 / slope])
-            grazing = made(on_surface, normal, texture, shown_by=deep())
+            grazing = made(on_surface, normal, texture, shown_by=DEEP)
             yield "grazing", f"89.99 degrees, {height:g} m {where} the surface", grazing
     texture = np.float32(10.0) ** np.linspace(-4, 4, SIZE * SIZE, dtype=np.float32).reshape(SIZE, SIZE)
     for step in (1e-2, 1e-5):
-        ranging = made(on_surface, np.array([0, 0, step]), texture, shown_by=deep())
+        ranging = made(on_surface, np.array([0, 0, step]), texture, shown_by=DEEP)
         yield "depth range", f"depths 1e-4 to 1e4, samples {step:g} behind", ranging
     for name, step in (("float16", 2.0**-13), ("uint16", 0.25 / 65535), ("uint24", 0.25 / (2**24 - 1))):
         yield "stored depth", f"{name} over 0.25 m, a quarter of its step behind", made(stored_as, name, step)

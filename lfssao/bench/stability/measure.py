@@ -148,12 +148,7 @@ def _decisions(image: Image, depth: Texture, step: float) -> set[bool | None]:
     if columns is None or rows is None:
         return {None}
     surfaces = (depth[j, i] if 0 <= i < width and 0 <= j < height else inf for j in rows for i in columns)
-    return {Tracked(_depth(d), step, z.arithmetic).is_less(z) for d in surfaces}
-
-
-def _depth(number: float) -> Fraction:
-    """A depth as a fraction; infinity becomes one beyond all samples."""
-    return Fraction(float(number)) if number < inf else Fraction(2) ** 900
+    return {d < inf and Tracked(Fraction(float(d)), step, z.arithmetic).is_less(z) for d in surfaces}
 
 
 def _reach(coordinate: Tracked, size: int) -> range | None:

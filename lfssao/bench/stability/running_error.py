@@ -92,17 +92,13 @@ class Tracked:
         value = Fraction(isqrt((self.value.numerator << 400) // self.value.denominator), 1 << 200)
         return self.arithmetic.number(value, self.error / float(value))
 
-    def is_less(self, other: "Tracked | int") -> bool | None:
+    def is_less(self, other: "Tracked") -> bool | None:
         """Whether it is less than another; None where rounding may decide."""
-        value, error = (other.value, other.error) if isinstance(other, Tracked) else (Fraction(other), 0.0)
-        doubt, difference = self.error + error, self.value - value
-        if doubt > 0 and doubt >= _size(difference):
-            return None
-        return difference < 0
+        return Tracked(other.value - self.value, self.error + other.error, self.arithmetic).is_positive()
 
     def is_positive(self) -> bool | None:
         """Whether it is above 0; None where rounding may decide."""
-        return (-self).is_less(0)
+        return None if 0 < self.error >= _size(self.value) else self.value > 0
 
 
 DOUBLE = Arithmetic.of("float64")

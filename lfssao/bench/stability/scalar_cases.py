@@ -5,6 +5,7 @@ from dataclasses import replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from itertools import product
+from statistics import pvariance
 from typing import Any
 
 import numpy as np
@@ -72,8 +73,7 @@ def spread(relief: float, path: str) -> Measured:
     depth = (1 + relief * (lattice()[..., 1] + 1) / 2).astype(path)
     ours = depth_model(moment_pyramid(depth, False), 3.0, 4.0, 4.0)[2]
     exact = [Fraction(float(z)) for z in depth.ravel()]
-    mean = sum(exact, Fraction(0)) / len(exact)
-    variance = sum(((z - mean) ** 2 for z in exact), Fraction(0)) / len(exact) / Fraction(relief) ** 2
+    variance = pvariance(exact) / Fraction(relief) ** 2
     with localcontext(prec=60):
         sigma = Fraction((Decimal(variance.numerator) / Decimal(variance.denominator)).sqrt())
     condition = float(max(exact)) ** 2 / float(variance) / relief**2

@@ -38,15 +38,13 @@ def pooled(found: Sequence[list[float]]) -> list[float]:
     return [*(rms(table[:, k]) if k in (0, 2) else float(np.nanmean(table[:, k])) for k in range(len(FIGURES)))]
 
 
-def null_lines(truths: Sequence[Texture], errors: Sequence[Texture], surfaces: Sequence[Surface]) -> dict[str, Any]:
-    """RMSE over scenes of no AO and of each scene's best constant, and the standard error of the truths themselves."""
-    seen = [truth[surface] for truth, surface in zip(truths, surfaces, strict=True)]
-    own = [error[surface] for error, surface in zip(errors, surfaces, strict=True)]
-    return {
-        "none": rms([rms(truth) for truth in seen]),
-        "constant": rms([float(truth.std()) for truth in seen]),
-        "truth": rms([rms(error) for error in own]),
-    }
+def null_lines(truths: Sequence[tuple[Texture, Texture]]) -> dict[str, float]:
+    """RMSE over scenes of no AO and of each scene's best constant, and the standard error of the truths themselves.
+
+    The truths are occlusion of each scene's surface texels and its standard error.
+    """
+    none, constant, own = zip(*((rms(truth), truth.std(), rms(error)) for truth, error in truths), strict=True)
+    return {"none": rms(none), "constant": rms(constant), "truth": rms(own)}
 
 
 def rms(errors: ArrayLike) -> float:

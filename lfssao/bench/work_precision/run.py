@@ -12,6 +12,7 @@ from dataclasses import asdict
 from functools import partial
 from itertools import chain, product
 from pathlib import Path
+from shutil import which
 from time import perf_counter, process_time
 from typing import Any, TypeVar
 
@@ -28,6 +29,7 @@ from lfssao.bench.work_precision.scene import VISIBILITY, BenchScene
 from lfssao.bench.work_precision.settings import Grid, Inputs, Variant, inputs_of, samples_for, takes_samples
 from lfssao.rendering.manifest import describe_machine, describe_scene
 from lfssao.scene.mesh import Mesh
+from lfssao.viz.truth import half_space
 
 Setting = tuple[Variant, tuple[float, ...], float]  # with radii and blur
 _MANY = 2**32  # seed of the references, which no measured set has
@@ -106,7 +108,7 @@ def errors_of(scene: BenchScene, estimator: Estimator) -> dict[Setting, list[Any
     for seed in range(grid.seeds):
         for (sampler, n), inputs in inputs_of(estimator, grid, seed).items():
             for (radii, blur), texture in _textures(scene, estimator, inputs, seed).items():
-                ours = scene.compared(estimator, texture)
+                ours = np.where(surface, half_space(texture) if estimator.whole_ball else texture, 0)
                 truths = (scene.truth(radii, integrand)[0] for integrand in (VISIBILITY, estimator.integrand))
                 sampling, own = np.nan, np.nan
                 if sampler is not None:
@@ -149,9 +151,9 @@ def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
     """Return a result that holds only its setup: figures of different setups do not go into one file."""
     machine = describe_machine(threads)
     machine.pop("command")
-    described = [describe_scene(mesh) for mesh in meshes]
+    kept = "name", "faces", "vertices_sha256"
     setup = {
-        "scenes": [{key: each[key] for key in ("name", "faces", "vertices_sha256")} for each in described],
+        "scenes": [{key: each[key] for key in kept} for each in map(describe_scene, meshes)],
         "grid": json.loads(json.dumps(asdict(grid))),
         "machine": machine,
         "commit": _commit(),
@@ -161,13 +163,10 @@ def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
 
 def _commit() -> str | None:
     """The commit of the source, if it is a checkout."""
-    top = Path(__file__).parents[3]
-    if not (top / ".git").exists():
+    top, git = Path(__file__).parents[3], which("git")
+    if git is None or not (top / ".git").exists():
         return None
-    try:
-        done = subprocess.run(["git", "-C", str(top), "rev-parse", "HEAD"], capture_output=True, text=True, check=False)
-    except OSError:
-        return None
+    done = subprocess.run([git, "-C", str(top), "rev-parse", "HEAD"], capture_output=True, text=True, check=False)
     return done.stdout.strip() or None
 
 
@@ -189,8 +188,8 @@ def run(
         for integrand in integrands():
             yield f"rays, {' '.join(integrand)}"
             for radii in grid.radii:
-                textures, errors = zip(*(scene.truth(radii, integrand) for scene in scenes), strict=True)
-                lines = null_lines(textures, errors, [scene.surface for scene in scenes])
+                truths = [(scene, *scene.truth(radii, integrand)) for scene in scenes]
+                lines = null_lines([(truth[s.surface], error[s.surface]) for s, truth, error in truths])
                 nulls.setdefault(" ".join(integrand), []).append({name: _short(n) for name, n in lines.items()})
         result["nulls"] = nulls
         save()

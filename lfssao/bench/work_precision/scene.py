@@ -15,7 +15,6 @@ from lfssao.optics.display_file import find_display
 from lfssao.rendering.settings import diagonal
 from lfssao.rendering.views import module_views
 from lfssao.scene.mesh import Mesh
-from lfssao.viz.truth import half_space
 
 Integrand = tuple[str, str]  # weighting and falloff of ray-cast occlusion
 VISIBILITY: Integrand = ("cosine", "constant")  # the truth that all estimators are held against
@@ -28,9 +27,8 @@ class BenchScene:
         self.mesh, self.grid, self.unit, self.occluders = mesh, grid, diagonal(mesh), Occluders(mesh)
         views = module_views(mesh, find_display(display).with_resolution(grid.width, grid.height))
         view = views[len(views) // 2]
-        self.buffers = Buffers.of(
-            RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric"), view
-        )
+        gbuffer = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric")
+        self.buffers = Buffers.of(gbuffer, view)
         self.surface: NDArray[np.bool_] = np.isfinite(self.buffers.depth)
         self._cast = cache(self._cast_rays)
         self.turned = cache(self.buffers.turned)  # by rotation and seed
@@ -51,7 +49,3 @@ class BenchScene:
         (points, weights), parameters = inputs
         buffers = self.turned(estimator.rotation, seed) if estimator.turns else self.buffers
         return estimate(estimator.name, buffers, radius * self.unit, points, weights, **parameters).texture
-
-    def compared(self, estimator: Estimator, texture: Texture) -> Texture:
-        """A texture of occlusion as it is compared with the truth: of the half space."""
-        return np.where(self.surface, half_space(texture) if estimator.whole_ball else texture, 0)

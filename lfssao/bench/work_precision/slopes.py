@@ -34,5 +34,6 @@ def fitted_slope(counts: Sequence[int], errors: Sequence[float]) -> tuple[float,
     pairs = [(n, e) for n, e in zip(counts, errors, strict=True) if e > 0]
     if len(pairs) < 3:
         return None
-    (slope, _), covariance = np.polyfit(*np.log(pairs).T, 1, cov=True)
+    n, e = np.log(pairs).T
+    (slope, _), covariance = np.polyfit(n, e, 1, cov=True)
     return float(slope), float(np.sqrt(covariance[0, 0]))

@@ -22,7 +22,6 @@ from lfssao.bench.work_precision.run import least_times
 from lfssao.bench.work_precision.scene import BenchScene
 from lfssao.bench.work_precision.slopes import THEORY, fitted_slope
 from lfssao.cli.main import main
-from lfssao.errors import InputError
 from lfssao.samples import METHODS, make_samples, sample_set
 from lfssao.scene.builtin import builtin_scene
 
@@ -169,15 +168,15 @@ def test_samplers_of_an_estimator_are_those_that_tend_to_the_integral_of_its_own
 @pytest.mark.parametrize("name", [n for n in ESTIMATORS if not grid.takes_samples(ESTIMATORS[n])])
 def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
     estimator = ESTIMATORS[name]
-    default, *others = grid.own_counts_of(estimator, grid.FULL).items()
-    assert default == (None, {})
+    others = {n: parameters for (_, n), (_, parameters) in grid.inputs_of(estimator, grid.FULL, 0).items()}
+    assert others.pop(None) == {}
     counted = {"taps", "directions", "steps"} & set(estimator.parameters)
     assert bool(others) == bool(counted)
-    for n, parameters in others:
+    for n, parameters in others.items():
         assert counted <= set(parameters) <= set(estimator.parameters)
         assert n == np.prod([parameters[key] for key in counted])
         assert parameters.get("turns", 0) == 0  # as many as make the taps even
-    assert grid.own_counts_of(estimator, grid.QUICK) == dict([default])
+    assert grid.inputs_of(estimator, grid.QUICK, 0) == {(None, None): ((None, None), {})}
 
 
 def test_each_radius_is_measured_once():
@@ -315,18 +314,6 @@ def test_no_advice_where_nothing_beats_the_best_constant():
     assert "No setting is better than the best constant." in page.as_text(poor)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        ({}, "either"), ({"max_error": 0.1, "max_ms": 1.0}, "either"), ({"max_ms": 1.0, "radii": (0.5,)}, "R 2 %"),
-        ({"max_ms": 1.0, "error": "rmse"}, "visibility"),
-    ],
-)  # fmt: skip
-def test_advice_refuses(wrong, said):
-    with pytest.raises(InputError, match=said):
-        advice(MADE_UP, **wrong)
-
-
 # The commands
 
 
@@ -366,8 +353,12 @@ def test_advise_refuses_in_one_sentence(capsys, tmp_path):
     assert "not a JSON file" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
     file.write_text("{}")
     assert "was not written by" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
+    file.write_text(json.dumps(MADE_UP))
+    assert "are R 2 %" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file), "--radii", "0.5")
+    assert "visibility" in refused(capsys, "advise", "--max-ms", "1", "--error", "rmse")
     assert "--max-error" in refused(capsys, "advise", "--max-error", "-1")
     assert "--max-error" in refused(capsys, "advise")
+    assert "--max-error" in refused(capsys, "advise", "--max-ms", "1", "--max-error", "1")
 
 
 def test_advise_takes_its_figures_from_the_folder_else_from_those_committed(capsys, tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ from typing import Any
 
 from lfssao.bench.work_precision.figures import FIGURES, MARGIN
 from lfssao.core.files import read_json
-from lfssao.errors import InputError, check_choice
+from lfssao.errors import InputError
 
 Point = dict[str, Any]
 
@@ -102,16 +102,13 @@ def advice(
     """Return one sentence: the fastest setting of at most an error, or that of least error in at most a time.
 
     The result is that of ``read_result``, the error one of ``ERRORS``, times are of one thread's work, and radii one of
-    the run's sets, by default its first. Settings no better than the best constant are not advised. InputError if
-    neither or both limits are given, or the run has no such error or radii.
+    the run's sets, by default its first. One of the two limits is given. Settings no better than the best constant are
+    not advised. InputError if the run has no such error or radii.
     """
-    check_choice("error", error, ERRORS)
     measured = result["setup"]["grid"]["radii"]
     radii = measured[0] if radii is None else list(radii)
     if radii not in measured:
         raise InputError(f"--radii: those measured are {', '.join(describe_radii(each) for each in measured)}")
-    if (max_error is None) == (max_ms is None):
-        raise InputError("give either --max-error or --max-ms")
     points = points_of(result, error, radii)
     if not points:
         raise InputError(f"the figures hold no {error} error")

@@ -91,15 +91,11 @@ def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> Iterator[int]:
     return (n for n in grid.counts if most is None or n <= most)
 
 
-def own_counts_of(estimator: Estimator, grid: Grid) -> dict[int | None, dict[str, Value]]:
-    """Numbers of taps of an estimator that makes its own, with the parameters that set them; None is its default."""
-    return {None: {}, **(_OWN_COUNTS.get(estimator.name, {}) if grid.own_counts else {})}
-
-
 def inputs_of(estimator: Estimator, grid: Grid, seed: int) -> dict[Variant, Inputs]:
-    """The inputs of all that is measured of an estimator, of one seed."""
+    """The inputs of all that is measured of an estimator, of one seed; None is its own default number of taps."""
     if not takes_samples(estimator):
-        return {(None, n): ((None, None), parameters) for n, parameters in own_counts_of(estimator, grid).items()}
+        counts = {None: {}, **(_OWN_COUNTS.get(estimator.name, {}) if grid.own_counts else {})}
+        return {(None, n): ((None, None), parameters) for n, parameters in counts.items()}
     return {
         (sampler, n): (samples_for(estimator, sampler, n, seed), {})
         for sampler in samplers_of(estimator, grid)

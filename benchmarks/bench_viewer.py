@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from lfssao import LightField, Mesh, Paint, RayCaster, builtin_scene, eye_view, find_display, fit_roi
+from lfssao.bench.work_precision.figures import rms
 from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.viewer import BLENDS
 
@@ -42,10 +43,6 @@ def sheet(z):
     return Mesh(vertices, faces, Paint.from_vertex_colors(colors, len(faces)))
 
 
-def rms(difference):
-    return float(np.sqrt(np.mean(np.square(difference.astype(np.float64)))))
-
-
 def measure(mesh, physical_from_world, display, layers):
     """RMS error of every layer and blend over the eyes, and of x for the nearest module where there are positions."""
     caster = RayCaster(mesh, physical_from_world, threads=2)
@@ -63,7 +60,7 @@ def measure(mesh, physical_from_world, display, layers):
         if "positions" in layers:
             seen = fields["positions"].photograph(eye, WIDTH, "nearest").image
             found["displacement"].append(rms((seen - true.positions)[..., 0]))
-    return {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in found.items() if values}
+    return {name: rms(values) for name, values in found.items() if values}
 
 
 def order(rows, name):

@@ -50,10 +50,6 @@ class Scale(NamedTuple):
         figure.quantize(48, dither=Image.Dither.NONE).save(self.folder / f"{name}.png", optimize=True)
 
 
-def rms(difference: Any) -> float:
-    return float(np.sqrt(np.mean(np.asarray(difference, np.float64) ** 2)))
-
-
 def correlation(a: Any, b: Any) -> float:
     return float(np.corrcoef(np.asarray(a, np.float64), np.asarray(b, np.float64))[0, 1])
 

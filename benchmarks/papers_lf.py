@@ -5,10 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from cpu_times import least
-from papers_common import Found, Judged, Scale, correlation, fine, rms, tiles
+from papers_common import Found, Judged, Scale, correlation, fine, tiles
 from scipy import ndimage
 
 import lfssao
+from lfssao.bench.work_precision.figures import rms
 from lfssao.rendering import contact
 from lfssao.rendering.passes import finish_view
 from lfssao.rendering.viewer import LightField, eye_view

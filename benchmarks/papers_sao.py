@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from cpu_times import least
 from kernel_baselines import BASELINES
-from papers_common import PAPERS, Found, Judged, Scale, camera_buffers, curves, moved_buffers, rms, tiles
+from papers_common import PAPERS, Found, Judged, Scale, camera_buffers, curves, moved_buffers, tiles
 from settings import relief
 from stages import Arrays, ours, recorded
 
@@ -17,6 +17,7 @@ from lfssao.ao.estimators.sao.kernels.passes import bilateral
 from lfssao.ao.estimators.sao.kernels.reconstruct import face_normals, linear_depth
 from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
 from lfssao.ao.kernels.post import gaussian_weights
+from lfssao.bench.work_precision.figures import rms
 from lfssao.samples import texel_angles
 
 RAW = {"quad_edge": 0.0, "gauss": 0.0}  # without average and blur

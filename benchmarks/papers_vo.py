@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 from cpu_times import least, loaded_machine
-from papers_common import PAPERS, Found, Judged, Scale, camera_buffers, correlation, curves, fine, rms, tiles
+from papers_common import PAPERS, Found, Judged, Scale, camera_buffers, correlation, curves, fine, tiles
 from scipy import ndimage
 
 import lfssao
 from lfssao.ao.estimators.sao.texel_rays import linear_z
+from lfssao.bench.work_precision.figures import rms
 from lfssao.samples import repulsion_table
 from lfssao.viz.truth import half_space
 

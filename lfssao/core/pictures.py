@@ -32,23 +32,16 @@ def image_png(image: "Image") -> bytes:
     return file.getvalue()
 
 
-def resized(picture: Codes, size: tuple[int, int]) -> "Image":
-    """A Pillow image of 8-bit codes (H, W) or (H, W, 3), resized to (width, height): means of what pixels cover."""
-    from PIL import Image  # late: only pictures need it
-
-    return Image.fromarray(picture).resize(size, Image.Resampling.BOX)
-
-
 def row_png(pictures: list[Codes], width: int = 360) -> bytes:
     """A row of pictures of one size, 8-bit codes (H, W, 3), as a PNG file; ``width``: the longer side of each."""
-    from PIL import Image
+    from PIL import Image  # late: only pictures need it
 
     rows, columns = pictures[0].shape[:2]
     scale = width / max(rows, columns)
     size = max(1, round(scale * columns)), max(1, round(scale * rows))
     row = Image.new("RGB", (len(pictures) * (size[0] + _MARGIN) - _MARGIN, size[1]), "white")
     for number, picture in enumerate(pictures):
-        row.paste(resized(picture, size), (number * (size[0] + _MARGIN), 0))
+        row.paste(Image.fromarray(picture).resize(size, Image.Resampling.BOX), (number * (size[0] + _MARGIN), 0))
     return image_png(row)
 
 

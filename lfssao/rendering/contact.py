@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from lfssao.core.pictures import Codes, resized
+from lfssao.core.pictures import Codes
 from lfssao.core.srgb import to_codes
 
 FloatTexture = NDArray[np.float32]
@@ -42,7 +42,7 @@ def strip(
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
     row = Image.new("L" if color is None else "RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
-        row.paste(resized(picture, size), (column * (width + _MARGIN), 0))
+        row.paste(Image.fromarray(picture).resize(size, Image.Resampling.BOX), (column * (width + _MARGIN), 0))
     return row
 
 

@@ -197,7 +197,7 @@ def _job() -> Job:
 
 
 def load_resumed(path: Path) -> None:
-    if not any(found for _, found in recover(replace(_job(), folder=path.parent), 1)):
+    if not recover(replace(_job(), folder=path.parent), 1):
         raise InputError(f"{path}: it is rendered anew")
 
 

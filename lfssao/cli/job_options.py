@@ -152,8 +152,9 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "settings": manifest.describe_settings(settings),
     }
     folder = Path(options.output or ".")
-    more = transforms, tuple(neighbours), tuple(boxes), options.single_part
-    return Job(mesh, tuple(views), settings, folder, head, *more)
+    return Job(
+        mesh, tuple(views), settings, folder, head, tuple(neighbours), tuple(boxes), transforms, options.single_part
+    )
 
 
 def _display(options: argparse.Namespace) -> Display:
@@ -250,7 +251,7 @@ def _views(
             camera = Camera.placed(bounds, options.camera, *place)
         width, height = options.resolution or CAMERA_RESOLUTION
         check_positions(bounds, height / camera.extent)
-        return [camera.view(width, height, options.guard)], []
+        return [camera.view(width, height, options.guard)], [()]
     if options.resolution is not None:
         display = display.with_resolution(*options.resolution)
     more = options.modules, options.guard, bounds

@@ -3,7 +3,6 @@
 import argparse
 import json
 
-from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.terminal import printable, working
 from lfssao.cli.values import MOST_THREADS
@@ -41,9 +40,7 @@ def _plan(options: argparse.Namespace) -> None:
     with working("render and measure one view"):
         renderer.textures(item)  # compiles or loads the kernels
         textures = renderer.textures(item)
-        adjacent = job.neighbours[item.view] if job.neighbours else ()
-        depths = DepthCache(renderer.prepare(item), len(adjacent)).neighbours(adjacent)
-        ao, all_ao = plan.ao_seconds(textures, job.settings, depths)
+        ao, all_ao = plan.ao_seconds(textures, job.settings, renderer.adjacent(item))
     passes = sum(textures.seconds.get(name, 0.0) for name in ("ray_cast", "ao", "merge", "blur", "shade"))
     left = plan.planned(job.views, job.boxes, job.settings, job.mesh.paint is not None)
     of_view = plan.background(job.settings, view.width * view.height, textures.surface_texels)

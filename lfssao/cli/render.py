@@ -5,6 +5,7 @@ import os
 import sys
 import time
 from contextlib import ExitStack, closing
+from functools import partial
 
 import numba
 
@@ -40,7 +41,8 @@ def _render(options: argparse.Namespace) -> None:
     with working("load"):
         job = job_of(options, threads)
     seconds = {"load": time.perf_counter() - start}
-    _run(job, threads, _found(job, threads) if options.resume else {}, options.scheduler, seconds)
+    bar = partial(progress, total=len(job.items()), desc="verify", unit="module")
+    _run(job, threads, recover(job, threads, bar) if options.resume else {}, options.scheduler, seconds)
     written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}, manifest.json" + ", contact.png" * job.has_sheet
     written += ", view.png" * job.has_view
     if job.transforms is not None:
@@ -59,25 +61,16 @@ def _core_count() -> int:
     return int(min(cores, numba.config.NUMBA_NUM_THREADS))
 
 
-def _found(job: Job, threads: int) -> dict[Item, Result]:
-    """The items that an earlier job left whole."""
-    found = {}
-    with progress(recover(job, threads), total=len(job.items()), desc="verify", unit="module") as bar:
-        for item, result in bar:
-            if result is not None:
-                found[item] = result
-    return found
-
-
 def _run(job: Job, threads: int, found: dict[Item, Result], scheduler: str | None, seconds: dict[str, float]) -> None:
     """Render a job here or on a scheduler, with a progress bar."""
     # Read when numba's threads start: waiting in a loop, they would take time from those that write files.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    total, executor, share = len(job.items()), None, None
+    total, executor, sent = len(job.items()), None, job
     with ExitStack() as stack:
         if scheduler is not None and len(found) < total:
             executor, threads, share = stack.enter_context(executor_of(scheduler, min(threads, total - len(found))))
+            sent = share(job)
         bar = stack.enter_context(progress(total=total, initial=len(found), unit="module"))
         # Closed before the bar: files that were begun are finished first.
-        for _ in stack.enter_context(closing(run(job, threads, found, executor, share, seconds))):
+        for _ in stack.enter_context(closing(run(job, threads, found, executor, sent, seconds))):
             bar.update()

@@ -1,8 +1,7 @@
 """A render job as items that depend on nothing but the job: one view of one frame each."""
 
-import uuid
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +14,6 @@ from lfssao.core.affine import Matrix
 from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
 from lfssao.optics.view import View
-from lfssao.rendering.animation import frame_bounds
 from lfssao.rendering.manifest import describe_settings, describe_view, short_digest
 from lfssao.rendering.settings import Settings
 from lfssao.scene.mesh import Mesh
@@ -32,7 +30,7 @@ class Item(NamedTuple):
 class Job:
     """All that the textures of a job depend on, and where they go. It can be pickled.
 
-    InputError if colour alone is asked for and the mesh has none, or a moved mesh leaves the range of coordinates.
+    InputError if colour alone is asked for and the mesh has none.
     """
 
     mesh: Mesh  # before it is moved
@@ -40,16 +38,12 @@ class Job:
     settings: Settings
     folder: Path  # the output folder; with frames, the folder of their folders
     head: Mapping[str, Any]  # what the manifests say of the machine, the scene, the display and the samples
+    neighbours: tuple[tuple[View, ...], ...]  # the adjacent modules that each view asks
+    boxes: tuple[NDArray[np.float64], ...]  # around the scene in each frame, (2, 3)
     transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
-    neighbours: tuple[tuple[View, ...], ...] = ()  # the adjacent modules that each view asks; empty where none do
-    boxes: tuple[NDArray[np.float64], ...] = ()  # around the scene in each frame, (2, 3); made here where not given
     single_part: bool = False  # whether each file has all channels in one part
-    key: str = field(default_factory=lambda: uuid.uuid4().hex)  # tells jobs apart where they were sent to
 
     def __post_init__(self) -> None:
-        if not self.boxes:
-            boxes = [self.mesh.bounds] if self.transforms is None else frame_bounds(self.mesh, self.transforms)
-            object.__setattr__(self, "boxes", tuple(boxes))
         if self.settings.kept == ("color",) and self.mesh.paint is None:
             raise InputError(f"{self.mesh.name} has no colour, and no other layer was asked for")
 
@@ -62,13 +56,8 @@ class Job:
     @property
     def has_view(self) -> bool:
         """Whether a picture is made of what an eye sees: of a still by all modules of a display, if it has several."""
-        display = self.head["display"]
-        return (
-            self.has_sheet
-            and self.transforms is None
-            and display is not None
-            and (1 < len(self.views) == len(display["modules"]))
-        )
+        display, is_still = self.head["display"], self.transforms is None
+        return self.has_sheet and is_still and display is not None and 1 < len(self.views) == len(display["modules"])
 
     @cached_property
     def keeps_view(self) -> bool:
@@ -94,11 +83,8 @@ class Job:
         return self.frame_folder(item.frame) / f"{self.views[item.view].name}.exr"
 
     def items(self) -> list[Item]:
-        """All items, frame by frame; frames with the scene in the same place follow each other."""
-        first: dict[bytes, int] = {}
-        groups = [first.setdefault(self.transform(frame).tobytes(), frame) for frame in range(self.frame_count)]
-        frames = sorted(range(self.frame_count), key=groups.__getitem__)
-        return [Item(frame, view) for frame in frames for view in range(len(self.views))]
+        """All items, frame by frame."""
+        return [Item(frame, view) for frame in range(self.frame_count) for view in range(len(self.views))]
 
     def identity(self, item: Item) -> dict[str, str]:
         """Short digests of everything that the item's pixels depend on, by the names that users know."""

@@ -3,16 +3,17 @@
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
+from functools import partial
 from itertools import groupby
 from typing import Any
 
 import numba
 
 from lfssao import __version__
-from lfssao.ao.estimators.neighbours import DepthCache
+from lfssao.ao.estimators.neighbours import DepthCache, Neighbour
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.core.files import output_folder
 from lfssao.core.memory import available_memory
@@ -39,10 +40,10 @@ Results = Generator[Result, None, None]
 def run(
     job: Job,
     threads: int,
-    found: Mapping[Item, Result] | None = None,
-    executor: Executor | None = None,
-    share: Callable[[Job], Any] | None = None,
-    seconds: Mapping[str, float] | None = None,
+    found: Mapping[Item, Result],
+    executor: Executor | None,
+    sent: Any,
+    seconds: Mapping[str, float],
 ) -> Generator[Item, None, None]:
     """Render a job: write each item's file, the contact sheet and manifest of each frame after its items, an animation.
 
@@ -51,10 +52,10 @@ def run(
 
     ``threads`` are those of each kernel, and of writing files where there is no executor. ``found`` are items that an
     earlier job left whole (``recover``), and are not rendered again. ``executor`` runs whole items wherever the same
-    folder is, on processes or by dask; without one they run here. ``share`` sends it the job once, and returns what
-    stands for it. ``seconds`` are of earlier steps, for manifests.
+    folder is, on processes or by dask, and ``sent`` is what stands for the job there; without one they run here.
+    ``seconds`` are of earlier steps, for manifests.
     """
-    found, start = found or {}, time.perf_counter()
+    start = time.perf_counter()
     rest = [item for item in job.items() if item not in found]
     if executor is None:
         renderer = Renderer(job, threads)
@@ -62,7 +63,7 @@ def run(
             renderer.prepare(rest[0])  # a scene that is refused leaves no folder
         results = run_here(renderer, rest, threads, _views_at_once(job, threads + 2) if threads > 1 else 1)
     else:
-        results = run_on(executor, job if share is None else share(job), rest, threads)
+        results = run_on(executor, sent, rest, threads)
     with ExitStack() as stack:
         for folder in (job.folder, *(job.frame_folder(frame) for frame in range(job.frame_count))):
             stack.enter_context(output_folder(folder))
@@ -95,40 +96,38 @@ def _views_at_once(job: Job, most: int) -> int:
 
 
 class Renderer:
-    """Runs the passes of one item after another; the trees are built anew only where the scene has moved."""
-
-    # numba's own pool of threads cannot run two parallel kernels at once.
-    _one_at_a_time = threading.Lock()
+    """Runs the passes of one item after another; the trees are built anew for each frame."""
 
     def __init__(self, job: Job, threads: int) -> None:
         self.job = job
         self._threads = min(threads, int(numba.config.NUMBA_NUM_THREADS))
         self._caster: RayCaster | None = None
-        self._place = b""
+        self._frame = 0
         self._build_seconds = 0.0
 
     def prepare(self, item: Item) -> RayCaster:
         """The ray caster for an item's frame; an InputError if the mesh leaves float32 in cast space."""
-        transform = self.job.transform(item.frame)
-        if self._caster is None or self._place != transform.tobytes():
+        if self._caster is None or self._frame != item.frame:
             self._caster = None  # one at a time in memory
             start = time.perf_counter()
-            mesh, view = moved(self.job.mesh, transform), self.job.views[item.view]
-            self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
+            mesh, view = moved(self.job.mesh, self.job.transform(item.frame)), self.job.views[item.view]
+            self._caster, self._frame = RayCaster(mesh, view.cast_from_world, self._threads), item.frame
             self._depths = DepthCache(self._caster, 2 * self.job.settings.neighbours + 1)
             self._build_seconds += time.perf_counter() - start
         return self._caster
 
+    def adjacent(self, item: Item) -> list[Neighbour]:
+        """Mapping and depth texture of each module that an item of the frame that is prepared asks."""
+        return self._depths.neighbours(self.job.neighbours[item.view], self.job.settings.caster)
+
     def textures(self, item: Item) -> Textures:
         """An item's textures; their seconds include those of building trees for it."""
         job = self.job
-        with self._one_at_a_time:
-            numba.set_num_threads(self._threads)
-            caster = self.prepare(item)
-            adjacent = self._depths.neighbours(job.neighbours[item.view], job.settings.caster) if job.neighbours else ()
-            textures = render_view(caster, job.views[item.view], job.settings, adjacent)
-            textures.seconds["build_bvh"], self._build_seconds = self._build_seconds, 0.0
-            return textures
+        numba.set_num_threads(self._threads)
+        caster = self.prepare(item)
+        textures = render_view(caster, job.views[item.view], job.settings, self.adjacent(item))
+        textures.seconds["build_bvh"], self._build_seconds = self._build_seconds, 0.0
+        return textures
 
 
 def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Results:
@@ -160,7 +159,7 @@ def run_on(executor: Executor, job: Any, items: Sequence[Item], threads: int) ->
 
 
 _here: list[Renderer] = []
-_loading = threading.Lock()
+_one_at_a_time = threading.Lock()  # numba's own pool of threads cannot run two parallel kernels at once
 
 
 def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
@@ -169,17 +168,17 @@ def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
         raise InputError(f"a worker runs lfssao {__version__}, the job {version}")
     if not job.folder.is_dir():
         raise InputError(f"{job.folder}: a worker does not see it: it needs the same folder")
-    with _loading:
-        if not _here or _here[0].job.key != job.key:
+    with _one_at_a_time:
+        if not _here or _here[0].job is not job:
             use_one_thread_a_file()
             _here[:] = [Renderer(job, threads)]
-        renderer = _here[0]
-    return write_view(renderer.job, item, renderer.textures(item))._replace(kept={})  # not to be sent back
+        textures = _here[0].textures(item)
+    return write_view(job, item, textures)._replace(kept={})  # not to be sent back
 
 
-def recover(job: Job, threads: int) -> Iterator[tuple[Item, Result | None]]:
-    """Each item, and what an earlier job left of it, or None where it is still to be done (``recover_view``)."""
+def recover(job: Job, threads: int, bar: Callable[..., Any] = iter) -> dict[Item, Result]:
+    """The items that an earlier job left whole (``recover_view``); ``bar`` passes on one step an item."""
     use_one_thread_a_file()
     with ThreadPoolExecutor(threads) as pool:
-        items = job.items()
-        yield from zip(items, pool.map(lambda item: recover_view(job, item), items), strict=True)
+        results = list(bar(pool.map(partial(recover_view, job), job.items())))
+    return {item: result for item, result in zip(job.items(), results, strict=True) if result is not None}

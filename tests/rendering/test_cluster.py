@@ -134,7 +134,7 @@ def job_in(folder, count=COUNT):
     mesh, display = builtin_scene("ammonite"), find_display("sample-a").with_resolution(160, 96)
     views = tuple(module_views(mesh, display, range(count)))
     head = {"scene": describe_scene(mesh), "display": None, "sampling": {"method": "latin", "count": 8, "seed": 0}}
-    return Job(mesh, views, Settings((0.05, 0.1)), folder, head)
+    return Job(mesh, views, Settings((0.05, 0.1)), folder, head, ((),) * len(views), (mesh.bounds,))
 
 
 def textures_of(results):

@@ -3,7 +3,6 @@
 import argparse
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -14,13 +13,13 @@ from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice
 from lfssao.optics.display import Display
+from lfssao.rendering.contact import write_animation
 from lfssao.rendering.folder import light_field, read_manifest
 from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 
 MOST_WIDTH = 16_384
 MOST_FRAMES = 1000
 FRAMES = 24
-_SECONDS = 3.0  # of an animation, there and back
 _ENDINGS = {False: (".png",), True: (".png", ".gif", ".webp")}
 
 
@@ -77,7 +76,11 @@ def _view(options: argparse.Namespace) -> None:
         eye_point(display, eye)
     bar = partial(progress, total=len(entries), desc="read", unit="module")
     field = light_field(folder, options.layer, display, entries, bar=bar)
-    _save(target, _photographs(field, eyes, options), options.orbit)
+    pictures = _photographs(field, eyes, options)
+    if animated:
+        write_animation(target, [*pictures, *pictures[-2:0:-1]])
+    else:
+        write_whole(target, pictures[0].save)
     print(printable(f"{target}: {_reach(display, list(entries))}"), flush=True)
 
 
@@ -104,13 +107,3 @@ def _photographs(field: LightField, eyes: list[float], options: argparse.Namespa
         per_cent = 100 * dark / (pictures[0].width * pictures[0].height)
         say(f"{per_cent:.3g} % of the screen is black: no module's ray reaches the eye from there")
     return pictures
-
-
-def _save(target: Path, pictures: list[Image.Image], frames: int | None) -> None:
-    """Write one picture, or an animation of ``frames`` frames whose way there the pictures are."""
-    more: dict[str, Any] = {}
-    if frames is not None:
-        there_and_back = [*pictures[1:], *pictures[-2:0:-1]]
-        more = {"save_all": True, "append_images": there_and_back, "loop": 0, "lossless": True}
-        more["duration"] = max(30, round(1000 * _SECONDS / frames))
-    write_whole(target, lambda path: pictures[0].save(path, **more))

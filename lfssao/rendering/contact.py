@@ -1,11 +1,14 @@
-"""The contact sheet: a picture of up to five views, laid out as LF's figure 10."""
+"""The contact sheet, a picture of up to five views, laid out as LF's figure 10, and animations."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from lfssao.core.files import write_whole
 from lfssao.core.pictures import Codes
 from lfssao.core.srgb import to_codes
 
@@ -15,6 +18,7 @@ Flags = NDArray[np.bool_]
 _TITLES = ("without AO", "1 - ao", "with AO")
 _MARGIN = 12
 _CAPTION = 22
+_SECONDS, _LEAST = 3.0, 30  # of an animation; milliseconds of a picture
 
 
 def sheet_rows(count: int, most: int = 5) -> list[int]:
@@ -78,6 +82,14 @@ def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
     draw.text((_MARGIN + width // 2, top + _CAPTION + 4), said, fill="black", anchor="ma")
     draw.text((_MARGIN + width, top + _CAPTION + 4), "1", fill="black", anchor="ra")
     return sheet
+
+
+def write_animation(path: Path, pictures: Sequence[Image.Image]) -> None:
+    """Write pictures of one size as an animation of some seconds that begins again; InputError if it cannot be."""
+    first, *rest = pictures
+    duration = max(_LEAST, round(_SECONDS * 1000 / len(pictures)))
+    save = partial(first.save, save_all=True, append_images=rest, loop=0, duration=duration, lossless=True)
+    write_whole(path, save)
 
 
 def with_ao(row: Image.Image) -> Image.Image:

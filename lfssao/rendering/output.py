@@ -36,7 +36,7 @@ from lfssao.rendering.settings import Settings
 SHEET = "contact.png"
 VIEW = "view.png"
 ANIMATION = "animation.png"
-MOST_PICTURES, _SECONDS = 360, 3.0  # of an animation
+MOST_PICTURES = 360  # of an animation
 VIEW_WIDTH = 900  # pixels
 _SEEN = {"without AO": "color", "with AO": "shaded"}
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
@@ -235,16 +235,6 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
         write_whole(folder / VIEW, partial(_view(job, results).save, compress_level=1))
     strips = [result.strip for result in results if result.strip is not None]
     return with_ao(strips[len(strips) // 2]) if strips else None
-
-
-def write_animation(job: Job, pictures: Mapping[int, Image | None]) -> None:
-    """Write frames' pictures, by the frames' numbers, as an animated PNG."""
-    shown = [picture for frame in sorted(pictures) if (picture := pictures[frame]) is not None]
-    if job.transforms is not None and shown:
-        first, *rest = shown
-        duration = max(30, round(1000 * _SECONDS / (1 + len(rest))))
-        save = partial(first.save, save_all=True, append_images=rest, loop=0, duration=duration)
-        write_whole(job.folder / ANIMATION, save)
 
 
 def _view(job: Job, results: Sequence[Result]) -> Image:

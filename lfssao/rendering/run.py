@@ -20,18 +20,11 @@ from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.animation import moved
+from lfssao.rendering.contact import write_animation
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.memory import needed_memory
-from lfssao.rendering.output import (
-    MOST_PICTURES,
-    Result,
-    make_ready,
-    recover_view,
-    write_animation,
-    write_frame,
-    write_view,
-)
+from lfssao.rendering.output import ANIMATION, MOST_PICTURES, Result, make_ready, recover_view, write_frame, write_view
 from lfssao.rendering.passes import Textures, render_view
 
 Results = Generator[Result, None, None]
@@ -69,7 +62,7 @@ def run(
             stack.enter_context(output_folder(folder))
         make_ready(job, rest)
         stack.enter_context(closing(results))
-        pictures, step = {}, 1 + job.frame_count // MOST_PICTURES
+        pictures, step = [], 1 + job.frame_count // MOST_PICTURES
         for frame, items in groupby(job.items(), lambda item: item.frame):
             views = []
             for item in items:
@@ -78,11 +71,11 @@ def run(
                 else:
                     views.append(next(results))
                     yield item
-            spent = {**(seconds or {}), "render": time.perf_counter() - start}
-            picture = write_frame(job, frame, views, spent)
-            if frame % step == 0:
-                pictures[frame] = picture
-        write_animation(job, pictures)
+            picture = write_frame(job, frame, views, {**seconds, "render": time.perf_counter() - start})
+            if picture is not None and frame % step == 0:
+                pictures.append(picture)
+        if job.transforms is not None and pictures:
+            write_animation(job.folder / ANIMATION, pictures)
 
 
 def _views_at_once(job: Job, most: int) -> int:

@@ -50,6 +50,6 @@ def _plan(options: argparse.Namespace) -> None:
         print(json.dumps({**made, "ao_seconds_with_all": all_ao}, indent=1, allow_nan=False))
         return
     for where, entries in (("", left), (f" texels of {view.name}", of_view)):
-        for each in entries:
-            print(printable(f"{each.what}: {each.count:,} of {each.of:,}{where}; {plan.RULES[each.what]}"))
+        for what, (count, of) in entries.items():
+            print(printable(f"{what}: {count:,} of {of:,}{where}; {plan.RULES[what]}"))
     print(printable(f"{view.name}: AO takes {ao:.4f} s, with all that {all_ao:.4f} s; all passes take {passes:.4f} s"))

@@ -216,7 +216,7 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
         write_whole(folder / SHEET, partial(sheet.save, compress_level=1))
     texels = sum(view.width * view.height for view in job.views)
     left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
-    left += plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))
+    left |= plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))
     place = {"number": frame, "count": job.frame_count, "world_from_scene": job.transform(frame).tolist()}
     passes = dict.fromkeys(name for entry in entries for name in entry["seconds"])
     manifest = {

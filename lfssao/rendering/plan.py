@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import inf, nextafter
 from typing import Any
@@ -29,38 +29,31 @@ RULES = {
 }
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """How many of one thing are left out, and of how many in all; ``RULES`` says why."""
-
-    what: str
-    count: int
-    of: int
+# How many of a thing are left out, and of how many in all, by its name; ``RULES`` says why.
+LeftOut = dict[str, tuple[int, int]]
 
 
-def planned(
-    views: Sequence[View], boxes: Sequence[NDArray[np.float64]], settings: Settings, colored: bool
-) -> list[LeftOut]:
+def planned(views: Sequence[View], boxes: Sequence[NDArray[np.float64]], settings: Settings, colored: bool) -> LeftOut:
     """Work left out that is known before rays are cast; ``boxes`` are the scene's in each frame, (2, 3) float64."""
     seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
     heights = [(view.height, len(rows)) for view, rows in seen if rows]
     samples, radii = 1 if settings.samples is None else len(settings.samples), len(settings.radii)
     one = settings.estimator == "lf" and 0.0 in settings.radii
-    made = [
-        LeftOut("modules", len(seen) - len(heights), len(seen)),
-        LeftOut("rows", sum(height - cast for height, cast in heights), sum(height for height, _ in heights)),
-        LeftOut("radii", radii - len(set(settings.radii)), radii),
-        LeftOut("samples of radius 0", (samples - 1) * one, samples),
-        LeftOut("normals", len(heights) * (settings.normals is None), len(heights)),
-        LeftOut("colour", len(heights) * (not colored), len(heights)),
-    ]
-    return [each for each in made if each.count]
+    made = {
+        "modules": (len(seen) - len(heights), len(seen)),
+        "rows": (sum(height - cast for height, cast in heights), sum(height for height, _ in heights)),
+        "radii": (radii - len(set(settings.radii)), radii),
+        "samples of radius 0": ((samples - 1) * one, samples),
+        "normals": (len(heights) * (settings.normals is None), len(heights)),
+        "colour": (len(heights) * (not colored), len(heights)),
+    }
+    return {what: counts for what, counts in made.items() if counts[0]}
 
 
-def background(settings: Settings, texels: int, surface_texels: int) -> list[LeftOut]:
+def background(settings: Settings, texels: int, surface_texels: int) -> LeftOut:
     """The texels whose AO is not computed, known once rays are cast."""
     skipped = (texels - surface_texels) * (settings.estimator == "lf")
-    return [LeftOut("background", skipped, texels)] if skipped else []
+    return {"background": (skipped, texels)} if skipped else {}
 
 
 def ao_seconds(textures: Textures, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> tuple[float, float]:
@@ -103,6 +96,6 @@ def without_background(gbuffer: GBuffer) -> GBuffer:
     )
 
 
-def described(left: Iterable[LeftOut]) -> list[dict[str, Any]]:
+def described(left: LeftOut) -> list[dict[str, Any]]:
     """The entries of the manifest."""
-    return [{"what": each.what, "left_out": each.count, "of": each.of, "why": RULES[each.what]} for each in left]
+    return [{"what": what, "left_out": count, "of": of, "why": RULES[what]} for what, (count, of) in left.items()]

@@ -29,7 +29,7 @@ from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage
 from lfssao.optics.window import seen_rows
 from lfssao.rendering.passes import occlusions, render_view
-from lfssao.rendering.plan import RULES, LeftOut, background, other_radii, planned, without_background
+from lfssao.rendering.plan import RULES, background, other_radii, planned, without_background
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples import texel_turns
 
@@ -189,10 +189,10 @@ def test_nothing_is_said_of_what_is_not_left_out(statue):
     """A view that the scene fills, each radius once, normals asked for, a colour."""
     (view,) = module_views(statue, find_display("virtual"), None, 0, placed(statue.bounds, 0.01, (0, 0, 0)))
     options = Settings((0.1, 0.2), normals="smooth")
-    assert planned([view], [statue.bounds], options, True) == []
-    assert background(options, 100, 100) == []
-    assert background(Settings((0.1,), estimator="sao"), 100, 40) == []
-    assert background(options, 100, 40) == [LeftOut("background", 60, 100)]
+    assert planned([view], [statue.bounds], options, True) == {}
+    assert background(options, 100, 100) == {}
+    assert background(Settings((0.1,), estimator="sao"), 100, 40) == {}
+    assert background(options, 100, 40) == {"background": (60, 100)}
 
 
 def test_modules_that_miss_the_scene_are_left_out(statue):
@@ -200,14 +200,12 @@ def test_modules_that_miss_the_scene_are_left_out(statue):
     views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["beside"]))
     middle = placed(statue.bounds, *PLACES["beside"])
     left = planned(views, [statue.bounds, middle], Settings((0.1,), normals="smooth"), False)
-    assert left[0] == LeftOut("modules", 21, 42)
-    assert left[-1] == LeftOut("colour", 21, 21)
-    assert planned(views, [statue.bounds], Settings((0.1,)), True) == [LeftOut("modules", 21, 21)]
+    assert left == {"modules": (21, 42), "colour": (21, 21)}
+    assert planned(views, [statue.bounds], Settings((0.1,)), True) == {"modules": (21, 21)}
     views = module_views(statue, display, None, 0, placed(statue.bounds, *PLACES["corner"]))
     cast = [len(seen_rows(view, statue.bounds)) for view in views]
-    assert planned(views, [statue.bounds], Settings((0.1,), normals="smooth"), True) == [
-        LeftOut("rows", 21 * 36 - sum(cast), 21 * 36)
-    ]
+    left = planned(views, [statue.bounds], Settings((0.1,), normals="smooth"), True)
+    assert left == {"rows": (21 * 36 - sum(cast), 21 * 36)}
 
 
 def test_a_plan_takes_a_renders_options_and_writes_nothing(tmp_path, capsys):

@@ -1,13 +1,12 @@
 """``lfssao compare``: another renderer's textures against a reference."""
 
 import argparse
-import traceback
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lfssao.cli.terminal import NOT_COMPARED, fault_of_name, printable, progress, working
-from lfssao.errors import InputError, LfssaoError
+from lfssao.cli.terminal import printable, progress, working
+from lfssao.errors import InputError
 from lfssao.verify.compare.compare import Comparison
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.tolerance import Tolerance
@@ -66,15 +65,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
 
 def _compare(options: argparse.Namespace) -> int:
     """Compare; the exit code is the report's."""
-    try:
-        report = _report(options)
-    except (LfssaoError, MemoryError, KeyboardInterrupt):
-        raise
-    except Exception as error:  # a fault of this program must not end with 1, which says that textures are right
-        if fault_of_name(error):
-            raise
-        traceback.print_exc()
-        return NOT_COMPARED
+    report = _report(options)
     with suppress(BrokenPipeError):  # the reader of the text may have gone; the exit code still counts
         print("\n".join(printable(line) for line in str(report).split("\n")), flush=True)
     return report.exit_code

@@ -7,6 +7,7 @@ import re
 import signal
 import sys
 import threading
+import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +17,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from lfssao import __version__
-from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, compiling_shown, fault_of_name, say
+from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, compiling_shown, say
 from lfssao.errors import InputError, InputWarning, LfssaoError
 
 # A command is a file of this folder.
@@ -87,10 +88,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of the output has gone; Python would complain once more when it exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (OSError, ValueError) as error:
-        if not fault_of_name(error):
+    except Exception as error:
+        if isinstance(error, OSError) and error.filename is not None:  # too long a name, or a folder that is closed
+            say(f"{os.fsdecode(error.filename)}: {error.strerror}")
+        elif bad_input != NOT_COMPARED:
             raise
-        say(fault_of_name(error))
+        else:  # a fault of this program must not end with 1, by which compare says that textures are right
+            traceback.print_exc()
         return bad_input
     return code or 0
 

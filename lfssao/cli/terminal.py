@@ -18,13 +18,6 @@ def say(sentence: str) -> None:
     tqdm.write(f"lfssao: {printable(sentence)}", file=sys.stderr)
 
 
-def fault_of_name(error: Exception) -> str:
-    """A sentence on a name that no file can have, or a folder that may not be searched; '' for other errors."""
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{os.fsdecode(error.filename)}: {error.strerror}"
-    return "a name holds a zero byte" if "null byte" in str(error) else ""
-
-
 def printable(text: str) -> str:
     """Text on one line, for any terminal: file names may hold anything."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -143,10 +143,6 @@ def test_output_that_cannot_be_written(capsys, tmp_path, place):
     assert (tmp_path / "file").read_text() == "mine"
 
 
-LONG, ZERO = "n" * 300, "a\0b"
-
-
-@pytest.mark.parametrize("name", [LONG, ZERO], ids=["long", "zero byte"])
 @pytest.mark.parametrize(
     "words",
     [
@@ -157,9 +153,9 @@ LONG, ZERO = "n" * 300, "a\0b"
     ],
     ids=" ".join,
 )  # fmt: skip
-def test_a_name_that_no_file_can_have_is_one_sentence(tmp_path, monkeypatch, capsys, words, name):
+def test_a_name_that_no_file_can_have_is_one_sentence(tmp_path, monkeypatch, capsys, words):
     monkeypatch.chdir(tmp_path)
-    assert main([word.replace("NAME", name) for word in words]) == (4 if words[0] == "compare" else 2)
+    assert main([word.replace("NAME", "n" * 300) for word in words]) == (4 if words[0] == "compare" else 2)
     assert capsys.readouterr().err.count("\n") == 1
     assert os.listdir(tmp_path) == []
 

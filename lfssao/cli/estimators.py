@@ -1,7 +1,7 @@
 """``lfssao estimators``: the estimators of occlusion and their parameters."""
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, full_param
 from lfssao.cli import values
 from lfssao.errors import InputError, errors_of
 from lfssao.rendering.image_file import ENDINGS, read_angles
-from lfssao.samples import ROTATIONS, make_samples
+from lfssao.samples import make_samples
 
 
 def add_to(estimators: argparse.ArgumentParser) -> None:
@@ -91,17 +91,8 @@ def read_parameters(
         return full_parameters(estimator, {**others, **read})
 
 
-def add_rotation(add: Callable[..., Any], default: str) -> None:
-    """Add the options of turned samples by a parser's ``add_argument``; default: what is said of no option."""
-    names = ", ".join(ROTATIONS)
-    words = f"turn each texel's samples: {names}; hash by the seed; or by the radians of a file (default: {default})"
-    add("--rotate", metavar="NAME|FILE", help=words)
-    rows = "where a file of angles begins (default: above)"
-    add("--rotate-rows", choices=("above", "below"), help=rows)
-
-
 def read_rotation(options: argparse.Namespace) -> str | NDArray[Any] | None:
-    """The rotation that the options of ``add_rotation`` ask for; InputError for a file without angles."""
+    """The rotation that ``--rotate`` and ``--rotate-rows`` ask for; InputError for a file without angles."""
     name: str | None = options.rotate
     rows = options.rotate_rows
     if name is not None and name.lower().endswith(ENDINGS):

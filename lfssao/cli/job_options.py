@@ -26,6 +26,7 @@ from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
 from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
+from lfssao.samples import ROTATIONS
 from lfssao.scene.builtin import TEST_VIEW, find_scene
 from lfssao.scene.mesh import Mesh
 
@@ -60,6 +61,9 @@ _HELP = {
     "(default: the estimator's own, LF's is latin)",
     "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
     "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
+    "--rotate": f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed; or by the radians of a file "
+    "(default: the estimator's own, hash of LF's; none with neighbours)",
+    "--rotate-rows": "where a file of angles begins (default: above)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
     "--layers": f"keep and write only these of {', '.join(LAYERS)}, and compute only what they need "
@@ -84,6 +88,8 @@ _AO_OPTIONS: dict[str, dict[str, Any]] = {
     "--units": {"default": "radii", "metavar": "NAME"},
     "--seed": {"type": values.seed, "metavar": "N"},
     "--blur": {"type": values.blur, "default": 1.0, "metavar": "SIGMA"},
+    "--rotate": {"metavar": "NAME|FILE"},
+    "--rotate-rows": {"choices": ("above", "below")},
 }
 
 
@@ -122,7 +128,6 @@ def add_ao_options(command: argparse.ArgumentParser) -> None:
     """Add the options of AO and blur, but for the radii, to a command."""
     for name, more in _AO_OPTIONS.items():
         command.add_argument(name, help=_HELP[name], **more)
-    estimators.add_rotation(command.add_argument, "the estimator's own, hash of LF's; none with neighbours")
 
 
 def job_of(options: argparse.Namespace, threads: int) -> Job:

@@ -12,7 +12,7 @@ from lfssao.ao.estimators.published import published_names
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
-from lfssao.cli.values import LARGEST_RADIUS, MOST_BLUR, MOST_GUARD, MOST_SAMPLES
+from lfssao.cli.values import MOST_BLUR, MOST_GUARD, MOST_SAMPLES
 from lfssao.core.affine import Matrix
 from lfssao.core.files import check_folder
 from lfssao.errors import InputError, check_choice, errors_of
@@ -24,7 +24,7 @@ from lfssao.rendering import doubts, manifest
 from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
 from lfssao.rendering.job import Job
 from lfssao.rendering.memory import check_memory
-from lfssao.rendering.settings import DEFAULT_RADII, LAYERS, Settings, default_radii, diagonal
+from lfssao.rendering.settings import LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples import ROTATIONS
 from lfssao.scene.builtin import TEST_VIEW, find_scene
@@ -135,8 +135,9 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     if options.scene is None:
         options.scene = "turntable" if isinstance(options.frames, int) else "gallery"
     display = _display(options)
-    sampling, settings = _settings(options)
-    _check_size(options, display)
+    names = "normals", "neighbours", "caster", "layers"
+    more = {"color_filter": options.filter, **{name: getattr(options, name) for name in names}}
+    sampling, settings = ao_settings(options, (0.0,), **more)  # the radii depend on the scene
     if options.output is not None:
         check_folder(Path(options.output))
     mesh = find_scene(options.scene, options.texture)
@@ -146,6 +147,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     # One box for all frames, so that the scene's scale on the display stays what it is.
     boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
     views, neighbours = _views(options, mesh, display, swept_bounds(boxes))
+    for width, height in {(view.width, view.height) for view in views}:
+        check_memory(width, height, len(settings.radii), find_estimator(settings.estimator).texel_bytes)
     doubts.warn(doubts.of_display(display))
     doubts.warn(doubts.of_radii(mesh, views, settings, boxes))
     head = {
@@ -173,20 +176,7 @@ def _display(options: argparse.Namespace) -> Display:
     elif any(getattr(options, name) is not None for name in _PLACED):
         raise InputError("--eye, --target, --up and --fov place a camera: they need --camera")
     with errors_of("--display"):
-        display = find_display("sample-a" if options.display is None else options.display)
-    count = len(display.modules)
-    if options.neighbours >= count:
-        raise InputError(f"--neighbours {options.neighbours}: a module of {display.name} has {count - 1} others")
-    if options.modules is not None and options.modules.stop > count:
-        asked = f"{options.modules.start}:{options.modules.stop}"
-        raise InputError(f"--modules {asked}: {display.name} has modules 0:{count}")
-    return display
-
-
-def _settings(options: argparse.Namespace) -> tuple[dict[str, Any], Settings]:
-    """The manifest's entry of the samples, and the settings but for the radii, which depend on the scene."""
-    names = "normals", "neighbours", "caster", "layers"
-    return ao_settings(options, (0.0,), color_filter=options.filter, **{name: getattr(options, name) for name in names})
+        return find_display("sample-a" if options.display is None else options.display)
 
 
 def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: Any) -> tuple[dict[str, Any], Settings]:
@@ -214,25 +204,9 @@ def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: A
 
 def _radii(options: argparse.Namespace, mesh: Mesh) -> tuple[float, ...]:
     """The radii, world units."""
-    radii = default_radii(mesh)
-    if options.radii is not None:
-        radii = tuple(r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii)
-    if max(radii) > LARGEST_RADIUS:
-        raise InputError(f"--radii: {max(radii):g} scene units is more than {LARGEST_RADIUS:g}")
-    return radii
-
-
-def _check_size(options: argparse.Namespace, display: Display) -> None:
-    """Refuse textures that do not fit into memory."""
-    sizes = {(module.width, module.height) for module in display.modules}
-    if options.camera is not None:
-        sizes = {CAMERA_RESOLUTION}
-    if options.resolution is not None:
-        sizes = {options.resolution}
-    radius_count = len(options.radii or DEFAULT_RADII)
-    texel_bytes = find_estimator(options.estimator).texel_bytes
-    for width, height in sizes:
-        check_memory(width + 2 * options.guard, height + 2 * options.guard, radius_count, texel_bytes)
+    if options.radii is None:
+        return default_radii(mesh)
+    return tuple(r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii)
 
 
 def _say_notes(mesh: Mesh) -> None:

@@ -14,7 +14,6 @@ MOST_SAMPLES = 65_536
 MOST_BLUR = 1024.0  # texels
 MOST_THREADS = 1024
 MOST_GUARD = 4096  # texels
-MOST_NEIGHBOURS = 64
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -60,7 +59,7 @@ def _short(text: str) -> str:
 samples = whole(1, MOST_SAMPLES)
 seed = whole(0, 2**64 - 1, "2**64 - 1")
 guard = whole(0, MOST_GUARD)
-neighbours = whole(0, MOST_NEIGHBOURS)
+neighbours = whole(0, 64)
 threads = whole(1, MOST_THREADS)
 blur = number(f"a sigma from 0 to {MOST_BLUR:g} texels", lambda value: 0 <= value <= MOST_BLUR)
 radius = number(f"a radius from 0 to {LARGEST_RADIUS:g}", lambda value: 0 <= value <= LARGEST_RADIUS)
@@ -131,10 +130,7 @@ def frames(text: str) -> int | Path:
     """A number of frames, or the name of a file of matrices."""
     if re.fullmatch(r"[+-]?[0-9.]+", text, re.ASCII):
         return whole(1, MOST_FRAMES)(text)
-    path = Path(text)
-    if path.suffix.lower() not in (".json", ".npy"):
-        raise argparse.ArgumentTypeError(f"'{_short(text)}' is neither a number of frames nor a .json or .npy file")
-    return path
+    return Path(text)
 
 
 def scheduler(text: str) -> str:

@@ -77,7 +77,7 @@ FILES = {
         (["statue", "--sampling", "foo"], "'foo': choose one of random, jittered, latin, poisson"),
         (["statue", "--display", "Sample_A"], "there is no display 'Sample_A' (did you mean 'sample-a'?)"),
         (["statue", "--camera", "foo"], "'foo': choose one of perspective, orthographic"),
-        (["statue", "--display", "sample-a", "--modules", "20:22"], "sample-a has modules 0:21"),
+        (["statue", "--display", "sample-a", "--modules", "20:22"], "modules 20:22 are not a part of 0:21"),
         (["statue", "--layers", "depth,best"], "'best': choose one of depth, positions, color, normals, ao, merged"),
         (["statue", "--samples", "0"], "0 is not from 1 to 65536"),
         (["statue", "--caster", "vulkan"], "caster: there is no choice 'vulkan': choose one of exact, embree"),

@@ -178,7 +178,7 @@ def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(c
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ([*MODULES, "--neighbours", "21"], "--neighbours 21: a module of sample-a has 20 others"),
+        ([*MODULES, "--neighbours", "21"], "neighbours is 21: sample-a has 20 modules besides module 9"),
         ([*MODULES, "--neighbours", "-1"], "-1 is not from 0"),
         ([*MODULES, "--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
         (["--camera", "--neighbours", "1"], "--neighbours does not go with --camera"),

@@ -3,7 +3,6 @@
 They are read from ``meshes``, whose files ``benchmarks/scenes`` makes.
 """
 
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -70,10 +69,7 @@ def find_scene(scene: str | Path | Mesh, texture: str | Path | None = None) -> M
 
 def _read(name: str) -> _Arrays:
     """Arrays of one file: vertices (V, 3) float64, faces (F, 3) int32, colors (V, 3) float32 of a painted mesh."""
-    with (
-        resources.files("lfssao.scene").joinpath("meshes", f"{name}.npz").open("rb") as stream,
-        np.load(stream) as file,
-    ):
+    with np.load(Path(__file__).parent / "meshes" / f"{name}.npz") as file:
         return dict(file)
 
 

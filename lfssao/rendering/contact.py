@@ -13,7 +13,6 @@ from lfssao.core.pictures import Codes
 from lfssao.core.srgb import to_codes
 
 FloatTexture = NDArray[np.float32]
-Flags = NDArray[np.bool_]
 
 _TITLES = ("without AO", "1 - ao", "with AO")
 _MARGIN = 12
@@ -28,23 +27,21 @@ def sheet_rows(count: int, most: int = 5) -> list[int]:
     return [round(k * (count - 1) / (most - 1)) for k in range(most)]
 
 
-def strip(
-    color: FloatTexture | None, surface: Flags, blurred: FloatTexture, shaded: FloatTexture, width: int = 480
-) -> Image.Image:
+def white(depth: FloatTexture) -> FloatTexture:
+    """The image of a mesh without colours, (H, W, 3), from its depth texture: white on the surface."""
+    return np.repeat((depth < np.inf)[..., None].astype(np.float32), 3, axis=2)
+
+
+def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, width: int = 480) -> Image.Image:
     """One row of the sheet: a view without AO, its visibility 1 - ao, and with AO, side by side, all in sRGB's curve.
 
-    Colours are linear RGB, (H, W, 3); without them the image has one channel, white on the surface. ``width`` is that
-    of each column, pixels, and the greatest height.
+    Image and shaded are linear RGB, (H, W, 3). ``width`` is that of each column, pixels, and the greatest height.
     """
-    grey = to_codes(1 - blurred)
-    if color is None:  # the shaded channels are equal: a third of the work
-        pictures = (np.where(surface, np.uint8(255), np.uint8(0)), grey, to_codes(shaded[..., 0]))
-    else:
-        pictures = (to_codes(color), grey, to_codes(shaded))
+    pictures = to_codes(image), to_codes(1 - blurred), to_codes(shaded)
     texel_rows, texel_columns = blurred.shape
     scale = width / max(texel_columns, texel_rows)
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
-    row = Image.new("L" if color is None else "RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
+    row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, picture in enumerate(pictures):
         row.paste(Image.fromarray(picture).resize(size, Image.Resampling.BOX), (column * (width + _MARGIN), 0))
     return row
@@ -61,10 +58,10 @@ def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:
 
 
 def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
-    """Strips of one width and mode below each other, each under its view's name and the columns' titles, and a bar."""
+    """Strips of one width below each other, each under its view's name and the columns' titles, and a bar."""
     width = strips[0][1].width
     height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips) + 2 * _CAPTION
-    sheet = Image.new(strips[0][1].mode, (width + 2 * _MARGIN, height), "white")
+    sheet = Image.new("RGB", (width + 2 * _MARGIN, height), "white")
     draw = ImageDraw.Draw(sheet)
     column = (width + _MARGIN) // 3
     top = 0
@@ -76,7 +73,7 @@ def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
         top += picture.height + _CAPTION + _MARGIN
     values = np.linspace(0, 1, width, dtype=np.float32)
     bar = Image.fromarray(np.tile(to_codes(values), (_CAPTION, 1)))
-    sheet.paste(bar.convert(sheet.mode), (_MARGIN, top))
+    sheet.paste(bar, (_MARGIN, top))
     draw.text((_MARGIN, top + _CAPTION + 4), "0", fill="black")
     said = "linear values 0 to 1 of all pictures, in sRGB's curve; 1/2 is in the middle"
     draw.text((_MARGIN + width // 2, top + _CAPTION + 4), said, fill="black", anchor="ma")

@@ -25,7 +25,7 @@ from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
-from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, with_ao
+from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
 from lfssao.rendering.exr import Part, as_stored, read_exr, write_exr
 from lfssao.rendering.folder import display_of, light_field
 from lfssao.rendering.job import Item, Job
@@ -160,10 +160,9 @@ def _strip(job: Job, item: Item, parts: Iterable[Part]) -> Image | None:
     if not job.has_sheet or item.view not in sheet_rows(len(job.views)):
         return None
     by_name = {part.name: part for part in parts}
-    guard = by_name["depth"].guard
-    color = without_guard(by_name["color"].pixels, guard) if "color" in by_name else None
-    surface = without_guard(by_name["depth"].pixels, guard)[..., 0] < np.inf
-    return strip(color, surface, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
+    image = by_name["color"].pixels if "color" in by_name else white(by_name["depth"].pixels[..., 0])
+    image = without_guard(image, by_name["depth"].guard)
+    return strip(image, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
 
 
 def entry_of(view: View, path: Path, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:

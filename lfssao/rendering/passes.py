@@ -101,18 +101,12 @@ class Textures:
             raise InputError(f"there is no image: color is not among the layers {', '.join(self.layers)}")
         if self.gbuffer.color is not None:
             return without_guard(self.gbuffer.color, self.view.guard)
-        return np.repeat(self._surface[..., None].astype(np.float32), 3, axis=2)
-
-    @property
-    def _surface(self) -> NDArray[np.bool_]:
-        """Which texels see a surface, (H, W)."""
-        return without_guard(self.gbuffer.triangle, self.view.guard) >= 0
+        return contact.white(without_guard(self.gbuffer.depth, self.view.guard))
 
     def _repr_png_(self) -> bytes | None:
         if self.blurred is None or self.shaded is None or "color" not in self.layers:
             return None
-        color = None if self.gbuffer.color is None else self.image
-        return image_png(contact.strip(color, self._surface, self.blurred, self.shaded, 320))
+        return image_png(contact.strip(self.image, self.blurred, self.shaded, 320))
 
 
 def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:

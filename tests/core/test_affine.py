@@ -5,13 +5,10 @@ import math
 from lfssao.core.affine import sum_in_order
 
 
-def test_each_number_is_added_to_the_rounded_sum_of_those_before():
+def test_each_number_is_added_to_the_rounded_sum_of_those_before_finite_or_not():
     assert sum_in_order([1e16, 1.0, 1.0, -1e16]) == 0  # 2 by the compensated sum of Python 3.12 and later
     assert sum_in_order(iter([1.0, 1.0, 1e16, -1e16])) == 2
     assert sum_in_order([0.1] * 10) == 0.9999999999999999
     assert sum_in_order([]) == 0
-
-
-def test_what_is_not_finite_goes_into_the_sum():
     assert sum_in_order([1e308, 1e308]) == math.inf
     assert math.isnan(sum_in_order([math.inf, -math.inf]))

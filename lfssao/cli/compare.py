@@ -8,7 +8,6 @@ from typing import Any
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.errors import InputError
 from lfssao.verify.compare.compare import Comparison
-from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.tolerance import Tolerance
 
 _HELP = {
@@ -64,14 +63,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """Compare; the exit code is the report's."""
-    report = _report(options)
-    with suppress(BrokenPipeError):  # the reader of the text may have gone; the exit code still counts
-        print("\n".join(printable(line) for line in str(report).split("\n")), flush=True)
-    return report.exit_code
-
-
-def _report(options: argparse.Namespace) -> Report:
+    """Compare, write and print; the exit code is the report's."""
     for name in ("html", "json", "junit", "picture"):
         target = getattr(options, name)
         if target is not None and not Path(target).parent.is_dir():
@@ -102,7 +94,9 @@ def _report(options: argparse.Namespace) -> Report:
         for name, write in zip(("html", "json", "junit", "picture"), writers, strict=True):
             if getattr(options, name) is not None:
                 write(Path(getattr(options, name)))
-    return report
+    with suppress(BrokenPipeError):  # the reader of the text may have gone; the exit code still counts
+        print("\n".join(printable(line) for line in str(report).split("\n")), flush=True)
+    return report.exit_code
 
 
 def _pairs(option: str, words: list[str], form: str, key: int) -> list[list[str]]:

@@ -143,13 +143,9 @@ def _read_part(path: Path, source: Any, number: int, spec: Any) -> ImagePart:
         planes.extend(pixels[..., k] for k in range(pixels.shape[2]))
     if len(set(spec.channelnames)) < len(spec.channelnames):
         raise InputError(f"{path}: part {number} has two channels of one name")
-    return ImagePart(
-        name=spec.get_string_attribute("name"),
-        channels=tuple(spec.channelnames),
-        planes=tuple(planes),
-        origin=(spec.x, spec.y) if source.format_name() == "openexr" else None,
-        attributes={a.name.removeprefix(PREFIX): a.value for a in spec.extra_attribs if a.name.startswith(PREFIX)},
-    )
+    name, origin = spec.get_string_attribute("name"), (spec.x, spec.y) if source.format_name() == "openexr" else None
+    own = {a.name.removeprefix(PREFIX): a.value for a in spec.extra_attribs if a.name.startswith(PREFIX)}
+    return ImagePart(name, tuple(spec.channelnames), tuple(planes), origin, own)
 
 
 def utf8_name(path: Path) -> str:

@@ -89,22 +89,23 @@ def _views_at_once(job: Job, most: int) -> int:
 
 
 class Renderer:
-    """Runs the passes of one item after another; the trees are built anew for each frame."""
+    """Runs the passes of one item after another; the trees are built anew only where the scene has moved."""
 
     def __init__(self, job: Job, threads: int) -> None:
         self.job = job
         self._threads = min(threads, int(numba.config.NUMBA_NUM_THREADS))
         self._caster: RayCaster | None = None
-        self._frame = 0
+        self._place = b""
         self._build_seconds = 0.0
 
     def prepare(self, item: Item) -> RayCaster:
         """The ray caster for an item's frame; an InputError if the mesh leaves float32 in cast space."""
-        if self._caster is None or self._frame != item.frame:
+        transform = self.job.transform(item.frame)
+        if self._caster is None or self._place != transform.tobytes():
             self._caster = None  # one at a time in memory
             start = time.perf_counter()
-            mesh, view = moved(self.job.mesh, self.job.transform(item.frame)), self.job.views[item.view]
-            self._caster, self._frame = RayCaster(mesh, view.cast_from_world, self._threads), item.frame
+            mesh, view = moved(self.job.mesh, transform), self.job.views[item.view]
+            self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
             self._depths = DepthCache(self._caster, 2 * self.job.settings.neighbours + 1)
             self._build_seconds += time.perf_counter() - start
         return self._caster

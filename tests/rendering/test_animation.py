@@ -18,7 +18,9 @@ from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.animation import MOST_FRAMES, frame_bounds, moved, read_transforms, swept_bounds, turntable
 from lfssao.rendering.exr import read_exr
+from lfssao.rendering.job import Job
 from lfssao.rendering.passes import render_view
+from lfssao.rendering.run import Renderer
 from lfssao.rendering.settings import Settings
 from lfssao.rendering.views import module_views
 from lfssao.scene.builtin import builtin_scene
@@ -159,10 +161,21 @@ def animated(tmp_path_factory):
     return folder / "out", read_transforms(folder / "path.json"), len(built)
 
 
-def test_trees_are_built_once_for_each_frame(animated):
+def test_trees_are_built_where_the_scene_has_moved(animated):
     assert animated[2] == 4
     seconds = [manifest_of(animated[0] / f"frame_000{k}")["seconds"]["passes"]["build_bvh"] for k in range(4)]
     assert min(seconds) > 0
+
+
+def test_trees_are_kept_where_the_scene_stays(tmp_path):
+    mesh = builtin_scene("ammonite")
+    views = tuple(module_views(mesh, find_display("sample-a").with_resolution(32, 24), range(2)))
+    still, moved_once = np.eye(3, 4), np.eye(3, 4) + np.eye(3, 4, 3)
+    transforms, boxes = (still, still.copy(), moved_once), (mesh.bounds,) * 3
+    job = Job(mesh, views, Settings((0.05,)), tmp_path, {"display": None}, ((), ()), boxes, transforms)
+    renderer = Renderer(job, 1)
+    first, *others = [renderer.prepare(item) for item in job.items()]
+    assert [caster is first for caster in others] == [True, True, True, False, False]
 
 
 def test_frames_are_folders_with_all_that_a_still_has(animated):

@@ -1,8 +1,7 @@
 """Sampling methods that section 6 does not have, from their definitions where these are not those of the kernels."""
 
 import math
-
-import mpmath
+from decimal import Decimal, localcontext
 
 from reference.elementary import in_order, sincospi
 from reference.philox import below, key_of, philox4x32, signed, unit, word
@@ -11,8 +10,11 @@ from reference.samples import RADIUS, SHUFFLE, algorithm3, algorithm4, square
 
 def powers_of_inverse(power, count):
     """x^-1, ..., x^-count in units of 2**-64, cut, x being the root above 1 of x^power = x + 1."""
-    with mpmath.workdps(60):
-        x = mpmath.findroot(lambda x: x**power - x - 1, 1.5)
+    with localcontext() as context:
+        context.prec = 60
+        x = Decimal(2)
+        for _ in range(150):
+            x = (1 + x) ** (1 / Decimal(power))
         return [int(2**64 / x**k) for k in range(1, count + 1)]
 
 

@@ -108,13 +108,11 @@ def arithmetic(model, rng, renderers):
     return rr.Arithmetic(rng, renderers)
 
 
-def made_by(model, rng, renderers, make, found):
-    """The textures of random renderers, ``make(arithmetic)``; of a model of its own the ends of those of probes.
+def probed_ends(model, rng, make, found):
+    """The least and the largest texture of probes of a model, ``make(arithmetic)``.
 
     Probes know nothing of decisions that may fall either way: there the ends are those of the bounds found.
     """
-    if isinstance(model, str):
-        return make(arithmetic(model, rng, renderers))
     seed, count = rng.integers(2**32), 6
     for _ in range(2):
         probe = rr.Probe(np.random.default_rng(seed), count + 1, model)
@@ -124,6 +122,17 @@ def made_by(model, rng, renderers, make, found):
     size = np.abs(off - jumps).sum(axis=0) * (1 - 2.0**-9)  # it is made to first order, and of finite steps
     ends = np.clip([made[0] + jumps.min(axis=0) - size, made[0] + jumps.max(axis=0) + size], 0, 1)
     return np.where(found.undecided > 0, [found.lower, found.upper], ends)
+
+
+def hold_renderers(model, rng, make, found):
+    """Hold bounds found against 40 renderers of a named model, or probes of another, and count what is in doubt.
+
+    Returns how many terms are undecided, and in how many texels renderers differ.
+    """
+    named = isinstance(model, str)
+    made = make(arithmetic(model, rng, 40)) if named else probed_ends(model, rng, make, found)
+    assert_inside(made, found, "occlusion")
+    return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
 
 
 def probed(kind):
@@ -151,6 +160,21 @@ def assert_inside(values, bound, name):
 def unit(vectors):
     x, y, z = np.moveaxis(vectors, -1, 0)
     return vectors / np.sqrt(x * x + y * y + z * z)[..., None]
+
+
+def mirrored(tiles, shape):
+    """Mirrors of every texel, (H, W, 2 or 3), of those of a tile."""
+    j, i = np.indices(shape)
+    return np.moveaxis(tiles[:, j % 4, i % 4], 0, -1)
+
+
+def disk_axes(view, ways, mirrors, turn=(1.0, 0.0)):
+    """Axes across viewing directions, the first of them to the right, turned and mirrored."""
+    right = unit(view.world_from_cast[:, 0])
+    a = unit(right - np.einsum("k,ijk->ij", right, ways)[..., None] * ways)
+    (c, s), b = np.moveaxis(mirrors, -1, 0).astype(float), np.cross(ways, a)
+    c, s = (k[..., None] for k in (c * turn[0] + s * turn[1], s * turn[0] - c * turn[1]))
+    return c * a + s * b, s * a - c * b
 
 
 def seen_along(view, depth, positions, normals=None, turns=None, ways=None):

@@ -16,10 +16,12 @@ from oracle_scenes import (
     arithmetic,
     assert_inside,
     critical_scene,
+    disk_axes,
     drawn_problems,
     drawn_view,
     hold_probes,
-    made_by,
+    hold_renderers,
+    mirrored,
     random_turns,
     seen_along,
     turned,
@@ -91,8 +93,11 @@ def test_no_renderer_that_counts_points_leaves_its_bounds(half, drawn, check, su
     check_fractions(drawn, options | ({} if half else {"remap": remap}), half)
 
 
-def radii(options, radius):
-    return (radius, options["second"] * radius) if options["second"] else (radius,)
+def both_radii(hidden, given, radius, options, mirrors, ar):
+    """VO's occlusion by renderers, of one radius or two."""
+    radii = (radius, options["second"] * radius) if options["second"] else (radius,)
+    made = [hidden(ar, *given, r, options["thickness"], mirrors) for r in radii]
+    return rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
 
 
 def check_volume(drawn, options, tangent):
@@ -101,8 +106,7 @@ def check_volume(drawn, options, tangent):
     shape = view.height, view.width
     turns = random_turns(rng, shape) if turning else None
     tiles = ball_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))
-    j, i = np.indices(shape)
-    mirrors = np.moveaxis(tiles[:, j % 4, i % 4], 0, -1)
+    mirrors = mirrored(tiles, shape)
     normals = np.zeros((*shape, 3), np.float32)
     directions = np.broadcast_to(unit(rng.normal(size=3)), (*shape, 3)).astype(np.float32)
     deep = float(directions[0, 0] @ view.cast_from_world[2, :3])
@@ -124,15 +128,8 @@ def check_volume(drawn, options, tangent):
     estimator = "vo-points-normal" if tangent else "vo-points"
     fractions = (weights / np.cumsum(weights)[-1]).astype("f4")
     found = point_bounds(estimator, given, radius, samples, weights, options, name)
-
-    def volume(ar):
-        shared = given, samples, fractions
-        made = [rr.hidden_volume(ar, *shared, r, options["thickness"], mirrors) for r in radii(options, radius)]
-        return rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
-
-    made = made_by(name, rng, RENDERERS, volume, found)
-    assert_inside(made, found, "volume")
-    return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
+    made = partial(both_radii, rr.hidden_volume, (given, samples, fractions), radius, options, mirrors)
+    return hold_renderers(name, rng, made, found)
 
 
 def check_lines(drawn, options, tangent):
@@ -140,22 +137,14 @@ def check_lines(drawn, options, tangent):
     view, rng, name, radius, n, turning = drawn
     shape = view.height, view.width
     turns = random_turns(rng, shape) if turning else None
-    j, i = np.indices(shape)
-    mirrors = np.moveaxis(
-        disk_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))[:, j % 4, i % 4], 0, -1
-    )
+    mirrors = mirrored(disk_mirrors(options["randomize"], options["seed"], np.dtype(np.float32)), shape)
     ways = unit(unit(view.cast_from_world[2, :3]) + rng.choice([0.1, 0.8]) * rng.normal(size=(*shape, 3)))
-    right = unit(view.world_from_cast[:, 0])
     normals = unit(rng.normal(size=(*shape, 3)) - 2 * ways).astype(np.float32)
-    a = unit(right - np.einsum("k,ijk->ij", right, ways)[..., None] * ways)
-    b = np.cross(ways, a)
-    c, s = np.moveaxis(mirrors, -1, 0).astype(float)
-    if turning:
-        c, s = c * turns[0] + s * turns[1], s * turns[0] - c * turns[1]
+    a, b = disk_axes(view, ways, mirrors, turns if turning else (1.0, 0.0))
 
     def moved(samples, number):
-        x, y = 0.7 * samples[number, 0], 0.7 * samples[number, 1]
-        return (x * c + y * s)[..., None] * a + (x * s - y * c)[..., None] * b
+        x, y, _ = 0.7 * np.moveaxis(samples[number], -1, 0)[..., None]
+        return x * a + y * b
 
     depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     places, weights = 0.7 * samples[:, :2], rng.uniform(0.2, 3, n)
@@ -163,15 +152,8 @@ def check_lines(drawn, options, tangent):
     units = (2 if tangent else 1) * weights / weights.sum() / (2 * half)
     given = seen_along(view, depth, positions, normals if tangent else None, turns, ways.astype(np.float32))
     found = point_bounds("vo-lines-normal" if tangent else "vo-lines", given, radius, places, weights, options, name)
-
-    def volume(ar):
-        shared = given, places, half, units
-        made = [rr.hidden_lines(ar, *shared, r, options["thickness"], mirrors) for r in radii(options, radius)]
-        return rr.dual(ar, *made, options["combine"]) if len(made) == 2 else made[0]
-
-    made = made_by(name, rng, RENDERERS, volume, found)
-    assert_inside(made, found, "volume")
-    return int(found.undecided.sum()), int((made.max(0) - made.min(0) > 1e-3).sum())
+    made = partial(both_radii, rr.hidden_lines, (given, places, half, units), radius, options, mirrors)
+    return hold_renderers(name, rng, made, found)
 
 
 @pytest.mark.slow

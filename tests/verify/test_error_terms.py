@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import lfssao.verify.bounds
-from lfssao import Camera
+from lfssao import Camera, WorldToImage
 from lfssao.ao.estimators.kernels.oriented import ANY, NEAR, SMOOTH, Hemisphere
 from lfssao.verify.bounds import depth, points, post, sao, stored
 from lfssao.verify.bounds.bounds import exactly
@@ -47,6 +47,7 @@ SEEN = seen.Seen(
 )  # fmt: skip
 ODD = SEEN._replace(positions=np.array([[[1.0, 2, 3]]]), directions=np.array([[[1.0, 2, 3]]]), radius=2.0,
                     axis=np.array([1, -1, 1, 0]), turns=np.array([[[1.0]], [[2.0]]]))  # fmt: skip
+SAMPLE = Given(offsets=[(1.0, 2.0, 3.0)])
 HALF = Hemisphere(None, None, 1.0, 1.0, 2.0, SMOOTH)
 
 
@@ -90,9 +91,9 @@ def ball_rows(by):
     return sum(row(ball_bounds.ball_place(each, ball, 0, 0, 0, by), by) for each in shown)
 
 
-def below(by, x):
+def turning(by, x):
     offset = Pair(1.0, by.root), Pair(-1.0 - x, by.root), Pair(0.0, by.root)
-    return point_bounds.is_below(projection_bounds.Place(ONES, offset, (3, 4, 5), 3), ONES, by)
+    return projection_bounds.Place(ONES, offset, (3, 4, 5), 3)
 
 
 def hides(by, z, low=0.0):
@@ -122,6 +123,13 @@ def summed(kernel, shown, *given, by):
     sums = np.zeros((3, 1, 2))
     kernel(shown, *given, by, sums)
     return sums[:, 0, 0]
+
+
+def weights(by, z):
+    """Of a point a radius from one of cast depth 1 towards viewers, before a surface of cast depth z."""
+    ball = HALF._replace(points=np.array([[0.0, 0, 1]]), up=np.array([0, 1, 0]), bias=0.0)
+    shown = SEEN._replace(positions=np.array([[[0.5, 0.5, 1]] * 2]), low=np.full((1, 2), z), high=np.full((1, 2), z))
+    return summed(ball_bounds.sum_weights, shown, ball, 0.0, by=by)
 
 
 def rises(by, x=1.0):
@@ -159,10 +167,10 @@ KERNELS = {
     "row of a disk": (disk_row, dict(operation=3482, angle=120, flushed=584)),
     "rows of a ball": (ball_rows, dict(operation=1704 + 39976, flushed=2 * 74)),
     "row of a half ball": (half_row, dict(operation=1558, flushed=244)),
-    "row of a sample": (lambda by: row(point_bounds.sample_place(ODD, Given(offsets=[(1.0, 2, 3)]), ONES, 0, 0, 0, by),
-                                       by),
+    "row of a sample": (lambda by: row(point_bounds.sample_place(ODD, SAMPLE, ONES, 0, 0, 0, by), by),
                         dict(operation=540, offset=37)),
-    "side": (lambda by: room(lambda x: below(by, x)), dict(operation=42, root=3, all=45)),
+    "side": (lambda by: room(lambda x: point_bounds.is_below(turning(by, x), ONES, by)),
+             dict(operation=42, root=3, all=45)),
     "range": (lambda by: room(lambda x: point_bounds.in_range(NOWHERE, triple((2 - x, 0, 0)), 2.0, by)),
               dict(operation=6, root=2, without=ULP)),
     "reach": (lambda by: ball_bounds.reach_of(ODD, 5.0, 0, 0, by).error,
@@ -177,6 +185,10 @@ KERNELS = {
     "faded": (lambda by: half(faded(by, 2.0)), dict(operation=13, quotient=0.75, root=0.375)),
     "whole": (lambda by: half(faded(by, 0.5)), dict(operation=10)),
     "faded away": (lambda by: sum(faded(by, 2.0**62)), dict(flushed=6)),
+    "other side": (lambda by: sum(part.error for part in point_bounds.on_side(turning(by, 0.0), -1.0).offset),
+                   dict(root=3)),
+    "sum of weights": (lambda by: half(weights(by, -1.0)), dict(operation=14.5, quotient=0.75)),
+    "place of a weight": (lambda by: edge(lambda t: weights(by, -t)[0] == 0), dict(operation=60)),
     "way": (lambda by: sum(part.error for part in disk_bounds.way_of(SEEN, 0, 0)), dict(without=24 * ULP)),
     "deep": (lambda by: disk_bounds.deep_of(ODD, ONES, by)[0].error, dict(operation=22)),
     "plane": (lambda by: disk_bounds.plane_of(Z, (*NOWHERE[:2], Pair(-2.0, by.root)), triple((1, 2, 3)), by).error,
@@ -191,8 +203,8 @@ KERNELS = {
     "either axes": (lambda by: half(terms(by, directions=np.array([[[0.6, 0.8, -6 * ULP]] * 2]),
                                           numbers=SEEN.numbers + 1.0 * (np.arange(16) == 2))),
                     dict(operation=2.0333, quotient=0.1, without=0.1)),
-    "term that may overflow": (lambda by: disk_bounds.term_of(X, X, exact(0.0), Pair(0.8 * 2.0**126, 2.0**124), False,
-                                                              by)[0], dict(without=0)),
+    "infinite": (lambda by: disk_bounds.term_of(X, X, exact(0.0), Pair(0.8 * 2.0**126, 2.0**124), False, by)[0],
+                 dict(without=0)),
     "tap": (lambda by: edge(lambda t: terms(by, 1.5 - t, turns=STILL)[2] == 1),
             dict(operation=94.5, quotient=2, coordinate=1, angle=1.5)),
     "rise and horizon": (lambda by: half(step(by, 0.5)[:2]) + half(step(by, 0.5)[2:]),
@@ -244,6 +256,12 @@ def blurred(model):
     return half(sao._reconstructed((light, light), (keys, keys), weights, options, model))[0, 0]
 
 
+def fits(model, u=0.5, z=0.5):
+    """Whether a position that lands on (u, 1/2) and image z 1/2 may be that of a texel of depth z."""
+    of = depth.PositionBounds(WorldToImage(0, SEEN.numbers), np.float32([[z]]), model)
+    return not of.outside(np.float32([[[u, 0.5, 0]]])).any()
+
+
 def by_mesh(model, judge):
     """Depth or colour of a triangle of z = 1/4 and of colour 1/2; it is 9 wide."""
     made = Given(triangle=np.zeros((1, 1), np.int32), color=np.full((1, 1, 3), 0.5))
@@ -254,6 +272,7 @@ def by_mesh(model, judge):
 
 
 EVEN, FLAT, RAMP = (np.full((2, 2), 0.5),) * 2, np.full((2, 2), 0.5, "f4"), np.arange(1, 6, dtype="f4")
+CLIFF, LOW = np.float32([[1, 1, 9, 9]]), np.array([[0, 0, 1, 1]], "f4")
 TIE, TWO_RADII = 10.5 / 65280, {"second": 0.5, "combine": "product"}
 PASSES = {
     "blur": (lambda m: width(post.blur_bounds(exactly(2 * FLAT), 1.0, m)),
@@ -290,6 +309,15 @@ PASSES = {
     "depth": (lambda m: width(depth.depth_bounds_of(RAMP[None], m)), dict(operation=80, centre=8)),
     "colour": (lambda m: width(depth.color_bounds_of(np.repeat(RAMP, 3).reshape(1, 5, 3), None, m)),
                dict(operation=32, centre=8)),
+    "depths over a jump": (lambda m: np.diff(depth.depth_bounds_of(CLIFF, m).ranges, axis=0)[0, :, 0, 1].sum() / 2,
+                           dict(operation=9 * 16 * 9, centre=9 * 8 * 8)),
+    "jump": (lambda m: edge(lambda t: not np.ptp(depth.depth_bounds_of(1 + LOW * np.float32(t), m).ranges[0][:, :, 1])),
+             dict(operation=64)),
+    "stray": (lambda m: edge(lambda t: depth.stray_limit(1 + LOW * np.float32(t), replace(m, centre=1.0)) == 0),
+              dict(operation=64)),
+    "position of a texel": (lambda m: edge(lambda t: fits(m, u=0.5 + t)),
+                            dict(operation=10.25, quotient=0.5, centre=1)),
+    "position of a depth": (lambda m: edge(lambda t: fits(m, z=0.5 + t)), dict(operation=8.5)),
     "strays": (lambda m: depth.stray_limit(np.float32([[1, 9]] * 2000), replace(m, centre=2.0**-8)), dict(without=70)),
     "visibility": (lambda m: half(stored.Stored("float", True).ends(QUARTER, QUARTER, m))[0], dict(quotient=0.75)),
     "codes": (lambda m: half(stored.Stored("unorm8").ends(4 * QUARTER, 4 * QUARTER, m))[0], dict(without=2.0**-18)),

@@ -8,7 +8,7 @@ from typing import Any
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.errors import InputError
 from lfssao.verify.compare.compare import Comparison
-from lfssao.verify.compare.tolerance import Tolerance
+from lfssao.verify.compare.result import Tolerance
 
 _HELP = {
     "mine": "a folder or a file of the renderer to be judged",

@@ -6,8 +6,7 @@ import pytest
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import measure, ulp_distance
-from lfssao.verify.compare.result import result_of
-from lfssao.verify.compare.tolerance import Tolerance
+from lfssao.verify.compare.result import Tolerance, result_of
 from lfssao.verify.verdict import Judgement, Verdict
 
 

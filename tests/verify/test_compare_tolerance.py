@@ -9,7 +9,7 @@ from compare_folders import changed, compare, different, poke, single
 
 import lfssao
 from lfssao.verify.bounds.bounds import Bounds
-from lfssao.verify.compare.tolerance import Tolerance
+from lfssao.verify.compare.result import Tolerance
 from lfssao.verify.verdict import Judgement, Verdict
 
 

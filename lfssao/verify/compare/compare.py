@@ -13,16 +13,14 @@ from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
-from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, check_comparable
+from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
-from lfssao.verify.compare.result import Result, result_of
+from lfssao.verify.compare.result import Result, Tolerance, result_of
 from lfssao.verify.compare.source import Mine, Reference
-from lfssao.verify.compare.storage import Storage
 from lfssao.verify.compare.surface import MeshBounds, Surface
-from lfssao.verify.compare.tolerance import Tolerance
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
 from lfssao.verify.verdict import Verdict

@@ -16,8 +16,7 @@ from lfssao.errors import InputError
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels, save_panels
-from lfssao.verify.compare.result import Result, Texel
-from lfssao.verify.compare.tolerance import Tolerance
+from lfssao.verify.compare.result import Result, Texel, Tolerance
 from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
 
 FORMAT = 2  # 2: max_ulp may be null, results count texels beyond the tolerance

@@ -62,14 +62,13 @@ def over_modules(
     points: Points, views: Sequence[View], gbuffers: Sequence[GBuffer], textures: Sequence[Texture], same: float
 ) -> Values:
     """Return all modules' values at each point, (n, modules) float64; arguments as of ``read_at``, one a module."""
-    read = [read_at(points, *module, same) for module in zip(views, gbuffers, textures, strict=True)]
-    return np.stack(read, axis=1)
+    modules = zip(views, gbuffers, textures, strict=True)
+    return np.stack([read_at(points, *module, same) for module in modules], axis=1)
 
 
 def point_deviations(values: Values) -> NDArray[np.float64]:
     """Standard deviation of each point's values by ``over_modules``, (n,); NaN if fewer than two views see it."""
-    out = np.full(len(values), np.nan)
-    often = np.isfinite(values).sum(axis=1) >= 2
+    often, out = np.isfinite(values).sum(axis=1) >= 2, np.full(len(values), np.nan)
     out[often] = np.nanstd(values[often], axis=1)
     return out
 
@@ -79,10 +78,10 @@ def spread(values: Values) -> Spread:
 
     InputError if no point is seen twice.
     """
-    kept = values[np.isfinite(values).sum(axis=1) >= 2]
+    deviations = point_deviations(values)
+    kept, deviation = values[np.isfinite(deviations)], deviations[np.isfinite(deviations)]
     if not len(kept):
         raise InputError("no point is seen by two views")
-    deviation = np.nanstd(kept, axis=1)
     return Spread(
         points=len(kept),
         views=float(np.isfinite(kept).sum(axis=1).mean()),

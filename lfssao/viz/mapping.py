@@ -28,8 +28,7 @@ class MatrixFit:
     @property
     def distance(self) -> NDArray[np.float64]:
         """Distance of the two images of each point, texels, (n,)."""
-        away = self.fitted - self.image
-        return np.asarray(np.hypot(away[:, 0], away[:, 1]))
+        return np.asarray(np.hypot(*(self.fitted - self.image).T))
 
     @property
     def rmse(self) -> float:

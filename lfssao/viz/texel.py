@@ -47,55 +47,37 @@ def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]
     """
     figure = Figure(figsize=(10, 3.6), layout="constrained")
     whole, near, side = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
-    window = _window(texel, samples)
-    shown = np.ma.masked_invalid(depth)
-    whole.imshow(shown, cmap="gray_r", extent=_extent(depth))
-    u, v, half = window
+    landed = [sample for sample in samples if sample.texel is not None]
+    u, v = texel[0] + 0.5, texel[1] + 0.5
+    # Half the edge of the square of texels, about this one, that holds all image points in the texture.
+    half = float(np.ceil(max((max(abs(s.u - u), abs(s.v - v)) for s in landed), default=0.0))) + 1.5
+    for axes in (whole, near):
+        axes.imshow(np.ma.masked_invalid(depth), cmap="gray_r", extent=(0, depth.shape[1], depth.shape[0], 0))
+        axes.set(xlabel="u, texels", ylabel="v, texels")
     frame = Rectangle((u - half, v - half), 2 * half, 2 * half, fill=False, color="tab:green", linewidth=1.5)
     whole.add_patch(frame)
-    whole.set(title="1. the texel in the depth texture", xlabel="u, texels", ylabel="v, texels")
-    _draw_near(near, shown, texel, samples, window)
-    _draw_depths(side, depth, texel, samples)
+    whole.set(title="1. the texel in the depth texture")
+    near.plot(u, v, "+", color="tab:green", markersize=12, markeredgewidth=2, label="P")
+    near.set(xlim=(u - half, u + half), ylim=(v + half, v - half), title="2. the samples, mapped into it")
+    _draw_near(near, landed)
+    _draw_depths(side, depth, texel, landed)
     figure.legend(loc="outside lower center", ncols=5, fontsize="small")
     figure.suptitle(f"texel {texel}: {occluded_fraction(samples):.3g} of {len(samples)} samples are occluded")
     return figure
 
 
-def _extent(depth: Texture) -> tuple[float, float, float, float]:
-    return 0.0, float(depth.shape[1]), float(depth.shape[0]), 0.0
-
-
-def _window(texel: tuple[int, int], samples: Sequence[Sample]) -> tuple[float, float, float]:
-    """Middle and half the edge of the square of texels that holds all image points in the texture."""
-    u, v = texel[0] + 0.5, texel[1] + 0.5
-    away = [max(abs(s.u - u), abs(s.v - v)) for s in samples if s.texel is not None]
-    return u, v, float(np.ceil(max(away, default=0.0))) + 1.5
-
-
-def _draw_near(
-    axes: Any, shown: Any, texel: tuple[int, int], samples: Sequence[Sample], window: tuple[float, float, float]
-) -> None:
-    u, v, half = window
-    axes.imshow(shown, cmap="gray_r", extent=_extent(shown))
-    axes.plot(u, v, "+", color="tab:green", markersize=12, markeredgewidth=2, label="P")
+def _draw_near(axes: Any, landed: Sequence[Sample]) -> None:
     for outcome, color in _COLORS.items():
-        places = [(s.u, s.v) for s in samples if s.texel is not None and s.outcome == outcome]
+        places = [(s.u, s.v) for s in landed if s.outcome == outcome]
         if places:
             axes.plot(*zip(*places, strict=True), "o", color=color, markeredgecolor="white", label=_NAMES[outcome])
-    for sample in samples:
-        if sample.texel is not None:
-            label = {"textcoords": "offset points", "fontweight": "bold"}
-            axes.annotate(str(sample.number), (sample.u, sample.v), (4, 4), **label)
-    axes.set(xlim=(u - half, u + half), ylim=(v + half, v - half))
-    axes.set(title="2. the samples, mapped into it", xlabel="u, texels", ylabel="v, texels")
+    for s in landed:
+        axes.annotate(str(s.number), (s.u, s.v), (4, 4), textcoords="offset points", fontweight="bold")
 
 
-def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], samples: Sequence[Sample]) -> None:
-    for sample in samples:
-        color = _COLORS[sample.outcome]
-        if sample.texel is None:
-            continue
-        surface = float(depth[sample.texel[1], sample.texel[0]])
+def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], landed: Sequence[Sample]) -> None:
+    for sample in landed:
+        color, surface = _COLORS[sample.outcome], sample.z - sample.behind
         if np.isfinite(surface):
             axes.plot([sample.number] * 2, [surface, sample.z], color=color, linewidth=1.5)
             axes.plot(sample.number, surface, "_", color="black", markersize=16, markeredgewidth=2)

@@ -10,15 +10,17 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
+from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage, without_guard
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.ssao import project_positions
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Case, described_mapping, described_options, described_turns, described_view
 from lfssao.verify.diagnosis import post, surface
-from lfssao.verify.diagnosis.estimated import ROOM, Estimated, estimated_changes, face_normals
-from lfssao.verify.diagnosis.occlusion import Occlusion, occlusion_changes
-from lfssao.verify.diagnosis.search import Candidate, Change, Found, Places, Problem, Search, fits
+from lfssao.verify.diagnosis.estimated import Estimated, face_normals
+from lfssao.verify.diagnosis.occlusion import Occlusion
+from lfssao.verify.diagnosis.search import Candidate, Found, Places, Problem, Search, fits
 from lfssao.verify.verdict import Judgement, texels
 
 _SEARCHED = 2400  # texels
@@ -27,7 +29,7 @@ _POLISHED = 500_000  # samples or taps of the texels that the best change's valu
 _MOST = 2_000_000  # samples or taps that the share is counted over
 _FEWEST = 2_000  # texels
 _SAME = 0.01  # of the wrong texels: so many may stay wrong by the values of another texture
-Made = tuple[Callable[[Places, Places], Problem], Callable[[Any], list[Change]], int]
+Texels = dict[str, Any]  # what all problems have, by the names of their fields
 
 
 @dataclass(frozen=True)
@@ -75,249 +77,199 @@ class Wrong:
     mappings: Mapping[str, WorldToImage] = field(default_factory=dict)  # of other modules, by name
     depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
 
-    @property
-    def _guard(self) -> int:
-        """Texels by which textures before the merge are larger than this one."""
-        return 0 if self.name in ("depth", "positions", "color") else int(self.case.parameters["guard"])
-
-    def _cropped(self, texture: NDArray[Any]) -> NDArray[Any]:
-        return texture if texture.shape[:2] == self.mine.shape[:2] else without_guard(texture, self._guard)
-
     @np.errstate(all="ignore")  # a broken texture may hold any numbers
     def diagnose(self, first: Sequence[Diagnosis] = ()) -> Diagnosis | None:
         """The change that explains the texture; None if none is known. Other textures' diagnoses are tried first."""
-        makers: dict[str, Callable[[], Made | None]] = {
-            "depth": self._depth,
-            "positions": self._positions,
-            "color": partial(self._image, surface.color_changes),
-            "merged": self._merged,
-        }
-        makers |= {"blurred": self._blurred, "shaded": self._shaded, **dict.fromkeys(self._layers, self._ao)}
-        made = makers[self.name]() if self.name in makers else None
-        if made is None:
-            return None
-        (make, changes_of, cost), depth = made, self.inputs.get("depth")
-        seen = np.ones(self.mine.shape[:2], np.bool_) if depth is None else np.isfinite(self._cropped(depth))
-        wrong, stored = texels(self.judged.outside), self.stored
+        depth, wrong = self.inputs.get("depth"), texels(self.judged.outside)
+        seen = np.True_ if depth is None else np.isfinite(self._cropped(depth))
         bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
-        if not len(bad):
+        problem = self._problem(bad[:1]) if len(bad) else None
+        if problem is None:
             return None
-        store = None if stored is None else partial(stored.ends, model=self.model)
+        cost, without = problem.cost, len(good) / (len(good) + len(bad))
 
         def drawn(most: int) -> Search:
             """Texels, up to half of them wrong ones, each with the weight of those that it stands for."""
             picks = [_spread(bad, most // 2)]
             picks.append(_spread(good, most - len(picks[0])))
             weights = [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]
-            rows, columns = np.divmod(np.concatenate(picks), self.mine.shape[1])
-            problem = make(columns, rows).changed(store=store)
+            problem = self._problem(np.concatenate(picks))
+            assert problem is not None
             return Search(problem, np.concatenate(weights) / (len(bad) + len(good)))
 
-        search, without = drawn(min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 100))), len(good) / (len(good) + len(bad))
-        changes, known = changes_of(search.problem), {d.candidates[0].kind: d.candidates[0] for d in first if d.fits}
-        counted = drawn(max(_MOST // cost, _FEWEST))
+        search, counted = drawn(min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 100))), drawn(max(_MOST // cost, _FEWEST))
         if isinstance(counted.problem, Estimated):  # by bounds of its own, where some are known
             counted = replace(counted, problem=counted.problem.changed(model=self.model))
-        for change in changes:
-            if change.kind in known:  # a texture of the same cause: a tenth of a second, where a search takes two
-                same = counted.candidate(Found(change, known[change.kind].values, 0.0, 0.0))
-                if 1.0 - same.share <= _SAME * (1.0 - without):
-                    return Diagnosis(True, (same,), without, len(counted.weights))
+        changes, known = search.problem.changes(), {d.candidates[0].kind: d.candidates[0] for d in first if d.fits}
         likely = [change for change in changes if change.kind in known]
+        for change in likely:  # a texture of the same cause: a tenth of a second, where a search takes two
+            same = counted.candidate(Found(change, known[change.kind].values, 0.0, 0.0))
+            if 1.0 - same.share <= _SAME * (1.0 - without):
+                return Diagnosis(True, (same,), without, len(counted.weights))
         found = search.best(likely) if likely else []
         if not found or not fits(found[0].share, without):
             found = search.best(changes)
-        if self.name.startswith("ao_"):  # counts have steps: fewer texels leave values open
+        if self.name in self._layers:  # counts have steps: fewer texels leave values open
             found[0] = drawn(max(_POLISHED // cost, _FEWEST)).polished(found[0])
         told = tuple(counted.candidate(each) for each in found[:2])
         return Diagnosis(fits(told[0].share, without), told, without, len(counted.weights))
 
-    def _taken(self, texture: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
-        return np.asarray(texture[rows, columns], np.float64)
-
-    def _room(self, columns: Places, rows: Places) -> FloatArray:
-        """Width of the reference's interval, at most so much as rounding makes."""
-        bounds = self.judged.bounds
-        if bounds is None:
-            return np.zeros((len(columns), *self.mine.shape[2:]))
-        return self._taken(bounds.upper, columns, rows) - self._taken(bounds.lower, columns, rows)
-
-    def _depth(self) -> Made | None:
-        """Depth against the reference's, or other modules', with room as rounding makes."""
-
-        def changes(problem: surface.Image) -> list[Change]:
-            others = {}
-            for words, depth in self.depths().items():
-                if depth.shape == self.mine.shape:
-                    there = depth.astype(np.float64)
-                    room = np.where(np.isfinite(there), 16 * self.model.operation * np.abs(there), 0.0)
-                    others[words] = there - room, there + room
-            return surface.depth_changes(problem, others)
-
-        return self._image(changes)
-
-    def _image(self, changes: Callable[[surface.Image], list[Change]]) -> Made | None:
-        # The mesh knows what codes of a format were before they were stored.
-        bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
-        if bounds is None:
-            return None
-        lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
-        bend = surface.bend(lower)
-
-        def make(i: Places, j: Places) -> surface.Image:
-            own = self._taken(self.mine, i, j)
-            return surface.Image(mine=own, columns=i, rows=j, lower=lower, upper=upper, bend=bend)
-
-        return make, changes, 16
-
-    def _positions(self) -> Made | None:
-        """Positions against depth."""
-        depth = self.inputs.get("depth")
-        if depth is None:
-            return None
-        mapping, (height, width) = described_mapping(self.case.parameters), depth.shape
-
-        def make(i: Places, j: Places) -> surface.Positions:
-            points, z = self._taken(self.mine, i, j), self._taken(depth, i, j)
-            return surface.Positions(mine=points, columns=i, rows=j, depth=z, mapping=mapping, model=self.model)
-
-        return make, lambda p: surface.positions_changes(p, self.case, (width, height)), 16
-
-    def _ao(self) -> Made | None:
-        """Occlusion of one radius against depth and positions."""
-        parameters, depth = self.case.parameters, self.inputs.get("depth")
-        estimator, options = parameters["estimator"], parameters["options"]
-        positions, back = self.inputs.get("positions"), parameters["screen_to_world"]
-        half = estimator == "hemisphere"
-        if estimator not in ("lf", "point", "hemisphere"):
-            return self._estimated()
-        if depth is None or (half and "normals" not in self.inputs):
-            return None
-        mapping, guard, turns = described_mapping(parameters), self._guard, described_turns(parameters, self.inputs)
-        by_matrix = estimator == "lf" and back is not None
-        if positions is None and not by_matrix:
-            return None
-        radius = self._layers[self.name]
-        samples = np.asarray(self.inputs["samples" if estimator == "lf" else "points"], np.float64)
-        surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
-        if options.get("background") == "occludes":
-            surfaces = np.where(np.isfinite(depth), surfaces, -np.inf)
-        faces = None
-        if half and positions is not None:
-            faces = face_normals(Buffers(described_view(parameters), depth, positions))
-
-        def make(i: Places, j: Places) -> Occlusion:
-            x, y = i + guard, j + guard
-            corners = None
-            if positions is None or by_matrix:
-                z = self._taken(depth, x, y)
-                points, errors = _unprojected(np.array(back), x + 0.5, y + 0.5, z, self.model)
-                corners, _ = _unprojected(np.array(back), x, y, z, self.model)
-            else:
-                points, errors = self._taken(positions, x, y), np.zeros((len(x), 3))
-            return Occlusion(
-                mine=self._taken(self.mine, i, j),
-                depth=surfaces,
-                points=points,
-                errors=errors,
-                mapping=mapping,
-                samples=samples,
-                radius=radius,
-                model=self.model,
-                texels=(x, y),
-                rotation=parameters.get("rotation", "none"),
-                seed=parameters.get("rotation_seed", 0),
-                turns=None if turns is None else np.asarray(turns[:, y, x], np.float64),
-                normals=self._taken(self.inputs["normals"], x, y) if half else None,
-                corners=corners,
-                face_normals=None if faces is None else self._taken(faces, x, y),
-                positions=positions if options.get("range_check") else None,
-                remap=bool(options.get("remap")),
-            )
-
-        return make, lambda p: occlusion_changes(p, self.case, self.mappings), 4 * len(samples)
-
-    def _estimated(self) -> Made | None:
-        """Occlusion of one radius by running its estimator; None where it needs a texture that is not there."""
-        parameters, inputs = self.case.parameters, self.inputs
-        name, guard = parameters["estimator"], self._guard
-        there = {"depth", "positions"} <= set(inputs) and name in ESTIMATORS
-        if not there or (find_estimator(name).reads_normals(parameters["options"]) and "normals" not in inputs):
-            return None
-        textures = inputs["depth"], inputs["positions"], inputs.get("normals"), described_turns(parameters, inputs)
-        buffers, radius = Buffers(described_view(parameters), *textures), self._layers[self.name]
-
-        def make(i: Places, j: Places) -> Estimated:
-            return Estimated(
-                mine=self._taken(self.mine, i, j),
-                estimator=find_estimator(name),
-                buffers=buffers,
-                radius=radius,
-                points=inputs.get("points"),
-                weights=inputs.get("weights"),
-                options=described_options(parameters, radius),
-                columns=i + guard,
-                rows=j + guard,
-                room=self._room(i, j) + ROOM,
-                seed=int(parameters.get("rotation_seed", 0)),
-            )
-
-        return make, lambda p: estimated_changes(p, parameters.get("rotation", "none")), 1
+    def _cropped(self, texture: NDArray[Any]) -> NDArray[Any]:
+        """A texture without the guard band by which it is larger than this one."""
+        return without_guard(texture, (len(texture) - len(self.mine)) // 2)
 
     @property
     def _layers(self) -> dict[str, float]:
         """Names of the layers of occlusion, each with its radius."""
         return {f"ao_{k}": radius for k, radius in enumerate(self.case.parameters["radii"], start=1)}
 
-    def _merged(self) -> Made | None:
+    def _problem(self, places: Places) -> Problem | None:
+        """The problem of some texels, by their numbers; None if a texture that it is made of is not known."""
+        makers: dict[str, Callable[[Texels], Problem | None]] = {
+            "depth": self._image,
+            "positions": self._positions,
+            "color": self._image,
+            **dict.fromkeys(self._layers, self._ao),
+            "merged": self._merged,
+            "blurred": self._blurred,
+            "shaded": self._shaded,
+        }
+        if self.name not in makers:
+            return None
+        rows, columns = np.divmod(places, self.mine.shape[1])
+        own, bounds = _taken(self.mine, columns, rows), self.judged.bounds
+        room = np.zeros_like(own)
+        if bounds is not None:
+            room = _taken(bounds.upper, columns, rows) - _taken(bounds.lower, columns, rows)
+        store = None if self.stored is None else partial(self.stored.ends, model=self.model)
+        return makers[self.name]({"mine": own, "columns": columns, "rows": rows, "room": room, "store": store})
+
+    def _image(self, at: Texels) -> surface.Image | None:
+        """Depth or colour against the reference's."""
+        # The mesh knows what codes of a format were before they were stored.
+        bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
+        if bounds is None:
+            return None
+        lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
+        known = {**at, "lower": lower, "upper": upper, "bend": surface.bend(lower)}
+        if self.name == "color":
+            return surface.Color(**known)
+        return surface.Depth(**known, model=self.model, others=self.depths)
+
+    def _positions(self, at: Texels) -> surface.Positions | None:
+        """Positions against depth."""
+        depth, parameters = self.inputs.get("depth"), self.case.parameters
+        if depth is None:
+            return None
+        return surface.Positions(
+            **at,
+            depth=_taken(depth, at["columns"], at["rows"]),
+            mapping=described_mapping(parameters),
+            model=self.model,
+            cast_from_world=parameters["view"]["cast_from_world"],
+            size=depth.shape[::-1],
+        )
+
+    def _ao(self, at: Texels) -> Problem | None:
+        """Occlusion of one radius against depth and positions, in the places of these."""
+        depth, estimator = self.inputs.get("depth"), self.case.parameters["estimator"]
+        if depth is None:
+            return None
+        guard = (len(depth) - len(self.mine)) // 2
+        at = {**at, "columns": at["columns"] + guard, "rows": at["rows"] + guard}
+        at |= {"rotation": self.case.parameters.get("rotation", "none")}
+        at |= {"seed": int(self.case.parameters.get("rotation_seed", 0)), "radius": self._layers[self.name]}
+        return self._samples(at) if estimator in ("lf", "point", "hemisphere") else self._estimated(at)
+
+    def _samples(self, at: Texels) -> Occlusion | None:
+        """Occlusion of Algorithms 1 and 2, and of ``point`` and ``hemisphere``."""
+        parameters, inputs, depth = self.case.parameters, self.inputs, self.inputs["depth"]
+        estimator, options, back = parameters["estimator"], parameters["options"], parameters["screen_to_world"]
+        positions, mapping, half = inputs.get("positions"), described_mapping(parameters), estimator == "hemisphere"
+        by_matrix = estimator == "lf" and back is not None
+        if (half and "normals" not in inputs) or (positions is None and not by_matrix):
+            return None
+        surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
+        if options.get("background") == "occludes":
+            surfaces = np.where(np.isfinite(depth), surfaces, -np.inf)
+        x, y = at["columns"], at["rows"]
+        turns = described_turns(parameters, inputs)
+        corners, faces = None, None
+        if by_matrix:
+            places, to_world = np.stack([x, y, _taken(depth, x, y)], axis=-1), WorldToImage(MATRIX, np.ravel(back))
+            corners, _, _ = project_positions(places, np.zeros_like(places), to_world, self.model)
+            places[:, :2] += 0.5
+            points, errors, _ = project_positions(places, np.zeros_like(places), to_world, self.model)
+        else:
+            points, errors = _taken(inputs["positions"], x, y), np.zeros((len(x), 3))
+        if half:
+            faces = _taken(face_normals(Buffers(described_view(parameters), depth, inputs["positions"])), x, y)
+        samples = np.asarray(inputs["samples" if estimator == "lf" else "points"], np.float64)
+        return Occlusion(
+            **at,
+            cost=4 * len(samples),
+            depth=surfaces,
+            points=points,
+            errors=errors,
+            mapping=mapping,
+            samples=samples,
+            model=self.model,
+            cast_from_world=parameters["view"]["cast_from_world"],
+            mappings=self.mappings,
+            turns=None if turns is None else np.asarray(turns[:, y, x], np.float64),
+            normals=_taken(inputs["normals"], x, y) if half else None,
+            corners=corners,
+            face_normals=faces,
+            positions=positions if options.get("range_check") else None,
+            remap=bool(options.get("remap")),
+        )
+
+    def _estimated(self, at: Texels) -> Estimated | None:
+        """Occlusion of one radius by running its estimator; None where it needs a texture that is not there."""
+        parameters, inputs, name = self.case.parameters, self.inputs, self.case.parameters["estimator"]
+        if "positions" not in inputs or name not in ESTIMATORS:
+            return None
+        estimator = find_estimator(name)
+        if estimator.reads_normals(parameters["options"]) and "normals" not in inputs:
+            return None
+        textures = inputs["depth"], inputs["positions"], inputs.get("normals"), described_turns(parameters, inputs)
+        return Estimated(
+            **at,
+            estimator=estimator,
+            buffers=Buffers(described_view(parameters), *textures),
+            points=inputs.get("points"),
+            weights=inputs.get("weights"),
+            options=described_options(parameters, at["radius"]),
+            cost=1,  # each run makes a whole texture
+        )
+
+    def _merged(self, at: Texels) -> post.Merge | None:
         """The merge of the layers."""
         if not set(self._layers) <= set(self.inputs):
             return None
+        layers = [_taken(self.inputs[name], at["columns"], at["rows"]) for name in self._layers]
+        return post.Merge(**at, layers=np.stack(layers), cost=8 * len(layers))
 
-        def make(i: Places, j: Places) -> post.Merge:
-            layers = np.stack([self._taken(self.inputs[name], i, j) for name in self._layers])
-            return post.Merge(mine=self._taken(self.mine, i, j), layers=layers)
-
-        return make, post.merge_changes, 8 * len(self._layers)
-
-    def _blurred(self) -> Made | None:
-        """The blur of the merged texture; with a guard band away from the border."""
+    def _blurred(self, at: Texels) -> post.Blur | None:
+        """The blur of the merged texture."""
         sigma, merged = float(self.case.parameters["sigma"]), self.inputs.get("merged")
         if merged is None or sigma == 0:
             return None
+        return post.Blur(**at, merged=merged, sigma=sigma, cost=int(2 * np.ceil(4 * sigma) + 1) ** 2)
 
-        def make(i: Places, j: Places) -> post.Blur:
-            own, room = self._taken(self.mine, i, j), self._room(i, j)
-            return post.Blur(mine=own, columns=i, rows=j, merged=merged, room=room, sigma=sigma)
-
-        return make, post.blur_changes, int(2 * np.ceil(4 * sigma) + 1) ** 2
-
-    def _shaded(self) -> Made | None:
+    def _shaded(self, at: Texels) -> post.Shade | None:
         """The shading of the image."""
         image, blurred, merged = (self.inputs.get(name) for name in ("image", "blurred", "merged"))
         if image is None or blurred is None:
             return None
-        colors = self._cropped(image)
-
-        def make(i: Places, j: Places) -> post.Shade:
-            return post.Shade(
-                mine=self._taken(self.mine, i, j),
-                image=self._taken(colors, i, j),
-                occlusion=self._taken(blurred, i, j),
-                merged=None if merged is None else self._taken(merged, i, j),
-                room=self._room(i, j),
-            )
-
-        return make, post.shade_changes, 16
+        i, j = at["columns"], at["rows"]
+        return post.Shade(
+            **at,
+            image=_taken(self._cropped(image), i, j),
+            occlusion=_taken(blurred, i, j),
+            merged=None if merged is None else _taken(merged, i, j),
+        )
 
 
-def _unprojected(
-    back: FloatArray, u: NDArray[Any], v: NDArray[Any], depth: FloatArray, model: ErrorModel
-) -> tuple[FloatArray, FloatArray]:
-    """World coordinates of image points by line 3 of Algorithm 1, and how far each is off."""
-    at = np.stack([u, v, depth, np.ones(len(depth))], axis=-1)
-    rounded = back.astype(np.float32).astype(np.float64)
-    homogeneous, sizes = at @ rounded.T, np.abs(at) @ np.abs(rounded).T
-    off, w = 5 * model.operation * sizes, homogeneous[:, 3:]
-    points = homogeneous[:, :3] / w
-    return points, (off[:, :3] + np.abs(points) * off[:, 3:]) / np.abs(w) + model.quotient * np.abs(points)
+def _taken(texture: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
+    return np.asarray(texture[rows, columns], np.float64)

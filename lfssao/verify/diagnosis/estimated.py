@@ -5,7 +5,7 @@ costs some hundred runs. The search takes the interval of a changed texel to be 
 the share of the best changes is counted by bounds of their own.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -22,7 +22,7 @@ from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.diagnosis.occlusion import other_tables
 from lfssao.verify.diagnosis.post import VALUES
-from lfssao.verify.diagnosis.search import FACTORS, Change, Places, Problem, fixed, plain, scaled
+from lfssao.verify.diagnosis.search import FACTORS, Change, Problem, fixed, plain, scaled
 
 ROOM = 2e-5  # by which sums of a renderer in float32 are off, at least
 _SMALL = np.geomspace(1e-6, 1.0, 25)  # of an option's largest value, in place of 0
@@ -31,7 +31,7 @@ _MOST_COUNT = 40  # of taps, turns and other whole numbers
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Estimated(Problem):
-    """K texels of an estimator's occlusion of somebody's textures."""
+    """K texels of an estimator's occlusion of somebody's textures; places include a guard band."""
 
     estimator: Estimator
     buffers: Buffers
@@ -39,10 +39,8 @@ class Estimated(Problem):
     points: FloatArray | None
     weights: FloatArray | None
     options: Mapping[str, Any]
-    columns: Places  # (K,), guard band included
-    rows: Places
-    room: FloatArray  # (K,), width of the reference's interval
-    seed: int  # of the rotation
+    rotation: str  # the reference's, and its seed
+    seed: int
     model: ErrorModel | None = None  # bounds of this model, where some are known, in place of the room
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
@@ -55,88 +53,86 @@ class Estimated(Problem):
                 return low - ROOM, high + ROOM
         made = estimate(self.estimator.name, self.buffers, self.radius, *samples, **self.options).texture
         values = made[self.rows, self.columns].astype(np.float64)
-        return values - self.room, values + self.room
+        return values - (self.room + ROOM), values + (self.room + ROOM)
+
+    def changes(self) -> list[Change]:
+        """All changes that are tried, those without values first."""
+        height, width = self.buffers.depth.shape
+        made = [
+            *VALUES,
+            plain("rows from below", lambda p: p.changed(rows=height - 1 - p.rows)),
+            plain("columns from the right", lambda p: p.changed(columns=width - 1 - p.columns)),
+            *self._of_options(),
+        ]
+        if self.estimator.turns:
+            made += self._of_turns()
+        normals = self.buffers.normals
+        if normals is not None:
+            made.append(_with_buffers("normals with the other sign", normals=lambda: -normals))
+            made.append(_with_buffers("normals made from positions", normals=lambda: face_normals(self.buffers)))
+        if self.points is not None:
+            made += [fixed(words, points=table) for words, table in other_tables(self.points)]
+        return [*made, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
+
+    def _of_options(self) -> Iterator[Change]:
+        """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
+        limits, choices = self.estimator.limits, self.estimator.choices
+        for name, value in self.options.items():
+            others: list[Value] = list(choices.get(name, ()))
+            if isinstance(value, bool):
+                others = [not value]
+            elif isinstance(value, int) and name != "seed":
+                low, high = limits[name]
+                others = list(range(max(int(low), 0), min(int(high), max(2 * value, _MOST_COUNT)) + 1))
+            elif isinstance(value, float) and value != 0.0 and limits[name][0] <= 0.0:
+                others = [0.0]
+            for other in others:
+                blind = self.buffers.normals is None and self.estimator.reads_normals({name: other})
+                if other != value and not blind:
+                    words = f"{name} {_said(other)} in place of {_said(value)}"
+                    yield plain(words, partial(_with_option, name, value=other))
+            if name == "reach":
+                for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
+                    words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
+                    yield plain(words, partial(_with_option, name, value=value * factor))
+            if isinstance(value, float) and value != 0.0:
+                words = f"{'radius in texels' if name == 'reach' else name} x {{:.4f}}"
+                yield scaled(name, partial(_scaled_option, name, limits[name]), FACTORS, words)
+            elif isinstance(value, float) and limits[name][1] < np.inf:
+                words = f"{name} {{:.6g}} in place of {value:g}"
+                yield scaled(name, partial(_with_option, name), limits[name][1] * _SMALL, words)
+
+    def _of_turns(self) -> Iterator[Change]:
+        """Samples that turn from texel to texel otherwise, or not."""
+        turns, shape = self.buffers.turns, self.buffers.depth.shape
+        if turns is not None:
+            way = np.array([1, -1], turns.dtype)[:, None, None]
+            yield _with_buffers("samples are not turned", turns=lambda: None)
+            yield _with_buffers("samples turned the other way", turns=lambda: turns * way)
+            yield _with_buffers("turns of rows from below", turns=lambda: turns[:, ::-1])
+        for name in ROTATIONS:
+            if name not in ("none", self.rotation):
+                make = partial(texel_turns, name, *shape, self.seed, self.buffers.depth.dtype)
+                yield _with_buffers(f"samples turned by '{name}'", turns=make)
+                below = partial(lambda make: make()[:, ::-1], make)
+                yield _with_buffers(f"samples turned by '{name}' of rows from below", turns=below)
 
 
-def estimated_changes(problem: Estimated, rotation: str) -> list[Change]:
-    """All changes that are tried, those without values first; ``rotation`` is the reference's."""
-    height, width = problem.buffers.depth.shape
-    made = [
-        *VALUES,
-        fixed("rows from below", rows=height - 1 - problem.rows),
-        fixed("columns from the right", columns=width - 1 - problem.columns),
-        *_of_options(problem),
-    ]
-    if problem.estimator.turns:
-        made += _of_turns(problem, rotation)
-    if problem.buffers.normals is not None:
-        made.append(_with_buffers("normals with the other sign", lambda b: {"normals": -b.normals}))
-        made.append(_with_buffers("normals made from positions", lambda b: {"normals": face_normals(b)}))
-    if problem.points is not None:
-        made += [fixed(words, points=table) for words, table in other_tables(problem.points)]
-    return [*made, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
-
-
-def _with_buffers(kind: str, changed: Any) -> Change:
-    return plain(kind, lambda p: p.changed(buffers=replace(p.buffers, **changed(p.buffers))))
+def _with_buffers(kind: str, **made: Callable[[], Texture | None]) -> Change:
+    """A change that gives the problem other textures, made when it is tried."""
+    return plain(kind, lambda p: p.changed(buffers=replace(p.buffers, **{name: make() for name, make in made.items()})))
 
 
 def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:
     return problem.changed(options={**problem.options, name: value})
 
 
-def _of_options(problem: Estimated) -> Iterator[Change]:
-    """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
-    limits, choices = problem.estimator.limits, problem.estimator.choices
-    for name, value in problem.options.items():
-        others: list[Value] = list(choices.get(name, ()))
-        if isinstance(value, bool):
-            others = [not value]
-        elif isinstance(value, int) and name != "seed":
-            low, high = limits[name]
-            others = list(range(max(int(low), 0), min(int(high), max(2 * value, _MOST_COUNT)) + 1))
-        elif isinstance(value, float) and value != 0.0 and limits[name][0] <= 0.0:
-            others = [0.0]
-        for other in others:
-            blind = problem.buffers.normals is None and problem.estimator.reads_normals({name: other})
-            if other != value and not blind:
-                words = f"{name} {_said(other)} in place of {_said(value)}"
-                yield plain(words, partial(_with_option, name, value=other))
-        if name == "reach":
-            for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
-                words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
-                yield plain(words, partial(_with_option, name, value=value * factor))
-        if isinstance(value, float) and value != 0.0:
-            words = f"{'radius in texels' if name == 'reach' else name} x {{:.4f}}"
-            yield scaled(name, partial(_scaled_option, name, limits[name]), FACTORS, words)
-        elif isinstance(value, float) and limits[name][1] < np.inf:
-            words = f"{name} {{:.6g}} in place of {value:g}"
-            yield scaled(name, partial(_with_option, name), limits[name][1] * _SMALL, words)
-
-
 def _said(value: Value) -> str:
-    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{value:g}" if isinstance(value, float) else str(value).lower()
 
 
 def _scaled_option(name: str, limits: tuple[float, float], problem: Estimated, factor: float) -> Estimated:
     return _with_option(name, problem, float(np.clip(problem.options[name] * factor, *limits)))
-
-
-def _of_turns(problem: Estimated, rotation: str) -> Iterator[Change]:
-    """Samples that turn from texel to texel otherwise, or not."""
-    if problem.buffers.turns is not None:
-        way = np.array([1, -1], problem.buffers.turns.dtype)[:, None, None]
-        yield _with_buffers("samples are not turned", lambda b: {"turns": None})
-        yield _with_buffers("samples turned the other way", lambda b: {"turns": b.turns * way})
-        yield _with_buffers("turns of rows from below", lambda b: {"turns": b.turns[:, ::-1]})
-    for name in ROTATIONS:
-        for step, words in ((1, ""), (-1, " of rows from below")) if ROTATIONS[name].tile != 1 else ():
-            if (name, step) != (rotation, 1) and (name, step) != (rotation, -1):
-                yield _with_buffers(f"samples turned by '{name}'{words}", partial(_turned_by, name, problem.seed, step))
-
-
-def _turned_by(name: str, seed: int, step: int, buffers: Buffers) -> dict[str, Texture]:
-    return {"turns": texel_turns(name, *buffers.depth.shape, seed, buffers.depth.dtype)[:, ::step]}
 
 
 def face_normals(buffers: Buffers) -> NDArray[Any]:

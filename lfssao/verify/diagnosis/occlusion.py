@@ -13,13 +13,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.affine import Matrix
 from lfssao.optics.view import WorldToImage
 from lfssao.samples import ROTATIONS, make_samples, texel_turns
 from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.case import Case
 from lfssao.verify.diagnosis.post import VALUES
 from lfssao.verify.diagnosis.search import INSIDE, SHARES, Change, Places, Problem, fixed, hold, plain, scaled, shifts
 from lfssao.verify.verdict import Flags
@@ -45,7 +45,7 @@ class Landed(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Occlusion(Problem):
-    """The samples of K texels' surfaces, decided by a renderer's own earlier textures."""
+    """The samples of K texels' surfaces, decided by a renderer's own earlier textures; places include a guard band."""
 
     depth: NDArray[Any]  # (H, W), which samples are compared with
     points: FloatArray  # (K, 3), world coordinates of the surfaces
@@ -54,11 +54,14 @@ class Occlusion(Problem):
     samples: FloatArray  # (n, 3), in the unit ball
     radius: float
     model: ErrorModel
-    texels: tuple[Places, Places]  # columns and rows, the guard band included
-    rotation: str = "none"  # the reference's, and its seed
-    seed: int = 0
+    cast_from_world: Matrix
+    mappings: Mapping[str, WorldToImage]  # of other modules, by name
+    rotation: str  # the reference's, and its seed
+    seed: int
     turns: FloatArray | None = None  # (2, K), cosine and sine by which samples turn
+    way: int = 1  # in which they do, or -1, the other
     normals: FloatArray | None = None  # (K, 3), of the half ball
+    side: int = 1  # of the normals on which it is, or -1, the other
     face_normals: FloatArray | None = None  # (K, 3), made from positions
     corners: FloatArray | None = None  # (K, 3), points of Algorithm 1 that texels' corners make
     positions: NDArray[Any] | None = None  # (H, W, 3), of the range check
@@ -78,10 +81,11 @@ class Occlusion(Problem):
         sizes = np.abs(offsets)
         if self.turns is not None:
             (c, s), (x, y, z) = self.turns[..., None], np.moveaxis(offsets, -1, 0)
+            s = self.way * s
             offsets = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
             sizes = 4 * np.linalg.norm(offsets, axis=-1, keepdims=True)  # products may be larger than their sum
         if self.normals is not None:
-            below = np.einsum("ksc,kc->ks", offsets, self.normals) < 0
+            below = self.side * np.einsum("ksc,kc->ks", offsets, self.normals) < 0
             offsets = np.where(below[..., None], -offsets, offsets)
         off = self.errors[:, None] + self.model.offset * sizes
         places, error, must = project_positions(self.points[:, None] + offsets, off, self.mapping, self.model)
@@ -133,39 +137,65 @@ class Occlusion(Problem):
         low, high = fewest * (1 - room), most * (1 + room)
         return (2 * np.maximum(low - 0.5, 0), 2 * np.maximum(high - 0.5, 0)) if self.remap else (low, high)
 
+    def changes(self) -> list[Change]:
+        """All changes that are tried, those without values first."""
+        n = len(self.samples)
+        made = [*VALUES, *_of_look_ups(*self.depth.shape), *self._of_turns()]
+        if self.remap:
+            made.append(fixed("flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)", remap=False))
+        else:
+            made.append(fixed("2 max(0, ao - 1/2) in place of ao", remap=True))
+        for divisor in [d for d in range(1, 3 * n) if d != n][:_MOST_SAMPLES]:
+            made.append(fixed(f"count divided by {divisor} in place of {n}", divisor=divisor))
+        if n <= _MOST_SAMPLES:
+            made += _of_counts(n)
+            made += [fixed(words, samples=table) for words, table in other_tables(self.samples)]
+        made += [fixed(f"the mapping of {name}", mapping=mapping) for name, mapping in self.mappings.items()]
+        linear, shift = self.cast_from_world[:, :3].T, self.cast_from_world[:, 3]
+        made.append(plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)))
+        if self.corners is not None:
+            made.append(plain("texel corners in place of centres", lambda p: p.changed(points=p.corners)))
+        if self.positions is not None:
+            made.append(fixed("no range check", positions=None))
+        if self.normals is not None:
+            made += [
+                fixed("samples not turned to the normal's side", normals=None),
+                fixed("normals with the other sign", side=-1),
+                plain("normals made from positions", lambda p: p.changed(normals=p.face_normals)),
+            ]
+        return [*made, *self._with_values()]
 
-def occlusion_changes(problem: Occlusion, case: Case, others: Mapping[str, WorldToImage]) -> list[Change]:
-    """All changes that are tried, those without values first; ``others`` are the other modules' mappings."""
-    n = len(problem.samples)
-    made = [*VALUES, *_of_look_ups(problem), *_of_turns(problem)]
-    if problem.remap:
-        made.append(fixed("flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)", remap=False))
-    else:
-        made.append(fixed("2 max(0, ao - 1/2) in place of ao", remap=True))
-    for divisor in [d for d in range(1, 3 * n) if d != n][:_MOST_SAMPLES]:
-        made.append(fixed(f"count divided by {divisor} in place of {n}", divisor=divisor))
-    if n <= _MOST_SAMPLES:
-        made += _of_counts(n)
-        made += [fixed(words, samples=table) for words, table in other_tables(problem.samples)]
-    made += [fixed(f"the mapping of {name}", mapping=mapping) for name, mapping in others.items()]
-    cast_from_world = case.parameters["view"]["cast_from_world"]
-    linear, shift = cast_from_world[:, :3].T, cast_from_world[:, 3]
-    made.append(plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)))
-    if problem.corners is not None:
-        made.append(plain("texel corners in place of centres", lambda p: p.changed(points=p.corners)))
-    if problem.positions is not None:
-        made.append(fixed("no range check", positions=None))
-    if problem.normals is not None:
-        made += [
-            fixed("samples not turned to the normal's side", normals=None),
-            plain("normals with the other sign", lambda p: p.changed(normals=-p.normals)),
-            plain("normals made from positions", lambda p: p.changed(normals=p.face_normals)),
+    def _of_turns(self) -> Iterator[Change]:
+        """Samples that turn from texel to texel otherwise, or not."""
+        if self.turns is not None:
+            yield fixed("samples are not turned", turns=None)
+            yield fixed("samples turned the other way", way=-1)
+        for name in ROTATIONS:
+            if name not in ("none", self.rotation):
+                yield plain(f"samples turned by '{name}'", partial(_turned_by, name))
+
+    def _with_values(self) -> list[Change]:
+        at = self.landed
+        deepest, nearest = (end(at.z, axis=1, where=at.may, initial=0.0) for end in (np.max, np.min))
+        reach = float(np.median(deepest - nearest)) / 2
+        finite = self.depth[np.isfinite(self.depth)]
+        size = float(np.median(np.abs(finite))) if finite.size else 1.0
+        scales = 1 + np.clip(SHARES * reach / size, -0.95, None) if size else 1 + SHARES
+
+        def turn(p: Occlusion, degrees: float) -> Occlusion:
+            c, s = cos(radians(degrees)), sin(radians(degrees))
+            return p.changed(samples=p.samples @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+
+        return [
+            scaled("radius", lambda p, f: p.changed(radius=p.radius * f)),
+            *shifts(lambda p, u, v: p.changed(image=np.array([[1, 0, u], [0, 1, v], [0, 0, 1]]) @ p.image)),
+            scaled("depth bias", lambda p, b: p.changed(depth=p.depth + b), reach * SHARES, "depth + {:.6g}"),
+            scaled("depth scale", lambda p, s: p.changed(depth=p.depth * s), scales, "depth x {:.6g}"),
+            scaled("turned samples", turn, np.arange(7.7, 360, 11.3), "samples turned by {:.3f} degrees about z"),
         ]
-    return [*made, *_with_values(problem)]
 
 
-def _of_look_ups(problem: Occlusion) -> list[Change]:
-    height, width = problem.depth.shape
+def _of_look_ups(height: int, width: int) -> list[Change]:
     outside = "samples outside the texture"
     return [
         _moved("u flipped", [[-1, 0, width], [0, 1, 0], [0, 0, 1]]),
@@ -210,19 +240,9 @@ def _of_counts(n: int) -> Iterator[Change]:
             yield fixed(words, counts=first, divisor=divisor)
 
 
-def _of_turns(problem: Occlusion) -> Iterator[Change]:
-    """Samples that turn from texel to texel otherwise, or not."""
-    if problem.turns is not None:
-        yield fixed("samples are not turned", turns=None)
-        yield plain("samples turned the other way", lambda p: p.changed(turns=p.turns * np.array([[1], [-1]])))
-    for name in ROTATIONS:
-        if name not in ("none", problem.rotation):
-            yield plain(f"samples turned by '{name}'", partial(_turned_by, name))
-
-
 def _turned_by(name: str, problem: Occlusion) -> Occlusion:
-    (columns, rows), how = problem.texels, (*problem.depth.shape, problem.seed, np.dtype(np.float32))
-    return problem.changed(turns=texel_turns(name, *how)[:, rows, columns].astype(np.float64))
+    turns = texel_turns(name, *problem.depth.shape, problem.seed, np.dtype(np.float32))
+    return problem.changed(turns=turns[:, problem.rows, problem.columns].astype(np.float64))
 
 
 def other_tables(samples: FloatArray) -> Iterator[tuple[str, FloatArray]]:
@@ -243,24 +263,3 @@ def other_tables(samples: FloatArray) -> Iterator[tuple[str, FloatArray]]:
     for kind, table in tables.items():
         if not np.array_equal(table, samples):
             yield kind, table
-
-
-def _with_values(problem: Occlusion) -> list[Change]:
-    at = problem.landed
-    deepest, nearest = (end(at.z, axis=1, where=at.may, initial=0.0) for end in (np.max, np.min))
-    reach = float(np.median(deepest - nearest)) / 2
-    finite = problem.depth[np.isfinite(problem.depth)]
-    size = float(np.median(np.abs(finite))) if finite.size else 1.0
-    scales = 1 + np.clip(SHARES * reach / size, -0.95, None) if size else 1 + SHARES
-
-    def turn(p: Occlusion, degrees: float) -> Occlusion:
-        c, s = cos(radians(degrees)), sin(radians(degrees))
-        return p.changed(samples=p.samples @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
-
-    return [
-        scaled("radius", lambda p, f: p.changed(radius=p.radius * f)),
-        *shifts(lambda p, u, v: p.changed(image=np.array([[1, 0, u], [0, 1, v], [0, 0, 1]]) @ p.image)),
-        scaled("depth bias", lambda p, b: p.changed(depth=p.depth + b), reach * SHARES, "depth + {:.6g}"),
-        scaled("depth scale", lambda p, s: p.changed(depth=p.depth * s), scales, "depth x {:.6g}"),
-        scaled("turned samples", turn, np.arange(7.7, 360, 11.3), "samples turned by {:.3f} degrees about z"),
-    ]

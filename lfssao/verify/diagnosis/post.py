@@ -1,8 +1,7 @@
 """Changes of the merge, the blur and the shading, at some texels."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.post import MAX_SIGMA, blur_weights
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.search import FACTORS, INSIDE, Change, Problem, fixed, hold, plain, scaled
+from lfssao.verify.diagnosis.search import FACTORS, INSIDE, Change, Function, Problem, fixed, hold, plain, scaled
 
 _SIGMAS = FACTORS[FACTORS < 4]
 _ROUNDING = 2.0**-21  # relative, of a renderer's other sums
@@ -29,41 +28,34 @@ class Merge(Problem):
     """The maximum of K texels of L layers."""
 
     layers: FloatArray  # (L, K)
-    rule: Callable[[FloatArray], FloatArray] = field(default=partial(np.max, axis=0))
+    chosen: Any = ...  # index of those that are merged
+    rule: Function = lambda layers: layers.max(axis=0)
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding."""
-        made = self.rule(self.layers)
+        made = self.rule(self.layers[self.chosen])
         return made * (1 - _ROUNDING), made * (1 + _ROUNDING)
 
-
-def _of_layers(kind: str, kept: NDArray[np.bool_]) -> Change:
-    return plain(kind, lambda p: p.changed(layers=p.layers[kept]))
-
-
-def merge_changes(problem: Merge) -> list[Change]:
-    """All changes of the merge."""
-    numbers = np.arange(len(problem.layers))
-    return [
-        fixed("mean in place of maximum", rule=lambda a: a.mean(axis=0)),
-        fixed("sum in place of maximum", rule=lambda a: a.sum(axis=0)),
-        fixed("sum, at most 1, in place of maximum", rule=lambda a: np.minimum(a.sum(axis=0), 1)),
-        fixed("minimum in place of maximum", rule=lambda a: a.min(axis=0)),
-        fixed("1 - product of (1 - ao) in place of maximum", rule=lambda a: 1 - np.prod(1 - a, axis=0)),
-        *(_of_layers(f"ao_{k + 1} missing", numbers != k) for k in numbers if len(numbers) > 1),
-        *(_of_layers(f"ao_{k + 1} alone", numbers == k) for k in numbers),
-        *VALUES,
-    ]
+    def changes(self) -> list[Change]:
+        """All changes of the merge."""
+        numbers = np.arange(len(self.layers))
+        return [
+            fixed("mean in place of maximum", rule=lambda a: a.mean(axis=0)),
+            fixed("sum in place of maximum", rule=lambda a: a.sum(axis=0)),
+            fixed("sum, at most 1, in place of maximum", rule=lambda a: np.minimum(a.sum(axis=0), 1)),
+            fixed("minimum in place of maximum", rule=lambda a: a.min(axis=0)),
+            fixed("1 - product of (1 - ao) in place of maximum", rule=lambda a: 1 - np.prod(1 - a, axis=0)),
+            *(fixed(f"ao_{k + 1} missing", chosen=numbers != k) for k in numbers if len(numbers) > 1),
+            *(fixed(f"ao_{k + 1} alone", chosen=[k]) for k in numbers),
+            *VALUES,
+        ]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Blur(Problem):
-    """The Gaussian blur at K texels of a texture."""
+    """The Gaussian blur at K texels of a texture; with a guard band away from the border."""
 
-    columns: NDArray[np.int64]  # (K,)
-    rows: NDArray[np.int64]
     merged: NDArray[Any]  # (H, W)
-    room: FloatArray  # (K,), width of the reference's interval
     sigma: float
     horizontal: bool = True
     vertical: bool = True
@@ -75,8 +67,8 @@ class Blur(Problem):
         """The sum over the square of taps, with room for rounding."""
         height, width = self.merged.shape
         weights, steps = self._weights()
-        across = (weights, steps) if self.horizontal else (np.ones(1), np.zeros(1, np.int64))
-        down = (weights, steps) if self.vertical else (np.ones(1), np.zeros(1, np.int64))
+        one = np.ones(1), np.zeros(1, np.int64)
+        across, down = ((weights, steps) if blurred else one for blurred in (self.horizontal, self.vertical))
         i, j = self.columns[:, None] + across[1], self.rows[:, None] + down[1]
         near = self.merged[hold(j, height, self.border)[:, :, None], hold(i, width, self.border)[:, None, :]]
         w_i, w_j = np.broadcast_to(across[0], i.shape), np.broadcast_to(down[0], j.shape)
@@ -97,23 +89,22 @@ class Blur(Problem):
             weights = blur_weights(self.sigma).astype(np.float64)
         return weights / (self.total or weights.sum()), steps
 
-
-def blur_changes(problem: Blur) -> list[Change]:
-    """All changes of the blur."""
-    outside, cut = "texels outside the texture", "kernel cut at {:g} sigma in place of 3"
-    return [
-        fixed("not blurred", horizontal=False, vertical=False),
-        fixed("blurred horizontally alone", vertical=False),
-        fixed("blurred vertically alone", horizontal=False),
-        fixed(f"{outside} zero", border="zero"),
-        fixed(f"{outside} left out, weights normalised anew", border="left out"),
-        *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE[1:]),
-        *(fixed(cut.format(reach), reach=reach) for reach in (2.0, 4.0, 1.0, 1.5, 2.5, 5.0)),
-        fixed("weights not normalised, Gaussian density", total=float(np.sqrt(2 * np.pi) * problem.sigma)),
-        fixed("weights not normalised, 1 in the middle", total=1.0),
-        scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS),
-        *VALUES,
-    ]
+    def changes(self) -> list[Change]:
+        """All changes of the blur."""
+        outside, cut = "texels outside the texture", "kernel cut at {:g} sigma in place of 3"
+        return [
+            fixed("not blurred", horizontal=False, vertical=False),
+            fixed("blurred horizontally alone", vertical=False),
+            fixed("blurred vertically alone", horizontal=False),
+            fixed(f"{outside} zero", border="zero"),
+            fixed(f"{outside} left out, weights normalised anew", border="left out"),
+            *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE[1:]),
+            *(fixed(cut.format(reach), reach=reach) for reach in (2.0, 4.0, 1.0, 1.5, 2.5, 5.0)),
+            fixed("weights not normalised, Gaussian density", total=float(np.sqrt(2 * np.pi) * self.sigma)),
+            fixed("weights not normalised, 1 in the middle", total=1.0),
+            scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS),
+            *VALUES,
+        ]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -123,14 +114,29 @@ class Shade(Problem):
     image: FloatArray  # (K, 3)
     occlusion: FloatArray  # (K,), blurred
     merged: FloatArray | None
-    room: FloatArray  # (K, 3), width of the reference's interval
-    rule: Callable[..., FloatArray] = field(default_factory=lambda: lambda image, ao: image * (1 - ao))
+    rule: Callable[..., FloatArray] = lambda image, ao: image * (1 - ao)
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding; ``value`` is of the occlusion."""
         made = self.rule(self.image, self.value(self.occlusion)[:, None])
         room = self.room + _ROUNDING * np.abs(made)
         return made - room, made + room
+
+    def changes(self) -> list[Change]:
+        """All changes of the shading."""
+        made = [
+            fixed("image x ao in place of image x (1 - ao)", rule=lambda image, ao: image * ao),
+            fixed("image without ao", rule=lambda image, ao: image),
+            fixed("1 - ao without the image", rule=lambda image, ao: np.repeat(1 - ao, 3, axis=1)),
+            fixed("shaded in sRGB", rule=lambda image, ao: decode(encode(image) * (1 - ao))),
+            fixed("shaded in sRGB and left there", rule=lambda image, ao: encode(image) * (1 - ao)),
+            fixed("stored in sRGB", rule=lambda image, ao: encode(image * (1 - ao))),
+            fixed("ao taken off twice", rule=lambda image, ao: image * (1 - ao) ** 2),
+            fixed("red and blue exchanged", rule=lambda image, ao: (image * (1 - ao))[:, ::-1]),
+        ]
+        if self.merged is not None:
+            made.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))
+        return [*made, *VALUES]
 
 
 def encode(linear: FloatArray) -> FloatArray:
@@ -143,20 +149,3 @@ def decode(coded: FloatArray) -> FloatArray:
     """Linear light of sRGB values, 0 to 1."""
     held = np.clip(coded, 0, 1)
     return np.where(held <= 0.04045, held / 12.92, ((held + 0.055) / 1.055) ** 2.4)
-
-
-def shade_changes(problem: Shade) -> list[Change]:
-    """All changes of the shading."""
-    made = [
-        fixed("image x ao in place of image x (1 - ao)", rule=lambda image, ao: image * ao),
-        fixed("image without ao", rule=lambda image, ao: image),
-        fixed("1 - ao without the image", rule=lambda image, ao: np.repeat(1 - ao, 3, axis=1)),
-        fixed("shaded in sRGB", rule=lambda image, ao: decode(encode(image) * (1 - ao))),
-        fixed("shaded in sRGB and left there", rule=lambda image, ao: encode(image) * (1 - ao)),
-        fixed("stored in sRGB", rule=lambda image, ao: encode(image * (1 - ao))),
-        fixed("ao taken off twice", rule=lambda image, ao: image * (1 - ao) ** 2),
-        fixed("red and blue exchanged", rule=lambda image, ao: (image * (1 - ao))[:, ::-1]),
-    ]
-    if problem.merged is not None:
-        made.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))
-    return [*made, *VALUES]

@@ -7,6 +7,7 @@ agree. Two changes at once are tried only if one explains at least half of the t
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from math import sqrt
 from typing import Any, ClassVar, Self
@@ -52,10 +53,18 @@ class Problem:
     """K texels of a texture, and what the reference, or a change of it, allows them to be."""
 
     mine: FloatArray  # (K,) or (K, C)
+    columns: Places  # (K,)
+    rows: Places
+    room: FloatArray  # width of the reference's interval, of the shape of ``mine``
+    cost: int = 16  # work that a texel makes, such as its number of samples or taps
     value: Function = np.asarray  # applied to the right values; monotone
     store: Callable[[FloatArray, FloatArray], Any] | None = None  # makes an interval that of what is read, if stored
     # Cached properties, and the fields that they do not depend on.
     kept: ClassVar[Mapping[str, frozenset[str]]] = {}
+
+    def changes(self) -> "list[Change]":
+        """All changes that are tried."""
+        raise NotImplementedError
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""
@@ -145,13 +154,6 @@ def excess(problem: Problem) -> tuple[FloatArray, FloatArray]:
     return _outside(problem.mine, low, high), _outside(problem.mine, middle, middle)
 
 
-def _scale(problem: Problem) -> float:
-    """How far texels outside the interval usually are."""
-    off, _ = excess(problem)
-    usual = off[(off > 0) & np.isfinite(off)]
-    return float(np.median(usual)) if len(usual) else 1.0
-
-
 def _outside(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
     off = np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(off), np.inf, off)
@@ -163,77 +165,80 @@ def fits(share: float, without: float) -> bool:
     return 1.0 - share <= _LEFT * (1.0 - without)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Search:
     """A problem with the weight of each of its texels, (K,), which sum to 1."""
 
     problem: Problem
     weights: FloatArray
 
+    @cached_property
+    def _without(self) -> float:
+        """The share of the texels that are inside as the problem is."""
+        return self._share(excess(self.problem)[0])
+
+    @cached_property
+    def _scale(self) -> float:
+        """How far texels outside the interval usually are."""
+        off, _ = excess(self.problem)
+        usual = off[(off > 0) & np.isfinite(off)]
+        return float(np.median(usual)) if len(usual) else 1.0
+
     def best(self, changes: Sequence[Change]) -> list[Found]:
         """The changes, best first; as pairs too, if one explains half of what is wrong and none all."""
-        without = self._share(self.problem)
-        found = self._tried(self.problem, changes, without)
+        found = self._tried(changes)
         best = found[0]
-        if fits(best.share, without) or best.share - without < 0.5 * (1.0 - without):
+        if fits(best.share, self._without) or best.share - self._without < 0.5 * (1.0 - self._without):
             return found
-        changed = best.change.apply(self.problem, best.values)
+        changed = replace(self, problem=best.change.apply(self.problem, best.values))
         others = [change for change in changes if change.kind != best.change.kind]
-        pairs = [_pair(best, other) for other in self._tried(changed, others, best.share)[:1]]
-        return _ranked([*found, *pairs], without)
+        pairs = [_pair(best, other) for other in changed._tried(others)[:1]]
+        return _ranked([*found, *pairs], self._without)
 
-    def _share(self, problem: Problem) -> float:
-        return 1.0 - float(self.weights @ (excess(problem)[0] > 0))
+    def candidate(self, found: Found) -> Candidate:
+        """The candidate that is told, its share of these texels."""
+        change, values = found.change, found.values
+        share = self._share(excess(change.apply(self.problem, values))[0])
+        return Candidate(change.kind, values, change.words.format(*values), share)
 
-    def _tried(self, problem: Problem, changes: Sequence[Change], without: float) -> list[Found]:
-        scale = _scale(problem)
-        trials = [self._on_grid(problem, change, scale) for change in changes if not change.grids]
-        if trials and 1.0 - max(trial.share for trial in trials) <= _NEARLY * (1.0 - without):
-            return _ranked(trials, without)  # a change with values would come after it
-        graded = [self._on_grid(problem, change, scale) for change in changes if change.grids]
+    def polished(self, found: Found) -> Found:
+        """A change with values that were found on fewer texels, each within a few hundredths of them."""
+        best = self._trial(found.change, found.values)
+        for k, value in enumerate(found.values):
+            best = self._section(best, k, (0.96 * value, 1.04 * value), sections=4)
+        return best
+
+    def _tried(self, changes: Sequence[Change]) -> list[Found]:
+        trials = [self._on_grid(change) for change in changes if not change.grids]
+        if trials and 1.0 - max(trial.share for trial in trials) <= _NEARLY * (1.0 - self._without):
+            return _ranked(trials, self._without)  # a change with values would come after it
+        graded = [self._on_grid(change) for change in changes if change.grids]
         graded.sort(key=lambda trial: trial.cost)
-        refined = [self._refined(problem, trial, scale) for trial in graded[:_REFINED]]
-        return _ranked([*trials, *refined, *graded[_REFINED:]], without)
+        refined = [self._refined(trial) for trial in graded[:_REFINED]]
+        return _ranked([*trials, *refined, *graded[_REFINED:]], self._without)
 
-    def _on_grid(self, problem: Problem, change: Change, scale: float) -> Found:
+    def _on_grid(self, change: Change) -> Found:
         """The change with the best values of its grid."""
-        trials = [self._trial(problem, change, values, scale) for values in product(*change.grids)]
-        return min(trials, key=lambda trial: trial.cost)
+        return min((self._trial(change, values) for values in product(*change.grids)), key=lambda trial: trial.cost)
 
-    def _refined(self, problem: Problem, start: Found, scale: float) -> Found:
+    def _refined(self, start: Found) -> Found:
         """Golden sections along each value in turn, between its neighbours on the grid."""
-        change, best = start.change, start
-        for turn in range(1 if len(change.grids) == 1 else 3):
-            for k, grid in enumerate(change.grids):
+        grids, best = start.change.grids, start
+        for turn in range(1 if len(grids) == 1 else 3):
+            for k, grid in enumerate(grids):
                 at = int(np.argmin(np.abs(grid - start.values[k])))
                 low, high = (float(grid[min(max(at + step, 0), len(grid) - 1)]) for step in (-1, 1))
                 if turn:
                     reach = (high - low) * 0.2**turn
                     low, high = best.values[k] - reach, best.values[k] + reach
-                best = self._section(problem, best, k, (low, high), scale)
+                best = self._section(best, k, (low, high))
         return best
 
-    def candidate(self, found: Found) -> Candidate:
-        """The candidate that is told, its share of these texels."""
-        change, values = found.change, found.values
-        share = self._share(change.apply(self.problem, values))
-        return Candidate(change.kind, values, change.words.format(*values), share)
-
-    def polished(self, found: Found) -> Found:
-        """A change with values that were found on fewer texels, each within a few hundredths of them."""
-        scale = _scale(self.problem)
-        best = self._trial(self.problem, found.change, found.values, scale)
-        for k, value in enumerate(found.values):
-            best = self._section(self.problem, best, k, (0.96 * value, 1.04 * value), scale, sections=4)
-        return best
-
-    def _section(
-        self, problem: Problem, best: Found, k: int, ends: tuple[float, float], scale: float, sections: int = _SECTIONS
-    ) -> Found:
+    def _section(self, best: Found, k: int, ends: tuple[float, float], sections: int = _SECTIONS) -> Found:
+        """The best value number k between two ends, the others as they are."""
 
         def at(value: float) -> Found:
-            values = (*best.values[:k], value, *best.values[k + 1 :])
-            return self._trial(problem, best.change, values, scale)
+            return self._trial(best.change, (*best.values[:k], value, *best.values[k + 1 :]))
 
         # The cost of occlusion has steps: the best of many trials keeps the sections from an earlier one.
         scan = [at(float(value)) for value in np.linspace(*ends, _SCANNED)]
@@ -249,12 +254,16 @@ class Search:
                 right = at(low + _GOLDEN * (high - low))
         return min((best, *scan, left, right), key=lambda trial: trial.cost)
 
-    def _trial(self, problem: Problem, change: Change, values: Values, scale: float) -> Found:
+    def _trial(self, change: Change, values: Values) -> Found:
         """One try. Its cost grows with the distance from the interval and, far more slowly, from its middle."""
-        off, from_middle = excess(change.apply(problem, values))
-        far = [np.divide(d, d + scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, from_middle)]
+        off, from_middle = excess(change.apply(self.problem, values))
+        far = [np.divide(d, d + self._scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, from_middle)]
         cost = float(self.weights @ far[0]) + 1e-4 * float(self.weights @ far[1])
-        return Found(change, values, 1.0 - float(self.weights @ (off > 0)), cost)
+        return Found(change, values, self._share(off), cost)
+
+    def _share(self, off: FloatArray) -> float:
+        """The share of the texels that are not off."""
+        return 1.0 - float(self.weights @ (off > 0))
 
 
 def _ranked(found: Sequence[Found], without: float) -> list[Found]:

@@ -1,21 +1,23 @@
 """Changes of the G-buffer at some texels: depth and colour against the reference's, positions against depth."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
 
+from lfssao.core.affine import Matrix
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.case import Case
 from lfssao.verify.diagnosis.occlusion import half
 from lfssao.verify.diagnosis.post import decode, encode
-from lfssao.verify.diagnosis.search import SHARES, Change, Places, Problem, fixed, hold, plain, scaled, shifts
+from lfssao.verify.diagnosis.search import SHARES, Change, Problem, fixed, hold, plain, scaled, shifts
 
 _SCALES = np.concatenate([np.geomspace(0.0007, 0.83, 12), np.linspace(0.871, 1.137, 14), np.geomspace(1.21, 1400, 12)])
 
@@ -24,8 +26,6 @@ _SCALES = np.concatenate([np.geomspace(0.0007, 0.83, 12), np.linspace(0.871, 1.1
 class Image(Problem):
     """K texels of a texture whose reference's interval is known: depth or colour."""
 
-    columns: Places  # (K,)
-    rows: Places
     lower: FloatArray  # (H, W) or (H, W, C)
     upper: FloatArray
     bend: FloatArray  # by which a value between texels may be off theirs
@@ -47,70 +47,81 @@ class Image(Problem):
             room = np.fmax(room, np.minimum(8 * weight * (1 - weight), 1) * self.bend[near])
         return np.where(np.isinf(room), -np.inf, low - room), np.where(np.isinf(room), np.inf, high + room)
 
+    def changes(self) -> list[Change]:
+        """Changes that depth and colour have in common."""
+        height, width = self.lower.shape[:2]
+        made = [
+            plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
+            plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
+            plain("u and v flipped", lambda p: p.changed(columns=width - 1 - p.columns, rows=height - 1 - p.rows)),
+            plain("half precision", lambda p: p.then(half)),
+            *shifts(lambda p, u, v: p.changed(shift=(u, v))),
+        ]
+        if height == width:
+            made.append(plain("u and v transposed", lambda p: p.changed(columns=p.rows, rows=p.columns)))
+        return made
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Depth(Image):
+    """K texels of depth."""
+
+    model: ErrorModel
+    others: Callable[[], Mapping[str, NDArray[Any]]]  # depth of other modules, by what is wrong with it
+
+    def changes(self) -> list[Change]:
+        """All changes of depth: of its own, and other modules', with room as rounding makes."""
+        finite = self.lower[np.isfinite(self.lower)]
+        size = float(np.ptp(finite)) if finite.size else 1.0
+        return [
+            plain("depth with the other sign", lambda p: p.then(np.negative)),
+            *super().changes(),
+            plain("1 / depth", lambda p: p.then(lambda z: 1 / np.where(z == 0, np.nan, z))),
+            plain("1 - depth", lambda p: p.then(lambda z: 1 - z)),
+            *(self._other(words, depth) for words, depth in self.others().items() if depth.shape == self.lower.shape),
+            scaled("depth bias", lambda p, b: p.then(lambda z: z + b), size * SHARES, "depth + {:.6g}"),
+            scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {:.6g}"),
+        ]
+
+    def _other(self, words: str, depth: NDArray[Any]) -> Change:
+        there = depth.astype(np.float64)
+        room = np.where(np.isfinite(there), 16 * self.model.operation * np.abs(there), 0.0)
+        return fixed(words, lower=there - room, upper=there + room)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Color(Image):
+    """K texels of colour."""
+
+    def changes(self) -> list[Change]:
+        """All changes of colour."""
+        power = "colour to the power of {:.4f}"
+        return [
+            plain("stored in sRGB", lambda p: p.then(encode)),
+            plain("sRGB taken for linear light twice", lambda p: p.then(decode)),
+            plain("red and blue exchanged", lambda p: p.changed(mine=p.mine[:, ::-1])),
+            plain("1 - colour", lambda p: p.then(lambda x: 1 - x)),
+            *super().changes(),
+            scaled("strength", lambda p, s: p.then(lambda x: x * s), _SCALES, "colour x {:.4f}"),
+            scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), _SCALES, power),
+        ]
+
 
 def bend(texture: FloatArray) -> FloatArray:
     """Second differences of a texture along its rows and columns: how far between texels it is off a plane."""
-    total: Any = 0.0
-    for axis in (0, 1):
-        ends = [(1, 1) if k == axis else (0, 0) for k in range(texture.ndim)]
-        second = np.abs(np.diff(np.pad(texture, ends, mode="edge"), n=2, axis=axis))
-        total = total + np.where(np.isnan(second), np.inf, second)
-    return np.asarray(total)
-
-
-def _image_changes(problem: Image) -> list[Change]:
-    """Changes that depth and colour have in common."""
-    height, width = problem.lower.shape[:2]
-    made = [
-        plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
-        plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
-        plain("u and v flipped", lambda p: p.changed(columns=width - 1 - p.columns, rows=height - 1 - p.rows)),
-        plain("half precision", lambda p: p.then(half)),
-        *shifts(lambda p, u, v: p.changed(shift=(u, v))),
-    ]
-    if height == width:
-        made.append(plain("u and v transposed", lambda p: p.changed(columns=p.rows, rows=p.columns)))
-    return made
-
-
-def depth_changes(problem: Image, others: Mapping[str, tuple[FloatArray, FloatArray]]) -> list[Change]:
-    """All changes of depth; ``others`` are other modules' intervals, by what is wrong with them."""
-    finite = problem.lower[np.isfinite(problem.lower)]
-    size = float(np.ptp(finite)) if finite.size else 1.0
-    return [
-        plain("depth with the other sign", lambda p: p.then(np.negative)),
-        *_image_changes(problem),
-        plain("1 / depth", lambda p: p.then(lambda z: 1 / np.where(z == 0, np.nan, z))),
-        plain("1 - depth", lambda p: p.then(lambda z: 1 - z)),
-        *(fixed(name, lower=lower, upper=upper) for name, (lower, upper) in others.items()),
-        scaled("depth bias", lambda p, b: p.then(lambda z: z + b), size * SHARES, "depth + {:.6g}"),
-        scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {:.6g}"),
-    ]
-
-
-def color_changes(problem: Image) -> list[Change]:
-    """All changes of colour."""
-    power = "colour to the power of {:.4f}"
-    return [
-        plain("stored in sRGB", lambda p: p.then(encode)),
-        plain("sRGB taken for linear light twice", lambda p: p.then(decode)),
-        plain("red and blue exchanged", lambda p: p.changed(mine=p.mine[:, ::-1])),
-        plain("1 - colour", lambda p: p.then(lambda x: 1 - x)),
-        *_image_changes(problem),
-        scaled("strength", lambda p, s: p.then(lambda x: x * s), _SCALES, "colour x {:.4f}"),
-        scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), _SCALES, power),
-    ]
+    total = sum(np.abs(correlate1d(texture, (1.0, -2.0, 1.0), axis, mode="nearest")) for axis in (0, 1))
+    return np.where(np.isnan(total), np.inf, total)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Positions(Problem):
     """Positions of K texels, (K, 3), mapped into the image, against the texels' centres and depth."""
 
-    columns: Places  # (K,)
-    rows: Places
     depth: FloatArray  # (K,)
     mapping: WorldToImage
     model: ErrorModel
+    cast_from_world: Matrix
+    size: tuple[int, int]  # width and height of the texture
     shift: tuple[float, float] = (0.0, 0.0)
 
     kept: ClassVar = {"landed": frozenset({"columns", "rows", "depth", "shift"})}
@@ -132,29 +143,27 @@ class Positions(Problem):
         off = self.mine + (right - places)
         return off - room, off + room
 
-
-def positions_changes(problem: Positions, case: Case, size: tuple[int, int]) -> list[Change]:
-    """All changes of positions; ``size`` is the width and height of the texture."""
-    width, height = size
-    made = [_mapped(f"{a} with the other sign", np.diag(1.0 - 2.0 * (np.arange(3) == k))) for k, a in enumerate("xyz")]
-    for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
-        made.append(_mapped(f"{words} exchanged", np.array([np.eye(3)[k] for k in order])))
-    made.append(_mapped("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])))
-    cast_from_world = case.parameters["view"]["cast_from_world"]
-    back = np.linalg.inv(cast_from_world[:, :3])
-    made.append(_mapped("positions in physical space", back, -back @ cast_from_world[:, 3]))
-    made += [
-        plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
-        plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
-        plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
-        *shifts(lambda p, u, v: p.changed(shift=(u, v))),
-        scaled("scale", lambda p, s: p.changed(mine=p.mine / s), _SCALES, "positions x {:.6g}"),
-    ]
-    largest = float(np.abs(problem.mine[np.isfinite(problem.mine)]).max(initial=1.0))
-    for axis, way in zip("xyz", np.eye(3), strict=True):
-        undo = partial(lambda way, p, b: p.changed(mine=p.mine - b * way), way)
-        made.append(scaled(f"bias of {axis}", undo, largest * SHARES, f"{axis} + {{:.6g}}"))
-    return made
+    def changes(self) -> list[Change]:
+        """All changes of positions."""
+        (width, height), axes = self.size, tuple(zip("xyz", np.eye(3), strict=True))
+        made = [_mapped(f"{axis} with the other sign", np.diag(1.0 - 2.0 * way)) for axis, way in axes]
+        for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
+            made.append(_mapped(f"{words} exchanged", np.eye(3)[order]))
+        made.append(_mapped("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])))
+        back = np.linalg.inv(self.cast_from_world[:, :3]).astype(np.float64)
+        made.append(_mapped("positions in physical space", back, -back @ self.cast_from_world[:, 3]))
+        made += [
+            plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
+            plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
+            plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
+            *shifts(lambda p, u, v: p.changed(shift=(u, v))),
+            scaled("scale", lambda p, s: p.changed(mine=p.mine / s), _SCALES, "positions x {:.6g}"),
+        ]
+        largest = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=1.0))
+        for axis, way in axes:
+            undo = partial(lambda way, p, b: p.changed(mine=p.mine - b * way), way)
+            made.append(scaled(f"bias of {axis}", undo, largest * SHARES, f"{axis} + {{:.6g}}"))
+        return made
 
 
 def _mapped(kind: str, matrix: FloatArray, shift: FloatArray | float = 0.0) -> Change:

@@ -9,7 +9,6 @@ from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
-from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
@@ -20,10 +19,10 @@ from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, Tolerance, result_of
 from lfssao.verify.compare.source import Mine, Reference
-from lfssao.verify.compare.surface import MeshBounds, Surface
+from lfssao.verify.compare.surface import Surface
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
-from lfssao.verify.verdict import Verdict
+from lfssao.verify.verdict import Verdict, equal_bits
 
 
 def compare(
@@ -149,63 +148,70 @@ class Comparison:
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
-        self._named |= {layer.name for layer in reference}
-        self._named |= {name for layer in reference for c in layer.channels for name in (c, f"{layer.name}.{c}")}
+        self._named |= {name for layer in reference for name in layer.names}
         if not parts:
             detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
+        if case.stage == VIEW and case.parameters["estimator"] not in ("lf", *BOUNDED):
+            self._unbounded = case.parameters["estimator"]
         matcher = Matcher(parts, reference, self._storage.rules)
-        optional = set(list(case.outputs)[1:]) if self._reference.kit else set()
-        found, refused, stored = _found_layers(module, matcher, reference, optional, self._storage)
-        if self._surface is not None and case.stage == VIEW:
-            shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
-            entry = self._reference.entries[module]
-            case = replace(case, bounds=MeshBounds(partial(self._surface.bounds, entry, shape, self._model)))
-            if case.parameters["estimator"] not in ("lf", *BOUNDED):
-                self._unbounded = case.parameters["estimator"]
+        found = self._found(module, matcher, reference)
         wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
         try:
-            self._judge(module, wanted, found, refused, case, stored)
+            self._judge(module, wanted, found, case)
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
         if self._wanted is None:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
-    def _judge(
-        self,
-        module: str,
-        wanted: Sequence[Layer],
-        found: Mapping[str, Layer],
-        refused: Mapping[str, Result],
-        case: Case,
-        stored: Mapping[str, Stored],
-    ) -> None:
-        """Judge the layers of a module that the other renderer has; those that it may leave out are in neither."""
-        mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in found.items()}
-        names = [layer.name for layer in wanted if layer.name in found]
+    def _found(self, module: str, matcher: Matcher, reference: Sequence[Layer]) -> dict[str, Layer | Result]:
+        """Layers by name, or results of those that cannot be compared, but for steps of a kit's case, all optional."""
+        found: dict[str, Layer | Result] = {}
+        for right in reference:
+            try:
+                layer = matcher.find(right)
+                if layer is not None:
+                    layer = self._storage.read(layer, right)
+                    check_comparable(layer, right)
+                    found[right.name] = layer
+            except MismatchError as error:
+                found[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
+        for right in reference[-1:] if self._reference.kit else reference:
+            if right.name not in found:  # said after all that were found: a channel left over may be it
+                found[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
+        return found
+
+    def _judge(self, module: str, wanted: Sequence[Layer], found: Mapping[str, Layer | Result], case: Case) -> None:
+        """Judge the layers of a module that the other renderer has; those that it may leave out are not found."""
+        layers = {name: layer for name, layer in found.items() if isinstance(layer, Layer)}
+        mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in layers.items()}
+        stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
+        names = [layer.name for layer in wanted if layer.name in layers]
+        seen = [name for name in names if name in ("depth", "color")]
+        if self._surface is not None and any(not equal_bits(mine[n], case.outputs[n]).all() for n in seen):
+            shape = case.outputs["depth"].shape if "depth" in case.outputs else ()  # casting rays takes long
+            case = replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
         judgements = judge(mine, case, self._model, names, stored)
         lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
         panels = Panels(module)
         for right in wanted:
-            name = right.name
-            if name in refused:
-                self._results.append(refused[name])
-            if name not in judgements:
+            name, own = right.name, found.get(right.name)
+            if isinstance(own, Result):
+                self._results.append(own)
+            if not isinstance(own, Layer):
                 continue
-            judged = judgements[name]
-            reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
-            depth = case.outputs.get("depth")
-            result = result_of(module, found[name], right, judged, self._tolerance, reason, depth)
-            result, judged = replace(result, stored=str(stored.get(name, ""))), replace(judged, verdict=result.verdict)
+            reason = partial(reason_of, name, mine, case, judgements[name].bounds, self._model)
+            result = result_of(module, own, right, judgements[name], self._tolerance, reason, case.outputs.get("depth"))
+            judged = replace(judgements[name], verdict=result.verdict)
             if self._diagnoser is not None:
-                how = stored.get(name)
-                result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged, how))
+                cause = self._diagnoser.diagnose(module, name, mine, case, judged, own.stored)
+                result = replace(result, diagnosis=cause)
             self._results.append(result)
             if self._panels is None or self._panels.rank < WORST_RANK:
-                panels.offer(found[name], right, judged)
+                panels.offer(own, right, judged)
             if self._textures is not None:
-                self._textures.add(module, found[name], right, judged)
+                self._textures.add(result, own, right, judged)
             if judged.verdict is Verdict.DIFFERENT and name in lacking:
                 self._without.add(name)
             if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
@@ -221,16 +227,13 @@ class Comparison:
             for name in (*(self._wanted or ()), *self._storage.rules, *self._storage.formats):
                 if name not in self._named:
                     raise InputError(f"the reference has no layer or channel '{name}'")
-        notes = self._notes
-        if self._without:
-            names = ", ".join(sorted(self._without))
-            note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
-            notes = [note, *notes]
-        kit_model = MODEL if self._reference.kit else None
+        names, missing = ", ".join(sorted(self._without)), "the reference was rendered without layers they are made of"
+        notes = [*[f"no interval is known of {names}: {missing}"] * bool(names), *self._notes]
+        named = self._model.name if self._reference.manifest is not None else MODEL if self._reference.kit else None
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),
-            model=kit_model if self._reference.manifest is None else self._model.name,
+            model=named,
             exact=self._exact,
             estimator=self._unbounded,
             tolerance=self._tolerance,
@@ -241,32 +244,6 @@ class Comparison:
             panels=self._panels,
             textures=self._textures,
         )
-
-
-def _found_layers(
-    module: str, matcher: Matcher, reference: Sequence[Layer], optional: set[str], storage: Storage
-) -> tuple[dict[str, Layer], dict[str, Result], dict[str, Stored]]:
-    """Layers by name, results of those that cannot be compared, and how some are stored: all before one is judged."""
-    found: dict[str, Layer] = {}
-    refused: dict[str, Result] = {}
-    stored: dict[str, Stored] = {}
-    missing: list[Layer] = []
-    for right in reference:
-        try:
-            layer = matcher.find(right)
-            if layer is not None:
-                layer, how = storage.read(layer, right)
-                check_comparable(layer, right)
-                found[right.name] = layer
-                if how is not None:
-                    stored[right.name] = how
-            elif right.name not in optional:
-                missing.append(right)
-        except MismatchError as error:
-            refused[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
-    for right in missing:  # after all that were found: a channel left over may be it
-        refused[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
-    return found, refused, stored
 
 
 def _bytes_of(layer: Layer) -> int:

@@ -37,8 +37,11 @@ class Diagnoser:
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         if case.stage != VIEW or judged.verdict not in _WRONG or stage in self._given_up:
             return None
-        others = {other: self._reference.described(other) for other in self._reference.files if other != module}
-        mappings = {self._words(module, other): described_mapping(others[other].parameters) for other in others}
+        others = [other for other in self._reference.files if other != module]
+        mappings = {
+            self._words(module, other): described_mapping(self._reference.described(other).parameters)
+            for other in others
+        }
         known = stored, mappings, lambda: dict(self._depths(module))
         wrong = Wrong(name, mine[name], inputs_of(mine, case), case, judged, self._model, *known)
         found = wrong.diagnose(self._found[stage])

@@ -33,6 +33,12 @@ class Layer:
     channels: tuple[str, ...]
     planes: Planes
     origin: tuple[int, int] | None  # x and y of the data window, where the format has one
+    stored: Stored | None = None  # how the values were stored, if not as float32
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All by which a rule may name the layer or a channel of it."""
+        return (self.name, *self.channels, *(f"{self.name}.{channel}" for channel in self.channels))
 
     @property
     def texture(self) -> NDArray[Any]:
@@ -127,8 +133,7 @@ class Matcher:
 
     def why_missing(self, layer: Layer) -> str:
         """Why a layer was not found, in a sentence that names channels which may be it; called at last."""
-        wanted = [layer.name, *layer.channels, *(_full(layer.name, channel) for channel in layer.channels)]
-        ruled = [self._rules[name] for name in wanted if name in self._rules]
+        ruled = [self._rules[name] for name in layer.names if name in self._rules]
         if ruled:
             return f"there is no layer or channel '{ruled[0]}', which --map names"
         left = self.unused()
@@ -221,22 +226,21 @@ class Storage:
         if len(self.rules) < len(rules):
             raise InputError("--map: a layer is given twice, by itself and as 1 - it")
 
-    def read(self, mine: Layer, right: Layer) -> tuple[Layer, Stored | None]:
-        """A layer as float32, and how it was stored; MismatchError for types that are not what the user says."""
+    def read(self, mine: Layer, right: Layer) -> Layer:
+        """A layer as float32, with how it was stored; MismatchError for types that are not what the user says."""
         name, (kind, *others) = right.name, {plane.dtype.name for plane in mine.planes}
-        visibility = not self._turned.isdisjoint(
-            {name, *right.channels, *(f"{name}.{channel}" for channel in right.channels)}
-        )
-        occlusion, said = is_occlusion(name), self.formats.get(name)
+        visibility, occlusion = not self._turned.isdisjoint(right.names), is_occlusion(name)
         if visibility and not occlusion:
             raise InputError(f"--map: {name} has no visibility, occlusion alone has (ao_1, ..., merged, blurred)")
-        word = _OF_TYPE.get(kind, "float") if occlusion or name in (*_COLORS, "depth") else "float"
-        word = said or ("srgb8" if word == "unorm8" and name in _COLORS else word)
+        word, said = "float", self.formats.get(name)
+        if occlusion or name in (*_COLORS, "depth"):
+            word = "srgb8" if kind == "uint8" and name in _COLORS else _OF_TYPE.get(kind, word)
+        word = said or word
         if others or kind not in ("float32", FORMATS[word][0].__name__) or right.planes[0].dtype.name != "float32":
             if said or visibility:
                 raise MismatchError(f"it is of {kind}, the reference's of {right.planes[0].dtype}: not {said or '1-'}")
-            return mine, None
+            return mine
         if word == "float" and not visibility:
-            return mine, None
+            return mine
         stored = Stored(word, visibility, name == "depth")
-        return replace(mine, planes=tuple(stored.read(plane) for plane in mine.planes)), stored
+        return replace(mine, planes=tuple(stored.read(plane) for plane in mine.planes), stored=stored)

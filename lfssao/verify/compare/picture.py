@@ -39,29 +39,43 @@ class Panels:
             self.rows = []
         self.rank = max(self.rank, rank)
         differing, outside = texels(judged.differing), texels(judged.outside)
-        height, width = differing.shape
-        step = max(1, -(-max(height, width) // WIDTH))
-        ends = span(reference.texture)
+        step = step_of(differing.shape)
         self.rows.append(
             {
                 "title": f"{reference.name}: {verdict.title}",
-                "reference": colors_of(reference, *ends, step),
-                "mine": colors_of(mine, *ends, step),
+                "reference": colors_of(reference, reference, step),
+                "mine": colors_of(mine, reference, step),
                 "difference": largest(difference(mine.planes, reference.planes), step),
                 "verdict": largest(differing.astype(np.uint8) + outside, step),
             }
         )
 
 
-def colors_of(layer: Layer, low: float, high: float, step: int) -> NDArray[np.uint8]:
-    """Codes (H, W, 3) of each ``step``-th texel: colours in sRGB, others as they are or grey; infinity is white."""
+def step_of(shape: tuple[int, ...]) -> int:
+    """Texels of a side of the blocks that a preview of a texture, (H, W), shows as one pixel."""
+    return max(1, -(-max(shape) // WIDTH))
+
+
+def colors_of(layer: Layer, reference: Layer, step: int) -> NDArray[np.uint8]:
+    """Codes (H, W, 3) of each ``step``-th texel by the reference's range: colours in sRGB, others as they are or grey.
+
+    Infinity is white. Layers whose channels are the reference's R, G and B are colours.
+    """
+    low, high = span(reference.texture)
     planes = [plane[::step, ::step] for plane in (layer.planes[:3] if len(layer.planes) >= 3 else layer.planes[:1] * 3)]
     with np.errstate(all="ignore"):
         scaled = [(plane.astype(np.float64) - low) / ((high - low) or 1.0) for plane in planes]
     image = np.stack([np.nan_to_num(s, nan=1.0, posinf=1.0, neginf=0.0) for s in scaled], axis=-1)
-    if layer.planes[0].dtype == np.float32 and [c.rpartition(".")[2] for c in layer.channels[:3]] == ["R", "G", "B"]:
+    if layer.planes[0].dtype == np.float32 and [c.rpartition(".")[2] for c in reference.channels[:3]] == list("RGB"):
         return to_codes(image.astype(np.float32))
     return (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
+
+
+def scale_of(difference: NDArray[np.float64]) -> tuple[float, float]:
+    """Ends of a logarithmic scale of a difference's magnitudes, at most ten decades."""
+    finite = difference[(difference > 0) & np.isfinite(difference)]
+    high = float(finite.max(initial=0)) or 1.0
+    return min(max(float(finite.min(initial=high)), 1e-10 * high), 0.9 * high), high
 
 
 def largest(array: NDArray[Any], step: int) -> NDArray[Any]:
@@ -103,15 +117,13 @@ def save_panels(panels: Panels | None, path: Path) -> None:
 
 
 def _draw_difference(figure: Any, axes: Any, difference: NDArray[np.float64]) -> None:
-    """Magnitudes on a logarithmic scale of at most ten decades; 0 is grey, infinite magenta."""
+    """Magnitudes on a logarithmic scale; 0 is grey, infinite magenta."""
     from matplotlib import colormaps
     from matplotlib.colors import LogNorm
 
     axes.set_title("difference (magenta: NaN or infinity)", fontsize="medium")
     colors = colormaps["viridis"].with_extremes(bad="#e6e6e6", over="magenta")
-    finite = difference[(difference > 0) & np.isfinite(difference)]
-    high = float(finite.max(initial=0)) or 1.0
-    low = min(max(float(finite.min(initial=high)), 1e-10 * high), 0.9 * high)
+    low, high = scale_of(difference)
     # Equal numbers are masked, as a logarithm has no place for them; infinite ones are `over`.
     held = np.where(np.isfinite(difference), np.clip(difference, low, high), 2 * high)
     shown = np.ma.masked_array(held, difference == 0)

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -16,14 +17,23 @@ from lfssao.errors import InputError
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels, save_panels
-from lfssao.verify.compare.result import Result, Texel, Tolerance
+from lfssao.verify.compare.result import Result, Tolerance
 from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
 
 FORMAT = 2  # 2: max_ulp may be null, results count texels beyond the tolerance
 _MOST_LINES, _MOST_NAMES = 20, 6
 _WORDS = {0: "conforms", 1: "passes, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
-_COUNTS = ("stage", "equal bits", "inside", "tolerated", "outside", "other")
-_HEAD = (*_COUNTS, "texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
+# Columns of the table: numbers of verdicts, then figures.
+_COLUMN = {
+    Verdict.EQUAL_BITS: "equal bits",
+    Verdict.EQUAL_VALUES: "inside",
+    Verdict.INSIDE: "inside",
+    Verdict.WITHIN: "tolerated",
+    Verdict.OUTSIDE: "outside",
+    Verdict.DIFFERENT: "outside",
+}
+_COUNTS = ("equal bits", "inside", "tolerated", "outside", "other")
+_FIGURES = ("texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +90,11 @@ class Report:
         worst = max((self.code(result) for result in self.results), default=SAME)
         return WARNING if worst == SAME and self.notes else worst
 
+    @property
+    def outcome(self) -> str:
+        """The exit code and what it means, in words."""
+        return f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
+
     def code(self, result: Result) -> int:
         """The exit code that one result leads to."""
         if self.exact and result.verdict is not Verdict.EQUAL_BITS:
@@ -112,7 +127,7 @@ class Report:
         yield from _table(self.summary())
         failing = [r for r in self.results if self.code(r) > WARNING and not _is_missing(r)]
         for result in failing[:_MOST_LINES]:
-            yield f"{_place(result)}: {_sentence(result)}"
+            yield f"{result.place}: {result.sentence}"
             yield from (f"  {found.words(part)}" for part, found in result.agreement.items())
             if result.diagnosis is not None:
                 yield f"  {result.diagnosis.words(result.module)}"
@@ -120,17 +135,17 @@ class Report:
             yield f"... and {len(failing) - _MOST_LINES} more"
         shown = max((r for r in self.results if r.worst), key=self.code, default=None)
         if shown is not None and (self.code(shown) > SAME or self.exit_code <= WARNING):
-            yield f"worst texels (column, row) of {_place(shown)}:"
-            yield from (f"  {_texel_line(texel)}" for texel in _blamed(shown))
+            yield f"worst texels (column, row) of {shown.place}:"
+            yield from (f"  {texel}" for texel in shown.blamed)
         yield from self._missing_lines()
-        warnings = [*(f"{_place(r)}: {_sentence(r)}" for r in self.results if r.verdict is Verdict.WITHIN), *self.notes]
+        warnings = [*(f"{r.place}: {r.sentence}" for r in self.results if r.verdict is Verdict.WITHIN), *self.notes]
         yield from (f"warning: {warning}" for warning in warnings[:_MOST_LINES])
         if len(warnings) > _MOST_LINES:
             yield f"... and {len(warnings) - _MOST_LINES} more warnings"
         first = self.first_difference
         if first is not None:
-            yield f"first that differs: {_place(first)} ({first.verdict.title})"
-        yield f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
+            yield f"first that differs: {first.place} ({first.verdict.title})"
+        yield self.outcome
 
     def _missing_lines(self) -> Iterator[str]:
         """A line on modules, or cases, that are not given, one on layers, one on how the first of them is found."""
@@ -147,14 +162,14 @@ class Report:
             told = (f"{some} ({_count(n, 'module')}{' each' * (', ' in some)})" for n, some in names.items())
             given = [r.layer for r in self.results if r.layer and r.layer not in layers]
             yield f"not given: {', '.join(told)}{_try('layers', given)}"
-        yield from (f"  {_place(r)}: {r.detail}" for r in missing[:1])
+        yield from (f"  {r.place}: {r.detail}" for r in missing[:1])
 
     def summary(self) -> list[list[str]]:
         """One row a stage, below a row of heads: counts and texels over the modules, and the worst one's figures."""
         stages: dict[str, list[Result]] = {}
         for result in self.results:
             stages.setdefault(result.layer or "(whole module)", []).append(result)
-        rows = [list(_HEAD), *(_row(name, stages[name]) for name in sorted(stages, key=stage_order))]
+        rows = [["stage", *_COUNTS, *_FIGURES], *(_row(name, stages[name]) for name in sorted(stages, key=stage_order))]
         return rows if self.tolerance else [row[:3] + row[4:] for row in rows]  # without 'tolerated'
 
     def as_dict(self) -> dict[str, Any]:
@@ -189,10 +204,8 @@ class Report:
 
     def _junit(self) -> ElementTree.Element:
         top = ElementTree.Element("testsuites", name="lfssao compare")
-        suites: dict[str, list[Result]] = {}
-        for result in self.results:
-            suites.setdefault(result.module, []).append(result)
-        for module, results in suites.items():
+        for module, group in groupby(self.results, lambda result: result.module):
+            results = list(group)
             codes = [self.code(result) for result in results]
             failures, errors = sum(c == FAILED for c in codes), sum(c > FAILED for c in codes)
             counts = {"tests": str(len(results)), "failures": str(failures), "errors": str(errors)}
@@ -201,11 +214,11 @@ class Report:
                 names = {"classname": _xml_text(module), "name": _xml_text(result.layer or "file")}
                 case = ElementTree.SubElement(suite, "testcase", names)
                 if code == WARNING:
-                    ElementTree.SubElement(case, "system-out").text = _xml_text(_sentence(result))
+                    ElementTree.SubElement(case, "system-out").text = _xml_text(result.sentence)
                 elif code != SAME:
                     kind = "failure" if code == FAILED else "error"
-                    wrong = ElementTree.SubElement(case, kind, message=_xml_text(_sentence(result)))
-                    wrong.text = _xml_text("\n".join(_texel_line(texel) for texel in _blamed(result)))
+                    wrong = ElementTree.SubElement(case, kind, message=_xml_text(result.sentence))
+                    wrong.text = _xml_text("\n".join(str(texel) for texel in result.blamed))
         return top
 
     def save_picture(self, path: Path) -> None:
@@ -221,15 +234,14 @@ class Report:
 
         if self.textures is None:
             raise InputError(f"{path}: the comparison was made without page=True, it kept no textures")
-        outcome = f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
-        write_text(path, page_text(self, self.textures, outcome, [_sentence(result) for result in self.results]))
+        write_text(path, page_text(self, self.textures))
 
     def _repr_html_(self) -> str:
         head, *rows = ([html.escape(cell) for cell in row] for row in self.summary())
         cells = "".join(f"<th>{cell}</th>" for cell in head)
         body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
         failure = self.first_failure or self.first_difference
-        first = [] if failure is None or _is_missing(failure) else [f"{_place(failure)}: {_sentence(failure)}"]
+        first = [] if failure is None or _is_missing(failure) else [f"{failure.place}: {failure.sentence}"]
         more = "".join(f"; {line.strip()}" for line in (*first, *self._missing_lines()))
         title = f"<b>{_WORDS[self.exit_code]}</b>{html.escape(str(self.tolerance) + more)}"
         return f"<p>{title}</p><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
@@ -247,66 +259,18 @@ def _try(option: str, names: list[str]) -> str:
     return f"; compare what is there by --{option} {','.join(dict.fromkeys(names))}" if names else ""
 
 
-def _place(result: Result) -> str:
-    return f"{result.module}, {result.layer}" if result.layer else result.module
-
-
-def _sentence(result: Result) -> str:
-    """A result in words."""
-    if result.metrics is None:
-        return f"{result.verdict.title}: {result.detail}"
-    m = result.metrics
-    words = [result.verdict.title]
-    if result.verdict in (Verdict.DIFFERENT, Verdict.WITHIN) and not result.interval:
-        words.append(f"{result.outside} of {m.texels} texels, and no interval is known")
-    elif result.outside:
-        words.append(f"{result.outside} of {m.texels} texels are outside")
-    if result.beyond != result.outside:
-        words.append(f"{result.beyond} by more than is tolerated")
-    if m.differing:
-        ulp = "" if m.max_ulp is None else f"{m.max_ulp} ulp, "
-        words.append(f"{m.differing} differ in bits by up to {ulp}{m.max_error:.3g}")
-    if m.nan_mismatches:
-        words.append(f"{m.nan_mismatches} NaN on one side only")
-    if m.infinity_mismatches:
-        words.append(f"{m.infinity_mismatches} mismatched infinities")
-    return ", ".join(words)
-
-
-def _blamed(result: Result) -> list[Texel]:
-    """The worst texels that are outside; all of the worst where none is."""
-    return [texel for texel in result.worst if texel.outside] or list(result.worst)
-
-
-def _texel_line(texel: Texel) -> str:
-    line = f"({texel.column}, {texel.row}) {_values(texel.mine)}, reference {_values(texel.reference)}"
-    if texel.lower is not None and texel.upper is not None:
-        line += f", interval {_values(texel.lower)} to {_values(texel.upper)}"
-    return line + (f": {texel.reason}" if texel.reason else "")
-
-
-def _values(values: tuple[float, ...]) -> str:
-    text = " ".join(f"{v:.9g}" for v in values)
-    return text if len(values) == 1 else f"({text})"
-
-
 def _row(name: str, results: list[Result]) -> list[str]:
-    verdicts = [r.verdict for r in results]
-    inside = sum(v in (Verdict.INSIDE, Verdict.EQUAL_VALUES) for v in verdicts)
-    outside = sum(v in (Verdict.OUTSIDE, Verdict.DIFFERENT) for v in verdicts)
-    equal = verdicts.count(Verdict.EQUAL_BITS)
-    tolerated = verdicts.count(Verdict.WITHIN)
-    counts = [equal, inside, tolerated, outside, len(verdicts) - equal - inside - tolerated - outside]
+    numbers = Counter(_COLUMN.get(r.verdict, "other") for r in results)
+    counts = [name, *(str(numbers[column]) for column in _COUNTS)]
     measured = [r.metrics for r in results if r.metrics is not None]
     if not measured:
-        return [name, *map(str, counts), *([""] * (len(_HEAD) - len(_COUNTS)))]
+        return counts + [""] * len(_FIGURES)
     off, ulps = sum(m.differing for m in measured), [m.max_ulp for m in measured if m.max_ulp is not None]
     ulp = str(max(ulps)) if len(ulps) == len(measured) else "-"
     mean, rmse = max(m.mean_error for m in measured), max(m.rmse for m in measured)
     psnr = min((m.psnr for m in measured if m.psnr is not None), default=math.inf)
     ssim = min((m.ssim for m in measured if m.ssim is not None), default=math.nan)
-    figures = [f"{mean:.3g}", f"{rmse:.3g}", f"{psnr:.1f}", f"{ssim:.6f}"]
-    return [name, *map(str, counts), str(off), ulp, *figures]
+    return [*counts, str(off), ulp, f"{mean:.3g}", f"{rmse:.3g}", f"{psnr:.1f}", f"{ssim:.6f}"]
 
 
 def _table(rows: list[list[str]]) -> Iterator[str]:

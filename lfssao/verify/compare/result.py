@@ -18,7 +18,7 @@ Reason = Callable[[tuple[int, int]], str]
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Limits of what passes beyond its interval; InputError if they are out of range."""
+    """Limits, as idiff has them, of what passes beyond its interval with a warning; InputError if out of range."""
 
     fail: float = 0.0  # difference from the reference that a texel may have, in the texture's unit or in codes
     percent: float = 0.0  # of a texture's texels that may differ by more
@@ -56,6 +56,17 @@ class Texel:
     outside: bool  # whether it is outside the interval, or, where none is known, differs
     reason: str  # why, in one sentence; '' where nothing is known
 
+    def __str__(self) -> str:
+        line = f"({self.column}, {self.row}) {_values(self.mine)}, reference {_values(self.reference)}"
+        if self.lower is not None and self.upper is not None:
+            line += f", interval {_values(self.lower)} to {_values(self.upper)}"
+        return line + (f": {self.reason}" if self.reason else "")
+
+
+def _values(values: tuple[float, ...]) -> str:
+    text = " ".join(f"{v:.9g}" for v in values)
+    return text if len(values) == 1 else f"({text})"
+
 
 @dataclass(frozen=True)
 class Result:
@@ -75,6 +86,37 @@ class Result:
     agreement: Mapping[str, Agreement] = field(default_factory=dict)
     stored: str = ""  # such as 'stored as unorm8', by which the interval is wider; '' for float32
 
+    @property
+    def place(self) -> str:
+        """The module and the layer."""
+        return f"{self.module}, {self.layer}" if self.layer else self.module
+
+    @property
+    def blamed(self) -> list[Texel]:
+        """The worst texels that are outside; all of the worst where none is."""
+        return [texel for texel in self.worst if texel.outside] or list(self.worst)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict and the figures in words."""
+        m, words = self.metrics, [self.verdict.title]
+        if m is None:
+            return f"{self.verdict.title}: {self.detail}"
+        if self.verdict in (Verdict.DIFFERENT, Verdict.WITHIN) and not self.interval:
+            words.append(f"{self.outside} of {m.texels} texels, and no interval is known")
+        elif self.outside:
+            words.append(f"{self.outside} of {m.texels} texels are outside")
+        if self.beyond != self.outside:
+            words.append(f"{self.beyond} by more than is tolerated")
+        if m.differing:
+            ulp = "" if m.max_ulp is None else f"{m.max_ulp} ulp, "
+            words.append(f"{m.differing} differ in bits by up to {ulp}{m.max_error:.3g}")
+        if m.nan_mismatches:
+            words.append(f"{m.nan_mismatches} NaN on one side only")
+        if m.infinity_mismatches:
+            words.append(f"{m.infinity_mismatches} mismatched infinities")
+        return ", ".join(words)
+
 
 def result_of(
     module: str,
@@ -86,10 +128,10 @@ def result_of(
     depth: Plane | None = None,
 ) -> Result:
     """The result of a judged texture; ``reason`` says why a texel, (column, row), ``depth`` where surfaces are."""
-    metrics = measure(mine.planes, reference.planes)
+    metrics, stored = measure(mine.planes, reference.planes), str(mine.stored or "")
     if judged.verdict is Verdict.EQUAL_BITS:
-        return Result(module, reference.name, judged.verdict, metrics=metrics)
-    outside, known = texels(judged.outside), judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE)
+        return Result(module, reference.name, judged.verdict, metrics=metrics, stored=stored)
+    outside = texels(judged.outside)
     ends: tuple[Planes, Planes] | None = None
     if judged.bounds is not None:
         ends = _planes(judged.bounds.lower, outside), _planes(judged.bounds.upper, outside)
@@ -101,11 +143,19 @@ def result_of(
         lower, upper = interval or (None, None)
         worst.append(Texel(i, j, own, right, lower, upper, bool(outside[j, i]), reason((i, j))))
     verdict, beyond = tolerance.judge(judged, mine.planes, reference.planes)
-    agreement = {}
-    if depth is not None and depth.ndim == 2 and is_occlusion(reference.name):
-        agreement = agreements(mine.planes[0], reference.planes[0], depth)
-    counts = int(outside.sum()), beyond, known
-    return Result(module, reference.name, verdict, "", metrics, *counts, tuple(worst), agreement=agreement)
+    seen = depth if depth is not None and depth.ndim == 2 and is_occlusion(reference.name) else None
+    return Result(
+        module,
+        reference.name,
+        verdict,
+        metrics=metrics,
+        outside=int(outside.sum()),
+        beyond=beyond,
+        interval=judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE),
+        worst=tuple(worst),
+        agreement={} if seen is None else agreements(mine.planes[0], reference.planes[0], seen),
+        stored=stored,
+    )
 
 
 def _planes(texture: np.ndarray, like: Flags) -> Planes:

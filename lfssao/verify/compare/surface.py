@@ -1,7 +1,6 @@
 """The mesh that a reference shows: with it the intervals of depth and colour are bounds and no estimates."""
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,22 +17,6 @@ from lfssao.scene.mesh import Mesh
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds
 from lfssao.verify.bounds.error_model import ErrorModel
-
-
-class MeshBounds(Mapping[str, Bounds]):
-    """Bounds of a view's depth and colour, made when the first of them is asked for: casting rays takes long."""
-
-    def __init__(self, make: Callable[[], dict[str, Bounds]]) -> None:
-        self._make = cache(make)
-
-    def __getitem__(self, name: str) -> Bounds:
-        return self._make()[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._make())
-
-    def __len__(self) -> int:
-        return len(self._make())
 
 
 class Surface:

@@ -1,7 +1,6 @@
 """The page of a report: one HTML file with its pictures, styles and script, which asks no network for anything."""
 
 from base64 import b64encode
-from collections.abc import Sequence
 from hashlib import sha256
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -22,19 +21,18 @@ if TYPE_CHECKING:
 _SIGNS = {"equal": "=", "inside": "\N{ALMOST EQUAL TO}", "wrong": "\N{MULTIPLICATION X}"}
 
 
-def page_text(report: "Report", textures: Textures, outcome: str, sentences: Sequence[str]) -> str:
-    """The whole file; ``sentences`` say each of the report's results in words."""
+def page_text(report: "Report", textures: Textures) -> str:
+    """The whole file."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     endings = "html.j2", "css", "js"
     template, style, script = (Markup((files(__package__) / f"page.{e}").read_text("utf-8")) for e in endings)
-    results = [_shown(r, report.code(r), s, textures) for r, s in zip(report.results, sentences, strict=True)]
+    results = [_shown(result, report.code(result), textures) for result in report.results]
     cells: dict[str, dict[str, Any]] = {}
     for shown in results:
         cells.setdefault(shown["result"].module, {})[shown["result"].layer] = shown
     first = report.first_failure or report.first_difference or next(iter(report.results), None)
     text = environment.from_string(template).render(
         report=report,
-        outcome=outcome,
         style=style,
         script=script,
         policy=f"default-src 'none'; img-src data:; style-src {_hash(style)}; script-src {_hash(script)}",
@@ -49,7 +47,7 @@ def page_text(report: "Report", textures: Textures, outcome: str, sentences: Seq
     return text.encode("utf-8", "backslashreplace").decode("utf-8")  # names of files may hold half a character
 
 
-def _shown(result: Result, code: int, sentence: str, textures: Textures) -> dict[str, Any]:
+def _shown(result: Result, code: int, textures: Textures) -> dict[str, Any]:
     """A result as the template shows it."""
     equal = result.verdict in (Verdict.EQUAL_BITS, Verdict.EQUAL_VALUES)
     kind = "wrong" if code != SAME else "equal" if equal else "inside"
@@ -58,7 +56,6 @@ def _shown(result: Result, code: int, sentence: str, textures: Textures) -> dict
         "kind": kind,
         "sign": _SIGNS[kind],
         "words": result.verdict.title.partition(" the ")[0],
-        "sentence": sentence,
         "link": "/".join(quote(name, safe="", errors="backslashreplace") for name in (result.module, result.layer)),
         "textures": textures.kept.get((result.module, result.layer)),
     }

@@ -2,17 +2,18 @@
 
 import zlib
 from base64 import b64encode
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.pictures import image_png
+from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.compare.layers import Layer
-from lfssao.verify.compare.metrics import difference, span
-from lfssao.verify.compare.picture import WIDTH, colors_of, largest
-from lfssao.verify.verdict import Flags, Judgement, Verdict, texels
+from lfssao.verify.compare.metrics import difference
+from lfssao.verify.compare.picture import colors_of, largest, scale_of, step_of
+from lfssao.verify.compare.result import Result
+from lfssao.verify.verdict import Flags, Judgement, texels
 
 # Bytes of a page: of full texels, and of everything, so that it opens in a moment and goes through mail.
 FULL, ALL = 10_000_000, 18_000_000
@@ -42,21 +43,20 @@ class Textures:
         self.small: list[tuple[str, str]] = []  # wrong, but there was no room for full texels
         self.left_out: list[tuple[str, str]] = []  # no room for a preview
 
-    def add(self, module: str, mine: Layer, reference: Layer, judged: Judgement) -> None:
+    def add(self, result: Result, mine: Layer, reference: Layer, judged: Judgement) -> None:
         """Keep a texture that was judged: full if it is wrong and there is room, else a preview, else nothing."""
-        place = module, reference.name
+        place = result.module, result.layer
         differing, outside = texels(judged.differing), texels(judged.outside)
         codes = _codes(difference(mine.planes, reference.planes), differing, outside)
         wrong = bool(outside.any() or (self._exact and differing.any()))
         room = ALL - self._all
         if wrong and self._full < FULL:
             made = _pictures(mine, reference, codes, 1)
-            made |= _numbers(mine, reference, judged, differing.astype(np.uint8) + outside)
+            made |= _numbers(mine, reference, judged.bounds, result.interval, differing.astype(np.uint8) + outside)
             if self._keep(place, made, min(room, FULL - self._full)):
                 self._full += _size(made)
                 return
-        step = max(1, -(-max(differing.shape) // WIDTH))
-        if not self._keep(place, _pictures(mine, reference, codes, step), room):
+        if not self._keep(place, _pictures(mine, reference, codes, step_of(differing.shape)), room):
             self.left_out.append(place)
         elif wrong:
             self.small.append(place)
@@ -74,12 +74,9 @@ def _size(made: dict[str, Any]) -> int:
 
 
 def _codes(error: NDArray[np.float64], differing: Flags, outside: Flags) -> Codes:
-    """Codes of a difference: its logarithm over at most ten decades."""
-    finite = error[(error > 0) & np.isfinite(error)]
-    high = float(finite.max(initial=0)) or 1.0
-    low = min(max(float(finite.min(initial=high)), 1e-10 * high), 0.9 * high)
-    held = np.clip(error, low, high)
-    share = np.log(held / low) / (np.log(high / low) or 1.0)
+    """Codes of a difference by its logarithm."""
+    low, high = scale_of(error)
+    share = np.log(np.clip(error, low, high) / low) / (np.log(high / low) or 1.0)
     codes = 1 + np.rint(share * (_STEPS - 1)) + _STEPS * outside
     codes = np.where(np.isfinite(error), np.where(differing | outside, codes, 0), _NOT_FINITE)
     return codes.astype(np.uint8), low, high
@@ -87,12 +84,9 @@ def _codes(error: NDArray[np.float64], differing: Flags, outside: Flags) -> Code
 
 def _pictures(mine: Layer, reference: Layer, difference: Codes, step: int) -> dict[str, Any]:
     """PNG files of both sides and of the difference; no mine where it looks as the reference does."""
-    ends = span(reference.texture)
-    sides = reference, replace(mine, channels=reference.channels)  # colours are colours by the reference's names
-    right, own = (colors_of(layer, *ends, step) for layer in sides)
+    right, own = (colors_of(layer, reference, step) for layer in (reference, mine))
     codes, low, high = difference
-    height, width = codes.shape
-    overview = max(1, -(-max(height, width) // WIDTH))
+    (height, width), overview = codes.shape, step_of(codes.shape)
     return {
         "width": width,
         "height": height,
@@ -107,19 +101,20 @@ def _pictures(mine: Layer, reference: Layer, difference: Codes, step: int) -> di
     }
 
 
-def _numbers(mine: Layer, reference: Layer, judged: Judgement, verdicts: NDArray[np.uint8]) -> dict[str, Any]:
+def _numbers(
+    mine: Layer, reference: Layer, bounds: Bounds | None, interval: bool, verdicts: NDArray[np.uint8]
+) -> dict[str, Any]:
     """The exact values: reference, mine, lower, upper (H, W, C), and of each texel whether it differs and is outside.
 
     Sides are the reference's bits, then what the others' differ by, byte by byte: what is equal takes no room.
     """
     sides = [np.stack(layer.planes, axis=-1) for layer in (reference, mine)]
-    if judged.bounds is not None:
-        sides += [ends.reshape(sides[0].shape) for ends in (judged.bounds.lower, judged.bounds.upper)]
+    if bounds is not None:
+        sides += [ends.reshape(sides[0].shape) for ends in (bounds.lower, bounds.upper)]
     kind = np.result_type(sides[0].dtype, np.float32)  # float32, or float64 where that cannot hold the values
     bits = np.stack(sides).astype(kind).view(f"u{kind.itemsize}")
     bits[1:] ^= bits[0]
-    known = judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE)
-    right, wrong = ("inside the interval", "outside the interval") if known else ("equal values", "different")
+    right, wrong = ("inside the interval", "outside the interval") if interval else ("equal values", "different")
     return {
         "channels": len(mine.planes),
         "bytes": kind.itemsize,

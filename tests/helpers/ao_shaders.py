@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+from glsl_renderer import run_shader
 from reference import dither
 from reference.scalable import turns_of
 
@@ -77,8 +78,8 @@ def numbers_of(frame):
     return {"bias": o["bias"] * r, "count": len(frame.settings["samples"])}
 
 
-def draw(context, name, frame, defines, change=None, **other):
-    """Occlusion by a shader; ``change`` is (pattern, replacement) in its text, ``other`` uniforms and arrays."""
+def draw(context, name, frame, defines, change=None):
+    """Occlusion by a shader; ``change`` is (pattern, replacement) in its text."""
     text = (SHADERS / f"{name}.comp").read_text()
     if change is not None:
         text, count = re.subn(*change, text)
@@ -86,16 +87,10 @@ def draw(context, name, frame, defines, change=None, **other):
     lines = "".join(f"#define {key} {value}\n" for key, value in defines.items())
     program = context.compute_shader(f"#version 430\n{lines}{text}")
     names = re.findall(r"binding = \d+\) \w+ buffer (\w+)", text)
-    arrays = {**frame.arrays(), "Occlusion": np.zeros_like(frame.textures["depth"]), **other}
-    buffers = {key: context.buffer(np.ascontiguousarray(arrays[key], np.float32).tobytes()) for key in names}
-    for binding, key in enumerate(names):
-        buffers[key].bind_to_storage_buffer(binding)
-    for key, value in {**frame.uniforms(), **numbers_of(frame), **other}.items():
-        if key in program:
-            program[key] = tuple(value) if np.ndim(value) else value
-    program.run(*(-(-n // GROUP) for n in frame.size))
-    context.memory_barrier()
-    made = np.frombuffer(buffers["Occlusion"].read(), np.float32).reshape(frame.textures["depth"].shape).copy()
-    for each in (*buffers.values(), program):
-        each.release()
+    arrays = {**frame.arrays(), "Occlusion": np.zeros_like(frame.textures["depth"])}
+    bound = [np.asarray(arrays[key], np.float32) for key in names]
+    uniforms = {key: value for key, value in {**frame.uniforms(), **numbers_of(frame)}.items() if key in program}
+    groups = [-(-n // GROUP) for n in frame.size]
+    (made,) = run_shader(context, program, groups, bound, [names.index("Occlusion")], uniforms)
+    program.release()
     return made

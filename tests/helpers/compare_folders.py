@@ -79,11 +79,16 @@ def different(report):
     return {key: verdict for key, verdict in verdicts(report).items() if verdict is not Verdict.EQUAL_BITS}
 
 
+def ordered(part):
+    """A part with channels R G B and X Y Z in that order."""
+    order = sorted(range(len(part.channels)), key=lambda k: "RGBXYZ".find(part.channels[k][-1]))
+    pixels = np.ascontiguousarray(part.pixels[..., order])
+    return replace(part, channels=tuple(part.channels[k] for k in order), pixels=pixels)
+
+
 def single(reference, module, layer):
     """(H, W, C), channels R G B and X Y Z in that order."""
-    part = read_exr(reference / f"{module}.exr")[layer]
-    order = sorted(range(len(part.channels)), key=lambda k: "RGBXYZ".find(part.channels[k][-1]))
-    return np.ascontiguousarray(part.pixels[..., order])
+    return ordered(read_exr(reference / f"{module}.exr")[layer]).pixels
 
 
 def write_image(path, pixels, dtype="float"):

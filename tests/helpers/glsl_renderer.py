@@ -30,6 +30,21 @@ def without_opengl(error):
     pytest.skip(reason)
 
 
+def run_shader(context, program, groups, arrays, output, uniforms):
+    """Run a program on arrays bound in order; those whose numbers are in ``output`` as they are then."""
+    buffers = [context.buffer(np.ascontiguousarray(array).tobytes()) for array in arrays]
+    for binding, buffer in enumerate(buffers):
+        buffer.bind_to_storage_buffer(binding)
+    for uniform, value in uniforms.items():
+        program[uniform] = tuple(value) if np.ndim(value) else value
+    program.run(*groups)
+    context.memory_barrier()
+    made = [np.frombuffer(buffers[k].read(), arrays[k].dtype).reshape(arrays[k].shape).copy() for k in output]
+    for buffer in buffers:
+        buffer.release()
+    return made
+
+
 class Renderer:
     """Compute shaders of one context."""
 
@@ -46,18 +61,7 @@ class Renderer:
 
     def run(self, name, groups, arrays, output, **uniforms):
         """Run a program on arrays bound in order, and read one of them back as float32 or uint32."""
-        buffers = [self.context.buffer(np.ascontiguousarray(array).tobytes()) for array in arrays]
-        for binding, buffer in enumerate(buffers):
-            buffer.bind_to_storage_buffer(binding)
-        program = self.programs[name]
-        for uniform, value in uniforms.items():
-            program[uniform] = value
-        program.run(*groups)
-        self.context.memory_barrier()
-        made = [np.frombuffer(buffers[k].read(), arrays[k].dtype).reshape(arrays[k].shape).copy() for k in output]
-        for buffer in buffers:
-            buffer.release()
-        return made
+        return run_shader(self.context, self.programs[name], groups, arrays, output, uniforms)
 
     def _occlusion(self, kind, numbers, parameters, inputs, places):
         depth, table = inputs["depth"], np.array(offsets(parameters["radius"], inputs["samples"]), np.float32)

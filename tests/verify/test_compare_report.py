@@ -10,6 +10,7 @@ from compare_folders import LAYERS, MODULES, changed, compare, remade
 from PIL import Image
 
 import lfssao
+from lfssao.rendering.exr import Part, write_exr
 
 
 def test_json_holds_every_figure(tmp_path, reference, failing):
@@ -43,6 +44,12 @@ def test_junit_has_a_suite_a_module(tmp_path, reference, failing):
     assert "(24, 16) nan" in failure.text
 
 
+def colors(path):
+    """The colours of a picture's pixels."""
+    with Image.open(path) as picture:
+        return np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+
+
 def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing):
     path = tmp_path / "difference.png"
     compare(failing, reference, "--picture", path)
@@ -52,13 +59,11 @@ def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing)
     assert row["difference"][16, 24] == np.inf
     assert row["verdict"][16, 24] == 2
     assert (row["verdict"] > 0).sum() == 1
-    with Image.open(path) as picture:
-        shown = np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+    shown = colors(path)
     assert [255, 0, 255] in shown  # a number on one side only
     assert [214, 39, 40] in shown  # outside
     compare(reference, reference, "--picture", path)
-    with Image.open(path) as picture:
-        assert [255, 0, 255] not in np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+    assert [255, 0, 255] not in colors(path)
 
 
 def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, reference):
@@ -69,8 +74,17 @@ def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, refer
     (row,) = lfssao.compare(mine, reference).panels.rows
     assert np.isinf(row["difference"]).any()
     assert np.max(row["difference"], where=np.isfinite(row["difference"]), initial=0) < 1
-    with Image.open(tmp_path / "a.png") as picture:
-        assert [255, 0, 255] in np.asarray(picture.convert("RGB")).reshape(-1, 3).tolist()
+    assert [255, 0, 255] in colors(tmp_path / "a.png")
+
+
+def test_the_picture_draws_both_sides_by_the_names_of_the_reference(tmp_path):
+    """Channels of an NPY file have no names of colours of their own."""
+    pixels = np.random.default_rng(2).random((4, 5, 3), np.float32)
+    write_exr(tmp_path / "b.exr", [Part("color", ("R", "G", "B"), pixels)])
+    pixels[0, 0] = np.nextafter(pixels[0, 0], np.float32(2))
+    np.save(tmp_path / "a.npy", pixels)
+    (row,) = lfssao.compare(tmp_path / "a.npy", tmp_path / "b.exr").panels.rows
+    assert np.array_equal(row["mine"], row["reference"])
 
 
 def test_one_wrong_texel_of_a_large_texture_is_in_the_picture(tmp_path):

@@ -50,7 +50,9 @@ def test_all_reports_tell_what_passes_by_tolerances(tmp_path, capsys, reference)
     text = capsys.readouterr().out
     assert "tolerances --fail 0.25 --fail-percent 0\n" in text
     assert "module_004, ao_2: within tolerance, 1 of 1536 texels are outside, 0 by more than is tolerated" in text
-    report = lfssao.compare(mine, reference, fail=0.25)
+    report = lfssao.compare(mine, reference, fail=0.25, page=True)
+    words = report.textures.kept["module_004", "ao_2"]["words"]
+    assert words == ["equal bits", "inside the interval", "outside the interval"]
     assert different(report) == {("module_004", "ao_2"): Verdict.WITHIN}
     assert report.summary()[5][:6] == ["ao_2", "2", "0", "1", "0", "0"]
     assert all(word in report._repr_html_() for word in ("tolerances --fail 0.25", "<th>tolerated</th>"))

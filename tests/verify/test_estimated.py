@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compare_folders import changed
+from compare_folders import changed, remade
 
 import lfssao
 from lfssao.cli.main import main
@@ -13,6 +13,7 @@ from lfssao.rendering.exr import read_exr
 from lfssao.samples import texel_turns
 from lfssao.verify.case import described_turns, described_view
 from lfssao.verify.compare.view_case import view_case
+from lfssao.verify.diagnosis import diagnose
 from lfssao.verify.verdict import Verdict
 
 JOBS = {
@@ -60,10 +61,8 @@ def with_turns(buffers, turns):
 
 
 def compared(folder, module, texture, target):
-    def change(parts):
-        parts["ao_1"] = replace(parts["ao_1"], pixels=texture[..., None])
-
-    (result,) = lfssao.compare(changed(folder, target / "mine", module, change), folder, layers=["ao_1"]).results
+    mine = changed(folder, target / "mine", module, remade("ao_1", lambda _: texture[..., None]))
+    (result,) = lfssao.compare(mine, folder, layers=["ao_1"]).results
     return result
 
 
@@ -92,6 +91,13 @@ def test_a_planted_change_is_named(view, tmp_path, name, kind, values, make):
     best = found.candidates[0]
     assert (best.kind, found.fits) == (kind.replace("ao x {:.4f}", "strength"), True), found.words("M")
     assert best.values == pytest.approx(values, rel=0.01)
+
+
+def test_texels_are_those_that_are_counted_and_not_those_that_are_searched(view, tmp_path, monkeypatch):
+    monkeypatch.setattr(diagnose, "_SEARCHED", 400)
+    folder, module, buffers, case = view("sao")
+    found = compared(folder, module, occlusion(buffers, case)[::-1], tmp_path).diagnosis
+    assert (found.candidates[0].kind, found.fits) == ("rows from below", True)
 
 
 def test_noise_gets_no_name(view, tmp_path):

@@ -236,7 +236,7 @@ def test_a_display_of_wrong_modules_is_less_than_20_mb(tmp_path, monkeypatch, re
     judged = Judgement(Verdict.OUTSIDE, "", own != right, own != right, Bounds(right, right))
     results = [replace(report.first_failure, module=f"module_{k:03d}", layer="ao_1") for k in range(21)]
     for result in results:
-        page.add(result.module, *(Layer("ao_1", ("AO",), (texture,), None) for texture in (own, right)), judged)
+        page.add(result, *(Layer("ao_1", ("AO",), (texture,), None) for texture in (own, right)), judged)
     replace(report, results=tuple(results), textures=page).write_html(tmp_path / "page.html")
     assert (tmp_path / "page.html").stat().st_size < 20e6
     full = ["values" in made for made in page.kept.values()]

@@ -37,11 +37,9 @@ class Diagnoser:
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         if case.stage != VIEW or judged.verdict not in _WRONG or stage in self._given_up:
             return None
-        others = [other for other in self._reference.files if other != module]
-        mappings = {
-            self._words(module, other): described_mapping(self._reference.described(other).parameters)
-            for other in others
-        }
+        others = {self._words(module, other): other for other in self._reference.files if other != module}
+        cases = {words: self._reference.described(other) for words, other in others.items()}
+        mappings = {words: described_mapping(case.parameters) for words, case in cases.items()}
         known = stored, mappings, lambda: dict(self._depths(module))
         wrong = Wrong(name, mine[name], inputs_of(mine, case), case, judged, self._model, *known)
         found = wrong.diagnose(self._found[stage])

@@ -41,7 +41,7 @@ class Reference:
         if (path / "case.json").is_file():
             return cls(path, {path.resolve().name: path}, None, {}, kit=True)
         if not (folder / MANIFEST).is_file():
-            files = dict(_images(path))
+            files = {file.stem: file for file in _images(path)}
             if not files:
                 raise InputError(f"{path}: there is no image ({', '.join(ENDINGS)}) in it")
             return cls(path, files, None, {})
@@ -81,15 +81,15 @@ class Reference:
         return layers, replace(described, outputs={layer.name: layer.texture for layer in layers})
 
 
-def _images(path: Path) -> list[tuple[str, Path]]:
-    """Image files of a folder, or the file itself, each with its name without ending, sorted."""
+def _images(path: Path) -> list[Path]:
+    """Image files of a folder, sorted, or the file itself."""
     if path.is_file():
-        return [(path.stem, path)]
+        return [path]
     try:
         inside = sorted(path.iterdir())
     except OSError as error:
         raise InputError(f"{path}: the folder cannot be read ({error.strerror})") from error
-    return [(f.stem, f) for f in inside if f.suffix.lower() in ENDINGS and not f.name.startswith(".") and f.is_file()]
+    return [f for f in inside if f.suffix.lower() in ENDINGS and not f.name.startswith(".") and f.is_file()]
 
 
 def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -> None:
@@ -128,18 +128,18 @@ class Mine:
         if not reference.path.is_dir() and not patterns:
             return cls(path, {names[0]: [File(path)]}, ())
         there = _images(path)
-        files, claimed = files_like([file for _, file in there], patterns, names)
+        files, claimed = files_like(there, patterns, names)
         others, named = [], set()
-        for stem, file in there:
-            module = module_of(stem, names) if path.is_dir() else None
+        for file in there:
+            module = module_of(file.stem, names) if path.is_dir() else None
             if module is not None and file not in claimed:
-                files[module].append(File(file, stem[len(module) + 1 :]))
+                files[module].append(File(file, file.stem[len(module) + 1 :]))
                 named.add(module)
             elif not any(file == own.path for found in files.values() for own in found):
                 others.append(file)
         if reference.kit and len(names) == 1 and not any(files.values()):  # the outputs of a case by their names
             return cls(path, {names[0]: [File(file, file.stem) for file in others]}, ())
-        unnamed, alike = [name for name in names if name not in named], {_pattern(name) for name in names}
+        unnamed, alike = [name for name in names if name not in named], set(map(_pattern, names))
         shared = [file for file in others if holds_modules(file, unnamed)]
         for name in unnamed:
             files[name] += [File(file, shared=True) for file in shared]

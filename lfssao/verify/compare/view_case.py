@@ -17,8 +17,6 @@ from lfssao.rendering.manifest import ANGLES, view_of
 from lfssao.samples.rotation import angle_turns, check_rotation
 from lfssao.verify.case import VIEW, Case
 
-_TABLES = {"points": "samples", "weights": "weights"}  # a case's tables by the names of the settings
-
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
     """The case of a view from its manifest and its entry there, outputs left out; InputError if they lack something."""
@@ -65,7 +63,8 @@ def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str
         return {}
     estimator = find_estimator(name)
     parameters["options"] = full_parameters(estimator, settings["parameters"])
-    tables = {key: _numbers(settings[of]) for key, of in _TABLES.items() if settings[of] is not None}
+    given = {"points": settings["samples"], "weights": settings["weights"]}
+    tables = {key: _numbers(table) for key, table in given.items() if table is not None}
     if estimator.dimensions:
         check_samples(estimator, tables["points"], tables.get("weights"))
     return tables

@@ -146,7 +146,8 @@ def finish_view(
         """A pass, or ``blank`` where the view sees no surface or nobody reads its layer."""
         return _timed(seconds, name, work) if surface_texels and _LAYER_OF[name] in computed else blank
 
-    zero, black = np.zeros(gbuffer.depth.shape, np.float32), np.zeros((*gbuffer.depth.shape, 3), np.float32)
+    size = (0, 0) if surface_texels else gbuffer.depth.shape  # nobody reads a layer left out of a view with a surface
+    zero, black = np.zeros(size, np.float32), np.zeros((*size, 3), np.float32)
     unoccluded = [Occlusion(zero, 0)] * len(settings.radii)
     ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours), unoccluded)
     merged = run("merge", lambda: post.merge([each.texture for each in ao]), zero)

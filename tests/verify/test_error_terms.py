@@ -84,7 +84,7 @@ def disk_row(by):
 
 
 def ball_rows(by):
-    """Of a point above the tangent plane, and of one that is lifted over it."""
+    """Rows of a point above the tangent plane, and of one that is lifted over it."""
     ball = Given(offsets=np.array([[1.0, 2, 3]]), mirrors=np.array([[[1]], [[0]], [[0]]]), tangent=True)
     still = ODD._replace(turns=np.empty((2, 0, 0)))
     shown = [still._replace(normals=side * ODD.positions) for side in (1, -1)]
@@ -97,7 +97,7 @@ def turning(by, x):
 
 
 def hides(by, z, low=0.0):
-    """Of a point of cast depth z by a surface there, 2 thick."""
+    """Whether a surface there, 2 thick, hides a point of cast depth z."""
     shown = SEEN._replace(low=np.array([[low]]), high=np.array([[low]]))
     box = seen.Box(1.0, 0.0, True, 1, 1, 0, 0)
     return ball_bounds.is_hidden(shown, Pair(z, by.root), box, Pair(2.0, by.quotient), by)
@@ -126,7 +126,7 @@ def summed(kernel, shown, *given, by):
 
 
 def weights(by, z):
-    """Of a point a radius from one of cast depth 1 towards viewers, before a surface of cast depth z."""
+    """Sums of a point a radius from one of cast depth 1 towards viewers, before a surface of cast depth z."""
     ball = HALF._replace(points=np.array([[0.0, 0, 1]]), up=np.array([0, 1, 0]), bias=0.0)
     shown = SEEN._replace(positions=np.array([[[0.5, 0.5, 1]] * 2]), low=np.full((1, 2), z), high=np.full((1, 2), z))
     return summed(ball_bounds.sum_weights, shown, ball, 0.0, by=by)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from jobs import render
-from PIL import Image
+from PIL import Image, ImageSequence
 
-from lfssao.rendering.contact import sheet_rows, white
+from lfssao.rendering.contact import contact_sheet, sheet_rows, white, write_animation
 
 
 def test_a_mesh_without_colour_is_white():
@@ -18,6 +18,24 @@ def test_contact_sheet_of_a_thin_texture_stays_small(tmp_path, size):
     with Image.open(out / "contact.png") as sheet:
         width, height = sheet.size
     assert (width, height <= 480 + 22 + 12 + 2 * 22) == (3 * 480 + 4 * 12, True)
+
+
+def test_titles_stand_over_the_pictures():
+    sheet = np.asarray(contact_sheet([("seen", Image.new("RGB", (3 * 480 + 24, 5)))] * 2))
+    for top in (0, 22 + 5 + 12):
+        assert not sheet[top + 22 : top + 27, 12:-12].any()
+        assert (sheet[top + 27 : top + 39] == 255).all()
+        ink = (sheet[top : top + 22] < 255).any(axis=(0, 2))
+        for column in range(3):
+            first = np.flatnonzero(ink[column * 492 :])[0]
+            assert 11 <= first <= 14
+
+
+@pytest.mark.parametrize(("count", "milliseconds"), [(4, 750), (30, 100), (200, 30)])
+def test_an_animation_takes_three_seconds_or_more(tmp_path, count, milliseconds):
+    write_animation(tmp_path / "a.gif", [Image.new("L", (2, 2), k) for k in range(count)])
+    with Image.open(tmp_path / "a.gif") as file:
+        assert [frame.info["duration"] for frame in ImageSequence.Iterator(file)] == count * [milliseconds]
 
 
 @pytest.mark.parametrize(

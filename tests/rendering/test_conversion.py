@@ -156,6 +156,21 @@ def test_half_floats_are_read_too(seen, tmp_path):
     np.testing.assert_allclose(buffers.normals[seen.surface], seen.parts["normals"][seen.surface], rtol=0, atol=1e-3)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_positions_beside_their_texels_and_depths_that_are_not_theirs_are_counted(seen, tmp_path, axis):
+    made, path, size = in_convention(seen, tmp_path)
+    said, count = read_description(path, "", size), seen.surface.sum()
+    beside = np.roll(made["positions"], 2, axis)
+    moved = seen.surface & np.roll(seen.surface, 2, axis)
+    moved[:, ::2] = False
+    share = 100 * (count - moved.sum()) / count
+    with pytest.raises(InputError, match=rf"positions: {share:.3g} % of them land on their own texels"):
+        buffers_of({**made, "positions": np.where(moved[..., None], beside, made["positions"])}, said)
+    nearer = np.where(moved, 0.5 * made["depth"], made["depth"])
+    with pytest.raises(InputError, match=f"depth: {share:.3g} % of it is that of the positions"):
+        buffers_of({**made, "depth": nearer.astype(np.float32)}, said)
+
+
 WRONG = [
     ({"rows": "below"}, {"rows": "above"}, "positions: ", "it fits with rows = 'below'"),
     ({"depth_kind": "reversed"}, {"depth_kind": "window"}, "depth: 0 at column 0, row 0", "depth_kind = 'reversed'"),

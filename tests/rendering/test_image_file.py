@@ -13,6 +13,14 @@ from lfssao.errors import InputError
 from lfssao.rendering.image_file import read_image_file
 
 
+@pytest.mark.parametrize(("shape", "names"), [
+    ((3,), "Y"), ((2, 3), "Y"), ((2, 3, 3), "RGB"), ((2, 3, 4), "RGBA"), ((2, 3, 2), ("channel0", "channel1")),
+])  # fmt: skip
+def test_an_arrays_channels_are_named_by_their_number(tmp_path, shape, names):
+    np.save(tmp_path / "a.npy", np.ones(shape))
+    assert read_image_file(tmp_path / "a.npy")[0].channels == tuple(names)
+
+
 def test_an_array_of_four_dimensions_is_refused(tmp_path):
     np.save(tmp_path / "a.npy", np.ones((1, 2, 3, 4)))
     with pytest.raises(InputError, match=r"expected numbers \(H, W\) or \(H, W, C\)"):

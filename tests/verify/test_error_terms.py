@@ -292,6 +292,8 @@ PASSES = {
     "average": (lambda m: half(sao._averaged(EVEN, EVEN, 1.0, m))[0, 0], dict(operation=8)),
     "averaged": (lambda m: room(lambda x: averaged(m, x)), dict(operation=8)),
     "key": (lambda m: half(sao._keys(EVEN, 0.0, 2.0, m))[0, 0], dict(operation=1.5, quotient=0.25)),
+    "key by surfaces": (lambda m: half(sao._keys((EVEN[0], 2 * EVEN[1]), 0.0, 0.0, m))[0, 0],
+                        dict(operation=1.5, quotient=0.25, without=0.25)),
     "bytes": (lambda m: sum(map(half, code(m, 0.2))), dict(operation=1.8, quotient=0.45)),
     "next byte": (lambda m: room(lambda x: [end > 0.1 for end in code(m, 0.1 + x)[0][::-1]]),
                   dict(operation=4 * 256 / 255, quotient=256 / 255)),

@@ -1,8 +1,9 @@
-"""Each error term of the bounds, one by one: how many errors of a kind a step allows, as counted by hand.
+"""Each error term of the bounds, one by one: how many errors of a kind a step allows.
 
 Many are too small beside others for any renderer to show that one is missing. So all kinds of errors but one are left
 out here, and what is left of an interval's half width, or of the room at a decision, is counted in units of that one.
-Kernels run uncompiled: to compile each step would take longer than all of them do.
+The numbers are the program's own, held so that no term is lost; ``test_sound`` and the estimators' tests of random
+renderers say that they are enough. Kernels run uncompiled: to compile each step would take longer than all of them do.
 """
 
 import sys

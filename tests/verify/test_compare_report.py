@@ -87,6 +87,15 @@ def test_the_picture_draws_both_sides_by_the_names_of_the_reference(tmp_path):
     assert np.array_equal(row["mine"], row["reference"])
 
 
+def test_the_picture_is_grey_from_the_least_number_of_the_reference_to_the_largest(tmp_path):
+    numbers = np.array([[-3, 1, 5], [5, np.inf, -7]], np.float32)
+    np.save(tmp_path / "b.npy", numbers)
+    np.save(tmp_path / "a.npy", numbers + 4)
+    (row,) = lfssao.compare(tmp_path / "a.npy", tmp_path / "b.npy").panels.rows
+    assert row["reference"][..., 0].tolist() == [[85, 170, 255], [255, 255, 0]]
+    assert row["mine"][..., 0].tolist() == [[170, 255, 255], [255, 255, 85]]
+
+
 def test_one_wrong_texel_of_a_large_texture_is_in_the_picture(tmp_path):
     ones = np.ones((700, 1100), np.float32)
     np.save(tmp_path / "b.npy", ones)

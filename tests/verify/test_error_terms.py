@@ -206,6 +206,7 @@ KERNELS = {
                     dict(operation=2.0333, quotient=0.1, without=0.1)),
     "infinite": (lambda by: disk_bounds.term_of(X, X, exact(0.0), Pair(0.8 * 2.0**126, 2.0**124), False, by)[0],
                  dict(without=0)),
+    "no bound": (lambda by: disk_bounds.term_of(X, X, exact(0.0), Pair(-0.5, 1.0), False, by)[0], dict(without=0)),
     "tap": (lambda by: edge(lambda t: terms(by, 1.5 - t, turns=STILL)[2] == 1),
             dict(operation=94.5, quotient=2, coordinate=1, angle=1.5)),
     "rise and horizon": (lambda by: half(step(by, 0.5)[:2]) + half(step(by, 0.5)[2:]),

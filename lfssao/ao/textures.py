@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
-from lfssao.optics.kernels.directions import write_directions
+from lfssao.optics.kernels.rays import write_directions
 from lfssao.optics.view import View
 from lfssao.samples.rotation import texel_turns
 

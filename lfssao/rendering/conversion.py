@@ -15,7 +15,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.core.affine import invert_affine, multiply, transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.kernels.surface import write_surface
-from lfssao.optics.kernels.directions import write_directions
+from lfssao.optics.kernels.rays import write_directions
 from lfssao.rendering.view_file import CHOICES, Description
 
 Single = NDArray[np.float32]

@@ -8,7 +8,7 @@ from estimator_cases import filled_ball, sunflower
 from reference import raycast
 
 from lfssao import InputError, estimate
-from lfssao.optics.kernels.directions import write_directions
+from lfssao.optics.kernels.rays import write_directions
 from lfssao.optics.kernels.display import trace_texels
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.kernels.rays import Rays

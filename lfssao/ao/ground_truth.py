@@ -47,9 +47,7 @@ WEIGHTINGS = ("cosine", "uniform")
 FALLOFFS = ("constant", "linear", "quadratic", "cubic", "shell")
 INTERSECTORS = ("tree", "embree")
 
-# Rows that the tree is asked for in one call: between calls the work can be interrupted.
-_ROWS = 16
-# Rays that one thread hands to Embree at a time: long enough to hide the call; the most a round can have.
+# Rays of a thread at a time: long enough to hide a call of Embree; between calls the work can be interrupted.
 _BATCH = 65_536
 # How far off the surface rays must begin for Embree, in the unit of its scene, whose coordinates are below 1: the point
 # and the triangle are each rounded by up to 2^-25 in x, y and z, and its distance is worked out from numbers like that.
@@ -185,53 +183,53 @@ def ray_cast_occlusion(
     step = offset * (radius if radius < np.inf else float(np.sqrt(np.sum((high - low) ** 2))))
     names = WEIGHTINGS.index(weighting), FALLOFFS.index(falloff)
     cast = Cast(float(radius), step, *names, strata, *rounds, float(tolerance), np.uint64(seed))
-    textures = [np.ascontiguousarray(a) for a in (buffers.depth, buffers.positions, buffers.normals)]
-    shape = buffers.depth.shape
-    made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
-    if intersector == "tree":
-        for first in range(0, shape[0], _ROWS):
-            rows = first, min(first + _ROWS, shape[0])
-            truth.ray_cast_rows(rows, *textures, cast, occluders.tree.arrays, made.texture, made.error, made.rays)
-    else:
-        _through_embree(occluders.embree, textures, cast, made)
-    return made
-
-
-def _through_embree(scene: CentredScene, textures: list[NDArray[Any]], cast: Cast, made: GroundTruth) -> None:
-    """Write the ground truth as Embree gives it, a batch of texels at a time on each of numba's threads."""
-    needed = _CLEAR * scene.unit
-    if cast.radius > 0 and cast.step < needed:
+    scene = occluders.tree if intersector == "tree" else occluders.embree
+    if isinstance(scene, CentredScene) and cast.radius > 0 and cast.step < _CLEAR * scene.unit:
         raise InputError(
-            f"rays begin {cast.step:.3g} off the surface, and Embree's float32 needs {needed:.3g} in this scene: "
-            "choose a larger offset or the intersector 'tree'"
+            f"rays begin {cast.step:.3g} off the surface, and Embree's float32 needs {_CLEAR * scene.unit:.3g} in this "
+            "scene: choose a larger offset or the intersector 'tree'"
         )
-    seen, positions, normals = np.flatnonzero(textures[0] < np.inf), *(a.reshape(-1, 3) for a in textures[1:])
-    out = [texture.reshape(-1) for texture in (made.texture, made.error, made.rays)]
+    positions, normals = (np.ascontiguousarray(a).reshape(-1, 3) for a in (buffers.positions, buffers.normals))
+    seen, shape = np.flatnonzero(buffers.depth < np.inf), buffers.depth.shape
+    made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
 
     def work(start: int, stop: int) -> None:
         n = stop - start
         begun = Begun(np.empty(n, np.int64), np.empty((n, 3)), np.empty((n, 3, 3)))
         n = truth.begin_texels(seen[start:stop], positions, normals, cast.step, begun)
-        for texture, values in zip(out, _rounds(scene, cast, begun, n), strict=True):
-            texture[begun.texels[:n]] = values
+        found = _rounds(scene, cast, begun, n)
+        for texture, values in zip((made.texture, made.error, made.rays), found, strict=True):
+            texture.reshape(-1)[begun.texels[:n]] = values
 
-    in_chunks(work, len(seen), max(_BATCH // cast.strata**2, 1), numba.get_num_threads())
+    in_chunks(work, len(seen), max(_BATCH // strata**2, 1), numba.get_num_threads())
+    return made
 
 
 def _rounds(
-    scene: CentredScene, cast: Cast, begun: Begun, n: int
+    scene: TriangleTree | CentredScene, cast: Cast, begun: Begun, n: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """Cast rounds from the first n texels until each is done: occlusion, standard error and rays, (n,) each."""
-    cells, far = cast.strata**2, cast.radius / scene.unit
     totals, squares, errors, done = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int64)
     chosen, number = np.arange(n), 0
     while len(chosen) and number < cast.most:
-        origins, directions = np.empty((2, len(chosen) * cells, 3), np.float32)
-        truth.write_round(chosen, begun, number, cast, scene.middle, scene.unit, origins, directions)
-        distances = scene.distances(origins, directions, far, FALLOFFS[cast.falloff] == "constant")
+        distances, far = _distances(scene, cast, begun, chosen, number)
         truth.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)
         number += 1
         done[chosen] = number
         if number >= cast.least:
             chosen = chosen[errors[chosen] > cast.tolerance]
-    return totals / done, errors, done * cells
+    return totals / done, errors, done * cast.strata**2
+
+
+def _distances(
+    scene: TriangleTree | CentredScene, cast: Cast, begun: Begun, chosen: NDArray[np.int64], number: int
+) -> tuple[NDArray[Any], float]:
+    """How far the rays of a round go to their hits, infinity for none, and the radius in the same unit."""
+    rays = len(chosen) * cast.strata**2
+    if isinstance(scene, TriangleTree):
+        distances = np.empty(rays)
+        truth.tree_distances(chosen, begun, number, cast, scene.arrays, distances)
+        return distances, cast.radius
+    (origins, directions), far = np.empty((2, rays, 3), np.float32), cast.radius / scene.unit
+    truth.write_round(chosen, begun, number, cast, scene.middle, scene.unit, origins, directions)
+    return scene.distances(origins, directions, far, FALLOFFS[cast.falloff] == "constant"), far

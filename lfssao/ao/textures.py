@@ -91,16 +91,16 @@ def check_texture(name: str, texture: Texture, dimensions: int) -> None:
 
 def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> None:
     """Refuse all but a texture (``check_texture``) of another one's size, (H, W), and dtype, with these channels."""
-    check_texture(name, texture, 2 + len(channels))
-    shape = *other.shape, *channels
-    if texture.shape != shape or texture.dtype != other.dtype:
-        raise InputError(f"{name}: {texture.shape} of {texture.dtype}, expected {shape} of {other.dtype}")
+    _check_shape(name, texture, (*other.shape, *channels), other.dtype)
 
 
 def check_turns(turns: Texture | None, depth: Texture) -> None:
     """Refuse turns whose shape is not (2, H, W) of the depth texture's, or whose dtype is another."""
     if turns is not None:
-        check_texture("turns", turns, 3)
-        expected = 2, *depth.shape
-        if turns.shape != expected or turns.dtype != depth.dtype:
-            raise InputError(f"turns: {turns.shape} of {turns.dtype}, expected {expected} of {depth.dtype}")
+        _check_shape("turns", turns, (2, *depth.shape), depth.dtype)
+
+
+def _check_shape(name: str, texture: Texture, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+    check_texture(name, texture, len(shape))
+    if texture.shape != shape or texture.dtype != dtype:
+        raise InputError(f"{name}: {texture.shape} of {texture.dtype}, expected {shape} of {dtype}")

@@ -70,22 +70,15 @@ class Camera:
     def looking_at(cls, box: NDArray[np.float64], projection: str = "perspective") -> "Camera":
         """A camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin."""
         box = finite_numbers("box", box, 2, 3)
-        centre = 0.5 * box[0] + 0.5 * box[1]
-        size = box[1] - box[0]
-        depth = float(size[2])
-        extent = 1.1 * float(max(size[1], 0.75 * size[0], 1e-3 * depth))
+        x, y, z = (0.5 * box[0] + 0.5 * box[1]).tolist()
+        width, height, depth = (box[1] - box[0]).tolist()
+        extent = 1.1 * max(height, 0.75 * width, 1e-3 * depth)
         distance = 2.5 * extent + 0.5 * depth
+        before, behind = distance - 0.5 * depth, distance + 0.5 * depth
         if projection == "perspective":  # the box's near face looks larger than its middle
-            extent = extent * (distance / (distance - 0.5 * depth))
-        return cls(
-            projection=projection,
-            eye=(float(centre[0]), float(centre[1]), float(centre[2]) + distance),
-            target=(float(centre[0]), float(centre[1]), float(centre[2])),
-            up=(0.0, 1.0, 0.0),
-            extent=extent,
-            near=0.9 * (distance - 0.5 * depth),
-            far=1.1 * (distance + 0.5 * depth),
-        )
+            extent = extent * (distance / before)
+        eye, target = (x, y, z + distance), (x, y, z)
+        return cls(projection, eye, target, (0.0, 1.0, 0.0), extent, near=0.9 * before, far=1.1 * behind)
 
     @classmethod
     def placed(
@@ -189,9 +182,8 @@ _ENDLESS = 2.0**60  # so far away that depth has the bits of an infinite far pla
 
 def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height: int, guard: int) -> View:
     """The view of a camera's numbers."""
-    world_from_eye, orthographic = invert_affine(eye_from_world), lens[6] != 0
-    screen_from_eye, eye_from_screen = (_orthographic if orthographic else _perspective)(lens)
-    kind = PROJECTIONS[int(orthographic)]
+    world_from_eye, (screen_from_eye, eye_from_screen) = invert_affine(eye_from_world), _screen_matrices(lens)
+    kind = PROJECTIONS[int(lens[6])]
     return View(
         name="camera",
         width=width,
@@ -206,22 +198,21 @@ def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height:
     )
 
 
-def _perspective(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
-    """Eye -> screen and back: u = c_u + f_u x / z, v = c_v - f_v y / z, depth = far / (far - near) (1 - near / z)."""
-    f_u, f_v, c_u, c_v, near, far = lens[:6].tolist()
-    a, b = far / (far - near), far * near / (far - near)
-    forth = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -b], [0, 0, 1, 0]])
-    back = np.array([[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, 0, 1], [0, 0, -1 / b, a / b]])
-    return forth, back
+def _screen_matrices(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
+    """Eye -> screen and back: u = c_u + f_u x / w, v = c_v - f_v y / w.
 
-
-def _orthographic(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
-    """Eye -> screen and back: u = c_u + f_u x, v = c_v - f_v y, depth = (z - near) / (far - near)."""
-    f_u, f_v, c_u, c_v, near, far = lens[:6].tolist()
-    range_ = far - near
-    forth = np.array([[f_u, 0, 0, c_u], [0, -f_v, 0, c_v], [0, 0, 1 / range_, -near / range_], [0, 0, 0, 1]])
-    back = np.array([[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, range_, near], [0, 0, 0, 1]])
-    return forth, back
+    In perspective w = z, depth = far / (far - near) (1 - near / z); else w = 1 and depth = (z - near) / (far - near).
+    """
+    f_u, f_v, c_u, c_v, near, far, orthographic, _ = lens.tolist()
+    span = far - near
+    if orthographic:
+        forth = [[f_u, 0, 0, c_u], [0, -f_v, 0, c_v], [0, 0, 1 / span, -near / span], [0, 0, 0, 1]]
+        back = [[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, span, near], [0, 0, 0, 1]]
+    else:
+        a, b = far / span, far * near / span
+        forth = [[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -b], [0, 0, 1, 0]]
+        back = [[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, 0, 1], [0, 0, -1 / b, a / b]]
+    return np.array(forth), np.array(back)
 
 
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:

@@ -120,23 +120,20 @@ class Display:
             raise InputError(f"display {self.name}: {key}: {reason}")
 
     def _check_screen(self) -> None:
+        demand, half = self._demand, 0.5 * self.screen_width
         for key, size in (("screen.width", self.screen_width), ("screen.height", self.screen_height)):
-            self._demand(0 < size < inf, key, f"it is {size}, it must be positive")
-        self._demand(-inf < self.observer_z < 0, "observer.distance", "the observers must be in front of the screen")
-        self._demand(isfinite(self.observer_height), "observer.height", f"it is {self.observer_height}")
+            demand(0 < size < inf, key, f"it is {size}, it must be positive")
+        demand(-inf < self.observer_z < 0, "observer.distance", "the observers must be in front of the screen")
+        demand(isfinite(self.observer_height), "observer.height", f"it is {self.observer_height}")
         with errors_of(f"display {self.name}: diffuser"):
             check_choice("diffuser", self.diffuser, DIFFUSERS)
-        flat = self.screen_curvature == self.observer_curvature == 0
-        self._demand(
-            flat or self.diffuser != "conical", "diffuser", "'conical' needs a flat screen and an observer line"
-        )
-        bent = abs(self.screen_curvature) * 0.5 * self.screen_width
-        self._demand(bent < 1, "screen.radius", "it must be more than half the screen's width")
+        fits = self.screen_curvature == self.observer_curvature == 0 or self.diffuser != "conical"
+        demand(fits, "diffuser", "'conical' needs a flat screen and an observer line")
+        demand(abs(self.screen_curvature) * half < 1, "screen.radius", "it must be more than half the screen's width")
         # Both shapes fall off from the middle, the more curved one faster: if any part meets, it is the screen's edge.
-        edge = _bulge(self.screen_curvature, 0.5 * self.screen_width)
-        line = self.observer_z + _bulge(self.observer_curvature, 0.5 * self.screen_width)
+        edge, line = _bulge(self.screen_curvature, half), self.observer_z + _bulge(self.observer_curvature, half)
         reason = f"the screen's edges, at z = {edge:g}, are not behind the observers, there at z = {line:g}"
-        self._demand(line < edge, "observer.distance", reason)
+        demand(line < edge, "observer.distance", reason)
 
     def _check_module(self, index: int) -> None:
         module, key, demand = self.modules[index], f"modules[{index}]", self._demand
@@ -256,9 +253,8 @@ class Display:
         us, vs = np.broadcast_arrays(np.asarray(u, np.float64), np.asarray(v, np.float64))
         lines = np.empty((us.size, 6))
         kernels.trace_texels(self.module_numbers(index), us.ravel(), vs.ravel(), lines)
-        ones, zeros = np.ones((us.size, 1)), np.zeros((us.size, 1))
-        origin, direction = np.hstack([lines[:, :2], zeros]), np.hstack([lines[:, 2:4], ones])
-        shape = us.shape
+        origin, direction, shape = np.zeros((us.size, 3)), np.ones((us.size, 3)), us.shape
+        origin[:, :2], direction[:, :2] = lines[:, :2], lines[:, 2:4]
         return origin.reshape(*shape, 3), direction.reshape(*shape, 3), lines[:, 4:].reshape(*shape, 2)
 
     def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:

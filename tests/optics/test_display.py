@@ -124,7 +124,9 @@ def test_left_and_top_edges_are_in_the_texture_and_right_and_bottom_ones_are_not
     numbers = np.concatenate([WORLD.ravel(), display.module_numbers(0)])
     to_image = WorldToImage(kind, numbers) if kind == mapping.DISPLAY else display.view(0, WORLD).world_to_image
     depth, positions = np.full((2, 4), -1, dtype), points.reshape(2, 4, 3).astype(dtype)
-    assert ssao.algorithm2(depth, positions, to_image, np.zeros((1, 3)), 1.0).texture.ravel().tolist() == inside
+    found = ssao.algorithm2(depth, positions, to_image, np.zeros((4, 3)), 1.0)
+    assert found.texture.ravel().tolist() == inside
+    assert found.outside == 4 * inside.count(False)
 
 
 # Round trips

@@ -71,11 +71,6 @@ def alchemy(
     return run_kernel(kernels.alchemy, depth, seen, taps, turns, projection, away, strength)
 
 
-def spiral_points(n: int) -> tuple[FloatArray, None]:
-    """Return SAO's spiral of n taps by the most even number of turns, as points of the unit disk."""
-    return sample_set("disk", "spiral", n).points, None
-
-
 ENTRIES = (
     Estimator(
         name="alchemy",
@@ -87,7 +82,7 @@ ENTRIES = (
         ),
         run=alchemy,
         options=AlchemyOptions,
-        samples=spiral_points,
+        samples=lambda n: (sample_set("disk", "spiral", n).points, None),  # with the most even number of turns
         dimensions=2,
         integrand=("uniform", "linear"),
         count=12,

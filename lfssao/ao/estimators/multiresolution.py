@@ -59,19 +59,16 @@ def multiresolution(
         kernels.halve(depth, pyramid[-2], pyramid[-1])
     with np.errstate(over="ignore"):  # the square of a very large radius is infinite
         squared = dtype.type(float(radius) * float(radius))
-    outside = 0
-    carried: tuple[NDArray[np.floating], NDArray[np.floating]] | None = None
-    for number in range(options.levels - 1, -1, -1):
-        level = pyramid[number]
+    outside, most, total = 0, np.empty((0, 0), dtype), np.empty((0, 0), dtype)
+    for number in reversed(range(options.levels)):
+        coarser, level = (most, total), pyramid[number]
         most, missed = np.empty(level.shape, dtype), np.empty(level.shape[0], np.int64)
         kernels.level_occlusion(level, places, facing, options.kernel, squared, most, missed)
-        total = most.copy()
-        if carried is not None:
-            kernels.refine(level, pyramid[number + 1], places, facing, dtype.type(radius), *carried, most, total)
-        carried, outside = (most, total), outside + int(missed.sum())
-    assert carried is not None
-    kernels.combine(*carried, options.levels, COMBINATIONS.index(options.combine))
-    return Occlusion(carried[0], outside)
+        total, outside = most.copy(), outside + int(missed.sum())
+        if number + 1 < options.levels:
+            kernels.refine(level, pyramid[number + 1], places, facing, dtype.type(radius), *coarser, most, total)
+    kernels.combine(most, total, options.levels, COMBINATIONS.index(options.combine))
+    return Occlusion(most, outside)
 
 
 ENTRIES = (

@@ -8,7 +8,7 @@ from typing import Any
 from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.estimators.registry import find_estimator, full_parameters
 from lfssao.core.files import read_text
-from lfssao.errors import InputError, no_such
+from lfssao.errors import InputError, errors_of, no_such
 from lfssao.optics.display_file import parse_toml
 
 _KEYS = {"estimator": str, "rotate": str, "radius": float, "samples": int, "parameters": dict}
@@ -48,7 +48,7 @@ def find_published(name: str) -> Published:
     """A shader by its name, or by a file whose name ends in .toml; InputError if a key or value is wrong."""
     text = read_text(Path(name)) if name.endswith(".toml") else published_text(name)
     values: dict[str, Any] = parse_toml(text, name)
-    try:
+    with errors_of(name):
         for key, value in values.items():
             if key not in _KEYS:
                 raise no_such("key", key, _KEYS)
@@ -61,9 +61,7 @@ def find_published(name: str) -> Published:
             raise InputError(f"radius is {values['radius']:g}, it must be positive")
         estimator = find_estimator(values["estimator"])
         # Defaults are in radii, those of the file in world units.
-        units = {name: values["radius"] ** power for name, power in estimator.powers.items()}
-        defaults = {name: float(estimator.parameters[name]) * unit for name, unit in units.items()}
+        units = {option: values["radius"] ** power for option, power in estimator.powers.items()}
+        defaults = {option: float(estimator.parameters[option]) * unit for option, unit in units.items()}
         parameters = full_parameters(estimator, {**defaults, **values.get("parameters", {})})
         return Published(**{**values, "parameters": parameters})
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None

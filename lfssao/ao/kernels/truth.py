@@ -9,7 +9,6 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.elementary import sincospi
 from lfssao.core.jit import kernel
@@ -37,21 +36,6 @@ class Cast(NamedTuple):
     most: int
     tolerance: float  # a texel is done when its standard error is not above it
     seed: np.uint64  # key of the random numbers
-
-
-@kernel(inline=True)
-def begin_texel(place, normal, step, point, axes):
-    """Write the point where a texel's rays begin, (3,), and its axes, two and the normal, (3, 3); False: no normal."""
-    x, y, z = np.float64(normal[0]), np.float64(normal[1]), np.float64(normal[2])
-    length = sqrt((x * x + y * y) + z * z)
-    if not length > 0.0:
-        return False
-    x, y, z = x / length, y / length, z / length
-    axes[2, 0], axes[2, 1], axes[2, 2] = x, y, z
-    axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2] = disk_axes(x, y, z)
-    for axis in range(3):
-        point[axis] = np.float64(place[axis]) + step * axes[2, axis]
-    return True
 
 
 @kernel(inline=True)
@@ -120,7 +104,15 @@ def begin_texels(seen, positions, normals, step, begun):
     """Write, and count, those of the texels ``seen`` that have a normal; positions, normals: (T, 3), row by row."""
     found = 0
     for texel in seen:
-        if begin_texel(positions[texel], normals[texel], step, begun.points[found], begun.axes[found]):
+        normal, point, axes = normals[texel], begun.points[found], begun.axes[found]
+        x, y, z = np.float64(normal[0]), np.float64(normal[1]), np.float64(normal[2])
+        length = sqrt((x * x + y * y) + z * z)
+        if length > 0.0:
+            x, y, z = x / length, y / length, z / length
+            axes[2, 0], axes[2, 1], axes[2, 2] = x, y, z
+            axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2] = disk_axes(x, y, z)
+            for axis in range(3):
+                point[axis] = np.float64(positions[texel, axis]) + step * axes[2, axis]
             begun.texels[found] = texel
             found += 1
     return found
@@ -144,8 +136,8 @@ def write_round(chosen, begun, number, cast, middle, unit, origins, directions):
 def add_round(chosen, number, strata, distances, far, falloff, totals, squares, errors):
     """Add the mean of a round to each chosen texel's sums, and write the standard error of the mean so far.
 
-    number: rounds before this one. distances: (n strata^2,) float32, of each ray's hit, infinity for none; far: the
-    radius in their unit. totals, squares: sums of the rounds' means and of their squares, in and out. errors: out,
+    number: rounds before this one. distances: (n strata^2,), of each ray's hit, infinity for none; far: the radius in
+    their unit. totals, squares: sums of the rounds' means and of their squares, in and out. errors: out,
     infinity after the first round.
     """
     row = 0
@@ -227,37 +219,12 @@ def first_distance(point, dx, dy, dz, far, any_hit, tree, stack):
 
 
 @kernel
-def round_mean(texel, number, cast, point, axes, tree, stack):
-    """Mean value of a texel's rays of one round, from a point about its axes."""
-    total, cells = 0.0, cast.strata * cast.strata
-    for cell in range(cells):
-        dx, dy, dz = ray_direction(texel, number, cell, cast, axes)
-        t = first_distance(point, dx, dy, dz, cast.radius, cast.falloff == CONSTANT, tree, stack)
-        total += covered(t, cast.radius, cast.falloff)
-    return total / np.float64(cells)
-
-
-@kernel(parallel=True)
-def ray_cast_rows(rows, depth, positions, normals, cast, tree, occlusion, error, rays):
-    """Ray-cast AO of the rows from rows[0] to before rows[1]; 0 where there is no surface or no normal.
-
-    occlusion, error, rays: (H, W), out: mean of the rounds' means, float64; its standard error; rays cast, int64.
-    """
-    first, last = rows
-    width = depth.shape[1]
-    for k in prange(last - first):
-        j = first + k
-        stack, point, axes = np.empty(_STACK, np.int64), np.empty(3), np.empty((3, 3))
-        for i in range(width):
-            occlusion[j, i], error[j, i], rays[j, i] = 0.0, 0.0, 0
-            if not depth[j, i] < np.inf or not begin_texel(positions[j, i], normals[j, i], cast.step, point, axes):
-                continue
-            total, squares, done, spread = 0.0, 0.0, 0, np.inf
-            while done < cast.least or (done < cast.most and spread > cast.tolerance):
-                mean = round_mean(j * width + i, done, cast, point, axes, tree, stack)
-                total += mean
-                squares += mean * mean
-                done += 1
-                if done > 1:
-                    spread = standard_error(total, squares, done)
-            occlusion[j, i], error[j, i], rays[j, i] = total / done, spread, done * cast.strata * cast.strata
+def tree_distances(chosen, begun, number, cast, tree, distances):
+    """Write how far each ray of round ``number`` of chosen places in ``begun`` goes through the tree, world units."""
+    stack, row, any_hit = np.empty(_STACK, np.int64), 0, cast.falloff == CONSTANT
+    for place in chosen:
+        texel, point, axes = begun.texels[place], begun.points[place], begun.axes[place]
+        for cell in range(cast.strata * cast.strata):
+            dx, dy, dz = ray_direction(texel, number, cell, cast, axes)
+            distances[row] = first_distance(point, dx, dy, dz, cast.radius, any_hit, tree, stack)
+            row += 1

@@ -38,7 +38,7 @@ with 2 sigma / (2 pi), without the cubed factor and with beta d for beta by equa
 the top of a sphere, as u.n <= 0 for all taps.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
@@ -249,25 +249,28 @@ def sao(buffers: Buffers, radius: float, points: None, weights: None, options: S
     return Occlusion(occlusion, outside)
 
 
-ENTRIES = (
-    Estimator(
-        name="sao",
-        title="Scalable Ambient Obscurance with its updated falloff",
-        source="SAO equations 2 to 10 and appendix",
-        formula=(
-            "A = max(0, 1 - (5 intensity / taps) sum max(0, 1 - v.v)^3 max(0, v.n - beta) / (v.v + epsilon)), "
-            "v = (Q - C) / R; ao = 1 - A after the average and the bilateral passes"
-        ),
-        run=sao,
-        options=AppendixOptions,
-        dimensions=0,
-        integrand=("cosine", "linear"),
-        count=9,
-        turns=True,
-        rotation="sao-hash",
-        texel_bytes=96,  # where a table has the texels' lines; 47 elsewhere
+_SAO = Estimator(
+    name="sao",
+    title="Scalable Ambient Obscurance with its updated falloff",
+    source="SAO equations 2 to 10 and appendix",
+    formula=(
+        "A = max(0, 1 - (5 intensity / taps) sum max(0, 1 - v.v)^3 max(0, v.n - beta) / (v.v + epsilon)), "
+        "v = (Q - C) / R; ao = 1 - A after the average and the bilateral passes"
     ),
-    Estimator(
+    run=sao,
+    options=AppendixOptions,
+    dimensions=0,
+    integrand=("cosine", "linear"),
+    count=9,
+    turns=True,
+    rotation="sao-hash",
+    texel_bytes=96,  # where a table has the texels' lines; 47 elsewhere
+)
+
+ENTRIES = (
+    _SAO,
+    replace(
+        _SAO,
         name="sao-equation-1",
         title="Scalable Ambient Obscurance with the falloff first published",
         source="SAO equations 1 to 10",
@@ -275,13 +278,7 @@ ENTRIES = (
             "A = max(0, 1 - (2 sigma / taps) sum max(0, v.n - beta d / R) / (v.v + epsilon)), v = (Q - C) / R, d the "
             "distance of C from the viewer; ao = 1 - A^k after the average and the bilateral passes"
         ),
-        run=sao,
         options=Equation1Options,
-        dimensions=0,
         integrand=("uniform", "linear"),
-        count=9,
-        turns=True,
-        rotation="sao-hash",
-        texel_bytes=96,
     ),
 )

@@ -43,10 +43,9 @@ def seen_surface(buffers: Buffers) -> SeenSurface:
 
 def disk_mirrors(randomize: bool, seed: int, dtype: np.dtype[Any]) -> Texture:
     """Reflections of the disk, (2, TILE, CHUNK): cosine and sine of random angles for a tile; 1 and 0 for none."""
-    if not randomize:
-        return _in_tiles([(1.0, 0.0)] * TILE**2, dtype)
-    pairs = [sincospi(random_signed(np.uint64(seed), _TURN, k)) for k in range(TILE**2)]
-    return _in_tiles([(cosine, sine) for sine, cosine in pairs], dtype)
+    key = np.uint64(seed)
+    turns = [sincospi(random_signed(key, _TURN, k)) if randomize else (0.0, 1.0) for k in range(TILE**2)]
+    return _in_tiles([(cosine, sine) for sine, cosine in turns], dtype)
 
 
 def ball_mirrors(randomize: bool, seed: int, dtype: np.dtype[Any]) -> Texture:

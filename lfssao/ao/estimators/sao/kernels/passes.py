@@ -66,10 +66,9 @@ def pack(visibility, keys, rgb):
     values, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
     most = np.int32(255)
     for j in prange(height):
-        red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
         for i in range(width):
             texel = np.uint64(j * width + i)
-            key = depths[texel]
+            key, place = depths[texel], np.uint64(3) * texel
             there = key < np.inf
             scaled = (key if there else zero) * whole
             high = np.int32(scaled)
@@ -77,11 +76,9 @@ def pack(visibility, keys, rgb):
             low = np.int32((scaled - dtype(high)) * steps + half)
             last = np.int32(254) if high == most else most  # 255, 255 is no surface
             low = low if low < last else last
-            red[i] = np.uint8(np.int32(values[texel] * steps + half))
-            green[i], blue[i] = np.uint8(high if there else most), np.uint8(low if there else most)
-        for i in range(width):
-            place = np.uint64(3 * (j * width + i))
-            out[place], out[place + np.uint64(1)], out[place + np.uint64(2)] = red[i], green[i], blue[i]
+            out[place] = np.uint8(np.int32(values[texel] * steps + half))
+            out[place + np.uint64(1)] = np.uint8(high if there else most)
+            out[place + np.uint64(2)] = np.uint8(low if there else most)
 
 
 @kernel(parallel=True)
@@ -92,16 +89,12 @@ def unpack(rgb, visibility, keys):
     whole, steps, nothing = dtype(1 / 256), dtype(255), dtype(np.inf)
     packed, values, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
     for j in prange(height):
-        red, green, blue = np.empty(width, np.uint8), np.empty(width, np.uint8), np.empty(width, np.uint8)
         for i in range(width):
-            place = np.uint64(3 * (j * width + i))
-            red[i], green[i], blue[i] = packed[place], packed[place + np.uint64(1)], packed[place + np.uint64(2)]
-        for i in range(width):
-            high, low = np.int32(green[i]), np.int32(blue[i])
-            key = (dtype(high) + dtype(low) / steps) * whole
             texel = np.uint64(j * width + i)
-            values[texel] = dtype(np.int32(red[i])) / steps
-            depths[texel] = nothing if high + low == np.int32(510) else key
+            place = np.uint64(3) * texel
+            high, low = np.int32(packed[place + np.uint64(1)]), np.int32(packed[place + np.uint64(2)])
+            values[texel] = dtype(np.int32(packed[place])) / steps
+            depths[texel] = nothing if high + low == np.int32(510) else (dtype(high) + dtype(low) / steps) * whole
 
 
 @kernel(inline=True)

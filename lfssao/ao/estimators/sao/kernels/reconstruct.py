@@ -68,18 +68,15 @@ def rebuild_positions(z, rays, positions):
     m, nothing = rays.world, z.dtype.type(np.inf)
     depths, out = z.reshape(-1), positions.reshape(-1)
     for j in prange(height):
-        x, y = np.empty(width, z.dtype), np.empty(width, z.dtype)
         for i in range(width):
             texel = np.uint64(j * width + i)
+            depth, place = depths[texel], np.uint64(3) * texel
             if rays.kind == SEPARABLE:
-                x[i], y[i] = ray_point(rays.numbers, np.int32(i), np.int32(j), depths[texel])
+                x, y = ray_point(rays.numbers, np.int32(i), np.int32(j), depth)
             else:
-                x[i], y[i] = table_point(rays.table, texel, depths[texel])
-        for i in range(width):
-            depth = depths[np.uint64(j * width + i)]
-            there, place = depth < np.inf, np.uint64(3 * (j * width + i))
+                x, y = table_point(rays.table, texel, depth)
             for k in range(3):
-                out[place + np.uint64(k)] = affine_row(m, k, x[i], y[i], depth) if there else nothing
+                out[place + np.uint64(k)] = affine_row(m, k, x, y, depth) if depth < np.inf else nothing
 
 
 @kernel(parallel=True)

@@ -18,8 +18,6 @@ from lfssao.core.jit import kernel
 
 BEFORE, BORDER = 1, 3
 
-_ROWS_A_BLOCK = 16
-
 
 class Pyramid(NamedTuple):
     """Levels one after the other.
@@ -49,23 +47,6 @@ def write_base(depth, moments):
             numbers[k + np.uint64(2)] = z * z if there else 0.0
 
 
-@kernel(inline=True)
-def add_across(numbers, start, wide, outer, inner, even, odd, sums, first):
-    """Sums along a row for ``wide`` texels of the next level, three moments each, into sums from place ``first`` on.
-
-    The row's even and odd texels are copied apart first, so that what is added lies side by side.
-    """
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
-    for i in range(wide + 1):
-        k, t = np.uint64(3 * i), np.uint64(start + 6 * i)
-        even[k], even[k + one], even[k + two] = numbers[t], numbers[t + one], numbers[t + two]
-        t += three
-        odd[k], odd[k + one], odd[k + two] = numbers[t], numbers[t + one], numbers[t + two]
-    for i in range(3 * wide):
-        k, on = np.uint64(i), np.uint64(i) + three
-        sums[np.uint64(first + i)] = ((outer * even[k] + inner * odd[k]) + inner * even[on]) + outer * odd[on]
-
-
 @kernel(parallel=True)
 def write_half(moments, source, width, height, target, outer, inner):
     """The next level: along both axes taps (outer, inner, inner, outer) around the middle of two texels.
@@ -74,21 +55,18 @@ def write_half(moments, source, width, height, target, outer, inner):
     ``moments`` where the level, of width and height, and the next one start. Taps of 0 and 1/2 average, 1/8 and 3/8
     blur by [1 2 1] / 4 before.
     """
-    pitch, wide, high = width + BORDER, (width + 1) // 2, (height + 1) // 2
-    n = 3 * wide
-    numbers = moments.reshape(-1)
-    blocks = (high + _ROWS_A_BLOCK - 1) // _ROWS_A_BLOCK
-    for k in prange(blocks):
-        sums = np.empty(4 * n)  # of four rows: each is read by two rows of the next level
-        even, odd = np.empty(n + 3), np.empty(n + 3)
-        made = 2 * np.int64(k) * _ROWS_A_BLOCK
-        for j in range(k * _ROWS_A_BLOCK, min(high, (k + 1) * _ROWS_A_BLOCK)):
-            while made < 2 * j + 4:
-                add_across(numbers, 3 * (source + made * pitch), wide, outer, inner, even, odd, sums, (made % 4) * n)
-                made += 1
-            place, a, b = 3 * (target + (j + BEFORE) * (wide + BORDER) + BEFORE), (2 * j % 4) * n, ((2 * j + 1) % 4) * n
-            c, d = ((2 * j + 2) % 4) * n, ((2 * j + 3) % 4) * n
+    pitch, wide = width + BORDER, (width + 1) // 2
+    n, numbers = 3 * wide, moments.reshape(-1)
+    for row in prange((height + 1) // 2):
+        j = np.int64(row)
+        sums = np.empty((4, n))
+        for k in range(4):
+            start = 3 * (source + (2 * j + k) * pitch)
             for i in range(n):
-                total = 0.0 + outer * sums[np.uint64(a + i)]
-                total = (total + inner * sums[np.uint64(b + i)]) + inner * sums[np.uint64(c + i)]
-                numbers[np.uint64(place + i)] = total + outer * sums[np.uint64(d + i)]
+                t = np.uint64(start + i + 3 * (i // 3))
+                total = outer * numbers[t] + inner * numbers[t + np.uint64(3)]
+                sums[k, i] = (total + inner * numbers[t + np.uint64(6)]) + outer * numbers[t + np.uint64(9)]
+        place = 3 * (target + (j + BEFORE) * (wide + BORDER) + BEFORE)
+        for i in range(n):
+            total = (0.0 + outer * sums[0, i]) + inner * sums[1, i]
+            numbers[np.uint64(place + i)] = (total + inner * sums[2, i]) + outer * sums[3, i]

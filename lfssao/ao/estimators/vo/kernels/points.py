@@ -26,10 +26,10 @@ from lfssao.optics.kernels.projection import MATRIX, Projection, hold_inside, la
 # Slots of this kernel's own, in place of those of the disk's frame.
 _MIRRORED = 4  # the linear rows of 2 R r, r the direction of reflection
 _LIFTED = 8  # of 2 R n
-_REACH = STEEP  # z_S - z_Q up to which the surface hides
 _NORMAL = 13
 _MIRROR = 21  # r
 _ACROSS = 24  # 2 r . n
+_REACH = 25  # z_S - z_Q up to which the surface hides
 
 
 class Ball(NamedTuple):
@@ -67,13 +67,14 @@ def start_reflections(seen, radius, ball, j, first, n, slots):
 
 @kernel(inline=True)
 def start_reach(seen, radius, thickness, first, n, slots):
-    """How far in cast z a surface hides: T R w_z, or infinity, for which the directions are not read."""
+    """How far in cast z a surface hides: T R w_z, or infinity, for which directions are not read; STEEP for the end."""
     if thickness < np.inf:
         load(seen.directions, first, n, slots, PLACE)
     for i in range(n):
         x, y, z = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)], slots[slot(PLACE + 2, i)]
         reach = (thickness * radius) * linear_row(seen.rows, 3, x, y, z) if thickness < np.inf else thickness
         slots[slot(_REACH, i)] = reach
+        slots[slot(STEEP, i)] = radius if seen.depth[first + np.uint64(i)] < np.inf else type(radius)(np.nan)
 
 
 @kernel(inline=True)
@@ -140,7 +141,4 @@ def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
                     place_in_ball(ends, radius, offsets, s, turns, first, n, slots)
                     project(seen.kind, seen.lens, n, slots)
                     add_point(seen.depth, size, ball.weights[s], n, missed, slots)
-                for i in range(n):  # for finish_chunk; NaN in these slots before would cost vectors of the loops above
-                    there = seen.depth[first + np.uint64(i)] < np.inf
-                    slots[slot(STEEP, i)] = radius if there else type(radius)(np.nan)
                 outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)

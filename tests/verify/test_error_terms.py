@@ -354,6 +354,14 @@ def test_steps_of_kernels_hold_the_errors_that_are_counted(name, monkeypatch):
     assert_counted(KERNELS[name], nothing, kinds, UNIT, safe)
 
 
+@pytest.mark.parametrize(("size", "unit", "holds"), [
+    (2.0**24, 1.0, True), (2.0**24, 0.5, False), (1.5 * 2.0**24, 1.0, False), (1.5 * 2.0**24, 2.0, True),
+    (2.0**-126, 2.0**-126, True), (2.0**-126, 2.0**-127, False),
+])  # fmt: skip
+def test_24_bits_hold_sums_of_multiples(size, unit, holds):
+    assert point_bounds.fits(size, unit) == holds
+
+
 @pytest.mark.parametrize("name", PASSES)
 def test_passes_hold_the_errors_that_are_counted(name):
     nothing, unit = ErrorModel("", "", False, 0.0, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0), 2.0**-16

@@ -104,7 +104,7 @@ def outcome_of(copy: Path, tests: tuple[Path, ...], seconds: float) -> str:
         done = run(copy, "-m", "pytest", *options, *map(str, tests), seconds=seconds)
     except subprocess.TimeoutExpired:
         return "hangs"
-    return "fails" if done.returncode else "passes"
+    return "passes" if done.returncode in (0, 5) else "fails"  # 5: all of them are slow
 
 
 def compiled(copy: Path) -> Path:

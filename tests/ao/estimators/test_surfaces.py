@@ -1,4 +1,4 @@
-"""What follows from the estimators' definitions on surfaces with known answers, and the viewing directions."""
+"""Consequences of the estimators' definitions on surfaces with known answers, and the viewing directions."""
 
 from dataclasses import replace
 
@@ -42,6 +42,8 @@ def test_a_texel_that_looks_nowhere_has_no_direction():
     made = np.ones((2, 3, 3), np.float32)
     pinhole = Rays(MATRIX, np.array([np.nan, 1.0, 1.0, 1.0, 1.0, 2.0, 0.0, 0.0]))
     write_directions(pinhole, np.eye(3, 4).ravel(), made)
+    assert not made.any()
+    write_directions(scenes.SIGHTS["perspective"](3, 2).view.rays, np.zeros(12), made)
     assert not made.any()
 
 

@@ -117,22 +117,20 @@ def compiled(copy: Path) -> Path:
 def planted(copy: Path, mutant: Mutant) -> Iterator[None]:
     """In the block, the copy of the checkout has the mutant, and compiled code of the kernels that do not inline it."""
     path, line, column, old, new = mutant
-    without, stale = compiled(copy), sorted(with_inlined(path))
-    dates, source = [(copy / each).stat() for each in stale], (copy / path).read_text()
+    without, source = compiled(copy), (copy / path).read_text()
     lines = source.split("\n")
     lines[line - 1] = lines[line - 1][:column] + new + lines[line - 1][column + len(old) :]
     (copy / path).write_text("\n".join(lines))
-    for each in stale:  # numba compiles anew what is in a file of another date
-        os.utime(copy / each)
     home = compiled(copy)
     if home != without and without.exists():
         shutil.copytree(without, home)
+        for stale in with_inlined(path):  # numba looks at the file that defines a kernel alone
+            for index in home.rglob(f"{stale.stem}.*.nbi"):
+                index.unlink()
     try:
         yield
     finally:
         (copy / path).write_text(source)
-        for each, date in zip(stale, dates, strict=True):
-            os.utime(copy / each, ns=(date.st_atime_ns, date.st_mtime_ns))
         if home != without:
             shutil.rmtree(home, ignore_errors=True)
 

@@ -123,6 +123,15 @@ def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undec
         assert found.lower.tolist() == [[0.0]]
 
 
+def test_a_tie_stays_clear_where_a_turn_leaves_the_depth():
+    """Cosine 0.6 and sine 0.8; x is no part of the depth, or all of it."""
+    for part, undecided in ((0.0, 0), (1.0, 1)):
+        slits = WorldToImage(0, np.array([1, 0, 0, 0, 0, 1, 0, 0, part, 0, 1, 0, 3, -2, 0.5, 0.5], float))
+        depth, position = np.full((1, 1), 0.25 + part * 0.15, np.float32), np.float32([[[0, 0, 0.125]]])
+        turns, sample = np.float32([[[0.6]], [[0.8]]]), np.array([[0.25, 0.0, 0.125]])
+        assert ssao.ao_bounds(depth, position, slits, sample, 1.0, turns=turns).undecided.tolist() == [[undecided]]
+
+
 def worst(roundings):
     """The largest factor that a quotient and so many other roundings of the shader model may make."""
     return float((1 + Fraction(7, 2) * ULP) * (1 + ULP) ** roundings)

@@ -182,7 +182,8 @@ class _Part:
 
     def _take_texture(self, visual: Any) -> None:
         if visual.uv is not None and len(visual.uv) == len(self.vertices):
-            self.uv = np.asarray(visual.uv, np.float64)[:, :2]
+            self.uv = np.zeros((len(visual.uv), 2))  # OBJ may leave v out, which is then 0
+            self.uv[:, : visual.uv.shape[1]] = visual.uv[:, :2]
         material = visual.material
         found = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
         if found is not None and _is_placeholder(found):

@@ -3,6 +3,7 @@
 import io
 import json
 import logging
+import re
 import struct
 import subprocess
 import sys
@@ -107,6 +108,18 @@ def test_texture_stands_upright_and_is_decoded_once(tmp_path, material, given):
     # Two texels a side: each ray passes through the middle of one, where the texture has exactly its value.
     assert seen_from_front(mesh, 2, 2) == pytest.approx(linear(CODES), abs=1e-6)
     assert mesh.notes == ()
+
+
+@pytest.mark.parametrize("faces", ["usemtl m\n" + SQUARE_FACES, "usemtl m\nf 1/1 2/2 3/3\nusemtl n\nf 1/1 3/3 4/4\n"])
+def test_the_second_texture_coordinate_is_0_where_an_obj_leaves_it_out(tmp_path, faces):
+    picture(tmp_path, name="x.png")
+    path = square(tmp_path, "newmtl m\nmap_Kd x.png\nnewmtl n\nmap_Kd x.png\n", faces)
+    found = []
+    for coordinate in (r"\1", r"\1 0"):
+        path.write_text(re.sub(r"^(vt \d) ?\d?$", coordinate, path.read_text(), flags=re.MULTILINE))
+        found.append(load_scene(path))
+    assert {tuple(row) for row in found[0].paint.uv} == {(0, 0), (1, 0)}
+    assert np.array_equal(*(seen_from_front(mesh, 2, 2) for mesh in found))
 
 
 @pytest.mark.parametrize("material", [None, "newmtl m\nNs 10\n"])

@@ -121,6 +121,8 @@ AO = [
     ao("samples turned by 'tiles'", lambda r: r.ao(turns=turns_of("tiles", 0, HEIGHT, WIDTH))),
     ao("samples turned by 'ign'", lambda r: r.ao(turns=turns_of("ign", 0, HEIGHT, WIDTH)), job="shared"),
     *(ao(f"samples mirrored in {'xyz'[k]}", lambda r, k=k: r.ao(samples=mirrored(r.samples, k))) for k in (2, 0)),
+    *(ao(f"samples with {words} exchanged", lambda r, order=order: r.ao(samples=r.samples[:, order]))
+      for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0]))),
     ao("samples on the sphere of radius R", lambda r: r.ao(samples=on_sphere(r.samples))),
     ao("the mapping of module_009", lambda r: r.ao(mapping=other(r, 1).mapping)),
     ao("the mapping of module_010 (modules in reverse order)", lambda r: r.ao(mapping=other(r, 2).mapping)),
@@ -183,6 +185,7 @@ GBUFFER = [
     positions("positions in physical space", lambda r: r.physical),
     positions("x with the other sign", lambda r: r.positions * [-1, 1, 1]),
     positions("y and z exchanged", lambda r: r.positions[..., [0, 2, 1]]),
+    positions("z up in place of y up", lambda r: r.positions[..., [0, 2, 1]] * [1, -1, 1]),
     positions("scale", lambda r, x: r.positions * x, (20.0, 900.0)),
     positions("bias of y", lambda r, x: r.positions + np.array([0, x, 0]), (0.1, 0.6)),
     positions("shift of u and v", lambda r, x, y: r.unprojected(0.5 + x, 0.5 + y), *SHIFT, *SHIFT),

@@ -227,8 +227,11 @@ class Comparison:
             for name in (*(self._wanted or ()), *self._storage.rules, *self._storage.formats):
                 if name not in self._named:
                     raise InputError(f"the reference has no layer or channel '{name}'")
-        names, missing = ", ".join(sorted(self._without)), "the reference was rendered without layers they are made of"
-        notes = [*[f"no interval is known of {names}: {missing}"] * bool(names), *self._notes]
+        notes = self._notes
+        if self._without:
+            names = ", ".join(sorted(self._without))
+            note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
+            notes = [note, *notes]
         named = self._model.name if self._reference.manifest is not None else MODEL if self._reference.kit else None
         return Report(
             mine=str(self._mine.path),

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -123,6 +123,27 @@ class Wrong:
         """Names of the layers of occlusion, each with its radius."""
         return {f"ao_{k}": radius for k, radius in enumerate(self.case.parameters["radii"], start=1)}
 
+    @cached_property
+    def _interval(self) -> Texels | None:
+        """The reference's interval of depth or colour, and how far it bends between texels."""
+        # The mesh knows what codes of a format were before they were stored.
+        bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
+        if bounds is None:
+            return None
+        lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
+        return {"lower": lower, "upper": upper, "bend": surface.bend(lower)}
+
+    @cached_property
+    def _turns(self) -> NDArray[np.float32] | None:
+        """Cosine and sine by which each texel's samples turn."""
+        return described_turns(self.case.parameters, self.inputs)
+
+    @cached_property
+    def _face_normals(self) -> NDArray[Any]:
+        """Normals made from positions."""
+        textures = self.inputs["depth"], self.inputs["positions"]
+        return face_normals(Buffers(described_view(self.case.parameters), *textures))
+
     def _problem(self, places: Places) -> Problem | None:
         """The problem of some texels, by their numbers; None if a texture that it is made of is not known."""
         makers: dict[str, Callable[[Texels], Problem | None]] = {
@@ -146,15 +167,11 @@ class Wrong:
 
     def _image(self, at: Texels) -> surface.Image | None:
         """Depth or colour against the reference's."""
-        # The mesh knows what codes of a format were before they were stored.
-        bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
-        if bounds is None:
+        if self._interval is None:
             return None
-        lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
-        known = {**at, "lower": lower, "upper": upper, "bend": surface.bend(lower)}
         if self.name == "color":
-            return surface.Color(**known)
-        return surface.Depth(**known, model=self.model, others=self.depths)
+            return surface.Color(**at, **self._interval)
+        return surface.Depth(**at, **self._interval, model=self.model, others=self.depths)
 
     def _positions(self, at: Texels) -> surface.Positions | None:
         """Positions against depth."""
@@ -193,8 +210,7 @@ class Wrong:
         if options.get("background") == "occludes":
             surfaces = np.where(np.isfinite(depth), surfaces, -np.inf)
         x, y = at["columns"], at["rows"]
-        turns = described_turns(parameters, inputs)
-        corners, faces = None, None
+        corners, faces, turns = None, None, self._turns
         if by_matrix:
             places, to_world = np.stack([x, y, _taken(depth, x, y)], axis=-1), WorldToImage(MATRIX, np.ravel(back))
             corners, _, _ = project_positions(places, np.zeros_like(places), to_world, self.model)
@@ -203,7 +219,7 @@ class Wrong:
         else:
             points, errors = _taken(inputs["positions"], x, y), np.zeros((len(x), 3))
         if half:
-            faces = _taken(face_normals(Buffers(described_view(parameters), depth, inputs["positions"])), x, y)
+            faces = _taken(self._face_normals, x, y)
         samples = np.asarray(inputs["samples" if estimator == "lf" else "points"], np.float64)
         return Occlusion(
             **at,
@@ -232,7 +248,7 @@ class Wrong:
         estimator = find_estimator(name)
         if estimator.reads_normals(parameters["options"]) and "normals" not in inputs:
             return None
-        textures = inputs["depth"], inputs["positions"], inputs.get("normals"), described_turns(parameters, inputs)
+        textures = inputs["depth"], inputs["positions"], inputs.get("normals"), self._turns
         return Estimated(
             **at,
             estimator=estimator,

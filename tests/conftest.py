@@ -5,10 +5,6 @@ import os
 import shutil
 import signal
 
-# Threads that wait between kernels must not spin where another process of the run could work: 2 ms of processor time
-# for each call of a small kernel, fifty times its own. OpenMP reads this once.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-
 import numba
 import pytest
 from hypothesis import HealthCheck, settings

@@ -37,9 +37,10 @@ from lfssao.ao.kernels import truth
 from lfssao.ao.kernels.truth import Begun, Cast
 from lfssao.ao.ssao import check_radius
 from lfssao.ao.textures import Buffers
+from lfssao.core.threads import in_chunks
 from lfssao.errors import InputError, check_choice
 from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.embree import CentredScene, in_chunks
+from lfssao.gbuffer.embree import CentredScene
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 

@@ -63,8 +63,6 @@ def _core_count() -> int:
 
 def _run(job: Job, threads: int, found: dict[Item, Result], scheduler: str | None, seconds: dict[str, float]) -> None:
     """Render a job here or on a scheduler, with a progress bar."""
-    # Read when numba's threads start: waiting in a loop, they would take time from those that write files.
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     total, executor, sent = len(job.items()), None, job
     with ExitStack() as stack:
         if scheduler is not None and len(found) < total:

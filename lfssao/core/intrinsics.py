@@ -11,7 +11,7 @@ CHUNK = 256
 
 @extending.intrinsic
 def scratch(_typing: Any, dtype: Any) -> Any:
-    """CHUNK numbers of a dtype on the stack of the calling function or body of a ``prange``; not initialised.
+    """CHUNK numbers of a dtype on the stack of the calling function; not initialised.
 
     LLVM knows that such memory overlaps nothing else, and makes vectors of loops with look-ups: with arrays from
     ``np.empty`` Algorithm 2 with a camera's mapping took five times as long. The memory begins with a cache line. It

@@ -10,10 +10,11 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
+from lfssao.core.threads import in_chunks
 from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.embree import build_scene, embree_installed, in_chunks, require_embree
+from lfssao.gbuffer.embree import build_scene, embree_installed, require_embree
 from lfssao.gbuffer.kernels import first_hit, surface
 from lfssao.optics.kernels.rays import make_rays
 from lfssao.optics.view import View

@@ -1,9 +1,6 @@
 """Embree: first hits in float32, faster than the exact tree, but with other bits on other machines."""
 
 import math
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -78,21 +75,3 @@ class CentredScene:
         found: NDArray[np.float32] = self._scene.run(origins, directions, reach, query="DISTANCE")
         found[found >= np.float32(reach)] = np.inf
         return found
-
-
-def in_chunks(work: Callable[[int, int], None], n: int, size: int, threads: int) -> None:
-    """Call work(start, stop) over 0 .. n - 1 in chunks of a size, on several threads if asked.
-
-    An interruption, or what a call raises, keeps the chunks that no thread has begun from being worked on.
-    """
-    chunks = pairwise([*range(0, n, size), n])
-    if threads == 1:
-        for start, stop in chunks:
-            work(start, stop)
-        return
-    pool = ThreadPoolExecutor(threads)
-    try:
-        for done in [pool.submit(work, start, stop) for start, stop in chunks]:
-            done.result()
-    finally:
-        pool.shutdown(cancel_futures=True)

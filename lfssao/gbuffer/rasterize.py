@@ -37,7 +37,9 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
     near, far = rasterize.separable_rays(view.rays, columns, lines, rows.start)
     axes = image_axes(view, rows, *_scales(tree.bounds, columns, lines, far))
     corner_texels, bounds = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
-    rasterize.bound_triangles(view.width, len(rows), *axes, tree.vertices, tree.faces, corner_texels, bounds)
+    size = view.width, len(rows)
+    rasterize.bound_corners(*size, *axes, tree.vertices, corner_texels)
+    rasterize.bound_triangles(*size, tree.faces, corner_texels, bounds)
     in_band = np.zeros(-(-len(rows) // rasterize.BAND), np.int64)
     pairs = rasterize.count_candidates(bounds, in_band)
     return Candidates(rasterize.SeparableRays(columns, lines, near, far), bounds, in_band, pairs)
@@ -64,7 +66,7 @@ def _scales(
 
 
 def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
-    """Numbers that take x, and y, of a corner to its image, two of (6,) float64 (``bound_triangles``).
+    """Numbers that take x, and y, of a corner to its image, two of (6,) float64 (``bound_corners``).
 
     scale_x, scale_y: upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
     """

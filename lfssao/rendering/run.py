@@ -153,7 +153,7 @@ def run_on(executor: Executor, job: Any, items: Sequence[Item], threads: int) ->
 
 
 _here: list[Renderer] = []
-_one_at_a_time = threading.Lock()  # numba's own pool of threads cannot run two parallel kernels at once
+_one_at_a_time = threading.Lock()  # threads of a worker share its trees
 
 
 def run_item(job: Job, item: Item, threads: int, version: str) -> Result:

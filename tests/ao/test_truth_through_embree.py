@@ -14,7 +14,8 @@ from bits import assert_same_bits
 
 from lfssao import Buffers, InputError, Mesh
 from lfssao.ao.ground_truth import _CLEAR, FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
-from lfssao.gbuffer.embree import CentredScene, in_chunks
+from lfssao.core.threads import in_chunks
+from lfssao.gbuffer.embree import CentredScene
 
 pytest.importorskip("embreex", reason="Embree has no wheel here")
 

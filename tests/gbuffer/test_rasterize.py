@@ -24,7 +24,8 @@ def bound(view, vertices, faces, rows=None, scale=9.1):
     rows = rows or range(view.height)
     texels, bounds = np.empty((len(vertices), 4), np.int32), np.empty((len(faces), 4), np.int32)
     axes = image_axes(view, rows, scale, scale)
-    kernels.bound_triangles(view.width, len(rows), *axes, np.array(vertices), faces, texels, bounds)
+    kernels.bound_corners(view.width, len(rows), *axes, np.array(vertices), texels)
+    kernels.bound_triangles(view.width, len(rows), faces, texels, bounds)
     return texels, bounds
 
 

@@ -38,7 +38,7 @@ ROOMS = {
     "trimesh": "scene", "embreex": "gbuffer", "OpenImageIO": "rendering", "distributed": "rendering",
     "hypothesis": "verify", "jinja2": "verify", "ipywidgets": "viz", "tqdm": "cli",
 }  # fmt: skip
-OF_NUMBA = {"prange", "config", "get_num_threads", "set_num_threads"}
+OF_NUMBA = {"config", "get_num_threads", "set_num_threads"}
 COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"}}
 
 
@@ -202,7 +202,7 @@ def test_no_sentence_begins_with_a_subordinate(path):
 def test_no_fastmath():
     assert jit.FLAGS["fastmath"] is False
     assert jit.FLAGS["error_model"] == "numpy"
-    for kernel in (ssao.algorithm2, ball.algorithm3, post.merge_maximum):
+    for kernel in (ssao.algorithm2.compiled, ball.algorithm3, post.merge_maximum.compiled):
         assert kernel.targetoptions["fastmath"] is False
 
 

@@ -79,10 +79,8 @@ def check_resumes(folder, undisturbed):
 @pytest.fixture(scope="module")
 def server():
     """A process that runs commands in children of its own."""
-    # The layer whose threads a child can start again.
-    environment = {**os.environ, "NUMBA_THREADING_LAYER": "workqueue"}
     command = [sys.executable, str(Path(__file__).parents[1] / "helpers" / "fork_server.py")]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": environment}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, **pipes) as process:
         assert process.stdout.readline() == "ready\n"
         yield process

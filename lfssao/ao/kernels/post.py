@@ -1,24 +1,23 @@
 """Merge of several occlusions (LF section 6), Gaussian blur (passes 4 and 5 of section 7) and shading."""
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
 
 
-@kernel(parallel=True)
-def merge_maximum(layer, merged):
+@kernel(rows="merged")
+def merge_maximum(begin, stop, layer, merged):
     """Raise merged to layer wherever layer is larger, which a NaN never is; (H, W)."""
-    for j in prange(merged.shape[0]):
+    for j in range(begin, stop):
         for i in range(merged.shape[1]):
             merged[j, i] = layer[j, i] if layer[j, i] > merged[j, i] else merged[j, i]
 
 
-@kernel(parallel=True)
-def merge_product(first, second, merged):
+@kernel(rows="merged")
+def merge_product(begin, stop, first, second, merged):
     """1 - (1 - a)(1 - b), from the product of two open fractions (VO section 6), as a + b (1 - a); (H, W)."""
-    for j in prange(merged.shape[0]):
+    for j in range(begin, stop):
         one = merged.dtype.type(1)
         for i in range(merged.shape[1]):
             merged[j, i] = first[j, i] + second[j, i] * (one - first[j, i])
@@ -39,16 +38,16 @@ def gaussian_weights(sigma, radius, weights):
         weights[tap] = weights[tap] / total
 
 
-@kernel(parallel=True)
-def blur_horizontal(source, weights, half):
+@kernel(rows="half")
+def blur_horizontal(begin, stop, source, weights, half):
     """Pass 4: half[j, i] = sum over taps k, first to last, of weights[k] source[j, i + k - radius].
 
     A tap beyond the border reads the texel on it. source, half: (H, W); weights: (2 radius + 1,), same dtype.
     """
-    height, width = half.shape
+    width = half.shape[1]
     taps = weights.shape[0]
     radius = taps // 2
-    for j in prange(height):
+    for j in range(begin, stop):
         row, line = np.empty(width + 2 * radius, source.dtype), source[j]
         for i in range(radius):
             row[i], row[radius + width + i] = line[0], line[width - 1]
@@ -61,13 +60,13 @@ def blur_horizontal(source, weights, half):
                 half[j, i] += weights[k] * row[i + k]
 
 
-@kernel(parallel=True)
-def blur_vertical(half, weights, blurred):
+@kernel(rows="half")
+def blur_vertical(begin, stop, half, weights, blurred):
     """Pass 5: the same down the columns."""
     height, width = half.shape
     taps = weights.shape[0]
     radius = taps // 2
-    for j in prange(height):
+    for j in range(begin, stop):
         row = blurred[j]
         for i in range(width):
             row[i] = 0
@@ -77,11 +76,11 @@ def blur_vertical(half, weights, blurred):
                 row[i] += weights[k] * line[i]
 
 
-@kernel(parallel=True)
-def apply_occlusion(rgb, occlusion, shaded):
+@kernel(rows="occlusion")
+def apply_occlusion(begin, stop, rgb, occlusion, shaded):
     """Shaded = rgb (1 - occlusion); rgb, shaded: (H, W, 3); occlusion: (H, W), same dtype."""
     one = occlusion.dtype.type(1)
-    for j in prange(occlusion.shape[0]):
+    for j in range(begin, stop):
         for i in range(occlusion.shape[1]):
             visibility = one - occlusion[j, i]
             for c in range(3):

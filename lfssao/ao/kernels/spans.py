@@ -8,10 +8,6 @@ import numpy as np
 
 from lfssao.core.jit import kernel
 
-# Rows that a thread takes at once, with one set of scratch arrays: enough that starting costs nothing, few enough that
-# they divide evenly among threads.
-ROWS_A_BLOCK = 8
-
 # Texels that are skipped together, two of the widest vectors: spans consist of whole groups.
 GROUP = 32
 

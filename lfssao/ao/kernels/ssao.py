@@ -7,9 +7,8 @@ says what the form of these loops gains.
 """
 
 import numpy as np
-from numba import prange
 
-from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
+from lfssao.ao.kernels.spans import next_span
 from lfssao.core.intrinsics import CHUNK, element, scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
@@ -156,8 +155,8 @@ def finish_run(depth, at, start, n, samples, count, occlusion, before=0):
     return np.int64(visible) * samples
 
 
-@kernel(parallel=True)
-def algorithm2(depth, positions, offsets, projection, turns, occlusion, outside):
+@kernel(rows="depth")
+def algorithm2(begin, stop, depth, positions, offsets, projection, turns, occlusion, outside):
     """LF Algorithm 2, occlusion of every texel of one module, of several radii.
 
     depth: (H, W), +infinity where there is no surface. positions: (H, W, 3). offsets: (R, n, 3), the samples of each
@@ -171,51 +170,49 @@ def algorithm2(depth, positions, offsets, projection, turns, occlusion, outside)
     fractions, texels = occlusion.reshape(radii * height * width), height * width
     (kind, m), nothing = projection, depth.dtype.type(np.nan)
     moved = transform_offsets(offsets.reshape(radii * samples, 3), projection, turns)
-    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
-        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
-        q, count = scratch(m.dtype), scratch(np.int32)
-        turn = scratch(m.dtype), scratch(m.dtype)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            at, end = j * width, (j + 1) * width
+    a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+    q, count = scratch(m.dtype), scratch(np.int32)
+    turn = scratch(m.dtype), scratch(m.dtype)
+    for j in range(begin, stop):
+        at, end = j * width, (j + 1) * width
+        for r in range(radii):
+            outside[r, j] = 0
+        while at < end:
+            start, n = next_span(surface, at, end, CHUNK)
+            # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
+            for i in range(n):
+                t = 3 * (start + i)  # line 1
+                x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
+                x = x if surface[np.uint64(start + i)] < np.inf else nothing
+                a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                if kind == MATRIX:
+                    q[i] = affine_row(m, 3, x, y, z)
+            load_turns(turns, turn, j, start - j * width, n)
             for r in range(radii):
-                outside[r, j] = 0
-            while at < end:
-                start, n = next_span(surface, at, end, CHUNK)
-                # Here and not in a function: one that is optimised before it is inlined knows less of these arrays.
+                first = r * samples
                 for i in range(n):
-                    t = 3 * (start + i)  # line 1
-                    x, y, z = places[np.uint64(t)], places[np.uint64(t + 1)], places[np.uint64(t + 2)]  # line 2
-                    x = x if surface[np.uint64(start + i)] < np.inf else nothing
-                    a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
-                    if kind == MATRIX:
-                        q[i] = affine_row(m, 3, x, y, z)
-                load_turns(turns, turn, j, start - j * width, n)
-                for r in range(radii):
-                    first = r * samples
-                    for i in range(n):
-                        count[i] = 0
-                    if kind == CROSSED_SLITS:
-                        slits = slits_of(m)
-                        found = count_slits(
-                            slits, surface, width, height, n, a, b, c, first, samples, moved, turns, turn, count
-                        )
-                    elif kind == MATRIX:
-                        found = count_matrix(
-                            surface, width, height, n, a, b, c, q, first, samples, moved, turns, turn, count
-                        )
-                    else:
-                        module = display_module(m[12:])
-                        found = count_display(
-                            module, surface, width, height, n, a, b, c, first, samples, moved, turns, turn, count
-                        )
-                    visible = finish_run(surface, at, start, n, samples, count, fractions, r * texels)
-                    outside[r, j] += visible - found
-                at = start + n
+                    count[i] = 0
+                if kind == CROSSED_SLITS:
+                    slits = slits_of(m)
+                    found = count_slits(
+                        slits, surface, width, height, n, a, b, c, first, samples, moved, turns, turn, count
+                    )
+                elif kind == MATRIX:
+                    found = count_matrix(
+                        surface, width, height, n, a, b, c, q, first, samples, moved, turns, turn, count
+                    )
+                else:
+                    module = display_module(m[12:])
+                    found = count_display(
+                        module, surface, width, height, n, a, b, c, first, samples, moved, turns, turn, count
+                    )
+                visible = finish_run(surface, at, start, n, samples, count, fractions, r * texels)
+                outside[r, j] += visible - found
+            at = start + n
 
 
-@kernel(parallel=True)
-def algorithm1(depth, offsets, screen_to_world, projection, turns, occlusion, outside):
+@kernel(rows="depth")
+def algorithm1(begin, stop, depth, offsets, screen_to_world, projection, turns, occlusion, outside):
     """LF Algorithm 1, occlusion of every texel of an ordinary view, whose projection is of kind MATRIX.
 
     Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,), the rows of a matrix, for the positions.
@@ -224,29 +221,25 @@ def algorithm1(depth, offsets, screen_to_world, projection, turns, occlusion, ou
     surface, fractions = depth.reshape(height * width), occlusion.reshape(height * width)
     m, image_offsets = projection.numbers, transform_offsets(offsets, projection, turns)
     samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
-    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
-        a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
-        q, count = scratch(m.dtype), scratch(np.int32)
-        turn = scratch(m.dtype), scratch(m.dtype)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            at, end = j * width, (j + 1) * width
-            outside[j] = 0
-            while at < end:
-                start, n = next_span(surface, at, end, CHUNK)
-                first = m.dtype.type(start - j * width) + half
-                for i in range(n):
-                    u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
-                    d = surface[np.uint64(start + i)]  # line 2
-                    w = affine_row(screen_to_world, 3, u, v, d)  # line 3
-                    x = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
-                    y = affine_row(screen_to_world, 1, u, v, d) / w
-                    z = affine_row(screen_to_world, 2, u, v, d) / w
-                    a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
-                    q[i], count[i] = affine_row(m, 3, x, y, z), 0
-                load_turns(turns, turn, j, start - j * width, n)
-                found = count_matrix(
-                    surface, width, height, n, a, b, c, q, 0, samples, image_offsets, turns, turn, count
-                )
-                outside[j] += finish_run(surface, at, start, n, samples, count, fractions) - found
-                at = start + n
+    a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
+    q, count = scratch(m.dtype), scratch(np.int32)
+    turn = scratch(m.dtype), scratch(m.dtype)
+    for j in range(begin, stop):
+        at, end = j * width, (j + 1) * width
+        outside[j] = 0
+        while at < end:
+            start, n = next_span(surface, at, end, CHUNK)
+            first = m.dtype.type(start - j * width) + half
+            for i in range(n):
+                u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
+                d = surface[np.uint64(start + i)]  # line 2
+                w = affine_row(screen_to_world, 3, u, v, d)  # line 3
+                x = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
+                y = affine_row(screen_to_world, 1, u, v, d) / w
+                z = affine_row(screen_to_world, 2, u, v, d) / w
+                a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
+                q[i], count[i] = affine_row(m, 3, x, y, z), 0
+            load_turns(turns, turn, j, start - j * width, n)
+            found = count_matrix(surface, width, height, n, a, b, c, q, 0, samples, image_offsets, turns, turn, count)
+            outside[j] += finish_run(surface, at, start, n, samples, count, fractions) - found
+            at = start + n

@@ -12,7 +12,6 @@ rays' own numbers, and a box is compared with numbers that are rounded as hit_tr
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.gbuffer.kernels.bvh import LEAF
@@ -155,15 +154,15 @@ def _shorten(best, packet):
     packet[9, _SUBS * _SUBS] = tile_far
 
 
-@kernel(parallel=True)
-def first_hits(rays, width, height, tree, proposal, triangle, z, top=0):
+@kernel(rows="proposal")
+def first_hits(begin, stop, rays, width, height, tree, proposal, triangle, z, top=0):
     """Write the first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
     proposal: (ceil(H / TILE), ceil(W / TILE)) int32, a triangle that is likely to be hit first in each tile, or -1; it
     saves time and changes nothing. triangle, z: (H, W) int32 and float64, -1 and the ray's end where there is no hit.
     top: the view's row that row 0 is.
     """
-    for tile_row in prange(proposal.shape[0]):
+    for tile_row in range(begin, stop):
         ray, best = np.empty((TILE * TILE, 5)), np.empty((TILE * TILE, 2))
         packet = np.empty((10, _SUBS * _SUBS + 1))  # of the sub-tiles, then of the tile
         stack, meets = np.empty(_STACK, np.int64), np.empty(_SUBS * _SUBS, np.int64)

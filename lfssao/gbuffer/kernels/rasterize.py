@@ -25,7 +25,6 @@ from math import ceil, floor
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.gbuffer.kernels.triangle import hit_triangle, triangle_at
@@ -65,16 +64,15 @@ def _image(x, z, axis, size):
     return min(max(((x - c) * r) * a + b, -1.0), size), True
 
 
-@kernel(parallel=True)
-def bound_triangles(width, height, u_axis, v_axis, vertices, faces, texels, bounds):
-    """Write the texels that lie between the images of each triangle's corners.
+@kernel(rows="vertices")
+def bound_corners(begin, stop, width, height, u_axis, v_axis, vertices, texels):
+    """Write the texels that lie beside the image of each vertex.
 
     u_axis, v_axis: (6,) float64, alpha, beta, c, a, b and the limit of r along columns and rows. texels: (V, 4) int32,
-    for each vertex the first column at or after its image, the last column at or before it, then rows; all columns and
-    rows where its rounding is not bounded. bounds: (F, 4) int32, first and last column, first and last row in which the
-    triangle can be hit; none where the first is behind the last.
+    the first column at or after a vertex's image, the last column at or before it, then rows; all columns and rows
+    where its rounding is not bounded.
     """
-    for k in prange(vertices.shape[0]):
+    for k in range(begin, stop):
         u, u_bounded = _image(vertices[k, 0], vertices[k, 2], u_axis, width)
         v, v_bounded = _image(vertices[k, 1], vertices[k, 2], v_axis, height)
         if u_bounded and v_bounded:
@@ -82,7 +80,16 @@ def bound_triangles(width, height, u_axis, v_axis, vertices, faces, texels, boun
             texels[k, 2], texels[k, 3] = np.int32(ceil(v - MARGIN)), np.int32(floor(v + MARGIN))
         else:
             texels[k, 0], texels[k, 1], texels[k, 2], texels[k, 3] = 0, width - 1, 0, height - 1
-    for f in prange(faces.shape[0]):
+
+
+@kernel(rows="faces")
+def bound_triangles(begin, stop, width, height, faces, texels, bounds):
+    """Write the texels that lie between the images of each triangle's corners, ``texels`` of ``bound_corners``.
+
+    bounds: (F, 4) int32, first and last column, first and last row in which the triangle can be hit; none where the
+    first is behind the last.
+    """
+    for f in range(begin, stop):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         bounds[f, 0] = max(min(texels[a, 0], texels[b, 0], texels[c, 0]), 0)
         bounds[f, 1] = min(max(texels[a, 1], texels[b, 1], texels[c, 1]), width - 1)
@@ -116,8 +123,8 @@ def sort_into_bands(bounds, starts, members):
                 starts[band] += 1
 
 
-@kernel(parallel=True)
-def first_hits(rays, tree, bounds, members, ends, triangle, z):
+@kernel(rows="ends")
+def first_hits(begin, stop, rays, tree, bounds, members, ends, triangle, z):
     """Write the first triangle of every texel's ray: the smallest z, and of equal z the smallest number.
 
     bounds: of bound_triangles. members, ends: (n,) int32 and (bands,) int64, the triangles of each band of rows, one
@@ -125,7 +132,7 @@ def first_hits(rays, tree, bounds, members, ends, triangle, z):
     hit.
     """
     height, near = triangle.shape[0], rays.near
-    for band in prange(ends.shape[0]):
+    for band in range(begin, stop):
         top, bottom = band * BAND, min((band + 1) * BAND, height)
         triangle[top:bottom], z[top:bottom] = -1, rays.far
         for m in range(0 if band == 0 else ends[band - 1], ends[band]):

@@ -8,7 +8,6 @@ from math import floor, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.gbuffer.kernels.triangle import point_on_triangle, triangle_at
@@ -16,15 +15,15 @@ from lfssao.optics.kernels.projection import affine_row, linear_row
 from lfssao.optics.kernels.rays import image_depth, texel_ray
 
 
-@kernel(parallel=True)
-def write_surface(rays, world_from_cast, triangle, z, depth, positions, top=0):
+@kernel(rows="triangle")
+def write_surface(begin, stop, rays, world_from_cast, triangle, z, depth, positions, top=0):
     """Write depth, (H, W) float32, and world positions, (H, W, 3) float32; +infinity where there is no surface.
 
     triangle: (H, W) int32, -1 where there is no surface. z: (H, W) float64, cast space, of the hit. positions may be of
     shape (0, 0, 3), and is then left out. top: the view's row that row 0 is.
     """
     placed = positions.shape[0] > 0
-    for j in prange(triangle.shape[0]):
+    for j in range(begin, stop):
         for i in range(triangle.shape[1]):
             if triangle[j, i] < 0:
                 depth[j, i] = np.inf
@@ -39,10 +38,10 @@ def write_surface(rays, world_from_cast, triangle, z, depth, positions, top=0):
                     positions[j, i, row] = affine_row(world_from_cast, row, x, y, z[j, i])
 
 
-@kernel(parallel=True)
-def points_on_triangles(rays, tree, triangle, z, weights, top=0):
+@kernel(rows="triangle")
+def points_on_triangles(begin, stop, rays, tree, triangle, z, weights, top=0):
     """Write z, (H, W) float64, and weights of corners b and c, (H, W, 2), of each texel that sees a triangle."""
-    for j in prange(triangle.shape[0]):
+    for j in range(begin, stop):
         for i in range(triangle.shape[1]):
             if triangle[j, i] >= 0:
                 ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, i + 0.5, (top + j) + 0.5)
@@ -78,8 +77,8 @@ def interpolate(values, faces, face, weight_b, weight_c, k):
     return (a * ((1.0 - weight_b) - weight_c) + b * weight_b) + c * weight_c
 
 
-@kernel(parallel=True)
-def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0):
+@kernel(rows="triangle")
+def write_normals(begin, stop, rays, world_from_cast, triangle, weights, mesh, normals, top=0):
     """Write unit normals in world space towards the viewer, (H, W, 3) float32; 0 where there is no surface.
 
     triangle, weights: (H, W) int32 and (H, W, 2) float64, as of ``points_on_triangles``. Smooth normals are (a w_a +
@@ -87,7 +86,7 @@ def write_normals(rays, world_from_cast, triangle, weights, mesh, normals, top=0
     (b - a) x (c - a). top: the view's row that row 0 is.
     """
     m, vertices, smooth = world_from_cast, mesh.vertices, weights.shape[0] > 0
-    for row in prange(triangle.shape[0]):
+    for row in range(begin, stop):
         for column in range(triangle.shape[1]):
             face = triangle[row, column]
             if face < 0:
@@ -151,15 +150,15 @@ def nearest_sample(texels, first, wide, high, u, v, channel):
     return np.float64(texels[first + row * wide + column, channel])
 
 
-@kernel(parallel=True)
-def write_albedo(triangle, weights, faces, material, nearest, rgb):
+@kernel(rows="triangle")
+def write_albedo(begin, stop, triangle, weights, faces, material, nearest, rgb):
     """Write the diffuse colour of every texel, (H, W, 3) float32 linear RGB; 0 where there is no surface.
 
     triangle, weights: (H, W) int32 and (H, W, 2) float64, as of ``points_on_triangles``. faces: (F, 3) int32. nearest:
     textures are read at the nearest texel and not between four.
     """
     colors, uv, texels = material.vertex_colors, material.uv, material.texels
-    for j in prange(triangle.shape[0]):
+    for j in range(begin, stop):
         for i in range(triangle.shape[1]):
             face = triangle[j, i]
             if face < 0:

@@ -9,8 +9,6 @@ Rays have the kind of the projection that they belong to, and numbers of their o
 from math import sqrt
 from typing import Any, NamedTuple
 
-from numba import prange
-
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import display_module, display_ray
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
@@ -80,10 +78,10 @@ def texel_ray(rays, u, v):
     return x, y, 0.0, 0.0, 0.0, 1.0, camera.near, camera.far
 
 
-@kernel(parallel=True)
-def write_directions(rays, m, directions):
+@kernel(rows="directions")
+def write_directions(begin, stop, rays, m, directions):
     """Write unit directions of texels' rays in world space, (H, W, 3), m the map cast -> world, (12,); 0 for no ray."""
-    for j in prange(directions.shape[0]):
+    for j in range(begin, stop):
         for i in range(directions.shape[1]):
             _, _, _, dx, dy, _, _, _ = texel_ray(rays, i + 0.5, j + 0.5)
             x = (m[0] * dx + m[1] * dy) + m[2]

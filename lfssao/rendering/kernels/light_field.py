@@ -6,7 +6,6 @@ All in float64, evaluated as written; the picture is rounded once to float32.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
@@ -151,8 +150,8 @@ def mean_texel(modules, places, weights, pixel):
     return total > 0.0
 
 
-@kernel(parallel=True)
-def compose(modules, eye, screen, blend, picture, dark):
+@kernel(rows="picture")
+def compose(begin, stop, modules, eye, screen, blend, picture, dark):
     """Write the picture of the screen's rectangle at z = 0 that an eye sees: (H, W, C) float32, 0 where it is dark.
 
     Pixel (i, j) looks through x = w ((i + 0.5) / W - 0.5), y = h (0.5 - (j + 0.5) / H), (w, h) the screen in metres;
@@ -161,7 +160,7 @@ def compose(modules, eye, screen, blend, picture, dark):
     """
     height, width, count = picture.shape[0], picture.shape[1], modules.numbers.shape[0]
     curvature = display_module(modules.numbers[0]).screen_curvature
-    for j in prange(height):
+    for j in range(begin, stop):
         sines, places, weights = np.empty(count), np.empty((count, 2)), np.empty(count)
         y = screen[1] * (0.5 - (j + 0.5) / height)
         dark[j] = 0

@@ -7,10 +7,9 @@ stays in the nearest caches. The numbers of a texel are in slots (``kernels.span
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.vo.kernels.local_frame import PLACE, project
-from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, next_span, slot
+from lfssao.ao.kernels.spans import CHUNK, load, next_span, slot
 from lfssao.core.elementary import power
 from lfssao.core.jit import kernel
 from lfssao.core.vectors import disk_axes
@@ -29,6 +28,8 @@ _LOOK = PLACE  # the direction in which the texel looks, before PLACE has the ro
 _ALONG = 20  # the linear rows of the disk's first axis, times R
 _ACROSS = 24
 _SLOTS = 28
+
+_TILE = 8  # rows of a tile
 
 
 class Seen(NamedTuple):
@@ -123,8 +124,8 @@ def finish_alchemy(depth, at, start, n, strength, slots, occlusion):
         occlusion[texel] = one - depth.dtype.type(power(np.float64(a), strength.k)) if there else zero
 
 
-@kernel(parallel=True)
-def alchemy(seen, taps, turns, projection, away, strength, occlusion, outside):
+@kernel(rows="occlusion")
+def alchemy(begin, stop, seen, taps, turns, projection, away, strength, occlusion, outside):
     """Alchemy AO of every texel, 1 - A, into occlusion (H, W), as ``alchemy.alchemy`` describes it.
 
     taps: (s, 2), points of the unit disk. turns: (2, H W), cosine and sine by which each texel's taps are turned. away:
@@ -132,12 +133,10 @@ def alchemy(seen, taps, turns, projection, away, strength, occlusion, outside):
     outside: (H,), out: taps of each row outside the texture or the mapping's domain; they add nothing.
     """
     size, samples, dtype = occlusion.shape, taps.shape[0], occlusion.dtype
-    (height, width), fractions, lens = size, occlusion.reshape(-1), projection.numbers[12:]
-    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
-        top = block * ROWS_A_BLOCK
-        bottom = min(height, top + ROWS_A_BLOCK)
-        slots, found = np.empty(_SLOTS * CHUNK, dtype), np.empty(CHUNK, np.int32)
+    width, fractions, lens = size[1], occlusion.reshape(-1), projection.numbers[12:]
+    slots, found = np.empty(_SLOTS * CHUNK, dtype), np.empty(CHUNK, np.int32)
+    for top in range(begin, stop, _TILE):
+        bottom = min(stop, top + _TILE)
         for j in range(top, bottom):
             outside[j] = 0
         for column in range(0, width, CHUNK):

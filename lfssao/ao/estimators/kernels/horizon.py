@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.vo.kernels.local_frame import (
     E1,
@@ -18,7 +17,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     project,
     start_disks,
 )
-from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, slot
+from lfssao.ao.kernels.spans import CHUNK, load, slot
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
 
@@ -105,8 +104,8 @@ def raise_horizons(fan, radius, n, slots):
         slots[slot(_HORIZON, i)] = higher
 
 
-@kernel(parallel=True)
-def horizon_occlusion(seen, fan, turns, radius, occlusion, outside):
+@kernel(rows="occlusion")
+def horizon_occlusion(begin, stop, seen, fan, turns, radius, occlusion, outside):
     """Occlusion of every texel by the horizons in directions of its disk.
 
     A = (1 / 2 pi) integral over theta of (sin h - sin t) W, elevations above the plane through P at right angles to
@@ -117,23 +116,22 @@ def horizon_occlusion(seen, fan, turns, radius, occlusion, outside):
     a direction whose end has no image; they are open.
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
-    height, width = size
-    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        slots, missed = np.empty((SLOTS + 4) * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
-        texels, dtype = np.empty(CHUNK, np.uint32), fractions.dtype.type
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            outside[j] = 0
-            for chunk in range(0, width, CHUNK):
-                first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                column = np.int64(first) - j * width
-                start_disks(seen, radius, fan.mirrors, True, turns, j, first, n, missed, slots)
-                load(seen.positions, first, n, slots, _WHERE)
-                for s in range(fan.around.shape[0]):
-                    place_on_disk(n, fan.around[s, 0], fan.around[s, 1], slots)
-                    project(seen.kind, seen.lens, n, slots)
-                    start_direction(fan, s, column, j, n, slots)
-                    for step in range(1, fan.steps + 1):
-                        part = dtype(step) / dtype(fan.steps)
-                        look_up(seen.positions, size, part, column, j, n, texels, missed, slots)
-                        raise_horizons(fan, radius, n, slots)
-                outside[j] += finish_chunk(first, n, fan.around.shape[0], missed, slots, fractions)
+    width = size[1]
+    slots, missed = np.empty((SLOTS + 4) * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
+    texels, dtype = np.empty(CHUNK, np.uint32), fractions.dtype.type
+    for j in range(begin, stop):
+        outside[j] = 0
+        for chunk in range(0, width, CHUNK):
+            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            column = np.int64(first) - j * width
+            start_disks(seen, radius, fan.mirrors, True, turns, j, first, n, missed, slots)
+            load(seen.positions, first, n, slots, _WHERE)
+            for s in range(fan.around.shape[0]):
+                place_on_disk(n, fan.around[s, 0], fan.around[s, 1], slots)
+                project(seen.kind, seen.lens, n, slots)
+                start_direction(fan, s, column, j, n, slots)
+                for step in range(1, fan.steps + 1):
+                    part = dtype(step) / dtype(fan.steps)
+                    look_up(seen.positions, size, part, column, j, n, texels, missed, slots)
+                    raise_horizons(fan, radius, n, slots)
+            outside[j] += finish_chunk(first, n, fan.around.shape[0], missed, slots, fractions)

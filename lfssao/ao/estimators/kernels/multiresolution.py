@@ -7,18 +7,17 @@ Positions and normals of a level's texels are read over and over: they are copie
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 
 BOTH, MAXIMUM, AVERAGE = 0, 1, 2
 
 
-@kernel(parallel=True)
-def first_level(depth, level):
+@kernel(rows="depth")
+def first_level(begin, stop, depth, level):
     """The finest level, every texel for itself; depth: (H, W), level: (H, W) int32, out."""
-    height, width = depth.shape
-    for j in prange(height):
+    width = depth.shape[1]
+    for j in range(begin, stop):
         for i in range(width):
             number = np.int32(np.int64(j) * width + i)
             level[j, i] = number if depth[j, i] < np.inf else np.int32(-1)
@@ -46,14 +45,13 @@ def lower_median(surface, a, b, c, d):
     return a if ba + ca + da == rank else found
 
 
-@kernel(parallel=True)
-def halve(depth, fine, coarse):
+@kernel(rows="coarse")
+def halve(begin, stop, depth, fine, coarse):
     """The next coarser level, out, (ceil(h / 2), ceil(w / 2)): of each 2 x 2 texels the lower median by depth."""
     height, width = fine.shape
     surface, numbers, chosen = depth.reshape(-1), fine.reshape(-1), coarse.reshape(-1)
     wide, none = (width + 1) // 2, np.int32(-1)
-    for row in prange((height + 1) // 2):
-        j = np.int64(row)
+    for j in range(begin, stop):
         two = 2 * j + 1 < height
         top, bottom = 2 * j * width, (2 * j + 1 if two else 2 * j) * width
         for i in range(width // 2):
@@ -116,8 +114,8 @@ def taps_beyond(numbers, j, width, height, reach):
     return beyond
 
 
-@kernel(parallel=True)
-def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
+@kernel(rows="level")
+def level_occlusion(begin, stop, level, places, facing, reach, squared, occlusion, outside):
     """Occlusion of one level, (h, w), out, from the square of texels around each; outside: (h,) int64, out.
 
     places, facing: (H * W, 3), positions and unit normals of the full textures. The square's (2 reach + 1)^2 - 1 taps
@@ -126,20 +124,19 @@ def level_occlusion(level, places, facing, reach, squared, occlusion, outside):
     """
     height, width = level.shape
     numbers, out, dtype = level.reshape(-1), occlusion.reshape(-1), occlusion.dtype.type
-    kind = places.dtype
-    x, y, z = np.empty(level.size, kind), np.empty(level.size, kind), np.empty(level.size, kind)
-    for j in prange(height):
-        gather(numbers, places, j * width, width, 1, x, y, z, j * width)
-    zero, number = dtype(0), dtype((2 * reach + 1) * (2 * reach + 1) - 1)
-    for row in prange(height):
-        j = np.int64(row)
-        nx, ny, nz, total = np.empty(width, kind), np.empty(width, kind), np.empty(width, kind), np.zeros(width, kind)
+    zero, number, kind = dtype(0), dtype((2 * reach + 1) * (2 * reach + 1) - 1), places.dtype
+    top, n = max(begin - reach, 0), (min(stop + reach, height) - max(begin - reach, 0)) * width
+    x, y, z = np.empty(n, kind), np.empty(n, kind), np.empty(n, kind)
+    gather(numbers, places, top * width, n, 1, x, y, z, 0)
+    nx, ny, nz, total = np.empty(width, kind), np.empty(width, kind), np.empty(width, kind), np.empty(width, kind)
+    for j in range(begin, stop):
+        total[:] = 0
         gather(numbers, facing, j * width, width, 1, nx, ny, nz, 0)
         left, right = level_span(numbers, j * width, width)
         for line in range(max(j - reach, 0), min(j + reach, height - 1) + 1):
             for shift in range(-reach, reach + 1):
                 first, last = max(left, -shift), min(right, width - shift)
-                here, tap = j * width + first, line * width + first + shift
+                here, tap = (j - top) * width + first, (line - top) * width + first + shift
                 for i in range(last - first):
                     p, q, place = np.uint64(here + i), np.uint64(tap + i), np.uint64(first + i)
                     total[place] += obscured(
@@ -174,30 +171,30 @@ def upsampling_weight(vx, vy, vz, nx, ny, nz, mx, my, mz, radius):
     return w if w < infinity else zero  # NaN is not
 
 
-@kernel(parallel=True)
-def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, total):
+@kernel(rows="fine")
+def refine(begin, stop, fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, total):
     """Carry the maximum and the sum over levels from a coarse level to the next finer one, where it has been estimated.
 
     fine, coarse: the levels, (h, w) and (ceil(h / 2), ceil(w / 2)) int32. coarse_most, coarse_sum: maximum and sum over
     the coarser levels. most, total, (h, w): in, the fine level's own occlusion; out, the maximum and the sum with those
     of the four coarse texels around, weighed by 9, 3, 3 or 1 times ``upsampling_weight``.
     """
-    height, width = fine.shape
+    width = fine.shape[1]
     high, wide = coarse.shape
     dtype, kind = most.dtype.type, most.dtype
     numbers, coarser, largest, sums = fine.reshape(-1), coarse.reshape(-1), most.reshape(-1), total.reshape(-1)
-    carried_most, carried_sum = coarse_most.reshape(-1), coarse_sum.reshape(-1)
-    qx, qy, qz = np.empty(coarse.size, kind), np.empty(coarse.size, kind), np.empty(coarse.size, kind)
-    mx, my, mz = np.empty(coarse.size, kind), np.empty(coarse.size, kind), np.empty(coarse.size, kind)
-    for j in prange(high):
-        gather(coarser, places, j * wide, wide, 1, qx, qy, qz, j * wide)
-        gather(coarser, facing, j * wide, wide, 1, mx, my, mz, j * wide)
+    top = max(begin // 2 - 1, 0)  # the first coarse row that is read, and how many texels from there on
+    size = (min((stop - 1) // 2 + 2, high) - top) * wide
+    carried_most, carried_sum = coarse_most.reshape(-1)[top * wide :], coarse_sum.reshape(-1)[top * wide :]
+    qx, qy, qz = np.empty(size, kind), np.empty(size, kind), np.empty(size, kind)
+    mx, my, mz = np.empty(size, kind), np.empty(size, kind), np.empty(size, kind)
+    gather(coarser, places, top * wide, size, 1, qx, qy, qz, 0)
+    gather(coarser, facing, top * wide, size, 1, mx, my, mz, 0)
+    px, py, pz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+    nx, ny, nz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+    weights, peak, mean = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
     zero = dtype(0)
-    for line in prange(height):
-        j = np.int64(line)
-        px, py, pz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
-        nx, ny, nz = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
-        weights, peak, mean = np.empty(wide, kind), np.empty(wide, kind), np.empty(wide, kind)
+    for j in range(begin, stop):
         left, right = level_span(numbers, j * width, width)
         for odd in range(2):  # columns: those of one parity have their coarse neighbours on the same side
             skipped = left // 2
@@ -213,7 +210,7 @@ def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, 
                 if not 0 <= row < high:
                     continue
                 near = dtype((3 - 2 * (k // 2)) * (3 - 2 * (k % 2)))
-                first, coarse_start = max(0, -shift - skipped), row * wide + skipped + shift
+                first, coarse_start = max(0, -shift - skipped), (row - top) * wide + skipped + shift
                 for i in range(min(n, wide - shift - skipped) - first):
                     c, f = np.uint64(coarse_start + first + i), np.uint64(first + i)
                     w = near * upsampling_weight(
@@ -232,10 +229,10 @@ def refine(fine, coarse, places, facing, radius, coarse_most, coarse_sum, most, 
                 sums[place] = sums[place] + mean[i]
 
 
-@kernel(parallel=True)
-def combine(most, total, levels, how):
+@kernel(rows="most")
+def combine(begin, stop, most, total, levels, how):
     """Occlusion of all levels into ``most``, 0 to 1: MAXIMUM, AVERAGE, or BOTH, 1 - (1 - maximum) (1 - average)."""
-    for j in prange(most.shape[0]):
+    for j in range(begin, stop):
         zero, one, number = most.dtype.type(0), most.dtype.type(1), most.dtype.type(levels)
         for i in range(most.shape[1]):
             average = total[j, i] / number

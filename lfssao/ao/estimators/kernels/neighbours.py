@@ -8,9 +8,8 @@ texture it falls into; one that falls into none is not.
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
-from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
+from lfssao.ao.kernels.spans import next_span
 from lfssao.ao.kernels.ssao import finish_run, transform_offsets
 from lfssao.core.intrinsics import CHUNK, element, scratch
 from lfssao.core.jit import kernel
@@ -103,8 +102,8 @@ def look(views, v, n, rows, move, known):
             known[i] |= np.int32(there) | (np.int32(_OPEN) if there & (not hidden) else nothing)
 
 
-@kernel(parallel=True)
-def hidden_fraction(surface, positions, offsets, views, occlusion, outside):
+@kernel(rows="surface")
+def hidden_fraction(begin, stop, surface, positions, offsets, views, occlusion, outside):
     """Fraction of samples that are behind the visible surface in all the textures that they fall into.
 
     surface: (H, W), finite where the texel sees a surface. positions: (H, W, 3). offsets: (n, 3), the samples relative
@@ -121,29 +120,27 @@ def hidden_fraction(surface, positions, offsets, views, occlusion, outside):
         for k in range(samples):  # ``moves[v] = ...`` is compiled with the text of an error: five seconds
             for row in range(4):
                 moves[v, k, row] = moved[k, 2, row]
-    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
-        rows = np.empty(len(kinds) * _ROWS * CHUNK, numbers.dtype)
-        known, count = scratch(np.int32), scratch(np.int32)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            at, end = j * width, (j + 1) * width
-            outside[j] = 0
-            while at < end:
-                start, n = next_span(visible, at, end, CHUNK)
-                for v in range(len(kinds)):
-                    load_points(kinds[v], numbers[v], visible, places, start, n, v * _ROWS * CHUNK, rows)
+    rows = np.empty(len(kinds) * _ROWS * CHUNK, numbers.dtype)
+    known, count = scratch(np.int32), scratch(np.int32)
+    for j in range(begin, stop):
+        at, end = j * width, (j + 1) * width
+        outside[j] = 0
+        while at < end:
+            start, n = next_span(visible, at, end, CHUNK)
+            for v in range(len(kinds)):
+                load_points(kinds[v], numbers[v], visible, places, start, n, v * _ROWS * CHUNK, rows)
+            for i in range(n):
+                count[i] = 0
+            found = 0
+            for s in range(samples):
                 for i in range(n):
-                    count[i] = 0
-                found = 0
-                for s in range(samples):
-                    for i in range(n):
-                        known[i] = 0
-                    for v in range(len(kinds)):
-                        look(views, v, n, rows, moves[v, s], known)
-                    inside = np.int32(0)
-                    for i in range(n):
-                        count[i] += np.int32(known[i] == _INSIDE)
-                        inside = np.int32(inside + np.int32(known[i] != 0))
-                    found += inside
-                outside[j] += finish_run(visible, at, start, n, samples, count, fractions) - found
-                at = start + n
+                    known[i] = 0
+                for v in range(len(kinds)):
+                    look(views, v, n, rows, moves[v, s], known)
+                inside = np.int32(0)
+                for i in range(n):
+                    count[i] += np.int32(known[i] == _INSIDE)
+                    inside = np.int32(inside + np.int32(known[i] != 0))
+                found += inside
+            outside[j] += finish_run(visible, at, start, n, samples, count, fractions) - found
+            at = start + n

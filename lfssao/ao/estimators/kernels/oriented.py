@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.vo.kernels.local_frame import (
     FIRST,
@@ -18,7 +17,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     project,
     start_points,
 )
-from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, slot
+from lfssao.ao.kernels.spans import CHUNK, load, slot
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
 
@@ -103,25 +102,24 @@ def add_weights(surface, size, half, n, missed, slots):
         missed[i] += np.int32(not inside)
 
 
-@kernel(parallel=True)
-def oriented_occlusion(seen, surface, half, turns, occlusion, outside):
+@kernel(rows="occlusion")
+def oriented_occlusion(begin, stop, seen, surface, half, turns, occlusion, outside):
     """Mean weight of the points that the surface hides, of every texel, into occlusion (H, W).
 
     surface: (H * W,), cast z that points are compared with, where ``seen`` has none too. outside: (H,), out: points of
     each row outside the texture or the mapping's domain; they are not hidden.
     """
     size, fractions, count = occlusion.shape, occlusion.reshape(-1), half.points.shape[0]
-    height, width = size
-    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        slots, missed = np.empty(_SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            outside[j] = 0
-            for chunk in range(0, width, CHUNK):
-                first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_axes(seen, half, turns, first, n, slots)
-                start_points(seen, first, n, missed, slots)
-                for s in range(count):
-                    place_above(half.points[s], n, slots)
-                    project(seen.kind, seen.lens, n, slots)
-                    add_weights(surface, size, half, n, missed, slots)
-                outside[j] += finish_chunk(first, n, count, missed, slots, fractions)
+    width = size[1]
+    slots, missed = np.empty(_SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
+    for j in range(begin, stop):
+        outside[j] = 0
+        for chunk in range(0, width, CHUNK):
+            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            start_axes(seen, half, turns, first, n, slots)
+            start_points(seen, first, n, missed, slots)
+            for s in range(count):
+                place_above(half.points[s], n, slots)
+                project(seen.kind, seen.lens, n, slots)
+                add_weights(surface, size, half, n, missed, slots)
+            outside[j] += finish_chunk(first, n, count, missed, slots, fractions)

@@ -10,9 +10,8 @@ six times as long.
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
-from lfssao.ao.kernels.spans import ROWS_A_BLOCK, next_span
+from lfssao.ao.kernels.spans import next_span
 from lfssao.ao.kernels.ssao import (
     count_display,
     count_matrix,
@@ -162,8 +161,8 @@ def count_near(projection, seen, choices, size, n, points, moved, count):
     return found
 
 
-@kernel(parallel=True)
-def occluded_fraction(seen, normals, offsets, projection, choices, turns, occlusion, outside):
+@kernel(rows="occlusion")
+def occluded_fraction(begin, stop, seen, normals, offsets, projection, choices, turns, occlusion, outside):
     """Fraction of samples behind the visible surface, with options, into occlusion (H, W).
 
     normals: (3 H W,), unit world normals n, or None; with them an offset o with (o_x n_x + o_y n_y) + o_z n_z < 0 is
@@ -177,44 +176,40 @@ def occluded_fraction(seen, normals, offsets, projection, choices, turns, occlus
     size = m.dtype.type(width), m.dtype.type(height)
     still = np.zeros((1, 3, 4), m.dtype)  # samples are in a, b, c, q already
     looks = not choices.forward and choices.reach == np.inf  # at depths alone
-    blocks = (height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK
-    for block in prange(blocks):
-        points, up = np.empty((3, CHUNK), m.dtype), np.zeros((3, CHUNK), m.dtype)
-        rows, a, b = np.empty((4, CHUNK), m.dtype), scratch(m.dtype), scratch(m.dtype)
-        c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(np.int32)
-        turn = scratch(m.dtype), scratch(m.dtype)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            at, end = j * width, (j + 1) * width
-            outside[j] = 0
-            while at < end:
-                start, n = next_span(seen.depth, at, end, CHUNK)
-                load_row(seen.positions, start, n, points)
-                if normals is not None:
-                    load_row(normals, start, n, up)
-                load_turns(turns, turn, j, start - j * width, n)
-                affine_rows(projection, n, points, rows)
-                for i in range(n):
-                    count[i] = 0
-                found = 0
-                for s in range(samples):
-                    move_row(offsets, ends, s, normals, n, up, turns, turn, rows, a, b, c, q)
-                    if looks and kind == CROSSED_SLITS:
-                        slits = slits_of(m)
-                        found += count_slits(
-                            slits, seen.looked, width, height, n, a, b, c, 0, 1, still, None, turn, count
-                        )
-                    elif looks and kind == MATRIX:
-                        found += count_matrix(seen.looked, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
-                    elif looks:
-                        module = display_module(m[12:])
-                        found += count_display(
-                            module, seen.looked, width, height, n, a, b, c, 0, 1, still, None, turn, count
-                        )
-                    else:
-                        found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)
-                outside[j] += finish_run(seen.depth, at, start, n, samples, count, fractions) - found
-                if choices.remap:
-                    for texel in range(np.uint64(at), np.uint64(start + n)):
-                        above = fractions[texel] - fractions.dtype.type(0.5)
-                        fractions[texel] = fractions.dtype.type(2) * max(fractions.dtype.type(0), above)
-                at = start + n
+    points, up = np.empty((3, CHUNK), m.dtype), np.zeros((3, CHUNK), m.dtype)
+    rows, a, b = np.empty((4, CHUNK), m.dtype), scratch(m.dtype), scratch(m.dtype)
+    c, q, count = scratch(m.dtype), scratch(m.dtype), scratch(np.int32)
+    turn = scratch(m.dtype), scratch(m.dtype)
+    for j in range(begin, stop):
+        at, end = j * width, (j + 1) * width
+        outside[j] = 0
+        while at < end:
+            start, n = next_span(seen.depth, at, end, CHUNK)
+            load_row(seen.positions, start, n, points)
+            if normals is not None:
+                load_row(normals, start, n, up)
+            load_turns(turns, turn, j, start - j * width, n)
+            affine_rows(projection, n, points, rows)
+            for i in range(n):
+                count[i] = 0
+            found = 0
+            for s in range(samples):
+                move_row(offsets, ends, s, normals, n, up, turns, turn, rows, a, b, c, q)
+                if looks and kind == CROSSED_SLITS:
+                    slits = slits_of(m)
+                    found += count_slits(slits, seen.looked, width, height, n, a, b, c, 0, 1, still, None, turn, count)
+                elif looks and kind == MATRIX:
+                    found += count_matrix(seen.looked, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
+                elif looks:
+                    module = display_module(m[12:])
+                    found += count_display(
+                        module, seen.looked, width, height, n, a, b, c, 0, 1, still, None, turn, count
+                    )
+                else:
+                    found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)
+            outside[j] += finish_run(seen.depth, at, start, n, samples, count, fractions) - found
+            if choices.remap:
+                for texel in range(np.uint64(at), np.uint64(start + n)):
+                    above = fractions[texel] - fractions.dtype.type(0.5)
+                    fractions[texel] = fractions.dtype.type(2) * max(fractions.dtype.type(0), above)
+            at = start + n

@@ -116,8 +116,9 @@ def moment_pyramid(depth: Texture, prefilter: bool) -> kernels.Pyramid:
     starts = [sum(lengths[:level]) for level in range(len(sizes))]
     moments = np.zeros((sum(lengths), 3))
     kernels.write_base(depth, moments)
-    for level, (h, w) in enumerate(sizes[:-1]):
-        kernels.write_half(moments, starts[level], w, h, starts[level + 1], *(_BLUR if prefilter else _AVERAGE))
+    for level, (_, w) in enumerate(sizes[:-1]):
+        taps = _BLUR if prefilter else _AVERAGE
+        kernels.write_half(moments, starts[level], w, sizes[level + 1][0], starts[level + 1], *taps)
     return kernels.Pyramid(moments.reshape(-1), np.array(starts), np.array(pitches))
 
 

@@ -10,7 +10,6 @@ may not hide it. No term of a place P + R (x t + y b + z n), with t, b, n pairs,
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.kernels.oriented import ANY, NEAR
 from lfssao.core.jit import kernel
@@ -83,10 +82,10 @@ def is_hidden(seen, depth, box, reach, by):
     return may, must
 
 
-@kernel(parallel=True)
-def sum_hidden(seen, ball, thickness, by, sums):
+@kernel(rows="seen.depth")
+def sum_hidden(begin, stop, seen, ball, thickness, by, sums):
     """Write the least and largest hidden fraction of every texel's ball, and its undecided points, (3, H, W)."""
-    for j in prange(seen.depth.shape[0]):
+    for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             for s in range(ball.weights.shape[0] if seen.depth[j, i] < np.inf else 0):
                 place = ball_place(seen, ball, s, j, i, by)
@@ -142,11 +141,11 @@ def weight_at(half, z, here, surface, by):
     return least if ahead.value - error >= bias.value else 0.0, most
 
 
-@kernel(parallel=True)
-def sum_weights(seen, half, background, by, sums):
+@kernel(rows="seen.depth")
+def sum_weights(begin, stop, seen, half, background, by, sums):
     """Write the least and largest mean weight of points, ``background`` at no surface, and those open, (3, H, W)."""
     n = half.points.shape[0]
-    for j in prange(seen.depth.shape[0]):
+    for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             point, normal = triple(seen.positions[j, i]), triple(seen.normals[j, i])
             here = row_of(seen.axis, 0, at_point(point), by.operation)

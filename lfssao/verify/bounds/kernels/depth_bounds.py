@@ -5,7 +5,6 @@ hits; its depths there are those of its plane over the box, held between its cor
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.rays import image_depth, texel_ray
@@ -32,14 +31,14 @@ def _range_over_box(rays, u, v, reach, a, b, c):
     return min(max(low, least), most), max(min(high, most), least)
 
 
-@kernel(parallel=True)
-def depth_ranges(rays, width, reach, vertices, faces, triangles, lower, upper):
+@kernel(rows="triangles.T")
+def depth_ranges(begin, stop, rays, width, reach, vertices, faces, triangles, lower, upper):
     """Write the range of depths of each ray through each texel's box, (9, n) float64, +infinity for nothing.
 
     ``reach`` is half the box's edge, texels; vertices and faces are the mesh in cast space; ``triangles``, (9, n)
     int32, holds the triangle that each ray hits, -1 for none.
     """
-    for texel in prange(triangles.shape[1]):
+    for texel in range(begin, stop):
         j = texel // width
         u, v = (texel - j * width) + 0.5, j + 0.5
         for k in range(triangles.shape[0]):

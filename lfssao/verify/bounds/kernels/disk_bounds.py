@@ -12,7 +12,6 @@ above the highest and above the lowest horizon so far. Sums are not rounded yet.
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
@@ -116,10 +115,10 @@ def length_of(thickness, half, tops, d, by):
     return max(least * (1.0 - r) - FLUSHED, 0.0), most * (1.0 + r) + FLUSHED if most > 0.0 else 0.0
 
 
-@kernel(parallel=True)
-def sum_lengths(seen, disk, thickness, by, sums):
+@kernel(rows="seen.depth")
+def sum_lengths(begin, stop, seen, disk, thickness, by, sums):
     """Write the least and largest hidden fraction of every texel's ball, and its lines in doubt, (3, H, W)."""
-    for j in prange(seen.depth.shape[0]):
+    for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             way = way_of(seen, j, i)
             deep, may, must = deep_of(seen, way, by)
@@ -192,15 +191,14 @@ def sum_of(seen, taps, axes, normal, less, epsilon, j, i, by):
     return low, high, doubt
 
 
-@kernel(parallel=True)
-def sum_terms(seen, taps, away, strength, by, sums):
+@kernel(rows="seen.depth")
+def sum_terms(begin, stop, seen, taps, away, strength, by, sums):
     """Write the least and largest sum of every texel's terms, and its taps in doubt, (3, H, W) float64.
 
     ``taps`` are points of the unit disk, (n, 2); ``away``, (4,), is the distance from the viewers, affine. The disk has
     either pair of axes where a viewing direction may have either sign of z.
     """
-    for row in prange(seen.depth.shape[0]):
-        j = np.int64(row)
+    for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             here, normal, way = triple(seen.positions[j, i]), triple(seen.normals[j, i]), way_of(seen, j, i)
             far = pairs.ramp(row_of(away, 0, at_point(here), by.operation))
@@ -267,11 +265,10 @@ def march(seen, fan, image, way, horizon, j, i, by):
     return least, most, doubt
 
 
-@kernel(parallel=True)
-def sum_rises(seen, fan, by, sums):
+@kernel(rows="seen.depth")
+def sum_rises(begin, stop, seen, fan, by, sums):
     """Write the least and largest sum of every texel's rises, and its steps in doubt, (3, H, W) float64."""
-    for line in prange(seen.depth.shape[0]):
-        j = np.int64(line)
+    for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             way, normal = way_of(seen, j, i), triple(seen.normals[j, i])
             _, may, must = deep_of(seen, way, by)

@@ -11,7 +11,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
@@ -127,10 +126,10 @@ def trace_sample(seen, points, here, s, j, i, by):
     return image, may, must
 
 
-@kernel(parallel=True)
-def count_hidden(seen, points, by, fewest, most):
+@kernel(rows="seen.depth")
+def count_hidden(begin, stop, seen, points, by, fewest, most):
     """Write the fewest and the most samples of every texel that a renderer may count as hidden, (H, W) int32."""
-    for j in prange(seen.depth.shape[0]):
+    for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             fewest[j, i], most[j, i] = 0, 0
             if seen.depth[j, i] < np.inf:

@@ -15,7 +15,6 @@ order. A decision of that order (behind the module, off the screen, folded) may 
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import display_module
@@ -206,10 +205,10 @@ def image_of(projection, place, by):
     return widen(project(projection, rows_of(projection, place, by.operation), by), by)
 
 
-@kernel(parallel=True)
-def map_positions(positions, allowance, projection, by, image, error, sure):
+@kernel(rows="positions")
+def map_positions(begin, stop, positions, allowance, projection, by, image, error, sure):
     """Write image points of positions off by ``allowance``, their errors, u's -infinity for none, and what is sure."""
-    for k in prange(positions.shape[0]):
+    for k in range(begin, stop):
         x, y, z = positions[k]
         a, b, c = allowance[k]
         place = at_point((Pair(x, a), Pair(y, b), Pair(z, c)))

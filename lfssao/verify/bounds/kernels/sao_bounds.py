@@ -9,7 +9,6 @@ camera's points are off by as much in all directions (``vector_to``).
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, partner
 from lfssao.ao.estimators.sao.kernels.scalable import landed, mip_level
@@ -188,12 +187,11 @@ def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
     return least, most, box.sure and (box.texels == 0 or low == high)
 
 
-@kernel(parallel=True)
-def sum_taps(seen, given, landing, by, sums):
+@kernel(rows="seen.depth")
+def sum_taps(begin, stop, seen, given, landing, by, sums):
     """Write the least and largest sum of texels' terms, and taps in doubt, all where a normal is, (3, H, W) float64."""
     height, width = seen.depth.shape
-    for row in prange(height):
-        j = np.int64(row)
+    for j in range(begin, stop):
         for i in range(width):
             texel, n = j * width + i, given.taps.shape[0]
             low, high = given.z_low[texel], given.z_high[texel]

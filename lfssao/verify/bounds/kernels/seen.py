@@ -7,7 +7,6 @@ box touches, or none. A sample's term lies between the least and the largest tha
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection
@@ -117,14 +116,14 @@ def look(seen, place, by):
     return image, depth, box_of(seen, image)
 
 
-@kernel(parallel=True)
-def write_depths(seen, kind, background, by, low, high):
+@kernel(rows="seen.depth")
+def write_depths(begin, stop, seen, kind, background, by, low, high):
     """Write the least and largest depth that a texel's surface may be compared with, (H, W) float64.
 
     That is the depth texture (IMAGE), the image z of the texel's position (POSITIONS), or its cast z (CAST), which
     differs from the depth of a camera alone. ``background`` stands where there is no surface.
     """
-    for j in prange(seen.depth.shape[0]):
+    for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             depth = np.float64(seen.depth[j, i])
             low[j, i], high[j, i] = depth, depth

@@ -7,7 +7,6 @@ G = B = 255 is kept for texels without a surface, so that the three bytes are al
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 
@@ -20,8 +19,8 @@ def blend(a, b, z_a, z_b, edge):
     return (mean if near else a), (mean if near else b)
 
 
-@kernel(parallel=True)
-def average_quads(visibility, z, edge, target):
+@kernel(rows="z")
+def average_quads(begin, stop, visibility, z, edge, target):
     """Average A over quads of 2x2 texels, first each row's two, then each column's two.
 
     The paper prints neither the threshold nor the order; on a GPU it is two screen-space derivatives, one after the
@@ -30,8 +29,7 @@ def average_quads(visibility, z, edge, target):
     difference of depth from which on two texels are not averaged.
     """
     height, width = z.shape
-    for quad in prange((height + 1) // 2):
-        j = 2 * quad
+    for j in range(begin, stop, 2):  # bands begin at even rows
         last = min(j + 1, height - 1)
         for row in range(j, last + 1):
             for pair in range(width // 2):
@@ -46,26 +44,26 @@ def average_quads(visibility, z, edge, target):
                 target[j, i], target[last, i] = blend(target[j, i], target[last, i], z[j, i], z[last, i], edge)
 
 
-@kernel(parallel=True)
-def depth_keys(z, origin, scale, keys):
+@kernel(rows="z")
+def depth_keys(begin, stop, z, origin, scale, keys):
     """(z - origin) scale, held in [0, 1]; +infinity where there is no surface. All (H, W), or scalars of that dtype."""
-    height, width = z.shape
-    for j in prange(height):
+    width = z.shape[1]
+    for j in range(begin, stop):
         zero, one = z.dtype.type(0), z.dtype.type(1)
         for i in range(width):
             key = min(one, max(zero, (z[j, i] - origin) * scale))  # of NaN the constant, as GPUs have it
             keys[j, i] = key if z[j, i] < np.inf else z.dtype.type(np.inf)
 
 
-@kernel(parallel=True)
-def pack(visibility, keys, rgb):
+@kernel(rows="keys")
+def pack(begin, stop, visibility, keys, rgb):
     """Bytes of A and the key; visibility in [0, 1] and keys as of depth_keys, (H, W); rgb: (H, W, 3) uint8, out."""
-    height, width = keys.shape
+    width = keys.shape[1]
     dtype = keys.dtype.type
     half, whole, steps, zero = dtype(0.5), dtype(256), dtype(255), dtype(0)
     values, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
     most = np.int32(255)
-    for j in prange(height):
+    for j in range(begin, stop):
         for i in range(width):
             texel = np.uint64(j * width + i)
             key, place = depths[texel], np.uint64(3) * texel
@@ -81,14 +79,14 @@ def pack(visibility, keys, rgb):
             out[place + np.uint64(2)] = np.uint8(low if there else most)
 
 
-@kernel(parallel=True)
-def unpack(rgb, visibility, keys):
+@kernel(rows="keys")
+def unpack(begin, stop, rgb, visibility, keys):
     """A = R / 255 and key = (G + B / 255) / 256; key +infinity for G = B = 255. Shapes as in pack; both out."""
-    height, width = keys.shape
+    width = keys.shape[1]
     dtype = keys.dtype.type
     whole, steps, nothing = dtype(1 / 256), dtype(255), dtype(np.inf)
     packed, values, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
-    for j in prange(height):
+    for j in range(begin, stop):
         for i in range(width):
             texel = np.uint64(j * width + i)
             place = np.uint64(3) * texel
@@ -105,8 +103,8 @@ def tap_weight(gauss, key, centre, sharpness):
     return gauss * (near if near > zero else zero)  # NaN is not above 0
 
 
-@kernel(parallel=True)
-def bilateral(values, keys, weights, step, sharpness, target):
+@kernel(rows="keys")
+def bilateral(begin, stop, values, keys, weights, step, sharpness, target):
     """One pass: sum w_k values[texel + k' step] / sum w_k, k' = k - taps // 2, first tap to last.
 
     The paper's weight is Gaussian 'modulated by linear depth difference scaled by a constant'; read as the Gaussian
@@ -119,8 +117,7 @@ def bilateral(values, keys, weights, step, sharpness, target):
     height, width = keys.shape
     a, z, out = values.reshape(-1), keys.reshape(-1), target.reshape(-1)
     taps = weights.shape[0]
-    for row in prange(height):
-        j = np.int64(row)
+    for j in range(begin, stop):
         zero, one = keys.dtype.type(0), keys.dtype.type(1)
         total, weight = np.zeros(width, keys.dtype), np.zeros(width, keys.dtype)
         for k in range(taps):

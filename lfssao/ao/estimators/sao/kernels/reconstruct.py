@@ -15,7 +15,6 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import affine_row, linear_row
@@ -61,13 +60,13 @@ def table_point(table, texel, z):
     return table[0, texel] + z * table[1, texel], table[2, texel] + z * table[3, texel]
 
 
-@kernel(parallel=True)
-def rebuild_positions(z, rays, positions):
+@kernel(rows="z")
+def rebuild_positions(begin, stop, z, rays, positions):
     """Equation 3: world positions of all texels, (H, W, 3), out, of z, (H, W); +infinity where there is no surface."""
-    height, width = z.shape
+    width = z.shape[1]
     m, nothing = rays.world, z.dtype.type(np.inf)
     depths, out = z.reshape(-1), positions.reshape(-1)
-    for j in prange(height):
+    for j in range(begin, stop):
         for i in range(width):
             texel = np.uint64(j * width + i)
             depth, place = depths[texel], np.uint64(3) * texel
@@ -79,8 +78,8 @@ def rebuild_positions(z, rays, positions):
                 out[place + np.uint64(k)] = affine_row(m, k, x, y, depth) if depth < np.inf else nothing
 
 
-@kernel(parallel=True)
-def linear_depth(depth, perspective, c_0, c_1, c_2, z):
+@kernel(rows="depth")
+def linear_depth(begin, stop, depth, perspective, c_0, c_1, c_2, z):
     """Distances of all texels from the eye's plane (SAO section 2.2, equation 2).
 
     SAO's z is negative, ours grows away from the viewer: z = -z_SAO, with near and far plane at n and f. Equation 2
@@ -89,9 +88,9 @@ def linear_depth(depth, perspective, c_0, c_1, c_2, z):
     depth, (H, W): 0 at the near plane and 1 at the far plane, +infinity where there is no surface. z, (H, W): out,
     +infinity there and where equation 2 puts the point at infinity or behind the eye.
     """
-    height, width = depth.shape
+    width = depth.shape[1]
     nothing = depth.dtype.type(np.inf)
-    for j in prange(height):
+    for j in range(begin, stop):
         for i in range(width):
             d = depth[j, i]
             below = d * c_1 + c_2
@@ -144,8 +143,8 @@ def difference(places, one, other):
     return places[a] - places[b], places[a + u] - places[b + u], places[a + v] - places[b + v]
 
 
-@kernel(parallel=True)
-def face_normals(z, positions, rays, normals):
+@kernel(rows="z")
+def face_normals(begin, stop, z, positions, rays, normals):
     """Equation 4: unit normals from the differences of neighbouring positions, towards the viewer.
 
     A gradient is that of GPUs, within quads of 2x2 texels whose first corner is even: both texels of a pair share one
@@ -158,8 +157,8 @@ def face_normals(z, positions, rays, normals):
     """
     height, width = z.shape
     depths, places, out = z.reshape(-1), positions.reshape(-1), normals.reshape(-1)
-    for row in prange(height):
-        j, zero = np.int64(row), z.dtype.type(0)
+    for j in range(begin, stop):
+        zero = z.dtype.type(0)
         for i in range(width):
             texel = j * width + i
             nx, ny, nz = zero, zero, zero

@@ -15,10 +15,9 @@ Texels of a row that see a surface are gathered into slots; they are the inner l
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, ray_point, table_point
-from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, slot
+from lfssao.ao.kernels.spans import CHUNK, slot
 from lfssao.core.elementary import power
 from lfssao.core.intrinsics import scratch
 from lfssao.core.jit import kernel
@@ -227,8 +226,8 @@ def gather_texels(surface, rays, falloff, row, left, columns, values):
     return n
 
 
-@kernel(parallel=True)
-def scalable_visibility(surface, hierarchy, taps, landing, rays, falloff, visibility, outside):
+@kernel(rows="visibility")
+def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, rays, falloff, visibility, outside):
     """A of every texel by the appendix's falloff or equation 1, before averaging.
 
     Readings. Equation 10 is the hierarchy's texel ((x', y') + h_i u_i) >> m_i, its '/ 2^m' the shift, h_i is h'_i and
@@ -242,29 +241,28 @@ def scalable_visibility(surface, hierarchy, taps, landing, rays, falloff, visibi
     """
     height, width = visibility.shape
     dtype = visibility.dtype.type
-    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        zero, one, size = dtype(0), dtype(1), (height, width)
-        columns, values = np.empty(CHUNK, np.int32), np.empty(_SLOTS * CHUNK, visibility.dtype)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            missed = 0
-            visibility[j, :] = one
-            for left in range(0, width, CHUNK):
-                n = gather_texels(surface, rays, falloff, j, left, columns, values)
-                if rays.kind == SEPARABLE:
-                    missed += add_separable_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
-                else:
-                    missed += add_table_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
-                for i in range(n):
-                    a = one - falloff.scale * values[slot(_TOTAL, i)]
-                    visibility[j, columns[i]] = a if a > zero else zero
-            outside[j] = missed
+    zero, one, size = dtype(0), dtype(1), (height, width)
+    columns, values = np.empty(CHUNK, np.int32), np.empty(_SLOTS * CHUNK, visibility.dtype)
+    for j in range(begin, stop):
+        missed = 0
+        visibility[j, :] = one
+        for left in range(0, width, CHUNK):
+            n = gather_texels(surface, rays, falloff, j, left, columns, values)
+            if rays.kind == SEPARABLE:
+                missed += add_separable_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
+            else:
+                missed += add_table_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
+            for i in range(n):
+                a = one - falloff.scale * values[slot(_TOTAL, i)]
+                visibility[j, columns[i]] = a if a > zero else zero
+        outside[j] = missed
 
 
-@kernel(parallel=True)
-def occlusion_of(visibility, z, k, occlusion):
+@kernel(rows="z")
+def occlusion_of(begin, stop, visibility, z, k, occlusion):
     """1 - A^k, A^k in float64 (lfssao.core.elementary) rounded once; 0 where there is no surface. (H, W), k float64."""
-    height, width = z.shape
-    for j in prange(height):
+    width = z.shape[1]
+    for j in range(begin, stop):
         one, zero = z.dtype.type(1), z.dtype.type(0)
         if k == 1.0:  # as power has it, but in vectors
             for i in range(width):

@@ -10,7 +10,6 @@ It is one of distances from the viewer: z less ``origin``, 0 for a camera and th
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 
@@ -63,8 +62,8 @@ def filtered(how, odd_row, odd_column, a, b, c, d, origin):
     return nearer(nearer(a, b), nearer(c, d))
 
 
-@kernel(parallel=True)
-def next_level(source, how, origin, target):
+@kernel(rows="target")
+def next_level(begin, stop, source, how, origin, target):
     """One level, ((h + 1) // 2, (w + 1) // 2), out, from the one before, (h, w).
 
     how: ROTATED: texel (2x' + (y' & 1 ^ 1), 2y' + (x' & 1 ^ 1)), & before ^ as in C; ARITHMETIC, HARMONIC, MIN, MAX: of
@@ -72,8 +71,7 @@ def next_level(source, how, origin, target):
     """
     height, width = source.shape
     z, out, wide = source.reshape(-1), target.reshape(-1), target.shape[1]
-    for row in prange(target.shape[0]):
-        y = np.int64(row)
+    for y in range(begin, stop):
         top, bottom, odd = 2 * y * width, min(2 * y + 1, height - 1) * width, (y & 1) == 1
         for x in range(width // 2):  # texels away from the border
             upper, lower = np.uint64(top + 2 * x), np.uint64(bottom + 2 * x)

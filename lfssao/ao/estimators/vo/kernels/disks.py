@@ -4,7 +4,6 @@ An area's depth is a distribution of depths.
 """
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.vo.kernels.local_frame import (
     E1,
@@ -20,7 +19,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     project,
     start_disks,
 )
-from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, slot
+from lfssao.ao.kernels.spans import CHUNK, slot
 from lfssao.core.elementary import PI, log2
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
@@ -50,8 +49,8 @@ def add_line(surface, size, disk, s, thickness, n, missed, slots):
         slots[slot(TOTAL, i)] += weight * length if length > zero else zero
 
 
-@kernel(parallel=True)
-def line_occlusion(seen, disk, turns, radius, thickness, occlusion, outside):
+@kernel(rows="occlusion")
+def line_occlusion(begin, stop, seen, disk, turns, radius, thickness, occlusion, outside):
     """Occlusion of every texel by lines through its ball (VO section 4.1, with 4.3 to 4.5).
 
     The ball holds t from -z_s to z_s of a line at (x, y) of the unit disk, z_s = sqrt(1 - x^2 - y^2). The surface at t
@@ -69,19 +68,18 @@ def line_occlusion(seen, disk, turns, radius, thickness, occlusion, outside):
     are open.
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
-    height, width = size
-    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            outside[j] = 0
-            for chunk in range(0, width, CHUNK):
-                first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
-                for s in range(disk.half.shape[0]):
-                    place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
-                    project(seen.kind, seen.lens, n, slots)
-                    add_line(seen.depth, size, disk, s, thickness, n, missed, slots)
-                outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
+    width = size[1]
+    slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
+    for j in range(begin, stop):
+        outside[j] = 0
+        for chunk in range(0, width, CHUNK):
+            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
+            for s in range(disk.half.shape[0]):
+                place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
+                project(seen.kind, seen.lens, n, slots)
+                add_line(seen.depth, size, disk, s, thickness, n, missed, slots)
+            outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
 
 
 FAR = 2.0**100  # boxes end here, in units of R, so that no width is infinite; a thickness of 4 FAR has no end
@@ -208,8 +206,8 @@ def add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots):
         slots[slot(TOTAL, i)] += (weight * dtype(seeing)) * length if counts else zero
 
 
-@kernel(parallel=True)
-def area_occlusion(seen, disk, pyramid, half_width, turns, radius, thickness, occlusion, outside):
+@kernel(rows="occlusion")
+def area_occlusion(begin, stop, seen, disk, pyramid, half_width, turns, radius, thickness, occlusion, outside):
     """Occlusion of every texel by areas of its disk (VO section 4.2, with 4.3 to 4.5).
 
     A sample at (x, y) reads the fraction that sees a surface, M1 and M2 of depth from the pyramid, at the level whose
@@ -220,17 +218,16 @@ def area_occlusion(seen, disk, pyramid, half_width, turns, radius, thickness, oc
     times the fraction that sees a surface at all. Parameters are those of ``line_occlusion``, with a Pyramid.
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
-    height, width = size
-    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            outside[j] = 0
-            for chunk in range(0, width, CHUNK):
-                first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
-                start_detail(seen, n, slots)
-                for s in range(disk.half.shape[0]):
-                    place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
-                    project(seen.kind, seen.lens, n, slots)
-                    add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots)
-                outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
+    width = size[1]
+    slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
+    for j in range(begin, stop):
+        outside[j] = 0
+        for chunk in range(0, width, CHUNK):
+            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
+            start_detail(seen, n, slots)
+            for s in range(disk.half.shape[0]):
+                place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
+                project(seen.kind, seen.lens, n, slots)
+                add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots)
+            outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)

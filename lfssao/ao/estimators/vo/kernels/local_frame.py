@@ -26,7 +26,6 @@ Kernels work through a row of texels in chunks; what belongs to a texel is in sl
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.kernels.spans import load, slot
 from lfssao.core.jit import kernel
@@ -251,13 +250,13 @@ def project(kind, lens, n, slots):
             slots[slot(PLACE + 1, i)] = v
 
 
-@kernel(parallel=True)
-def write_axis_depth(depth, positions, axis, linear):
+@kernel(rows="depth")
+def write_axis_depth(begin, stop, depth, positions, axis, linear):
     """Cast z of each position, (H, W), out, +infinity where depth is; axis: (4,), z's row of world -> cast space."""
-    height, width = depth.shape
+    width = depth.shape[1]
     depths, places, out = depth.reshape(-1), positions.reshape(-1), linear.reshape(-1)
     a, b, c, d = axis[0], axis[1], axis[2], axis[3]
-    for j in prange(height):
+    for j in range(begin, stop):
         for i in range(width):
             texel = np.uint64(j * width + i)
             t = np.uint64(3) * texel

@@ -12,7 +12,6 @@ Level l has ceil(W / 2^l) x ceil(H / 2^l) texels.
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.core.jit import kernel
 
@@ -31,12 +30,12 @@ class Pyramid(NamedTuple):
     pitches: np.ndarray
 
 
-@kernel(parallel=True)
-def write_base(depth, moments):
+@kernel(rows="depth")
+def write_base(begin, stop, depth, moments):
     """Level 0, at the array's start: (1, z, z^2), or (0, 0, 0) where depth is infinite."""
-    height, width = depth.shape
+    width = depth.shape[1]
     surface, numbers = depth.reshape(-1), moments.reshape(-1)
-    for j in prange(height):
+    for j in range(begin, stop):
         first = 3 * ((j + BEFORE) * (width + BORDER) + BEFORE)
         for i in range(width):
             z = np.float64(surface[np.uint64(j * width + i)])  # float() of a float32 stays one in numba
@@ -47,18 +46,17 @@ def write_base(depth, moments):
             numbers[k + np.uint64(2)] = z * z if there else 0.0
 
 
-@kernel(parallel=True)
-def write_half(moments, source, width, height, target, outer, inner):
+@kernel(rows="high")
+def write_half(begin, stop, moments, source, width, high, target, outer, inner):
     """The next level: along both axes taps (outer, inner, inner, outer) around the middle of two texels.
 
     Rows first: ((outer a + inner b) + inner c) + outer d, then the same of four such sums. source, target: places in
-    ``moments`` where the level, of width and height, and the next one start. Taps of 0 and 1/2 average, 1/8 and 3/8
-    blur by [1 2 1] / 4 before.
+    ``moments`` where the level, of a width, and the next one, ``high`` rows, start. Taps of 0 and 1/2 average, 1/8 and
+    3/8 blur by [1 2 1] / 4 before.
     """
     pitch, wide = width + BORDER, (width + 1) // 2
     n, numbers = 3 * wide, moments.reshape(-1)
-    for row in prange((height + 1) // 2):
-        j = np.int64(row)
+    for j in range(begin, stop):
         sums = np.empty((4, n))
         for k in range(4):
             start = 3 * (source + (2 * j + k) * pitch)

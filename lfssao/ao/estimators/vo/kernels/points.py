@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from lfssao.ao.estimators.vo.kernels.local_frame import (
     PLACE,
@@ -18,7 +17,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import (
     project,
     start_points,
 )
-from lfssao.ao.kernels.spans import CHUNK, ROWS_A_BLOCK, load, slot
+from lfssao.ao.kernels.spans import CHUNK, load, slot
 from lfssao.ao.kernels.ssao import offset_row, transform_offsets, turned_offset
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection, hold_inside, last_below, linear_row, texel_number
@@ -117,8 +116,8 @@ def add_point(surface, size, weight, n, missed, slots):
         missed[i] += np.int32(not inside)
 
 
-@kernel(parallel=True)
-def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
+@kernel(rows="occlusion")
+def point_occlusion(begin, stop, seen, ball, turns, radius, thickness, occlusion, outside):
     """Occlusion of every texel by points in its ball (VO's V(P) with rho = 1, section 4, by sums of points).
 
     A point is hidden where the surface that its texel shows lies before it, z_Q < z_S, by no more than the surface is
@@ -126,19 +125,18 @@ def point_occlusion(seen, ball, turns, radius, thickness, occlusion, outside):
     hidden points are added from the first to the last. Parameters are those of ``line_occlusion``, with a Ball.
     """
     size, fractions, offsets = occlusion.shape, occlusion.reshape(-1), ball.offsets
-    height, width = size
+    width = size[1]
     ends = transform_offsets(offsets, Projection(MATRIX, seen.rows), turns)
-    for block in prange((height + ROWS_A_BLOCK - 1) // ROWS_A_BLOCK):
-        slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
-        for j in range(block * ROWS_A_BLOCK, min(height, (block + 1) * ROWS_A_BLOCK)):
-            outside[j] = 0
-            for chunk in range(0, width, CHUNK):
-                first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-                start_reflections(seen, radius, ball, j, first, n, slots)
-                start_reach(seen, radius, thickness, first, n, slots)
-                start_points(seen, first, n, missed, slots)
-                for s in range(offsets.shape[0]):
-                    place_in_ball(ends, radius, offsets, s, turns, first, n, slots)
-                    project(seen.kind, seen.lens, n, slots)
-                    add_point(seen.depth, size, ball.weights[s], n, missed, slots)
-                outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
+    slots, missed = np.empty(SLOTS * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
+    for j in range(begin, stop):
+        outside[j] = 0
+        for chunk in range(0, width, CHUNK):
+            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            start_reflections(seen, radius, ball, j, first, n, slots)
+            start_reach(seen, radius, thickness, first, n, slots)
+            start_points(seen, first, n, missed, slots)
+            for s in range(offsets.shape[0]):
+                place_in_ball(ends, radius, offsets, s, turns, first, n, slots)
+                project(seen.kind, seen.lens, n, slots)
+                add_point(seen.depth, size, ball.weights[s], n, missed, slots)
+            outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)

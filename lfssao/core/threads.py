@@ -1,0 +1,35 @@
+"""Threads that share work in chunks: rows of textures among kernels, rays among Embree's calls."""
+
+import functools
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from itertools import pairwise
+
+
+@functools.cache
+def _pool(threads: int, _process: int) -> ThreadPoolExecutor:
+    """The threads of a process, which a fork of it does not have."""
+    return ThreadPoolExecutor(threads)
+
+
+def in_chunks(work: Callable[[int, int], None], n: int, size: int, threads: int) -> None:
+    """Call work(start, stop) over 0 .. n - 1 in chunks of a size, on several threads if asked.
+
+    An interruption, or what a call raises, keeps the chunks that no thread has begun from being worked on. ``work``
+    must not call this function.
+    """
+    chunks = pairwise([*range(0, n, size), n])
+    if threads == 1 or n <= size:
+        for start, stop in chunks:
+            work(start, stop)
+        return
+    pool = _pool(threads, os.getpid())
+    begun = [pool.submit(work, start, stop) for start, stop in chunks]
+    try:
+        for each in begun:
+            each.result()
+    finally:
+        for each in begun:
+            each.cancel()
+        wait(begun)

@@ -85,7 +85,7 @@ def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", inline
     With ``rows`` it computes a band of rows, from ``begin`` to before ``stop``, its first two parameters. Callers leave
     them out: threads share the rows of the array, or the number of rows, that ``rows`` names, ``argument`` or
     ``argument.attribute``; each thread takes the next band, which begins at an even row. One thread alone writes a row.
-    numba's own ``prange`` has the same speed and compiles 1.7 times as long (benchmarks/README.md).
+    numba's own ``prange`` has the same speed and compiles 1.4 to 1.7 times as long (benchmarks/README.md).
     With ``inline`` LLVM must put the function into its callers, so that their loops become vectors.
     """
     if function is None:

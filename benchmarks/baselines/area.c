@@ -18,9 +18,9 @@ void moments_base(int width, int height, const float *depth, double *moments)
         }
 }
 
-void moments_half(int width, int height, double *moments, int source, int target, double outer, double inner)
+void moments_half(int width, int high, double *moments, int source, int target, double outer, double inner)
 {
-    const int pitch = width + 3, wide = (width + 1) / 2, high = (height + 1) / 2;
+    const int pitch = width + 3, wide = (width + 1) / 2;
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < high; j++)
         for (int i = 0; i < wide; i++)

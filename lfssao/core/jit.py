@@ -60,14 +60,14 @@ def _cache_folder(chosen: str) -> str:
 class RowKernel:
     """A kernel of a band of rows, which is called for all of them: threads share the rows (``kernel``).
 
-    compiled: numba's function, whose first two arguments are the band.
+    py_func: the function as it is written. compiled: numba's, whose first two arguments are the band.
     """
 
-    def __init__(self, compiled: Any, rows: str) -> None:
-        functools.update_wrapper(self, compiled.py_func)
+    def __init__(self, function: Callable[..., None], compiled: Callable[..., None], rows: str) -> None:
+        functools.update_wrapper(self, function)
         name, _, self._attribute = rows.partition(".")
-        self._place = list(inspect.signature(compiled.py_func).parameters).index(name) - 2
-        self.compiled, self.py_func = compiled, compiled.py_func
+        self._place = list(inspect.signature(function).parameters).index(name) - 2
+        self.compiled, self.py_func = compiled, function
 
     def __call__(self, *arguments: Any) -> None:
         """Compute all rows; arguments are the kernel's without the band."""
@@ -98,7 +98,7 @@ def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", inline
         compiled = numba.njit(function, cache=bool(folder), **options)
     finally:
         numba.config.CACHE_DIR = chosen
-    return RowKernel(compiled, rows) if rows else compiled
+    return RowKernel(function, compiled, rows) if rows else compiled
 
 
 @contextmanager

@@ -86,6 +86,6 @@ ENTRIES = (
         integrand=("cosine", "linear"),
         count=0,
         normals=True,
-        texel_bytes=24,
+        texel_bytes=17,
     ),
 )

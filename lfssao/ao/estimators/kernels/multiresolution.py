@@ -3,7 +3,8 @@
 A level is a texture of texel numbers: which texel of the full textures each of its texels stands for, -1 for none. So
 every position and normal that is read is one that the G-buffer holds.
 
-Positions and normals of a level's texels are read over and over: they are copied, once, one array a coordinate.
+Positions and normals of a level's texels are read over and over: each band copies those that it reads, one array a
+coordinate.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ def first_level(begin, stop, depth, level):
     width = depth.shape[1]
     for j in range(begin, stop):
         for i in range(width):
-            number = np.int32(np.int64(j) * width + i)
+            number = np.int32(j * width + i)
             level[j, i] = number if depth[j, i] < np.inf else np.int32(-1)
 
 
@@ -125,7 +126,8 @@ def level_occlusion(begin, stop, level, places, facing, reach, squared, occlusio
     height, width = level.shape
     numbers, out, dtype = level.reshape(-1), occlusion.reshape(-1), occlusion.dtype.type
     zero, number, kind = dtype(0), dtype((2 * reach + 1) * (2 * reach + 1) - 1), places.dtype
-    top, n = max(begin - reach, 0), (min(stop + reach, height) - max(begin - reach, 0)) * width
+    top = max(begin - reach, 0)  # the first row that is read, and how many texels from there on
+    n = (min(stop + reach, height) - top) * width
     x, y, z = np.empty(n, kind), np.empty(n, kind), np.empty(n, kind)
     gather(numbers, places, top * width, n, 1, x, y, z, 0)
     nx, ny, nz, total = np.empty(width, kind), np.empty(width, kind), np.empty(width, kind), np.empty(width, kind)

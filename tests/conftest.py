@@ -19,6 +19,9 @@ settings.load_profile("lfssao")
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Kernels on one thread: the workers share the cores already. Tests of threads set their number themselves.
+numba.set_num_threads(1)
+
 # The compiler makes millions of objects: to look for garbage as often as by default takes a twentieth of the run.
 gc.set_threshold(20_000, 20, 20)
 
@@ -60,12 +63,3 @@ def browser(tmp_path_factory):
     made = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
     yield made
     made.quit()
-
-
-@pytest.fixture(scope="module")
-def one_thread():
-    """Kernels on one thread: on small textures waiting for another takes longer than the work."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)

@@ -5,8 +5,6 @@ import bench_baselines
 import pytest
 from c_baselines import compile_baselines
 
-pytestmark = pytest.mark.usefixtures("one_thread")
-
 
 @pytest.fixture(scope="module")
 def small_case():

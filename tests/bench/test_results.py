@@ -17,8 +17,6 @@ import lfssao
 from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, advice, read_result
 from lfssao.bench.work_precision.page import as_text
 
-pytestmark = pytest.mark.usefixtures("one_thread")
-
 MEASURED = json.loads((RESULTS / "papers.json").read_text())
 PAGE = results.PAGE.read_text()
 

@@ -28,7 +28,6 @@ from lfssao.cli.main import main
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels.projection import land
 
-pytestmark = pytest.mark.usefixtures("one_thread")
 HAVE = {"epsilon": ("alchemy", "sao", "sao-equation-1"), "passes": ("sao", "sao-equation-1")}
 LONG = ("near the lens", "near the observers", "blur")
 MEASURED = [

@@ -25,7 +25,6 @@ from lfssao.cli.main import main
 from lfssao.samples import METHODS, make_samples, sample_set
 from lfssao.scene.builtin import builtin_scene
 
-pytestmark = pytest.mark.usefixtures("one_thread")
 SEEDS = 400
 
 

@@ -20,7 +20,6 @@ from lfssao.gbuffer.kernels.triangle import (
     two_sum,
 )
 
-pytestmark = pytest.mark.usefixtures("one_thread")
 VIEWS = list(scenes.VIEWS)
 # Their products, and the rests of those, stay far from the ends of float64.
 number = st.floats(-(2.0**200), 2.0**200).filter(lambda x: x == 0 or abs(x) > 2.0**-200)

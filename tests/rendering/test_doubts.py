@@ -14,7 +14,6 @@ from lfssao.errors import InputWarning
 from lfssao.rendering.doubts import subpixel_radii
 from lfssao.rendering.views import module_views
 
-pytestmark = pytest.mark.usefixtures("one_thread")
 SMALL = ["statue", "--display", "sample-a", "--resolution", "32x24", "--modules", "2:4", "--samples", "1"]
 FINE = [*SMALL, "--radii", "20%"]
 

@@ -33,8 +33,6 @@ from lfssao.rendering.plan import RULES, background, other_radii, planned, witho
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples import texel_turns
 
-pytestmark = pytest.mark.usefixtures("one_thread")
-
 
 @pytest.fixture(scope="module")
 def statue():

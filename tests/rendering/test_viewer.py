@@ -18,9 +18,6 @@ PRESETS = ("sample-a", "sample-b", "convex", "picoarray")
 SIZE = 32, 20
 
 
-pytestmark = pytest.mark.usefixtures("one_thread")
-
-
 def odd(display):
     """The display with calibrated, distorted optics in one module and another turned away."""
     modules = list(display.modules)

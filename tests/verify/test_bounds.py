@@ -30,7 +30,6 @@ from lfssao.verify.bounds.explain import explain
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.sao import growth
 
-pytestmark = pytest.mark.usefixtures("one_thread")
 IDENTITY = WorldToImage(1, np.eye(4).ravel())
 ULP = Fraction(1, 2**23)
 

@@ -289,8 +289,10 @@ def agrees(kind, value, planted):
     return value == pytest.approx(planted, **({"abs": 0.01} if "shift" in kind else {"rel": 0.01}))
 
 
-@pytest.mark.parametrize("number", range(2))
-@pytest.mark.parametrize("bug", [*AO, *LATER, *GBUFFER, *STORED], ids=str)
+DRAWN = [(bug, number) for bug in (*AO, *LATER, *GBUFFER, *STORED) for number in range(2 if bug.ranges else 1)]
+
+
+@pytest.mark.parametrize(("bug", "number"), DRAWN, ids=str)
 def test_a_planted_bug_is_named(bug, number, folder, tmp_path, tried):
     r, values = renderer(folder(bug.job)), bug.draw(number)
     with np.errstate(all="ignore"):

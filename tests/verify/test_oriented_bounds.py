@@ -26,7 +26,6 @@ from lfssao.verify.bounds.kernels.pairs import Pair
 from lfssao.verify.bounds.points import point_bounds
 
 NAME, RENDERERS = "oriented-hemisphere", 40
-pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 def check(drawn, options):

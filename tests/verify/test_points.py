@@ -46,7 +46,6 @@ from lfssao.verify.kit.views import view_numbers
 RENDERERS = 40
 OTHERS = ("alchemy", "oriented-hemisphere")  # which have tests of their own
 COUNTED = [name for name in BOUNDED if find_estimator(name).default_samples()[0] is not None and name not in OTHERS]
-pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 def across(rng, offsets):

@@ -34,7 +34,7 @@ from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 EXAMPLES, RENDERERS = 100, 90  # not as many as samples: arrays are told apart by that
 DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
 MODULE_VIEW = DISPLAY.view(0, fit_roi(WORLD_BOX, ROI))
-pytestmark = [pytest.mark.usefixtures("one_thread"), pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 
 @st.composite

@@ -33,8 +33,6 @@ from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import point_bounds
 
-pytestmark = pytest.mark.usefixtures("one_thread")
-
 
 def angle_of(model):
     return find_model(model).angle

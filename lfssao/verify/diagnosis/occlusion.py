@@ -103,12 +103,11 @@ class Occlusion(Problem):
         ends = [np.floor(x).astype(np.int64) for x in (u - error, u + error, v - error, v + error)]
         texel, sample = np.indices(u.shape, sparse=True)
         surely, maybe = self._compared(ends[0], ends[2], texel, sample)
-        near_edge = (ends[0] != ends[1]) | (ends[2] != ends[3])  # few; all else reads one texel
-        k, s = np.nonzero(near_edge)
-        for column, row in ((1, 2), (0, 3), (1, 3)):
-            here, there = self._compared(ends[column][k, s], ends[row][k, s], k, s)
-            surely[k, s] &= here
-            maybe[k, s] |= there
+        k, s = np.nonzero((ends[0] != ends[1]) | (ends[2] != ends[3]))  # few; all else reads one texel
+        columns, rows = (np.stack([ends[end][k, s] for end in corners]) for corners in ((1, 0, 1), (2, 3, 3)))
+        here, there = self._compared(columns, rows, k, s)
+        surely[k, s] &= here.all(axis=0)
+        maybe[k, s] |= there.any(axis=0)
         return (surely & at.must & at.may).astype(np.float64), (maybe & at.may).astype(np.float64)
 
     def _compared(self, column: Places, row: Places, texel: Places, sample: Places) -> tuple[Flags, Flags]:

@@ -20,7 +20,6 @@ from lfssao.ao.ssao import Occlusion
 
 each = pytest.mark.parametrize("name", ESTIMATORS)
 compared = pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != "lf"])  # tests/ao/test_ssao.py
-pytestmark = pytest.mark.usefixtures("one_thread")
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 VALUES = {"epsilon": 0.0}  # parameters of these names take this value where it is extreme
 

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import time
 
 import numpy as np
 import pytest
@@ -148,6 +149,16 @@ def test_manifest_has_all_parameters(folder, manifest):
     assert set(seconds["passes"]) == PASSES
     assert all(value > 0 for value in (seconds["load"], seconds["passes"]["build_bvh"], seconds["render"]))
     assert seconds["passes"]["ao"] == pytest.approx(sum(view["seconds"]["ao"] for view in manifest["views"]))
+
+
+def test_no_pass_takes_longer_than_its_command(tmp_path):
+    for more in ((), ("--resume",)):
+        begin = time.perf_counter()
+        made = manifest_of(render(tmp_path / "out", *COMMAND, *more))
+        took = time.perf_counter() - begin
+        each = [made["seconds"]["load"], made["seconds"]["render"]]
+        each += [seconds for view in made["views"] for seconds in view["seconds"].values()]
+        assert 0 <= min(each) <= max(each) <= took
 
 
 def test_manifest_is_text_to_read(folder):

@@ -70,6 +70,51 @@ def test_the_extremes_can_be_drawn():
     assert drawn(gbuffers(normals=False), lambda b: np.isinf(b.depth).any()).normals is None
 
 
+# The least and the largest of the numbers that are drawn, as the strategies' docstrings and comments say them.
+ENDS = {
+    "away": (2, 10), "target": (-1, 1), "rise": (-0.9, 0.9), "tilt": (-0.2, 0.2), "extent": (0.1, 1.5),
+    "near": (0.01, 0.5), "far": (1.5, 10), "width": (0.5, 1.6), "height": (0.3, 1), "observers": (-4, -1.5),
+    "level": (-0.3, 0.3), "radius": (1.5, 5), "arc": (0, 0.5), "count": (1, 3), "x": (-0.1, 0.1), "y": (-0.2, 0.2),
+    "z": (0.6, 1.5), "texels": (1, 64), "roll": (-5, 5), "field of view": (20, 90),
+}  # fmt: skip
+
+
+def camera_numbers(camera):
+    away = np.subtract(camera.eye, camera.target)
+    length = np.linalg.norm(away)
+    yield from (("away", length), ("rise", away[1] / length), ("extent", camera.extent / length))
+    yield from (("near", camera.near / length), ("far", camera.far / length))
+    yield from (("target", x) for x in camera.target)
+    yield from (("tilt", camera.up[k]) for k in (0, 2))
+
+
+def display_numbers(display):
+    yield from (("width", display.screen_width), ("height", display.screen_height), ("count", len(display.modules)))
+    yield from (("observers", display.observer_z), ("level", display.observer_height))
+    yield "arc", -display.observer_curvature * display.observer_z
+    if display.screen_curvature:
+        yield "radius", 1 / abs(display.screen_curvature) / display.screen_width
+    for k, module in enumerate(display.modules):
+        yield "x", module.x + 0.3 - 0.3 * (2 * k + 1) / len(display.modules)  # their even places
+        yield from (("y", module.y), ("z", module.z), ("texels", module.width), ("texels", module.height))
+        if module.field_of_view is not None:
+            yield from (("roll", module.roll), ("field of view", module.field_of_view))
+
+
+def test_numbers_come_up_to_the_ends_of_their_ranges_and_no_farther():
+    found = {}
+
+    @settings(max_examples=400, phases=[Phase.generate])
+    @given(camera=cameras(), display=displays(screens=("flat", "convex", "concave")))
+    def collect(camera, display):
+        for name, number in (*camera_numbers(camera), *display_numbers(display)):
+            low, high = found.get(name, (number, number))
+            found[name] = min(low, number), max(high, number)
+
+    collect()
+    assert found == {name: pytest.approx(ends, rel=0.1) for name, ends in ENDS.items()}
+
+
 def test_hypothesis_is_imported_only_with_a_strategy():
     script = """import sys
 from lfssao.testing import check_promise

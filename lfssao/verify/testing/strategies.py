@@ -52,7 +52,8 @@ def sample_sets(
 def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> Camera:
     """Cameras that look at something near the origin of world space, upright or tilted.
 
-    Projections are 'perspective' and 'orthographic'; they stand at most ``distance`` away, world units.
+    Projections are 'perspective' and 'orthographic'. They stand 0.2 to 1 ``distance`` away, world units, at most 64
+    degrees above or below; they see 0.1 to 1.5 of that height, from 0.01 to 0.5 of it on, up to 1.5 to 10 of it.
 
     >>> strategy = lfssao.testing.cameras(projections=("perspective",))  # for @given(camera=strategy)
     """
@@ -72,8 +73,10 @@ def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distanc
 def displays(draw: DrawFn, *, screens: tuple[str, ...] = _SCREENS, modules: int = 3, texels: int = 64) -> Display:
     """Displays of one or a few modules, aligned to the screen or turned, the observers on a line or an arc.
 
-    Screens are 'flat', 'convex', 'concave', and 'conical' for a flat one with the conical diffuser. ``modules`` and
-    ``texels``, a side of a module's texture, are the most.
+    Screens are 'flat', 'convex', 'concave', and 'conical' for a flat one with the conical diffuser, 0.5 to 1.6 m wide
+    and 0.3 to 1 m high, their radius 1.5 to 5 widths. Observers are 1.5 to 4 m before them, modules 0.6 to 1.5 m
+    behind, none more than 0.3 m above or below the middle. ``modules`` and ``texels``, a side of a module's texture,
+    are the most.
 
     >>> strategy = lfssao.testing.displays(screens=("flat",), texels=16)  # for @given(display=strategy)
     """

@@ -123,6 +123,9 @@ AO = [
     *(ao(f"samples mirrored in {'xyz'[k]}", lambda r, k=k: r.ao(samples=mirrored(r.samples, k))) for k in (2, 0)),
     *(ao(f"samples with {words} exchanged", lambda r, order=order: r.ao(samples=r.samples[:, order]))
       for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0]))),
+    ao("samples without z", lambda r: r.ao(samples=r.samples * [1, 1, 0])),
+    *(ao(f"the first 6 samples alone, count divided by {n}",
+         lambda r, n=n: r.ao(counts=1.0 * (np.arange(8) < 6), divisor=n)) for n in (8, 6)),
     ao("samples on the sphere of radius R", lambda r: r.ao(samples=on_sphere(r.samples))),
     ao("the mapping of module_009", lambda r: r.ao(mapping=other(r, 1).mapping)),
     ao("the mapping of module_010 (modules in reverse order)", lambda r: r.ao(mapping=other(r, 2).mapping)),

@@ -2,9 +2,23 @@
 
 import functools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from itertools import pairwise
+
+import numba
+
+
+@contextmanager
+def kernel_threads(count: int) -> Iterator[None]:
+    """In the block, kernels that this thread calls run on a number of threads."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(count)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)
 
 
 @functools.cache

@@ -17,6 +17,7 @@ from lfssao.ao.estimators.neighbours import DepthCache, Neighbour
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.core.files import output_folder
 from lfssao.core.memory import available_memory
+from lfssao.core.threads import kernel_threads
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering.animation import moved
@@ -117,9 +118,9 @@ class Renderer:
     def textures(self, item: Item) -> Textures:
         """An item's textures; their seconds include those of building trees for it."""
         job = self.job
-        numba.set_num_threads(self._threads)
-        caster = self.prepare(item)
-        textures = render_view(caster, job.views[item.view], job.settings, self.adjacent(item))
+        with kernel_threads(self._threads):
+            caster = self.prepare(item)
+            textures = render_view(caster, job.views[item.view], job.settings, self.adjacent(item))
         textures.seconds["build_bvh"], self._build_seconds = self._build_seconds, 0.0
         return textures
 

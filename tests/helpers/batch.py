@@ -20,6 +20,7 @@ from lfssao.ao.post import blur, merge, shade, shade_white
 from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
+from lfssao.core.threads import kernel_threads
 from lfssao.samples import METHODS, ROTATIONS, sample_set, texel_angles, texel_turns
 from lfssao.samples.kernels import ball
 from lfssao.verify.bounds import post
@@ -169,10 +170,8 @@ GROUPS = {
 
 def digests(group, threads):
     """SHA-256 of the bytes of every output of a group, by its name."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(threads)
-    named = list(GROUPS[group]())
-    numba.set_num_threads(before)
+    with kernel_threads(threads):
+        named = list(GROUPS[group]())
     assert not any(np.isnan(a).any() for _, a in named)
     made = {name: hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for name, a in named}
     assert len(made) == len(named)

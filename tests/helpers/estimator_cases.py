@@ -11,6 +11,7 @@ from lfssao import Buffers
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.ao.estimators.sao.kernels.reconstruct import TABLE
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
+from lfssao.core.threads import kernel_threads
 from lfssao.optics.view import KINDS
 from lfssao.verify.kit.views import view_numbers
 
@@ -69,13 +70,9 @@ def filled_ball(n):
 
 def with_one_thread_and_two(make):
     """Both results of a function."""
-    before = numba.get_num_threads()
-    try:
-        for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
-            numba.set_num_threads(threads)
+    for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
+        with kernel_threads(threads):
             yield make()
-    finally:
-        numba.set_num_threads(before)
 
 
 def texel_table(view, dtype):

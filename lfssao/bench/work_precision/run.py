@@ -16,7 +16,6 @@ from shutil import which
 from time import perf_counter, process_time
 from typing import Any, TypeVar
 
-import numba
 import numpy as np
 
 from lfssao.ao import post
@@ -27,6 +26,7 @@ from lfssao.bench.work_precision.advise import FORMAT
 from lfssao.bench.work_precision.figures import FIGURES, combine_others, figures, null_lines, pooled, rms
 from lfssao.bench.work_precision.scene import VISIBILITY, BenchScene
 from lfssao.bench.work_precision.settings import Grid, Inputs, Variant, inputs_of, samples_for, takes_samples
+from lfssao.core.threads import kernel_threads
 from lfssao.rendering.manifest import describe_machine, describe_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.viz.truth import half_space
@@ -77,8 +77,8 @@ def times_of(scene: BenchScene, estimator: Estimator, threads: int) -> dict[Sett
     passes |= {("blur", blur): partial(post.blur, texture, blur) for blur in grid.blurs}
     made: list[dict[Any, tuple[float, float]]] = []
     for count, clock in ((1, process_time), (threads, perf_counter)):
-        numba.set_num_threads(count)
-        made.append(least_times(passes, grid.spread, grid.most, clock))
+        with kernel_threads(count):
+            made.append(least_times(passes, grid.spread, grid.most, clock))
     out = {}
     for variant, radii, blur in product(inputs, grid.radii, grid.blurs):
         keys = [*(("ao", variant, radius) for radius in radii), ("merge", len(radii)), ("blur", blur)]
@@ -198,8 +198,8 @@ def run(
             times, found = [], []
             for scene in scenes:
                 yield f"{name}, {scene.mesh.name}"
-                numba.set_num_threads(threads)
-                found.append(errors_of(scene, estimator))
+                with kernel_threads(threads):
+                    found.append(errors_of(scene, estimator))
                 times.append(times_of(scene, estimator, threads))
             result["estimators"][name] = summary(estimator, times, found)
             save()

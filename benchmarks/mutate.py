@@ -117,7 +117,7 @@ def compiled(copy: Path) -> Path:
 def planted(copy: Path, mutant: Mutant) -> Iterator[None]:
     """In the block, the copy of the checkout has the mutant, and compiled code of the kernels that do not inline it."""
     path, line, column, old, new = mutant
-    without, source = compiled(copy), (copy / path).read_text()
+    without, source, before = compiled(copy), (copy / path).read_text(), (copy / path).stat()
     lines = source.split("\n")
     lines[line - 1] = lines[line - 1][:column] + new + lines[line - 1][column + len(old) :]
     (copy / path).write_text("\n".join(lines))
@@ -131,6 +131,7 @@ def planted(copy: Path, mutant: Mutant) -> Iterator[None]:
         yield
     finally:
         (copy / path).write_text(source)
+        os.utime(copy / path, ns=(before.st_atime_ns, before.st_mtime_ns))  # compiled code is of a file of that time
         if home != without:
             shutil.rmtree(home, ignore_errors=True)
 

@@ -8,10 +8,13 @@ from lfssao.core.threads import kernel_threads
 
 
 def test_the_number_of_threads_is_set_for_a_block_alone():
-    before = numba.get_num_threads()
-    with pytest.raises(KeyError), kernel_threads(numba.config.NUMBA_NUM_THREADS):
+    def fail():
         assert numba.get_num_threads() == numba.config.NUMBA_NUM_THREADS
         raise KeyError
+
+    before = numba.get_num_threads()
+    with pytest.raises(KeyError), kernel_threads(numba.config.NUMBA_NUM_THREADS):
+        fail()
     assert numba.get_num_threads() == before
 
 

@@ -9,7 +9,7 @@ from display_cases import ROI, ROUNDINGS, displays, round_trip_error, texels
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import Display, Module
+from lfssao import Display, InputError, Module
 from lfssao.optics.lens import fold_radius
 
 VALID, BEHIND_MODULE, BEHIND_OBSERVER, _, FOLDED, OUTSIDE = range(6)
@@ -103,3 +103,13 @@ def test_any_numbers_get_an_answer(display, points):
     assert np.isnan(image[~np.isin(answers, (VALID, OUTSIDE))]).all()
     assert np.isfinite(np.array(points)[answers == VALID]).all()
     assert np.isfinite(image[answers == VALID]).all()
+
+
+@pytest.mark.parametrize("axis", ["yaw", "pitch"])
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_ray_of_a_modules_middle_must_reach_the_screen(axis, side):
+    """Turned by 85 degrees it does; by 95 it leads away, though rays of other texels reach the screen."""
+    module = Module(0.0, 0.05, 0.7, 40, 30, field_of_view=60.0)
+    assert replace(FLAT, modules=(replace(module, **{axis: side * 85.0}),)).modules
+    with pytest.raises(InputError, match="the ray of its middle does not reach screen and observers"):
+        replace(FLAT, modules=(replace(module, **{axis: side * 95.0}),))

@@ -31,6 +31,20 @@ def test_titles_stand_over_the_pictures():
             assert 11 <= first <= 14
 
 
+def test_numbers_stand_under_the_ends_of_the_bar_and_its_words_between():
+    sheet = np.asarray(contact_sheet([("seen", Image.new("RGB", (3 * 480 + 24, 5)))]))
+    bar, below = sheet[22 + 5 + 12 :, 12:-12], 22
+    assert bar[0, 0].tolist() == [0, 0, 0]
+    assert bar[below - 1, -1].tolist() == [255, 255, 255]
+    ink = (bar[below:] < 255).any(axis=2)
+    tops = [np.flatnonzero(part.any(axis=1))[0] for part in (ink[:, :20], ink[:, 400:-400], ink[:, -20:])]
+    assert tops == [6, 6, 6]
+    columns = np.flatnonzero(ink.any(axis=0))
+    assert (columns[0], ink.shape[1] - columns[-1]) == pytest.approx((0, 2), abs=1)
+    middle = columns[(columns > 20) & (columns < ink.shape[1] - 20)]
+    assert (middle[0] + middle[-1]) / 2 == pytest.approx(ink.shape[1] / 2, abs=2)
+
+
 @pytest.mark.parametrize(("count", "milliseconds"), [(4, 750), (30, 100), (200, 30)])
 def test_an_animation_takes_three_seconds_or_more(tmp_path, count, milliseconds):
     write_animation(tmp_path / "a.gif", [Image.new("L", (2, 2), k) for k in range(count)])

@@ -74,3 +74,14 @@ def test_a_mapping_is_printed_as_the_call_that_makes_it(name):
     mapping = (CAMERA.view(40, 30) if name == "camera" else DISPLAYS[name].view(0, 1e-5 * WORLD)).world_to_image
     assert max(map(len, repr(mapping).splitlines())) < 120
     assert bits(eval(repr(mapping), {"WorldToImage": WorldToImage})) == bits(mapping)
+
+
+@pytest.mark.parametrize("name", ["sample-a", "convex"])
+def test_the_viewers_distance_is_the_physical_z_from_the_observers_in_world_units(name):
+    """One map takes a world four times as large as the display, turned about x, to physical space."""
+    display = find_display(name)
+    view = display.view(0, np.array([[0.25, 0, 0, 0], [0, 0, 0.25, 0.1], [0, -0.25, 0, 0.2]]))
+    a, b, c, d = view.viewer_distance()
+    for x, y, z in ((0.0, 0.0, 0.0), (1.0, 2.0, -3.0)):
+        physical = -0.25 * y + 0.2
+        assert a * x + b * y + c * z + d == pytest.approx(4 * (physical - display.observer_z))

@@ -14,15 +14,17 @@ from lfssao.rendering.image_file import read_image_file
 
 
 @pytest.mark.parametrize(("shape", "names"), [
-    ((3,), "Y"), ((2, 3), "Y"), ((2, 3, 3), "RGB"), ((2, 3, 4), "RGBA"), ((2, 3, 2), ("channel0", "channel1")),
+    ((1,), "Y"), ((3,), "Y"), ((2, 3), "Y"), ((2, 3, 3), "RGB"), ((2, 3, 4), "RGBA"),
+    ((2, 3, 2), ("channel0", "channel1")),
 ])  # fmt: skip
 def test_an_arrays_channels_are_named_by_their_number(tmp_path, shape, names):
     np.save(tmp_path / "a.npy", np.ones(shape))
     assert read_image_file(tmp_path / "a.npy")[0].channels == tuple(names)
 
 
-def test_an_array_of_four_dimensions_is_refused(tmp_path):
-    np.save(tmp_path / "a.npy", np.ones((1, 2, 3, 4)))
+@pytest.mark.parametrize("shape", [(), (1, 2, 3, 4), (0,), (2, 0), (0, 2, 3)])
+def test_an_array_of_no_texels_or_of_other_dimensions_is_refused(tmp_path, shape):
+    np.save(tmp_path / "a.npy", np.ones(shape))
     with pytest.raises(InputError, match=r"expected numbers \(H, W\) or \(H, W, C\)"):
         read_image_file(tmp_path / "a.npy")
 

@@ -138,6 +138,7 @@ AO = [
     ao("2 max(0, ao - 1/2) in place of ao", lambda r: r.points(remap=True), job="point"),
     ao("flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)", lambda r: r.points(remap=False),
        job="remapped"),
+    ao("strength", lambda r, x: x * r.points(), (0.4, 0.95), job="remapped"),
     ao("no range check", lambda r: r.points(range_check=False), job="remapped"),
 ]  # fmt: skip
 
@@ -169,6 +170,10 @@ LATER = [
     blurred("weights not normalised, 1 in the middle", lambda r: r.blur(total=1.0)),
     shaded("image x ao in place of image x (1 - ao)", lambda r: r.shade(ao=1 - r.blurred)),
     shaded("shaded in sRGB", lambda r: decoded(encoded(r.color) * (1 - r.blurred[..., None]))),
+    shaded("image without ao", lambda r: r.color),
+    shaded("1 - ao without the image", lambda r: np.repeat(1 - r.blurred[..., None], 3, axis=-1)),
+    shaded("shaded in sRGB and left there", lambda r: encoded(r.color) * (1 - r.blurred[..., None])),
+    shaded("red and blue exchanged", lambda r: r.shade()[..., ::-1]),
     shaded("stored in sRGB", lambda r: encoded(r.shaded)),
     shaded("ao taken off twice", lambda r: r.shade(r.shaded)),
     shaded("merged in place of blurred", lambda r: r.shade(ao=r.merged)),

@@ -6,6 +6,7 @@ The numbers are the program's own, held so that no term is lost; ``test_sound`` 
 renderers say that they are enough. Kernels run uncompiled: to compile each step would take longer than all of them do.
 """
 
+import itertools
 import sys
 from dataclasses import replace
 from types import SimpleNamespace as Given
@@ -163,6 +164,21 @@ def depths(by):
     return half((low[0, 0], high[0, 0]))
 
 
+@pytest.mark.parametrize("texel", list(itertools.product(range(3), range(3))))
+def test_a_normal_is_that_of_the_pair_also_at_the_borders(texel):
+    """Of 3 x 3 texels: z rises by a half in the first pair of a row, by 1 to the last texel; in columns other steps."""
+    row, column = np.indices((3, 3))
+    z = -np.array([0, 0.5, 1.5])[column] + np.array([0, 0.25, 1])[row]
+    places = np.stack([column, row, z], axis=-1).astype(float)
+    shown = SEEN._replace(depth=np.ones((3, 3), "f4"), positions=places, normals=seen.NOTHING)
+    lines = np.array([0, 0, 1, 0, 0, 0, 0, 1, 0, 0.0])
+    given = sao_bounds.Pass(0, lines, None, np.eye(3, 4).ravel(), -1.0, z.ravel(), z.ravel(), np.array([0]), *[0] * 9)
+    normal, sure = sao_bounds.normal_of(shown, given, *texel, triple(places[texel]), Errors(*[UNIT] * 6))
+    slope = np.array([-1.0 if texel[1] == 2 else -0.5, 0.75 if texel[0] == 2 else 0.25, -1])
+    assert [part.value for part in normal] == pytest.approx((slope / np.linalg.norm(slope)).tolist(), abs=1e-12)
+    assert sure
+
+
 # By step: how many errors of each kind it holds, in ``all`` that SAFETY multiplies, in flushed numbers, and with none.
 KERNELS = {
     "row of a disk": (disk_row, dict(operation=3482, angle=120, flushed=584)),
@@ -273,6 +289,7 @@ def by_mesh(model, judge):
     return width(judge(caster, replace(view, cast_from_world=np.eye(3, 4)), model=model))
 
 
+NOTHING = ErrorModel("", "", False, 0.0, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
 EVEN, FLAT, RAMP = (np.full((2, 2), 0.5),) * 2, np.full((2, 2), 0.5, "f4"), np.arange(1, 6, dtype="f4")
 CLIFF, LOW = np.float32([[1, 1, 9, 9]]), np.array([[0, 0, 1, 1]], "f4")
 TIE, TWO_RADII = 10.5 / 65280, {"second": 0.5, "combine": "product"}
@@ -364,7 +381,18 @@ def test_24_bits_hold_sums_of_multiples(size, unit, holds):
 
 @pytest.mark.parametrize("name", PASSES)
 def test_passes_hold_the_errors_that_are_counted(name):
-    nothing, unit = ErrorModel("", "", False, 0.0, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0), 2.0**-16
+    nothing, unit = NOTHING, 2.0**-16
     kinds = {kind: replace(nothing, **{kind: unit}) for kind in ("operation", "quotient", "root", "centre", "smallest")}
     kinds["constant"], kinds["slope"] = (replace(nothing, exponential=pair) for pair in ((unit, 0.0), (0.0, unit)))
     assert_counted(PASSES[name], nothing, kinds, unit)
+
+
+def test_terms_of_second_order_are_there():
+    """Errors of one sixteenth, at which products of two of them count: by powers of 1 + r, as renderers round."""
+    r, n = 2.0**-4, 20
+    coarse = replace(NOTHING, operation=r)
+    assert pairs.dot(ONES, ONES, Errors(r, *[0.0] * 5)).error >= 3 * ((1 + r) ** 3 - 1)
+    assert sao.growth(n, coarse) >= (1 + r) ** (n + 3) - 1
+    white = np.ones((1, 1, 3), "f4")
+    assert width(post.shade_bounds(white, exactly(0 * FLAT[:1, :1]), coarse)) >= (1 + r) ** 2 - 1
+    assert width(post.shade_bounds(white, exactly(2 * FLAT[:1, :1]), coarse)) >= r

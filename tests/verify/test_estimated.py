@@ -80,6 +80,11 @@ def other_hash(b):
     ("hbao", "bias", (21.36,), lambda b, c: occlusion(b, c, bias=21.36)),
     ("vo-points", "samples mirrored in y", (), lambda b, c: occlusion(b, c, samples=c.inputs["points"] * [1, -1, 1])),
     ("vo-points", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),
+    *(("vo-points", kind, (), lambda b, c, turns=turns: occlusion(replace(b, turns=turns(b)), c)) for kind, turns in (
+        ("samples are not turned", lambda b: None),
+        ("samples turned the other way", lambda b: b.turns * np.float32([[[1]], [[-1]]])),
+        ("turns of rows from below", lambda b: np.ascontiguousarray(b.turns[:, ::-1])),
+    )),
     ("vo-lines", "ao x {:.4f}", (0.83,), lambda b, c: np.float32(0.83) * occlusion(b, c)),
     ("vo-lines", "randomize false in place of true", (), lambda b, c: occlusion(b, c, randomize=False)),
     ("vo-area", "radius", (1.2345,), lambda b, c: occlusion(b, c, 1.2345)),

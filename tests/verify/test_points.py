@@ -7,6 +7,7 @@ but for the last digits, so that the half ball's turn is next to its decision, t
 from dataclasses import replace
 from functools import partial
 
+import analytic_scenes as scenes
 import numpy as np
 import pytest
 import random_renderer as rr
@@ -34,7 +35,8 @@ from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels.projection import Projection
-from lfssao.verify.bounds.error_model import MODELS
+from lfssao.samples import make_samples
+from lfssao.verify.bounds.error_model import MODELS, find_model
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.kernels import projection_bounds
 from lfssao.verify.bounds.kernels.pairs import Pair, exact
@@ -317,3 +319,16 @@ def test_estimators_that_count_points_have_bounds_if_their_textures_are_given():
         assert (point_bounds(name, *given, estimator.parameters) is not None) == known
     with pytest.raises(InputError, match="there is no error model 'loose'"):
         point_bounds("point", *given, ESTIMATORS["point"].parameters, "loose")
+
+
+def test_remapped_ends_are_those_of_the_fraction_with_one_rounding_of_the_difference():
+    seen = scenes.buffers("concave crease", scenes.SIGHTS["perspective"](9, 7), np.float32)
+    model, table = replace(find_model("shader"), operation=2.0**-10), make_samples("latin", 8)
+    options = {**find_estimator("point").parameters, "remap": False}
+    plain, remapped = (
+        point_bounds("point", seen, 0.3, table, None, {**options, "remap": remap}, model) for remap in (False, True)
+    )
+    for end, made, way in ((plain.lower, remapped.lower, -1), (plain.upper, remapped.upper, 1)):
+        assert end.max() > 0.5
+        expected = 2 * np.maximum(end - 0.5, 0) * (1 + way * model.operation)
+        np.testing.assert_allclose(made, expected, rtol=1e-6, atol=1e-9)

@@ -166,7 +166,7 @@ def depths(by):
 
 @pytest.mark.parametrize("texel", list(itertools.product(range(3), range(3))))
 def test_a_normal_is_that_of_the_pair_also_at_the_borders(texel):
-    """Of 3 x 3 texels: z rises by a half in the first pair of a row, by 1 to the last texel; in columns other steps."""
+    """Along a row of three z falls by a half within the pair and by 1 to the last texel; columns have other steps."""
     row, column = np.indices((3, 3))
     z = -np.array([0, 0.5, 1.5])[column] + np.array([0, 0.25, 1])[row]
     places = np.stack([column, row, z], axis=-1).astype(float)

@@ -324,7 +324,7 @@ def test_estimators_that_count_points_have_bounds_if_their_textures_are_given():
 def test_remapped_ends_are_those_of_the_fraction_with_one_rounding_of_the_difference():
     seen = scenes.buffers("concave crease", scenes.SIGHTS["perspective"](9, 7), np.float32)
     model, table = replace(find_model("shader"), operation=2.0**-10), make_samples("latin", 8)
-    options = {**find_estimator("point").parameters, "remap": False}
+    options = find_estimator("point").parameters
     plain, remapped = (
         point_bounds("point", seen, 0.3, table, None, {**options, "remap": remap}, model) for remap in (False, True)
     )

@@ -70,7 +70,7 @@ def test_the_extremes_can_be_drawn():
     assert drawn(gbuffers(normals=False), lambda b: np.isinf(b.depth).any()).normals is None
 
 
-# The least and the largest of the numbers that are drawn, as the strategies' docstrings and comments say them.
+# The least and the largest of the numbers that are drawn; the strategies' docstrings say the most important ones.
 ENDS = {
     "away": (2, 10), "target": (-1, 1), "rise": (-0.9, 0.9), "tilt": (-0.2, 0.2), "extent": (0.1, 1.5),
     "near": (0.01, 0.5), "far": (1.5, 10), "width": (0.5, 1.6), "height": (0.3, 1), "observers": (-4, -1.5),

@@ -245,15 +245,13 @@ def test_explain_names_the_texel_the_edge_and_the_error():
     depth = np.float32([[0, 5, np.inf]])
     positions = np.zeros((1, 3, 3), np.float32)
     positions[0, 0] = 0.5, 0.5, 0.0
-    samples = np.array([(0.25, 0, -3), (0.5, 0, 3), (2, 0, 9), (9, 0, 9)])
+    samples = np.array([(0.25, 0, -3), (0.5, 0, 3), (2, 0, 9), (9, 0, 9), (0, 0.375, -3)])
     found = explain((0, 0), depth, positions, IDENTITY, samples, 1.0)
     assert found[0].number == 1
-    near, edge, empty, off = sorted(found, key=lambda s: s.number)
-    assert [(s.number, s.outcome) for s in (near, edge, empty, off)] == [
-        (0, "clear"), (1, "undecided"), (2, "clear"), (3, "clear"),
-    ]  # fmt: skip
+    near, edge, empty, off, low = sorted(found, key=lambda s: s.number)
+    assert [s.outcome for s in (near, edge, empty, off, low)] == ["clear", "undecided", "clear", "clear", "clear"]
     assert (edge.texel, edge.from_edge, edge.behind) == ((1, 0), 0.0, -2.0)
-    assert (near.from_edge, empty.behind, off.texel) == (0.25, -np.inf, None)
+    assert (near.from_edge, low.from_edge, empty.behind, off.texel) == (0.25, 0.125, -np.inf, None)
     assert 0 < edge.error_uv < 1e-5
     assert str(near).startswith("sample 0 is clear: it reads texel (0, 0), 2.5e-01 from its edge")
     assert "3.0e+00 before its surface" in str(near)

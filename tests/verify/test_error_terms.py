@@ -164,7 +164,10 @@ def depths(by):
     return half((low[0, 0], high[0, 0]))
 
 
-@pytest.mark.parametrize("texel", list(itertools.product(range(3), range(3))))
+TEXELS = list(itertools.product(range(3), range(3)))
+
+
+@pytest.mark.parametrize("texel", TEXELS)
 def test_a_normal_is_that_of_the_pair_also_at_the_borders(texel):
     """Along a row of three z falls by a half within the pair and by 1 to the last texel; columns have other steps."""
     row, column = np.indices((3, 3))
@@ -177,6 +180,17 @@ def test_a_normal_is_that_of_the_pair_also_at_the_borders(texel):
     slope = np.array([-1.0 if texel[1] == 2 else -0.5, 0.75 if texel[0] == 2 else 0.25, -1])
     assert [part.value for part in normal] == pytest.approx((slope / np.linalg.norm(slope)).tolist(), abs=1e-12)
     assert sure
+
+
+@pytest.mark.parametrize("texel", TEXELS)
+def test_a_radius_is_counted_in_steps_to_the_next_texel_or_at_the_border_to_the_one_before(texel):
+    """Rays of a table, along z; their columns lie at 0, 1 and 3, their rows at 0, 1/2 and 2."""
+    row, column = texel
+    x, y = np.meshgrid([0.0, 1, 3], [0, 0.5, 2])
+    table = np.stack([x, np.zeros((3, 3)), y, np.zeros((3, 3))]).reshape(4, 9)
+    given = sao_bounds.Pass(1, None, table, np.eye(3, 4).ravel(), *[None] * 6, 6.0, 3.0, *[None] * 5)
+    across, down = sao_bounds.reaches_of(given, (3, 3), *texel, exact(0.0), Errors(*[UNIT] * 6))
+    assert (across.value, down.value) == pytest.approx(((6, 3, 3)[column], (6, 2, 2)[row]), rel=1e-12)
 
 
 # By step: how many errors of each kind it holds, in ``all`` that SAFETY multiplies, in flushed numbers, and with none.

@@ -265,6 +265,27 @@ def test_explain_of_algorithm_1_has_its_points_from_depth():
     assert [(s.u, s.v, s.z, s.texel, s.outcome) for s in found] == [(2.5, 0.5, 3.0, (2, 0), "occluded")]
 
 
+GLSL = {"operation": Fraction(1), "division": Fraction(5, 2), "root": Fraction(9, 2), "sine": Fraction(2**12)}
+IEEE = {"operation": Fraction(1, 2), "division": Fraction(1, 2), "root": Fraction(1, 2), "sine": Fraction(1)}
+
+
+@pytest.mark.parametrize(("name", "off", "centre", "coordinate", "exponential"), [
+    ("shader", GLSL, -8, 0, (3, 2)), ("sampler", GLSL, -8, 2.0**-8, (3, 2)), ("nearest", IEEE, -12, 0, (2, 0)),
+])  # fmt: skip
+def test_the_numbers_of_a_model_are_those_of_its_operations(name, off, centre, coordinate, exponential):
+    """In ulp, as its documentation lists them: of a (1 / b), a root, and a sine of the sum of two rounded angles."""
+    model, ulp = MODELS[name], Fraction(1, 2**23)
+    operation, division, root = (off[kind] * ulp for kind in ("operation", "division", "root"))
+    assert (model.operation, model.smallest) == (operation, 2.0**-126)
+    quotient = (1 + division) * (1 + operation) - 1
+    for most, needed in ((model.quotient, quotient), (model.root, root)):
+        assert needed <= Fraction(most) <= needed * (1 + 8 * ulp)
+    angles = 8 * operation  # those of up to pi by 2 ulp each, their sum by 4
+    assert angles < Fraction(model.angle) - off["sine"] * ulp <= 16 * operation
+    assert (model.centre, model.coordinate) == (2.0**centre, coordinate)
+    assert tuple(part * 2**23 for part in model.exponential) == exponential
+
+
 def test_what_does_not_fit_is_refused():
     depth, positions, samples = np.zeros((2, 3), np.float32), np.zeros((2, 3, 3), np.float32), np.zeros((1, 3))
     good = {"depth": depth, "positions": positions, "world_to_image": IDENTITY, "samples": samples, "radius": 1.0}

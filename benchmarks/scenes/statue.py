@@ -5,19 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 from assembly import Piece, merged, sky_lit, vertex_normals
-from implicit import (
-    Array,
-    Part,
-    Triple,
-    both_sides,
-    capsule,
-    ellipsoid,
-    field_at,
-    groove,
-    intersection,
-    sphere,
-    wave,
-)
+from implicit import Array, Part, Triple, both_sides, capsule, ellipsoid, field_at, groove, intersection, sphere, wave
 from numpy.typing import NDArray
 
 from lfssao.core.elementary import sincospi

@@ -195,23 +195,20 @@ def test_extremes(through):
     assert not ray_cast_occlusion(occluders, seen, 0.0, offset=0.0, intersector=through).texture.any()
 
 
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        ({"radius": -1.0}, "radius"),
-        ({"radius": np.inf, "falloff": "linear"}, "radius"),
-        ({"weighting": "even"}, "weighting"),
-        ({"falloff": "steep"}, "falloff"),
-        ({"intersector": "optix"}, f"there is no intersector 'optix': choose one of {', '.join(INTERSECTORS)}"),
-        ({"rounds": (1, 4)}, "rounds"),
-        ({"rounds": (8, 4)}, "rounds"),
-        ({"strata": 0}, "strata"),
-        ({"tolerance": np.nan}, "tolerance"),
-        ({"offset": -1.0}, "offset"),
-        ({"seed": -1}, "seed"),
-        ({"seed": 2**64}, "seed"),
-    ],
-)
+@pytest.mark.parametrize(("wrong", "said"), [
+    ({"radius": -1.0}, "radius"),
+    ({"radius": np.inf, "falloff": "linear"}, "radius"),
+    ({"weighting": "even"}, "weighting"),
+    ({"falloff": "steep"}, "falloff"),
+    ({"intersector": "optix"}, f"there is no intersector 'optix': choose one of {', '.join(INTERSECTORS)}"),
+    ({"rounds": (1, 4)}, "rounds"),
+    ({"rounds": (8, 4)}, "rounds"),
+    ({"strata": 0}, "strata"),
+    ({"tolerance": np.nan}, "tolerance"),
+    ({"offset": -1.0}, "offset"),
+    ({"seed": -1}, "seed"),
+    ({"seed": 2**64}, "seed"),
+])  # fmt: skip
 def test_wrong_arguments_are_refused(wrong, said):
     seen = scenes.buffers("step", scenes.SIGHTS["perspective"](2, 2))
     occluders = Occluders(scenes.SURFACES["step"].mesh())

@@ -116,17 +116,14 @@ T = np.zeros((2, 3))
 MIXED = T, T.astype(np.float32)
 
 
-@pytest.mark.parametrize(
-    ("make", "refused"),
-    [
-        (post.blur, [(T, sigma) for sigma in (-1.0, np.nan, 1024.1, np.inf)]),
-        (post.blur, [(bad, 1.0) for bad in (T[0], T.astype(np.float16), T[:, :0], T.tolist())]),
-        (post.merge, [([],), ([T, T[:1]],), ([T.astype(int)],), ([T[0]],), (np.zeros((0, 2, 3)),), (list(MIXED),)]),
-        (post.shade_white, [(T[0], T[0]), (T, T[:1]), MIXED]),
-        (post.shade, [(np.zeros(shape), T) for shape in ((2, 3), (2, 3, 4), (3, 2, 3))]),
-        (post.shade, [(np.zeros((2, 3, 3), np.float32), T)]),
-    ],
-)
+@pytest.mark.parametrize(("make", "refused"), [
+    (post.blur, [(T, sigma) for sigma in (-1.0, np.nan, 1024.1, np.inf)]),
+    (post.blur, [(bad, 1.0) for bad in (T[0], T.astype(np.float16), T[:, :0], T.tolist())]),
+    (post.merge, [([],), ([T, T[:1]],), ([T.astype(int)],), ([T[0]],), (np.zeros((0, 2, 3)),), (list(MIXED),)]),
+    (post.shade_white, [(T[0], T[0]), (T, T[:1]), MIXED]),
+    (post.shade, [(np.zeros(shape), T) for shape in ((2, 3), (2, 3, 4), (3, 2, 3))]),
+    (post.shade, [(np.zeros((2, 3, 3), np.float32), T)]),
+])  # fmt: skip
 def test_the_passes_refuse_what_does_not_fit(make, refused):
     for arguments in refused:
         with pytest.raises(InputError):

@@ -13,12 +13,7 @@ from reference import raycast
 
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.kernels import bvh, first_hit
-from lfssao.gbuffer.kernels.triangle import (
-    edge_function,
-    exact_difference,
-    two_product,
-    two_sum,
-)
+from lfssao.gbuffer.kernels.triangle import edge_function, exact_difference, two_product, two_sum
 
 VIEWS = list(scenes.VIEWS)
 # Their products, and the rests of those, stay far from the ends of float64.

@@ -239,23 +239,20 @@ def test_display_lists_the_presets(capsys):
     assert lines[3].endswith("companion of LF's first author. 1 x 0.6 m, 21 modules, linear diffuser")
 
 
-@pytest.mark.parametrize(
-    ("words", "part"),
-    [
-        (["display", "teapot"], "there is no display 'teapot': choose one of c80"),
-        (["display", ""], "there is no display ''"),
-        (["display", "none.toml"], "none.toml: it cannot be read (No such file"),
-        (["display", "wrong.toml"], "wrong.toml: modules.count: "),
-        (["render", "statue", "-o", "out", "--display", "wrong.toml"], "wrong.toml: modules.count: "),
-        (["display", "teapot", "--plot"], "there is no display 'teapot'"),
-        (["display", "--plot"], "--plot needs the NAME of a display"),
-        (["display", "virtual", "--plot", "a.jpg"], "--plot a.jpg: its name must end in one of .png, .svg, .pdf"),
-        (["display", "virtual", "--plot", "png"], "--plot png: its name must end"),
-        (["display", "virtual", "--plot", "no/such/a.png"], "no/such/a.png: it cannot be written"),
-        (["display", "virtual", "--plot", "folder.png"], "folder.png: it cannot be written"),
-        (["display", "virtual", "extra"], "extra"),
-    ],
-)
+@pytest.mark.parametrize(("words", "part"), [
+    (["display", "teapot"], "there is no display 'teapot': choose one of c80"),
+    (["display", ""], "there is no display ''"),
+    (["display", "none.toml"], "none.toml: it cannot be read (No such file"),
+    (["display", "wrong.toml"], "wrong.toml: modules.count: "),
+    (["render", "statue", "-o", "out", "--display", "wrong.toml"], "wrong.toml: modules.count: "),
+    (["display", "teapot", "--plot"], "there is no display 'teapot'"),
+    (["display", "--plot"], "--plot needs the NAME of a display"),
+    (["display", "virtual", "--plot", "a.jpg"], "--plot a.jpg: its name must end in one of .png, .svg, .pdf"),
+    (["display", "virtual", "--plot", "png"], "--plot png: its name must end"),
+    (["display", "virtual", "--plot", "no/such/a.png"], "no/such/a.png: it cannot be written"),
+    (["display", "virtual", "--plot", "folder.png"], "folder.png: it cannot be written"),
+    (["display", "virtual", "extra"], "extra"),
+])  # fmt: skip
 def test_bad_words(words, part, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.png").mkdir()

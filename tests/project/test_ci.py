@@ -40,18 +40,15 @@ def ci(folder, query, apt, user):
     return said, asked.read_text().splitlines() if asked.exists() else []
 
 
-@pytest.mark.parametrize(
-    ("states", "apt", "user", "said", "asked"),
-    [
-        ([], "exit 0", 0, "noninteractive", ASKED),
-        (["installed"] * 4, "exit 0", 0, "noninteractive", ASKED),
-        ([*["installed"] * 4, "config-files"], "exit 0", 0, "noninteractive", ASKED),
-        (["installed"] * 5, "exit 0", 0, "interactive", []),
-        ([], "exit 0", 1000, "interactive", []),  # who may not install does not try
-        # Without a network the lists or the packages cannot be had; the tests then say what is missing.
-        ([], "exit 100", 0, "noninteractive", ASKED),
-        ([], '[ "$1" = install ]', 0, "noninteractive", ASKED),
-    ],
-)
+@pytest.mark.parametrize(("states", "apt", "user", "said", "asked"), [
+    ([], "exit 0", 0, "noninteractive", ASKED),
+    (["installed"] * 4, "exit 0", 0, "noninteractive", ASKED),
+    ([*["installed"] * 4, "config-files"], "exit 0", 0, "noninteractive", ASKED),
+    (["installed"] * 5, "exit 0", 0, "interactive", []),
+    ([], "exit 0", 1000, "interactive", []),  # who may not install does not try
+    # Without a network the lists or the packages cannot be had; the tests then say what is missing.
+    ([], "exit 100", 0, "noninteractive", ASKED),
+    ([], '[ "$1" = install ]', 0, "noninteractive", ASKED),
+])  # fmt: skip
 def test_drivers_that_are_missing_are_installed_by_who_may(tmp_path, states, apt, user, said, asked):
     assert ci(tmp_path, installed(*states), apt, user) == (f"tested {said}", asked)

@@ -100,25 +100,22 @@ def test_transforms_are_read_from_json_and_npy(tmp_path):
     assert read_transforms(tmp_path / "b.NPY.npy")[0].tolist() == IDENTITY[:3]
 
 
-@pytest.mark.parametrize(
-    ("text", "part"),
-    [
-        ("[", "it is not a JSON file"),
-        ("[" * 100_000, "it is not a JSON file"),
-        ("{}", "does not hold a list of 4x4"),
-        ("[]", "does not hold a list of 4x4"),
-        (json.dumps(IDENTITY), "does not hold a list of 4x4"),
-        (json.dumps([IDENTITY[:3]]), "does not hold a list of 4x4"),
-        (json.dumps([IDENTITY, IDENTITY[:3]]), "does not hold a list of 4x4"),
-        ("[[[1e3" + "0" * 4000 + ",0,0,0]]]", "does not hold a list of 4x4"),
-        (json.dumps([[["1"] * 4] * 4]), "does not hold a list of 4x4"),
-        ("[[[true,1,1,1],[1,1,1,1],[1,1,1,1],[null,0,0,1]]]", "does not hold a list of 4x4"),
-        (json.dumps([IDENTITY, [*IDENTITY[:3], [0, 0, 1, 1]]]), r"matrix 1 is not affine, its last row is \[0"),
-        (json.dumps([[[math.nan] * 4, *IDENTITY[1:]]]), "matrix 0 holds a number that is not finite"),
-        (json.dumps([[[0, 0, 0, 0], *IDENTITY[1:]]]), "matrix 0 is singular"),
-        (json.dumps([IDENTITY] * (MOST_FRAMES + 1)), "it holds 10001 matrices"),
-    ],
-)
+@pytest.mark.parametrize(("text", "part"), [
+    ("[", "it is not a JSON file"),
+    ("[" * 100_000, "it is not a JSON file"),
+    ("{}", "does not hold a list of 4x4"),
+    ("[]", "does not hold a list of 4x4"),
+    (json.dumps(IDENTITY), "does not hold a list of 4x4"),
+    (json.dumps([IDENTITY[:3]]), "does not hold a list of 4x4"),
+    (json.dumps([IDENTITY, IDENTITY[:3]]), "does not hold a list of 4x4"),
+    ("[[[1e3" + "0" * 4000 + ",0,0,0]]]", "does not hold a list of 4x4"),
+    (json.dumps([[["1"] * 4] * 4]), "does not hold a list of 4x4"),
+    ("[[[true,1,1,1],[1,1,1,1],[1,1,1,1],[null,0,0,1]]]", "does not hold a list of 4x4"),
+    (json.dumps([IDENTITY, [*IDENTITY[:3], [0, 0, 1, 1]]]), r"matrix 1 is not affine, its last row is \[0"),
+    (json.dumps([[[math.nan] * 4, *IDENTITY[1:]]]), "matrix 0 holds a number that is not finite"),
+    (json.dumps([[[0, 0, 0, 0], *IDENTITY[1:]]]), "matrix 0 is singular"),
+    (json.dumps([IDENTITY] * (MOST_FRAMES + 1)), "it holds 10001 matrices"),
+])  # fmt: skip
 def test_files_that_hold_no_transforms(tmp_path, text, part):
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(InputError, match=part) as caught:

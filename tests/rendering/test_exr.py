@@ -110,23 +110,20 @@ def test_tables_of_parts_that_are_none_are_refused(tmp_path, table):
         read_exr(tmp_path / "b.exr")
 
 
-@pytest.mark.parametrize(
-    ("part", "words"),
-    [
-        (Part("a", ("R",), np.zeros((2, 2, 1), np.float64)), "part a is of float64, expected float32"),
-        (Part("a", ("R", "G"), np.zeros((2, 2, 1), np.float32)), r"expected \(H, W, 2\)"),
-        (Part("a", ("R",), np.zeros((2, 2), np.float32)), r"has shape \(2, 2\)"),
-        (Part("a", ("R",), np.zeros((0, 2, 1), np.float32)), r"has shape \(0, 2, 1\)"),
-        (Part("depth", ("Z",), np.zeros((2, 2, 1), np.float32)), "names must differ"),
-        (Part("a", ("Z", "Z"), np.zeros((2, 2, 2), np.float32)), "two channels of one name: Z, Z"),
-        (Part("a", ("",), np.zeros((2, 2, 1), np.float32)), "'' is no name"),
-        (Part("a", ("x" * 256,), np.zeros((2, 2, 1), np.float32)), "'x+' is no name"),
-        (Part("a", ("a\0b",), np.zeros((2, 2, 1), np.float32)), "is no name"),
-        (Part("a", ("Z",), np.zeros((2, 2, 1), np.float32), {"n": 2**31}), "attribute n is 2147483648, beyond 32 bits"),
-        # OpenEXR's reader in C++ does not open parts of several display windows.
-        (Part("a", ("Z",), np.zeros((8, 9, 1), np.float32), guard=2), "display windows differ: 2x2, 5x4"),
-    ],
-)
+@pytest.mark.parametrize(("part", "words"), [
+    (Part("a", ("R",), np.zeros((2, 2, 1), np.float64)), "part a is of float64, expected float32"),
+    (Part("a", ("R", "G"), np.zeros((2, 2, 1), np.float32)), r"expected \(H, W, 2\)"),
+    (Part("a", ("R",), np.zeros((2, 2), np.float32)), r"has shape \(2, 2\)"),
+    (Part("a", ("R",), np.zeros((0, 2, 1), np.float32)), r"has shape \(0, 2, 1\)"),
+    (Part("depth", ("Z",), np.zeros((2, 2, 1), np.float32)), "names must differ"),
+    (Part("a", ("Z", "Z"), np.zeros((2, 2, 2), np.float32)), "two channels of one name: Z, Z"),
+    (Part("a", ("",), np.zeros((2, 2, 1), np.float32)), "'' is no name"),
+    (Part("a", ("x" * 256,), np.zeros((2, 2, 1), np.float32)), "'x+' is no name"),
+    (Part("a", ("a\0b",), np.zeros((2, 2, 1), np.float32)), "is no name"),
+    (Part("a", ("Z",), np.zeros((2, 2, 1), np.float32), {"n": 2**31}), "attribute n is 2147483648, beyond 32 bits"),
+    # OpenEXR's reader in C++ does not open parts of several display windows.
+    (Part("a", ("Z",), np.zeros((8, 9, 1), np.float32), guard=2), "display windows differ: 2x2, 5x4"),
+])  # fmt: skip
 def test_what_would_change_bits_is_refused(tmp_path, part, words):
     good = Part("depth", ("Z",), np.zeros((2, 2, 1), np.float32))
     with pytest.raises(InputError, match=words):

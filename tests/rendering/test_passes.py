@@ -163,17 +163,14 @@ def test_folders_of_some_layers(whole_folder, tmp_path, capsys, asked):
         assert any(f"has no '{layer}' to show" in line for line in said) != there
 
 
-@pytest.mark.parametrize(
-    ("asked", "without"),
-    [
-        ("blurred", "blurred"),
-        ("ao,depth", "ao_1, ao_2"),
-        ("positions", "positions"),
-        ("merged,blurred,shaded", "merged, shaded"),
-        ("depth,positions,ao,merged,blurred,shaded", "shaded"),
-        ("depth,positions,merged,color", None),
-    ],
-)
+@pytest.mark.parametrize(("asked", "without"), [
+    ("blurred", "blurred"),
+    ("ao,depth", "ao_1, ao_2"),
+    ("positions", "positions"),
+    ("merged,blurred,shaded", "merged, shaded"),
+    ("depth,positions,ao,merged,blurred,shaded", "shaded"),
+    ("depth,positions,merged,color", None),
+])  # fmt: skip
 def test_a_comparison_says_which_intervals_need_other_layers(whole_folder, tmp_path, capsys, asked, without):
     """A renderer whose numbers are off by an ulp: intervals tell that this is right."""
     render(tmp_path / "some", *RENDER, "--layers", asked)

@@ -53,30 +53,27 @@ def chain(depth):
     return [{"children": [number + 1]} for number in range(depth - 1)] + [{"mesh": 0}]
 
 
-@pytest.mark.parametrize(
-    ("parts", "words"),
-    [
-        ({"extensionsRequired": ["KHR_lights_punctual", "KHR_texture_transform"]}, "extension KHR_texture_transform,"),
-        ({"accessors": [{**POSITION, "sparse": SPARSE}]}, "accessor 0, POSITION, is sparse"),
-        ({"accessors": [{**POSITION, "bufferView": None}]}, "cannot be read"),
-        (
-            {
-                "primitive": {"indices": 1},
-                "accessors": [POSITION, {"componentType": 5125, "count": 3, "type": "SCALAR"}],
-            },
-            "accessor 1, indices, is without a bufferView",
-        ),
-        ({"accessors": [{**POSITION, "componentType": 5122, "normalized": True}]}, "POSITION, has normalized integers"),
-        ({"primitive": {"mode": 6}}, "a triangle fan"),
-        ({"nodes": chain(257)}, "nested more than 256 deep"),
-        ({"nodes": [{"children": [1]}, {"children": [0], "mesh": 0}]}, "or in a circle"),
-        (textured({"uri": uri(b"no image")}), "names the image '0', which cannot be read"),
-        (textured({"bufferView": 0, "mimeType": "image/png"}), "names the image '0', which cannot be read"),
-        ({"accessors": [POSITION, {"componentType": 5126, "count": 10**8, "type": "MAT4"}]}, r"need 6\.4 GB of memory"),
-        ({"data": bytes(10**4), "bufferViews": [{"buffer": 0, "byteLength": 10**4}] * 500}, "accessors need"),
-        ({"nodes": [{"mesh": 0}] * 2000, "scenes": [{"nodes": list(range(2000))}]}, "meshes need"),
-    ],
-)
+@pytest.mark.parametrize(("parts", "words"), [
+    ({"extensionsRequired": ["KHR_lights_punctual", "KHR_texture_transform"]}, "extension KHR_texture_transform,"),
+    ({"accessors": [{**POSITION, "sparse": SPARSE}]}, "accessor 0, POSITION, is sparse"),
+    ({"accessors": [{**POSITION, "bufferView": None}]}, "cannot be read"),
+    (
+        {
+            "primitive": {"indices": 1},
+            "accessors": [POSITION, {"componentType": 5125, "count": 3, "type": "SCALAR"}],
+        },
+        "accessor 1, indices, is without a bufferView",
+    ),
+    ({"accessors": [{**POSITION, "componentType": 5122, "normalized": True}]}, "POSITION, has normalized integers"),
+    ({"primitive": {"mode": 6}}, "a triangle fan"),
+    ({"nodes": chain(257)}, "nested more than 256 deep"),
+    ({"nodes": [{"children": [1]}, {"children": [0], "mesh": 0}]}, "or in a circle"),
+    (textured({"uri": uri(b"no image")}), "names the image '0', which cannot be read"),
+    (textured({"bufferView": 0, "mimeType": "image/png"}), "names the image '0', which cannot be read"),
+    ({"accessors": [POSITION, {"componentType": 5126, "count": 10**8, "type": "MAT4"}]}, r"need 6\.4 GB of memory"),
+    ({"data": bytes(10**4), "bufferViews": [{"buffer": 0, "byteLength": 10**4}] * 500}, "accessors need"),
+    ({"nodes": [{"mesh": 0}] * 2000, "scenes": [{"nodes": list(range(2000))}]}, "meshes need"),
+])  # fmt: skip
 def test_what_is_not_read_is_refused_by_name(tmp_path, parts, words, monkeypatch):
     monkeypatch.setattr(memory, "_HARMLESS", 10**6)
     monkeypatch.setattr(memory, "_MOST_EXPANSION", 1)
@@ -84,14 +81,11 @@ def test_what_is_not_read_is_refused_by_name(tmp_path, parts, words, monkeypatch
         load_scene(write(tmp_path, **parts))
 
 
-@pytest.mark.parametrize(
-    "parts",
-    [
-        {"extensionsRequired": ["KHR_materials_unlit"]},
-        {"accessors": [POSITION, {**POSITION, "sparse": SPARSE}]},  # of no attribute that is read
-        {"nodes": chain(256)},
-    ],
-)
+@pytest.mark.parametrize("parts", [
+    {"extensionsRequired": ["KHR_materials_unlit"]},
+    {"accessors": [POSITION, {**POSITION, "sparse": SPARSE}]},  # of no attribute that is read
+    {"nodes": chain(256)},
+])  # fmt: skip
 def test_what_changes_nothing_is_read(tmp_path, parts):
     assert load_scene(write(tmp_path, **parts)).vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 

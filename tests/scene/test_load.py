@@ -93,15 +93,12 @@ def assert_halves(mesh, below, above):
 # --- colours
 
 
-@pytest.mark.parametrize(
-    ("material", "given"),
-    [
-        ("newmtl m\nKd 0.5 0.5 0.5\nmap_Kd t e x.png\n", False),
-        (None, True),
-        ("newmtl m\nmap_Kd nope.png\n", True),  # the texture that is given takes the place of a missing one
-        ("newmtl m\nmap_Kd other.png\n", True),  # and of another one
-    ],
-)
+@pytest.mark.parametrize(("material", "given"), [
+    ("newmtl m\nKd 0.5 0.5 0.5\nmap_Kd t e x.png\n", False),
+    (None, True),
+    ("newmtl m\nmap_Kd nope.png\n", True),  # the texture that is given takes the place of a missing one
+    ("newmtl m\nmap_Kd other.png\n", True),  # and of another one
+])  # fmt: skip
 def test_texture_stands_upright_and_is_decoded_once(tmp_path, material, given):
     texture, _ = picture(tmp_path, name="t e x.png"), picture(tmp_path, 255 - CODES, "other.png")
     mesh = load_scene(square(tmp_path, material), texture if given else None)
@@ -313,37 +310,34 @@ def bad_transform(header, binary):
     header["nodes"][-1]["matrix"] = [float("inf")] * 16
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "words"),
-    [
-        ("a.obj", TRIANGLE.replace("v 1", "v nan"), r"vertex 1 is not finite: \[nan, 0\.0, 0\.0\]"),
-        ("a.obj", TRIANGLE.replace("v 1", "v 1e400"), "vertex 1 is not finite"),
-        ("a.obj", TRIANGLE.replace("v 1", "v 1e200"), r"vertex 1 is beyond 1e\+30"),
-        ("a.obj", TRIANGLE.replace("f 1", "f 4"), "a face names a vertex that does not exist"),
-        ("a.obj", TRIANGLE.replace("f 1", "f -4"), "a face names a vertex that does not exist"),
-        ("a.obj", TRIANGLE.replace("f 1", "f 0"), "line 4: a face names vertex 0, but OBJ counts from 1"),
-        ("a.obj", TRIANGLE + "f -3 -2 -1\nv 9 9 9\n", "line 5: a face counts vertices backwards"),
-        ("a.obj", TRIANGLE + "f 1 2 x\n", "cannot be read as a mesh"),
-        ("a.obj", SQUARE, "no triangles"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 1 1 2\n", "no face with an area"),
-        ("a.obj", "v 0 0 0\nv 1e-40 0 0\nv 0 1e-40 0\nf 1 2 3\n", "at least 1e-30"),
-        ("a.ply", ply("nan 0 0\n1 0 0\n0 1 0\n"), "vertex 0 is not finite"),
-        ("a.ply", ply(face="3 0 1 3"), "face 0 names vertex 3, but there are 3 vertices"),
-        ("a.ply", ply(face="3 0 1 -1"), "face 0 names vertex -1"),
-        ("a.ply", ply(count=10**12), "declares 1000000000001 lines, there are 4"),
-        ("a.ply", ply().replace("ascii", "binary_little_endian").replace("vertex 3", "vertex 99999999999"), "PLY"),
-        ("a.off", "OFF\n3 1 0\ninf 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "vertex 0 is not finite"),
-        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "outside the range"),
-        ("a.off", "OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "declares 3 vertices and 999999999 faces"),
-        ("a.stl", bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50), "4294967295 faces, which take .* but has 134"),
-        ("a.stl", bytes(84), "no triangles"),
-        ("a.glb", patched_glb(far_index), "names vertex 30000"),
-        ("a.glb", patched_glb(huge_count), "need 16000.0 GB"),
-        ("a.glb", patched_glb(bad_transform), "is not finite"),
-        ("a.txt", "hello", "cannot be read as a mesh .* '.txt' have no reader"),
-        ("a", "hello", "cannot be read as a mesh"),
-    ],
-)
+@pytest.mark.parametrize(("name", "content", "words"), [
+    ("a.obj", TRIANGLE.replace("v 1", "v nan"), r"vertex 1 is not finite: \[nan, 0\.0, 0\.0\]"),
+    ("a.obj", TRIANGLE.replace("v 1", "v 1e400"), "vertex 1 is not finite"),
+    ("a.obj", TRIANGLE.replace("v 1", "v 1e200"), r"vertex 1 is beyond 1e\+30"),
+    ("a.obj", TRIANGLE.replace("f 1", "f 4"), "a face names a vertex that does not exist"),
+    ("a.obj", TRIANGLE.replace("f 1", "f -4"), "a face names a vertex that does not exist"),
+    ("a.obj", TRIANGLE.replace("f 1", "f 0"), "line 4: a face names vertex 0, but OBJ counts from 1"),
+    ("a.obj", TRIANGLE + "f -3 -2 -1\nv 9 9 9\n", "line 5: a face counts vertices backwards"),
+    ("a.obj", TRIANGLE + "f 1 2 x\n", "cannot be read as a mesh"),
+    ("a.obj", SQUARE, "no triangles"),
+    ("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 1 1 2\n", "no face with an area"),
+    ("a.obj", "v 0 0 0\nv 1e-40 0 0\nv 0 1e-40 0\nf 1 2 3\n", "at least 1e-30"),
+    ("a.ply", ply("nan 0 0\n1 0 0\n0 1 0\n"), "vertex 0 is not finite"),
+    ("a.ply", ply(face="3 0 1 3"), "face 0 names vertex 3, but there are 3 vertices"),
+    ("a.ply", ply(face="3 0 1 -1"), "face 0 names vertex -1"),
+    ("a.ply", ply(count=10**12), "declares 1000000000001 lines, there are 4"),
+    ("a.ply", ply().replace("ascii", "binary_little_endian").replace("vertex 3", "vertex 99999999999"), "PLY"),
+    ("a.off", "OFF\n3 1 0\ninf 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "vertex 0 is not finite"),
+    ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "outside the range"),
+    ("a.off", "OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "declares 3 vertices and 999999999 faces"),
+    ("a.stl", bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50), "4294967295 faces, which take .* but has 134"),
+    ("a.stl", bytes(84), "no triangles"),
+    ("a.glb", patched_glb(far_index), "names vertex 30000"),
+    ("a.glb", patched_glb(huge_count), "need 16000.0 GB"),
+    ("a.glb", patched_glb(bad_transform), "is not finite"),
+    ("a.txt", "hello", "cannot be read as a mesh .* '.txt' have no reader"),
+    ("a", "hello", "cannot be read as a mesh"),
+])  # fmt: skip
 def test_broken_meshes_are_refused(tmp_path, name, content, words):
     path = write(tmp_path / name, content)
     assert refused(path, words).startswith(f"{path}: ")
@@ -386,16 +380,13 @@ def test_textures_that_cannot_be_had(tmp_path):
 # --- real files
 
 
-@pytest.mark.parametrize(
-    ("name", "faces", "texture"),
-    [
-        ("armadillo.ply", 172_972, None),
-        ("bunny.obj", 69_451, None),
-        ("lucy.obj", 99_970, None),
-        ("spot/spot_triangulated.obj", 5_856, "spot/spot_texture.png"),
-        ("fuze/fuze.obj", None, None),
-    ],
-)
+@pytest.mark.parametrize(("name", "faces", "texture"), [
+    ("armadillo.ply", 172_972, None),
+    ("bunny.obj", 69_451, None),
+    ("lucy.obj", 99_970, None),
+    ("spot/spot_triangulated.obj", 5_856, "spot/spot_texture.png"),
+    ("fuze/fuze.obj", None, None),
+])  # fmt: skip
 def test_real_meshes(name, faces, texture):
     if not (MESHES / name).exists():
         pytest.skip(f"{name} is not there")

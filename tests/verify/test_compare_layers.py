@@ -23,19 +23,16 @@ def image(dtype):
     return lambda path: write_image(path, np.ones((4, 5, 1), np.float32), dtype)
 
 
-@pytest.mark.parametrize(
-    ("ending", "mine", "right", "code", "words"),
-    [
-        ("exr", exr(2), exr(3), 3, "there is no channel for P.Z"),
-        ("exr", exr(3), exr(2), 1, "P.Z is not in the reference"),
-        ("exr", exr(1), exr(1, width=6), 3, "it has 5x4 texels, the reference's has 6x4"),
-        # A cropped data window is no smaller image.
-        ("exr", exr(1), exr(1, guard=1), 3, "its data window starts at (0, 0), the reference's at (-1, -1)"),
-        ("exr", image("half"), image("float"), 3, "the reference's is of float32"),
-        ("tif", image("double"), image("float"), 3, "the reference's is of float32"),
-        ("tif", image("uint8"), image("float"), 3, "the reference's is of float32"),
-    ],
-)
+@pytest.mark.parametrize(("ending", "mine", "right", "code", "words"), [
+    ("exr", exr(2), exr(3), 3, "there is no channel for P.Z"),
+    ("exr", exr(3), exr(2), 1, "P.Z is not in the reference"),
+    ("exr", exr(1), exr(1, width=6), 3, "it has 5x4 texels, the reference's has 6x4"),
+    # A cropped data window is no smaller image.
+    ("exr", exr(1), exr(1, guard=1), 3, "its data window starts at (0, 0), the reference's at (-1, -1)"),
+    ("exr", image("half"), image("float"), 3, "the reference's is of float32"),
+    ("tif", image("double"), image("float"), 3, "the reference's is of float32"),
+    ("tif", image("uint8"), image("float"), 3, "the reference's is of float32"),
+])  # fmt: skip
 def test_textures_of_another_shape_or_type_are_not_converted(tmp_path, capsys, ending, mine, right, code, words):
     files = tmp_path / f"a.{ending}", tmp_path / f"b.{ending}"
     mine(files[0])

@@ -56,19 +56,15 @@ def test_rays_are_cast_only_where_depth_or_colour_differ(tmp_path, monkeypatch, 
         assert len(cast) == count
 
 
-@pytest.mark.parametrize(
-    ("place", "value", "code"),
-    [
-        (("scene", "name"), "ammonite", 1),  # another version's scene of that name: as if there were none
-        (("scene", "name"), [], 4),
-        (("scene",), None, 4),
-        (("views", 1, "view", "cast_from_world"), [[1]], 4),
-        (("views", 1, "view", "width"), 10**9, 1),
-        (("frame",), {"world_from_scene": 5}, 4),
-        (("settings", "color_filter"), 7, 4),
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize(("place", "value", "code"), [
+    (("scene", "name"), "ammonite", 1),  # another version's scene of that name: as if there were none
+    (("scene", "name"), [], 4),
+    (("scene",), None, 4),
+    (("views", 1, "view", "cast_from_world"), [[1]], 4),
+    (("views", 1, "view", "width"), 10**9, 1),
+    (("frame",), {"world_from_scene": 5}, 4),
+    (("settings", "color_filter"), 7, 4),
+], ids=str)  # fmt: skip
 def test_a_manifest_that_does_not_give_the_mesh_its_view(tmp_path, capsys, reference, place, value, code):
     folder = with_entry(reference, tmp_path / "reference", place, value)
     seen = np.argwhere(np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40]

@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import (
-    arithmetic,
-    critical_scene,
-    drawn_problems,
-    hold_probes,
-    hold_renderers,
-    random_turns,
-    unit,
-)
+from oracle_scenes import arithmetic, critical_scene, drawn_problems, hold_probes, hold_renderers, random_turns, unit
 from random_oriented import hidden_weights, weights
 
 from lfssao import Buffers, builtin_scene, find_display, make_samples, module_views

@@ -99,14 +99,11 @@ def test_a_neighbour_sees_behind_a_card():
     np.testing.assert_array_equal(together <= alone, True)
 
 
-@pytest.mark.parametrize(
-    ("others", "words"),
-    [
-        ([np.zeros((3, 4))], "neighbour 1"),
-        ([np.zeros((0, 4), np.float32)], "neighbour 1"),
-        ([np.broadcast_to(np.float32(0), (2**15, 2**15))] * 2, "3 modules have 2147483660 texels"),
-    ],
-)
+@pytest.mark.parametrize(("others", "words"), [
+    ([np.zeros((3, 4))], "neighbour 1"),
+    ([np.zeros((0, 4), np.float32)], "neighbour 1"),
+    ([np.broadcast_to(np.float32(0), (2**15, 2**15))] * 2, "3 modules have 2147483660 texels"),
+])  # fmt: skip
 def test_textures_of_another_dtype_and_too_many_texels_are_refused(others, words):
     mapping = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
     depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
@@ -175,15 +172,12 @@ def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(c
     assert settings["neighbours"] == 2
 
 
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ([*MODULES, "--neighbours", "21"], "neighbours is 21: sample-a has 20 modules besides module 9"),
-        ([*MODULES, "--neighbours", "-1"], "-1 is not from 0"),
-        ([*MODULES, "--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
-        (["--camera", "--neighbours", "1"], "--neighbours does not go with --camera"),
-    ],
-)
+@pytest.mark.parametrize(("more", "words"), [
+    ([*MODULES, "--neighbours", "21"], "neighbours is 21: sample-a has 20 modules besides module 9"),
+    ([*MODULES, "--neighbours", "-1"], "-1 is not from 0"),
+    ([*MODULES, "--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
+    (["--camera", "--neighbours", "1"], "--neighbours does not go with --camera"),
+])  # fmt: skip
 def test_what_has_no_neighbours_is_refused(command, capsys, more, words):
     assert command(*more) == 2
     assert words in capsys.readouterr().err

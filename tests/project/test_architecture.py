@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+import functools
 import importlib
 import inspect
 import json
@@ -42,13 +43,16 @@ OF_NUMBA = {"config", "get_num_threads", "set_num_threads"}
 COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"}}
 
 
+@functools.cache
 def imports(path):
     """Every module that a file imports, anywhere in it."""
+    found = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            yield "." * node.level + (node.module or "")
+            found.append("." * node.level + (node.module or ""))
+    return found
 
 
 def run(*command, env=None):

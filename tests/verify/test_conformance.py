@@ -104,11 +104,20 @@ def test_the_fixture_runs_a_test_for_each_case_of_its_stages(kit, tmp_path):
     assert "case blur_row, output blurred: 9 of 9 numbers are outside the bounds" in done.stdout
 
 
-def mine(folder, arguments):
-    """A file of one test with this marker."""
-    text = f"import pytest\n@pytest.mark.lfssao_stages({arguments})\ndef test_mine(lfssao_case):\n    pass\n"
-    (folder / "test_mine.py").write_text(text)
+def mine(folder, *arguments):
+    """Files of one test each, with these markers."""
+    for number, each in enumerate(arguments):
+        text = f"import pytest\n@pytest.mark.lfssao_stages({each})\ndef test_mine(lfssao_case):\n    pass\n"
+        (folder / f"test_{number}.py").write_text(text)
     return folder
+
+
+def chosen(output):
+    """By the number of a file, the cases that its test had."""
+    found = {}
+    for number, case in re.findall(r"test_(\d)\.py::test_mine\[(\w+)\]", output):
+        found.setdefault(int(number), set()).add(case)
+    return list(found.values())
 
 
 CAMERAS = {
@@ -117,32 +126,37 @@ CAMERAS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("arguments", "on_disk", "cases"), [
-    ("kinds='display'", True, {"algorithm2_conical"}),
-    ("kinds=['display', 'crossed slits']", True, {"algorithm2_conical", "frame"}),
-    ("'blur', 'frame', kinds=('crossed slits',)", True, {"frame"}),
-    ("", True, {"algorithm2_conical", "blur_usual", "frame", "samples_latin"}),
-    ("'algorithm1', 'algorithm2', kinds=('matrix',)", False, CAMERAS),
-])  # fmt: skip
-def test_stages_and_kinds_choose_cases(few, tmp_path, arguments, on_disk, cases):
-    where = ["--lfssao-kit", str(few)] if on_disk else ["--collect-only"]
-    done = run_pytest(mine(tmp_path, arguments), "-rA", *where)
+def test_stages_and_kinds_choose_cases(few, tmp_path):
+    expected = {
+        "kinds='display'": {"algorithm2_conical"},
+        "kinds=['display', 'crossed slits']": {"algorithm2_conical", "frame"},
+        "'blur', 'frame', kinds=('crossed slits',)": {"frame"},
+        "": {"algorithm2_conical", "blur_usual", "frame", "samples_latin"},
+    }
+    done = run_pytest(mine(tmp_path, *expected), "-rA", "--lfssao-kit", str(few))
     assert done.returncode == 0, done.stdout
-    assert set(re.findall(r"::test_mine\[(\w+)\]", done.stdout)) == cases
+    assert chosen(done.stdout) == list(expected.values())
 
 
-@pytest.mark.parametrize(("arguments", "sentence"), [
-    ("'algoritm2'", "there is no stage 'algoritm2' (did you mean 'algorithm2'?): choose one of algorithm2, blur, "
-     "frame, samples"),
-    ("'merge'", "there is no stage 'merge': choose one of algorithm2, blur, frame, samples"),
-    ("'algorithm2', kinds=('slits',)", "there is no kind 'slits': choose one of display"),
-    ("'blur', kinds=('display',)", "there is no kind 'display': choose one of none"),
-    ("kind='display'", "there is no parameter 'kind' (did you mean 'kinds'?): choose one of kinds"),
-])  # fmt: skip
-def test_what_does_not_exist_is_a_collection_error_that_lists_what_does(few, tmp_path, arguments, sentence):
-    done = run_pytest(mine(tmp_path, arguments), "--lfssao-kit", str(few))
+def test_without_a_folder_they_choose_of_the_embedded_cases(tmp_path):
+    done = run_pytest(mine(tmp_path, "'algorithm1', 'algorithm2', kinds=('matrix',)"), "--collect-only")
+    assert done.returncode == 0, done.stdout
+    assert chosen(done.stdout) == [CAMERAS]
+
+
+def test_what_does_not_exist_is_a_collection_error_that_lists_what_does(few, tmp_path):
+    sentences = {
+        "'algoritm2'": "there is no stage 'algoritm2' (did you mean 'algorithm2'?): choose one of algorithm2, blur, "
+                       "frame, samples",
+        "'merge'": "there is no stage 'merge': choose one of algorithm2, blur, frame, samples",
+        "'algorithm2', kinds=('slits',)": "there is no kind 'slits': choose one of display",
+        "'blur', kinds=('display',)": "there is no kind 'display': choose one of none",
+        "kind='display'": "there is no parameter 'kind' (did you mean 'kinds'?): choose one of kinds",
+    }  # fmt: skip
+    done = run_pytest(mine(tmp_path, *sentences), "--lfssao-kit", str(few))
     assert done.returncode == 2
-    assert f"test_mine.py::test_mine: lfssao_stages: {sentence}\n" in done.stdout
+    for number, sentence in enumerate(sentences.values()):
+        assert f"test_{number}.py::test_mine: lfssao_stages: {sentence}\n" in done.stdout
 
 
 def test_the_plugin_alone_loads_nothing_heavy(tmp_path):

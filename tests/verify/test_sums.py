@@ -197,7 +197,9 @@ def test_with_an_error_left_out_renderers_leave_the_bounds(check, error):
             check(drawn, dict(PLAIN[check]), lambda model: replace(model, **{error: 0.0}))
         except AssertionError:
             refused += 1
-    undecided, differing = np.sum(found, axis=0)
+        undecided, differing = np.sum(found, axis=0)
+        if refused > 2 and differing > 5:
+            break
     assert undecided >= differing > 5
     assert refused > 2
 

@@ -9,6 +9,8 @@ import numba
 import pytest
 from hypothesis import HealthCheck, settings
 
+import lfssao
+
 # The same examples on every machine and in every run; no deadline, as the first call of a kernel compiles it.
 settings.register_profile(
     "lfssao", derandomize=True, deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow]
@@ -43,6 +45,11 @@ def generic_cpu(tmp_path_factory):
         "NUMBA_NUM_THREADS": "2",
         "NUMBA_CACHE_DIR": str(folder / "generic_cpu"),
     }
+
+
+@pytest.fixture(scope="session")
+def statue():
+    return lfssao.builtin_scene("statue")
 
 
 @pytest.fixture(scope="module")

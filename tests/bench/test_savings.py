@@ -7,13 +7,8 @@ import bench_plan as savings
 import numpy as np
 import pytest
 
-from lfssao import RayCaster, Settings, builtin_scene, find_display, render_view
+from lfssao import RayCaster, Settings, find_display, render_view
 from lfssao.optics.window import seen_rows
-
-
-@pytest.fixture(scope="module")
-def statue():
-    return builtin_scene("statue")
 
 
 def test_what_the_plan_leaves_out_is_done_after_all(statue, monkeypatch):

@@ -5,17 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from lfssao import Camera, InputError, Mesh, Paint, RayCaster, builtin_scene, find_display, module_views
+from lfssao import Camera, InputError, Mesh, Paint, RayCaster, find_display, module_views
 
 RESOLUTION = 64, 48
 # A triangle and a camera before it.
 CORNERS = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1.5, 0]])
 BEFORE = Camera.looking_at(np.array([[-1.0, -1, -1], [1, 1.5, 1]]), "orthographic").view(*RESOLUTION)
-
-
-@pytest.fixture(scope="module")
-def statue():
-    return builtin_scene("statue")
 
 
 def view_of(mesh, guard=0):

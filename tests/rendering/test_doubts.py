@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lfssao
-from lfssao import Camera, LightField, Settings, builtin_scene, display_names, display_text, find_display
+from lfssao import Camera, LightField, Settings, display_names, display_text, find_display
 from lfssao.cli.main import main
 from lfssao.errors import InputWarning
 from lfssao.rendering.doubts import subpixel_radii
@@ -16,11 +16,6 @@ from lfssao.rendering.views import module_views
 
 SMALL = ["statue", "--display", "sample-a", "--resolution", "32x24", "--modules", "2:4", "--samples", "1"]
 FINE = [*SMALL, "--radii", "20%"]
-
-
-@pytest.fixture(scope="module")
-def statue():
-    return builtin_scene("statue")
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ from lfssao import (
     Mesh,
     RayCaster,
     Settings,
-    builtin_scene,
     estimate,
     find_display,
     make_samples,
@@ -22,11 +21,6 @@ from lfssao import (
 )
 from lfssao.cli.main import main
 from lfssao.rendering.settings import LAYERS
-
-
-@pytest.fixture(scope="module")
-def statue():
-    return builtin_scene("statue")
 
 
 def test_a_guard_band_lets_occluders_outside_be_seen():

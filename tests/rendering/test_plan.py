@@ -16,7 +16,6 @@ from lfssao import (
     RayCaster,
     Settings,
     Textures,
-    builtin_scene,
     display_names,
     estimate,
     find_display,
@@ -32,11 +31,6 @@ from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import RULES, background, other_radii, planned, without_background
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples import texel_turns
-
-
-@pytest.fixture(scope="module")
-def statue():
-    return builtin_scene("statue")
 
 
 def assert_same(one, other):

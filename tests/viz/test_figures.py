@@ -20,11 +20,6 @@ DISPLAY = lfssao.find_display("sample-a").with_resolution(48, 32)
 
 
 @pytest.fixture(scope="module")
-def statue():
-    return lfssao.builtin_scene("statue")
-
-
-@pytest.fixture(scope="module")
 def seen(statue):
     view = module_views(statue, DISPLAY)[10]
     return view, lfssao.RayCaster(statue, view.cast_from_world).gbuffer(view)

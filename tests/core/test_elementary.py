@@ -5,8 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from bits import bits
 from reference import elementary as reference
 
 from lfssao.core import elementary
@@ -17,71 +16,48 @@ TINY = 2.0**-1022
 LARGEST = 1.7976931348623157e308
 
 # Many points: everywhere, near the joints of the reductions, and the extremes.
-ANGLES = np.concatenate(
-    [
-        RNG.uniform(-1, 1, 3000),
-        RNG.uniform(-1e6, 1e6, 500),
-        RNG.uniform(-(2.0**50), 2.0**50, 500),
-        np.exp(RNG.uniform(-700, 0, 300)),
-        *(np.nextafter(k / 4, np.array([-9, 9])) for k in range(-9, 10)),
-        [0.0, SMALLEST, TINY, 2.0**50, -(2.0**50), 2.0**49 + 0.5, 2.0**49 + 0.25],
-    ]
-)
-CUBES = np.concatenate(
-    [
-        RNG.uniform(0, 1, 3000),
-        2 ** RNG.uniform(-1074, 1023.9, 2000),
-        *(np.nextafter(8.0**k, [0, np.inf]) for k in range(-6, 7)),
-        [SMALLEST, 3 * SMALLEST, TINY, np.nextafter(TINY, 0), LARGEST],
-    ]
-)
-POWERS = np.concatenate(
-    [
-        RNG.uniform(-700, 700, 3000),
-        RNG.uniform(-1, 1, 1000),
-        -np.exp(RNG.uniform(-700, 0, 200)),
-        *(np.nextafter((k + 0.5) * math.log(2), np.array([-999, 999])) for k in range(-20, 21)),
-        [700.0, -700.0, SMALLEST, -SMALLEST],
-    ]
-)
-
-LOGARITHMS = np.concatenate(
-    [
-        np.random.default_rng(5).uniform(0, 4, 1000),
-        2 ** np.random.default_rng(6).uniform(-1074, 1023.9, 1000),
-        1 + np.random.default_rng(7).uniform(-1e-3, 1e-3, 300),
-        *(np.nextafter(x, [0, np.inf]) for x in (0.5**0.5, 1.0, 2**0.5, 0.5)),
-        [5e-324, 1.7976931348623157e308],
-    ]
-)
-BINARY = np.concatenate(
-    [
-        2.0 ** RNG.uniform(-1022, 1023, 400),
-        1 + RNG.uniform(-0.3, 0.4, 400),
-        [1.0, 8.0, TINY, np.nextafter(1, 2), math.sqrt(2), math.sqrt(0.5)],
-    ]
-)
+ANGLES = np.r_[
+    RNG.uniform(-1, 1, 3000),
+    RNG.uniform(-1e6, 1e6, 500),
+    RNG.uniform(-(2.0**50), 2.0**50, 500),
+    np.exp(RNG.uniform(-700, 0, 300)),
+    *(np.nextafter(k / 4, np.array([-9, 9])) for k in range(-9, 10)),
+    np.arange(-9, 10) / 4,
+    0.0, -0.0, SMALLEST, TINY, 2.0**50, -(2.0**50), 2.0**49 + 0.5, 2.0**49 + 0.25,
+]  # fmt: skip
+CUBES = np.r_[
+    RNG.uniform(0, 1, 3000),
+    2 ** RNG.uniform(-1074, 1023.9, 2000),
+    *(np.nextafter(8.0**k, [0, np.inf]) for k in range(-6, 7)),
+    0.0, SMALLEST, 3 * SMALLEST, TINY, np.nextafter(TINY, 0), LARGEST,
+]  # fmt: skip
+# Some of the powers are subnormal, and there each halving may round.
+POWERS = np.r_[
+    RNG.uniform(-745, 709, 3000),
+    RNG.uniform(-1, 1, 1000),
+    -np.exp(RNG.uniform(-700, 0, 200)),
+    *(np.nextafter((k + 0.5) * math.log(2), np.array([-999, 999])) for k in range(-20, 21)),
+    709.7, 700.0, -700.0, -709.0, -720.0, -735.5, -744.0, SMALLEST, -SMALLEST,
+]  # fmt: skip
+LOGARITHMS = np.r_[
+    RNG.uniform(0, 4, 1000),
+    2 ** RNG.uniform(-1074, 1023.9, 1000),
+    1 + RNG.uniform(-1e-3, 1e-3, 300),
+    *(np.nextafter(x, [0, np.inf]) for x in (0.5**0.5, 1.0, 2**0.5, 0.5)),
+    SMALLEST, LARGEST,
+]  # fmt: skip
+BINARY = np.r_[
+    2.0 ** RNG.uniform(-1022, 1023, 400),
+    1 + RNG.uniform(-0.3, 0.4, 400),
+    1.0, 8.0, TINY, np.nextafter(1, 2), math.sqrt(2), math.sqrt(0.5),
+]  # fmt: skip
 
 
-def same_bits(a, b):
-    return np.array_equal(np.array(a, np.float64).view(np.int64), np.array(b, np.float64).view(np.int64))
-
-
-@pytest.mark.parametrize(("name", "drawn"), [
-    ("sincospi", st.floats(-(2.0**50), 2.0**50) | st.floats(-2, 2)),
-    ("cbrt", st.floats(0, LARGEST) | st.floats(0, 1)),
-    ("exp", st.floats(allow_nan=False) | st.floats(-760, 720) | st.floats(-1, 1)),
-])  # fmt: skip
-@given(data=st.data())
-def test_functions_equal_the_reference(name, drawn, data):
-    x = data.draw(drawn)
-    assert same_bits(getattr(elementary, name)(x), getattr(reference, name)(x))
-
-
-def test_sincospi_is_within_2_ulp_of_1():
+def test_sincospi_is_within_2_ulp_of_1_and_equals_the_reference():
     with mpmath.workprec(200):
         for x in ANGLES.tolist():
             s, c = elementary.sincospi(x)
+            assert (bits([s, c]) == bits(reference.sincospi(x))).all()
             assert abs(s - mpmath.sinpi(mpmath.mpf(x))) <= 2 * 2.0**-52
             assert abs(c - mpmath.cospi(mpmath.mpf(x))) <= 2 * 2.0**-52
 
@@ -97,7 +73,7 @@ def test_functions_are_within_their_ulps_and_equal_the_reference(name, points, u
     with mpmath.workprec(200):
         for x in points.tolist():
             found, exact = ours(x), right(mpmath.mpf(x))
-            assert found == again(x)
+            assert bits(found) == bits(again(x))
             assert abs(mpmath.mpf(found) - exact) <= ulps * math.ulp(float(exact))
 
 
@@ -106,9 +82,6 @@ def test_exp_special_values():
     assert elementary.exp(1.0) == pytest.approx(math.e, rel=2 * 2**-52)
     assert elementary.exp(-745.2) == elementary.exp(-1e300) == elementary.exp(-math.inf) == 0
     assert elementary.exp(710.1) == elementary.exp(1e300) == elementary.exp(math.inf) == math.inf
-    with mpmath.workprec(200):  # among the subnormal numbers each halving may round
-        for x in (-709.0, -720.0, -735.5, -744.0):
-            assert abs(elementary.exp(x) - mpmath.exp(x)) <= 2 * mpmath.mpf(SMALLEST)
 
 
 def test_special_values_of_logarithms_and_power():

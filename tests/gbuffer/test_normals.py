@@ -1,9 +1,9 @@
 """Normals, the nearest colour filter and the guard band of the G-buffer."""
 
-import math
-
 import numpy as np
 import pytest
+from reference.scalable import scaled
+from reference.volumetric import cross
 
 from lfssao import Camera, InputError, Mesh, Paint, RayCaster, find_display, module_views
 
@@ -17,27 +17,14 @@ def view_of(mesh, guard=0):
     return module_views(mesh, find_display("sample-a").with_resolution(*RESOLUTION), range(3, 4), guard)[0]
 
 
-def unit(x, y, z):
-    """The kernel's normalisation again: by the largest component, then by the length."""
-    size = max(abs(x), abs(y), abs(z))
-    x, y, z = x / size, y / size, z / size
-    length = math.sqrt((x * x + y * y) + z * z)
-    return x / length, y / length, z / length
-
-
-def geometric(mesh, face):
-    a, b, c = (mesh.vertices[corner].tolist() for corner in mesh.faces[face])
-    e, f = [q - p for p, q in zip(a, b, strict=True)], [q - p for p, q in zip(a, c, strict=True)]
-    return unit(e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0])
-
-
 def test_geometric_normals_are_the_triangles_and_face_the_viewer(statue):
     view = view_of(statue)
     seen = RayCaster(statue, view.cast_from_world).gbuffer(view, None, "geometric")
     texels = np.argwhere(seen.triangle >= 0)
     assert len(texels) > 300
     for j, i in texels:
-        expected = np.array(geometric(statue, seen.triangle[j, i]), np.float32)
+        a, b, c = statue.vertices[statue.faces[seen.triangle[j, i]]]
+        expected = scaled(*cross(b - a, c - a)).astype(np.float32)
         found = seen.normals[j, i]
         same = np.array_equal(found.view(np.int32), expected.view(np.int32))
         assert same or np.array_equal(found.view(np.int32), (-expected).view(np.int32))
@@ -64,7 +51,7 @@ def test_smooth_normals_are_those_of_the_vertices():
     x, y = seen.positions[j, i, :2].astype(float)
     c = (y + 1) / 2.5
     b = (x + (1 - c)) / 2
-    expected = np.array(unit(*((1 - b - c) * normals[0] + b * normals[1] + c * normals[2]).tolist()))
+    expected = scaled(*((1 - b - c) * normals[0] + b * normals[1] + c * normals[2]))
     np.testing.assert_allclose(seen.normals[j, i], expected, atol=1e-6)
     # Without normals at the vertices smooth ones are the triangles'.
     bare = RayCaster(Mesh(CORNERS, mesh.faces), BEFORE.cast_from_world).gbuffer(BEFORE, None, "smooth")

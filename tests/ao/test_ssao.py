@@ -2,25 +2,11 @@
 
 import numpy as np
 import pytest
+import ssao_cases as cases
 from bits import assert_same_bits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import passes as reference
-from ssao_cases import (
-    IDENTITY,
-    MATRIX,
-    ROI,
-    all_spans,
-    assert_same,
-    both,
-    camera_cases,
-    drawn_turns,
-    module_cases,
-    outside_of,
-    raw_cases,
-    run1,
-    run2,
-)
 
 from lfssao import Display, Module, WorldToImage
 from lfssao.ao import ssao
@@ -28,16 +14,16 @@ from lfssao.errors import InputError
 from lfssao.optics.view import KINDS
 
 
-@both
+@cases.both
 @settings(max_examples=300)
 @given(data=st.data())
 def test_both_algorithms_equal_the_reference_for_any_numbers(dtype, data):
-    depth, positions, offsets, kind, m, back = data.draw(raw_cases(dtype))
-    turns = drawn_turns(data.draw, depth)
+    depth, positions, offsets, kind, m, back = data.draw(cases.raw_cases(dtype))
+    turns = cases.drawn_turns(data.draw, depth)
     second = reference.algorithm2(depth, positions, offsets, KINDS[kind], m, turns)
-    assert_same(run2(depth, positions, offsets, kind, m, turns), outside_of(second))
+    cases.assert_same(cases.run2(depth, positions, offsets, kind, m, turns), cases.outside_of(second))
     first = reference.algorithm1(depth, offsets, back, m, turns)
-    assert_same(run1(depth, offsets, back, m, turns), outside_of(first))
+    cases.assert_same(cases.run1(depth, offsets, back, m, turns), cases.outside_of(first))
 
 
 @settings(max_examples=60)
@@ -50,7 +36,7 @@ def test_spans_hold_all_that_sees_a_surface_and_little_else(seed, width, first, 
     seen = rng.random(first + width) < share
     seen[first + rng.integers(width) : first + rng.integers(width + 1)] |= rng.random() < 0.5
     depth, at = np.where(seen, np.float32(-1), np.float32(np.inf)), first
-    for start, n in all_spans(depth, first, first + width, most):
+    for start, n in cases.all_spans(depth, first, first + width, most):
         assert not seen[at:start].any()
         assert n <= most
         assert n or start == first + width
@@ -59,36 +45,36 @@ def test_spans_hold_all_that_sees_a_surface_and_little_else(seed, width, first, 
     assert not seen[at : first + width].any()
 
 
-@both
+@cases.both
 @given(data=st.data())
 def test_pass_algorithm2_equals_the_reference_on_modules(dtype, data):
-    depth, positions, mapping, samples, radius = data.draw(module_cases(dtype))
-    turns = drawn_turns(data.draw, depth)
+    depth, positions, mapping, samples, radius = data.draw(cases.module_cases(dtype))
+    turns = cases.drawn_turns(data.draw, depth)
     actual = ssao.algorithm2(depth, positions, mapping, samples, radius, turns)
-    numbers, offsets = mapping.numbers.astype(dtype), (radius * samples).astype(dtype)
-    texture, outside = outside_of(reference.algorithm2(depth, positions, offsets, KINDS[mapping.kind], numbers, turns))
+    kind, numbers, offsets = KINDS[mapping.kind], mapping.numbers.astype(dtype), (radius * samples).astype(dtype)
+    texture, outside = cases.outside_of(reference.algorithm2(depth, positions, offsets, kind, numbers, turns))
     assert_same_bits(actual.texture, texture)
     assert actual.outside == outside.sum()
 
 
-@both
+@cases.both
 @given(data=st.data())
 def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
-    depth, view, samples, radius = data.draw(camera_cases(dtype))
+    depth, view, samples, radius = data.draw(cases.camera_cases(dtype))
     forth = view.world_to_image.numbers.reshape(4, 4)
-    turns = drawn_turns(data.draw, depth)
+    turns = cases.drawn_turns(data.draw, depth)
     actual = ssao.algorithm1(depth, view.screen_to_world, forth, samples, radius, turns)
     back, offsets = view.screen_to_world.ravel().astype(dtype), (radius * samples).astype(dtype)
     forth = forth.ravel().astype(dtype)
-    texture, outside = outside_of(reference.algorithm1(depth, offsets, back, forth, turns))
+    texture, outside = cases.outside_of(reference.algorithm1(depth, offsets, back, forth, turns))
     assert_same_bits(actual.texture, texture)
     assert actual.outside == outside.sum()
 
 
-@both
+@cases.both
 def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
     """One of each pair +d, -d lies behind the plane: inside the texture ao is 1/2 without error."""
-    display = Display("d", 1.0, 0.75, 0.1, -2.0, (Module(0.4, 0.0, 0.7, 48, 36),), ROI)
+    display = Display("d", 1.0, 0.75, 0.1, -2.0, (Module(0.4, 0.0, 0.7, 48, 36),), cases.ROI)
     view = display.view(0, np.eye(3, 4))
     z = 0.0625
     s_x, s_y = (np.arange(48) + 0.5) / 48 - 0.5, 0.75 * (0.5 - (np.arange(36)[:, None] + 0.5) / 36)
@@ -101,12 +87,12 @@ def test_a_plane_that_faces_the_viewers_is_half_occluded(dtype):
     assert np.all(result.texture[7:-7, 7:-7] == 0.5)
 
 
-@both
+@cases.both
 @pytest.mark.parametrize(("u", "v", "inside"), [(0, 1.5, 1), (1.5, 0, 1), (4, 1.5, 0), (1.5, 3, 0)])
 def test_a_sample_on_a_general_displays_left_or_upper_edge_is_inside(dtype, u, v, inside):
     """Position and samples on the lens' axis, whose image the homography puts there without rounding."""
     module = Module(0.0, 0.0, 1.0, 4, 3, homography=(4.0, 0.0, float(u), 0.0, -4.0, float(v), 0.0, 0.0, 1.0))
-    view = Display("edge", 2.0, 2.0, 0.0, -2.0, (module,), ROI).view(0, np.eye(3, 4))
+    view = Display("edge", 2.0, 2.0, 0.0, -2.0, (module,), cases.ROI).view(0, np.eye(3, 4))
     assert KINDS[view.world_to_image.kind] == "display"
     depth, positions = np.full((3, 4), -0.5, dtype), np.zeros((3, 4, 3), dtype)
     found = ssao.algorithm2(depth, positions, view.world_to_image, np.zeros((4, 3)), radius=1.0)
@@ -117,7 +103,7 @@ def test_a_sample_on_a_general_displays_left_or_upper_edge_is_inside(dtype, u, v
 def test_algorithm2_does_not_mind_how_arrays_lie_in_memory():
     rng = np.random.default_rng(3)
     depth, positions, samples = rng.random((6, 9)), rng.random((6, 9, 3)) * [9, 6, 1], rng.uniform(-1, 1, (5, 3))
-    mapping = WorldToImage(MATRIX, IDENTITY)
+    mapping = WorldToImage(cases.MATRIX, cases.IDENTITY)
     want = ssao.algorithm2(depth, positions, mapping, samples, 1.0)
     strided = np.repeat(depth, 2, axis=1)[:, ::2], np.repeat(positions, 2, axis=0)[::2]
     got = ssao.algorithm2(*strided, mapping, samples[::-1][::-1], 1.0)
@@ -127,7 +113,7 @@ def test_algorithm2_does_not_mind_how_arrays_lie_in_memory():
 
 def test_algorithm_passes_refuse_what_does_not_fit():
     depth, positions, samples = np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros((1, 3))
-    mapping = WorldToImage(MATRIX, IDENTITY)
+    mapping = WorldToImage(cases.MATRIX, cases.IDENTITY)
     bad = [
         (depth.astype(int), positions, samples, 1.0),
         (depth[0], positions, samples, 1.0),

@@ -137,11 +137,10 @@ def test_a_wrong_function_breaks_a_row_nearly_everywhere(monkeypatch, name):
     assert found.exceeded > 0.8 * found.decisions
 
 
-@pytest.mark.parametrize(
-    ("texel", "off", "verdict"),
-    [(0, np.nan, BROKEN), (0, 2.0, BROKEN), (slice(None), 2.0**-6, BROKEN), (0, 1.01 * 2.0**-8, DEGRADED),
-     (0, 0.99 * 2.0**-8, WITHIN)],
-)  # fmt: skip
+@pytest.mark.parametrize(("texel", "off", "verdict"), [
+    (0, np.nan, BROKEN), (0, 2.0, BROKEN), (slice(None), 2.0**-6, BROKEN), (0, 1.01 * 2.0**-8, DEGRADED),
+    (0, 0.99 * 2.0**-8, WITHIN),
+])  # fmt: skip
 def test_an_estimator_wrong_in_float32_breaks_a_row(monkeypatch, texel, off, verdict):
     """One texel that is no number or above 1; all off by a 64th, which few flipped texels do not excuse."""
     (case,) = (case for case in CASES if case.name == "coplanar")

@@ -8,6 +8,7 @@ from itertools import count, pairwise, repeat
 
 import numpy as np
 import pytest
+from jobs import sentence
 from skimage.metrics import structural_similarity
 from turns import Times, balanced_orders, in_turn
 
@@ -339,10 +340,7 @@ def test_families_of_the_plots_are_all_estimators():
 
 def refused(capsys, *words):
     assert main(["bench", *words]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.count("\n") == 1
-    return said.err
+    return sentence(capsys)
 
 
 def test_advise_refuses_in_one_sentence(capsys, tmp_path):

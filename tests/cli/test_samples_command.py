@@ -17,10 +17,9 @@ from lfssao.testing import PROMISES
 
 
 @pytest.mark.parametrize("form", ["csv", "json", "npy"])
-@pytest.mark.parametrize(
-    ("domain", "name", "words", "options"),
-    [*((domain, "sobol", [], {}) for domain in METHODS), ("disk", "repulsion", ["--no-centre"], {"centre": False})],
-)
+@pytest.mark.parametrize(("domain", "name", "words", "options"), [
+    *((domain, "sobol", [], {}) for domain in METHODS), ("disk", "repulsion", ["--no-centre"], {"centre": False}),
+])  # fmt: skip
 def test_tables_read_back_to_the_same_bits(tmp_path, capsys, form, domain, name, words, options):
     path, want = tmp_path / f"table.{form}", sample_set(domain, name, 13, 5, **options)
     words = [*words, "--domain", domain, "-n", "13", "--seed", "5", "--format", form, "-o", str(path)]

@@ -33,13 +33,8 @@ def execute(manager, source, target, folder):
     notebook = nbformat.read(source, as_version=4)
     metadata = deepcopy(notebook.metadata)
     notebook.cells.insert(0, nbformat.v4.new_code_cell("%reset -f\nimport shown_as_text as _"))
-    NotebookClient(
-        notebook,
-        km=manager,
-        timeout=300,
-        record_timing=False,
-        store_widget_state=False,
-    ).execute(cwd=folder)
+    options = {"timeout": 300, "record_timing": False, "store_widget_state": False}
+    NotebookClient(notebook, km=manager, **options).execute(cwd=folder)
     del notebook.cells[0]
     notebook.metadata = metadata  # without the running Python's version
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]

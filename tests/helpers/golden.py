@@ -9,15 +9,12 @@ from pathlib import Path
 import numpy as np
 
 import lfssao
+from lfssao.ao.estimators.registry import ESTIMATORS
 
 GOLDEN = Path(__file__).parents[1] / "project" / "golden" / "digests.json"
 WIDTH, HEIGHT = 160, 120
 DISPLAYS = ("c80", "convex", "picoarray", "sample-a", "sample-b", "virtual")
 SCENES = ("ammonite", "armadillo", "gallery", "statue")
-ESTIMATORS = (
-    "alchemy", "hbao", "hemisphere", "lf", "multiresolution", "oriented-hemisphere", "point", "sao", "sao-equation-1",
-    "vo-area", "vo-area-normal", "vo-lines", "vo-lines-normal", "vo-points", "vo-points-normal",
-)  # fmt: skip
 SAMPLINGS = ("random", "rejection", "jittered", "latin", "poisson", "sobol", "halton")
 scene = functools.cache(lfssao.builtin_scene)
 
@@ -63,14 +60,10 @@ def cameras():
 def estimators(where):
     """Every estimator with its own samples, on a display or on a camera."""
     mesh = scene("statue")
-    for name in ESTIMATORS:
+    for name in sorted(ESTIMATORS):
         chosen = settings(mesh, estimator=name)
-        seen = (
-            through_a_module(mesh, "sample-a", chosen)
-            if where == "display"
-            else through_a_camera(mesh, "perspective", chosen)
-        )
-        yield f"{name} {where}", seen
+        through, what = (through_a_module, "sample-a") if where == "display" else (through_a_camera, "perspective")
+        yield f"{name} {where}", through(mesh, what, chosen)
 
 
 def samplings():
@@ -82,10 +75,8 @@ def samplings():
     yield "neighbours", through_a_module(mesh, "sample-a", settings(mesh, neighbours=2))
     yield "blur", through_a_module(mesh, "sample-a", settings(mesh, blur=2.5))
     yield "few radii", through_a_module(mesh, "sample-a", lfssao.Settings((0.05, 0.0, 0.05, 1e-7)))
-    yield (
-        "many samples",
-        through_a_module(mesh, "sample-a", settings(mesh, samples=lfssao.make_samples("sobol", 256, seed=2))),
-    )
+    many = settings(mesh, samples=lfssao.make_samples("sobol", 256, seed=2))
+    yield "many samples", through_a_module(mesh, "sample-a", many)
 
 
 GROUPS = {

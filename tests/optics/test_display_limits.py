@@ -70,10 +70,9 @@ def test_texels_that_look_away_from_the_screen_have_no_ray(diffuser):
     assert (span[:, 0] < span[:, 1]).tolist() == [True, True, False]
 
 
-@pytest.mark.parametrize(
-    ("k1", "k2"),
-    [(-0.03, 0.0), (0.0, -0.01), (-0.02, -0.003), (0.1, -0.02), (-0.0948, 0.0)],  # the last just reaches the corner
-)
+@pytest.mark.parametrize(("k1", "k2"), [
+    (-0.03, 0.0), (0.0, -0.01), (-0.02, -0.003), (0.1, -0.02), (-0.0948, 0.0),  # the last just reaches the corner
+])  # fmt: skip
 def test_beyond_the_fold_there_is_no_image(k1, k2):
     m = Module(0.0, 0.0, 1.0, 100, 75, k1=k1, k2=k2)
     display = Display("folds", 2.0, 1.5, 0.0, -2.0, (m,), ROI)

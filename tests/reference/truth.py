@@ -13,10 +13,7 @@ from reference.raycast import first_hits
 def distances(origin, directions, far, corners):
     """Distance of each ray from one origin to the first triangle, infinity beyond far; axes renamed, steepest z."""
     out = np.full(len(directions), np.inf)
-    size = np.abs(directions)
-    steepest = np.where(
-        (size[:, 0] >= size[:, 1]) & (size[:, 0] >= size[:, 2]), 0, np.where(size[:, 1] >= size[:, 2], 1, 2)
-    )
+    steepest = np.abs(directions).argmax(axis=1)
     for axis in range(3):
         for sign in (1.0, -1.0):
             rays = np.flatnonzero((steepest == axis) & (np.sign(directions[:, axis]) == sign))

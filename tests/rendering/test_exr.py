@@ -96,11 +96,10 @@ def test_one_part_holds_all_channels_and_is_read_as_several(tmp_path):
         write_exr(tmp_path / "c.exr", parts_of(), single_part=True)
 
 
-@pytest.mark.parametrize(
-    "table",
-    ["[", "7", "[7]", "[" * 5000, '[["a",["R"],0]]', '[["a",["Q"],0,{}]]', '[["a",[],0,{}]]', '[["a",[["R"]],0,{}]]',
-     '[["a",["R"],3,{}]]', '[["a",["R"],-1,{}]]', '[["a",["R"],0.5,{}]]', '[["a",["R"],0,7]]'],
-)  # fmt: skip
+@pytest.mark.parametrize("table", [
+    "[", "7", "[7]", "[" * 5000, '[["a",["R"],0]]', '[["a",["Q"],0,{}]]', '[["a",[],0,{}]]', '[["a",[["R"]],0,{}]]',
+    '[["a",["R"],3,{}]]', '[["a",["R"],-1,{}]]', '[["a",["R"],0.5,{}]]', '[["a",["R"],0,7]]',
+])  # fmt: skip
 def test_tables_of_parts_that_are_none_are_refused(tmp_path, table):
     write_exr(tmp_path / "a.exr", joined(), single_part=True)
     ((spec, found),) = read_parts(tmp_path / "a.exr")

@@ -18,16 +18,10 @@ from lfssao.gbuffer.embree import embree_installed
 from lfssao.rendering import exr
 
 TEXTURES = {
-    "shaded": ("R", "G", "B"),
-    "depth": ("Z",),
-    "positions": ("P.X", "P.Y", "P.Z"),
-    "color": ("color.R", "color.G", "color.B"),
-    "ao_1": ("ao_1.AO",),
-    "ao_2": ("ao_2.AO",),
-    "merged": ("merged.AO",),
-    "blurred": ("blurred.AO",),
-}
-
+    "shaded": ("R", "G", "B"), "depth": ("Z",), "positions": ("P.X", "P.Y", "P.Z"),
+    "color": ("color.R", "color.G", "color.B"), "ao_1": ("ao_1.AO",), "ao_2": ("ao_2.AO",),
+    "merged": ("merged.AO",), "blurred": ("blurred.AO",),
+}  # fmt: skip
 PASSES = {"build_bvh", "ray_cast", "ao", "merge", "blur", "shade", "digest", "write", "contact"}
 
 COMMAND = ["statue", "--display", "sample-a", "--modules", "3:5", "--resolution", "64x48",

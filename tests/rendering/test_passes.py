@@ -7,19 +7,9 @@ import pytest
 from exr_parts import read_parts, write_parts
 from jobs import digests_of, manifest_of, render, sentence
 
-from lfssao import (
-    Buffers,
-    InputError,
-    Mesh,
-    RayCaster,
-    Settings,
-    estimate,
-    find_display,
-    make_samples,
-    module_views,
-    render_view,
-)
+from lfssao import Buffers, Mesh, RayCaster, Settings, estimate, find_display, make_samples, module_views, render_view
 from lfssao.cli.main import main
+from lfssao.errors import InputError
 from lfssao.rendering.settings import LAYERS
 
 

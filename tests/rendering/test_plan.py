@@ -9,17 +9,7 @@ import raycast_scenes as scenes
 from bits import assert_same_bits
 from jobs import manifest_of, render
 
-from lfssao import (
-    Buffers,
-    Camera,
-    Mesh,
-    RayCaster,
-    Settings,
-    Textures,
-    display_names,
-    estimate,
-    find_display,
-)
+from lfssao import Buffers, Camera, Mesh, RayCaster, Settings, Textures, display_names, estimate, find_display
 from lfssao.ao import post, ssao
 from lfssao.ao.estimators.neighbours import DepthCache, algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import ESTIMATORS

@@ -20,14 +20,8 @@ MODULE = {"kind": "module", "display": "convex", "module": 2, "physical_from_wor
 EYE = np.eye(4).tolist()
 LENS = [[1.5, 0, 0.1, 0], [0, 2, -0.2, 0], [0, 0, -1.5, -2.5], [0, 0, -1, 0]]
 CAMERA = {"kind": "camera", "view": EYE, "projection": LENS, "clip": "opengl"}
-PLACE = {
-    "m_x": 0.1,
-    "m_y": 0,
-    "m_z": 0.8,
-    "y_o": 0.2,
-    "z_o": -2,
-    "homography": [900.0, 1, 500, 2, -900, 250, 0, 0.01, 1],
-}
+PLACE = {"m_x": 0.1, "m_y": 0, "m_z": 0.8, "y_o": 0.2, "z_o": -2,
+         "homography": [900.0, 1, 500, 2, -900, 250, 0, 0.01, 1]}  # fmt: skip
 BOX = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
 DISPLAY = {"kind": "display", "M": ROWS, **PLACE}
 

@@ -10,19 +10,10 @@ from oracle_scenes import critical_scene, drawn_view
 from reference import bounds as reference
 from reference import passes
 
-from lfssao import (
-    Camera,
-    InputError,
-    RayCaster,
-    WorldToImage,
-    builtin_scene,
-    default_radii,
-    find_display,
-    make_samples,
-    module_views,
-)
+from lfssao import Camera, InputError, RayCaster, builtin_scene, default_radii, find_display, make_samples, module_views
 from lfssao.ao.post import blur
 from lfssao.ao.ssao import algorithm2
+from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model

@@ -20,11 +20,10 @@ def test_ulp_distance_counts_numbers():
     assert ulp_distance(np.uint8([0, 255]), np.uint8([255, 0])).tolist() == [255, 255]
 
 
-@pytest.mark.parametrize(
-    ("a", "b", "ulp"),
-    [(1, 1.0000001, 1), (-1.125, -1, 2**20), (1, 1.1250001, None), (0, -0.0, 0), (0, 1e-3, None), (1e-45, 0, None),
-     (3e-45, 1e-45, None), (-1.2e-38, 1.2e-38, None)],
-)  # fmt: skip
+@pytest.mark.parametrize(("a", "b", "ulp"), [
+    (1, 1.0000001, 1), (-1.125, -1, 2**20), (1, 1.1250001, None), (0, -0.0, 0), (0, 1e-3, None), (1e-45, 0, None),
+    (3e-45, 1e-45, None), (-1.2e-38, 1.2e-38, None),
+])  # fmt: skip
 def test_ulp_are_left_out_where_they_mean_nothing(a, b, ulp):
     """Too many, another sign, zero, subnormal numbers, codes."""
     assert measure((np.float32([[a, 1]]),), (np.float32([[b, 1]]),)).max_ulp == ulp

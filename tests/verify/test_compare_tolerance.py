@@ -13,11 +13,10 @@ from lfssao.verify.compare.result import Tolerance
 from lfssao.verify.verdict import Judgement, Verdict
 
 
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [("", 2), ("--fail 0.25", 1), ("--fail 0.2", 2), ("--fail-percent 3", 1), ("--fail-percent 2.9", 2),
-     ("--fail 0.125 --fail-percent 1", 1), ("--fail 0.125 --fail-percent 0.9", 2), ("--fail 0 --fail-percent 0", 2)],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "code"), [
+    ("", 2), ("--fail 0.25", 1), ("--fail 0.2", 2), ("--fail-percent 3", 1), ("--fail-percent 2.9", 2),
+    ("--fail 0.125 --fail-percent 1", 1), ("--fail 0.125 --fail-percent 0.9", 2), ("--fail 0 --fail-percent 0", 2),
+])  # fmt: skip
 @pytest.mark.parametrize("farthest", [0.25, np.nan, -np.inf])
 def test_texels_fail_by_their_difference_and_textures_by_their_share(tmp_path, capsys, words, code, farthest):
     """100 texels, of which two differ by 1/8 and one by more, or is no number: no difference allows that."""

@@ -137,11 +137,10 @@ def test_an_option_that_is_changed_shows_in_its_case(kit, name):
     assert (plain != case.outputs["occlusion"]).any() == (case.parameters["options"] != options)
 
 
-@pytest.mark.parametrize(
-    ("name", "singular"),
-    [("behind_lens_and_observers", [1]), ("conical_beyond", [1, 2]), ("convex_missed", [2, 3]), ("folded", [4]),
-     ("algorithm2_concave", [3]), ("outside", [5]), ("behind_homography", [4]), ("behind_camera", [1])],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "singular"), [
+    ("behind_lens_and_observers", [1]), ("conical_beyond", [1, 2]), ("convex_missed", [2, 3]), ("folded", [4]),
+    ("algorithm2_concave", [3]), ("outside", [5]), ("behind_homography", [4]), ("behind_camera", [1]),
+])  # fmt: skip
 def test_singular_cases_have_their_singularity(name, singular):
     """By the numbers of samples in the texture, of status 1, 2, 3, 4, and outside the texture."""
     case = make_case(name)

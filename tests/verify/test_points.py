@@ -9,25 +9,11 @@ from functools import partial
 
 import analytic_scenes as scenes
 import numpy as np
+import oracle_scenes as oracle
 import pytest
 import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import (
-    arithmetic,
-    assert_inside,
-    critical_scene,
-    disk_axes,
-    drawn_problems,
-    drawn_view,
-    hold_probes,
-    hold_renderers,
-    mirrored,
-    random_turns,
-    seen_along,
-    turned,
-    unit,
-)
 from reference import bounds as reference
 
 from lfssao import Camera, InputError, builtin_scene, find_display, module_views
@@ -52,8 +38,8 @@ COUNTED = [name for name in BOUNDED if find_estimator(name).default_samples()[0]
 
 def across(rng, offsets):
     """Unit vectors, float32, half of them at right angles to offsets (H, W, 3) but for rounding."""
-    made = unit(rng.normal(size=offsets.shape))
-    perpendicular = unit(np.cross(offsets, made))
+    made = oracle.unit(rng.normal(size=offsets.shape))
+    perpendicular = oracle.unit(np.cross(offsets, made))
     return np.where(rng.random(offsets.shape[:-1])[..., None] < 0.5, made, perpendicular).astype(np.float32)
 
 
@@ -61,22 +47,22 @@ def check_fractions(drawn, options, half):
     """Renderers of point or hemisphere against the bounds."""
     view, rng, name, radius, n, turning = drawn
     shape = view.height, view.width
-    normals, turns = np.zeros((*shape, 3), np.float32), random_turns(rng, shape) if turning else None
+    normals, turns = np.zeros((*shape, 3), np.float32), oracle.random_turns(rng, shape) if turning else None
 
     def moved(samples, number):
-        o = turned(samples[number], turns) if turning else samples[number]
+        o = oracle.turned(samples[number], turns) if turning else samples[number]
         if half:
             normals[:] = across(rng, o)
         side = np.where(np.einsum("ijk,ijk->ij", o, normals) < 0, -1, 1)
         return o * side[..., None]
 
-    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    depth, positions, samples = oracle.critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
     given = Buffers(view, depth, positions, normals if half else None, turns)
     estimator = "hemisphere" if half else "point"
     found = point_bounds(estimator, given, radius, samples, None, options, name)
-    made = rr.points_behind(arithmetic(name, rng, RENDERERS), given, samples, radius, options)
-    assert_inside(made, found, "fraction")
+    made = rr.points_behind(oracle.arithmetic(name, rng, RENDERERS), given, samples, radius, options)
+    oracle.assert_inside(made, found, "fraction")
     right = estimate(estimator, given, radius, samples, **options)
     assert not found.outside(right.texture).any()
     return int(found.undecided.sum()), int((np.rint(made * n).max(0) - np.rint(made * n).min(0)).sum())
@@ -86,8 +72,8 @@ def check_fractions(drawn, options, half):
 @pytest.mark.parametrize("half", [False, True], ids=["point", "hemisphere"])
 @settings(max_examples=20)
 @given(
-    drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]), st.sampled_from(["open", "occludes"]),
-    st.booleans(),
+    oracle.drawn_problems(), st.booleans(), st.sampled_from(["depth", "positions"]),
+    st.sampled_from(["open", "occludes"]), st.booleans(),
 )  # fmt: skip
 def test_no_renderer_that_counts_points_leaves_its_bounds(half, drawn, check, surface, background, remap):
     options = {"range_check": check, "surface": surface, "background": background}
@@ -105,16 +91,16 @@ def check_volume(drawn, options, tangent):
     """Renderers of VO's points against the bounds."""
     view, rng, name, radius, n, turning = drawn
     shape = view.height, view.width
-    turns = random_turns(rng, shape) if turning else None
+    turns = oracle.random_turns(rng, shape) if turning else None
     tiles = ball_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))
-    mirrors = mirrored(tiles, shape)
+    mirrors = oracle.mirrored(tiles, shape)
     normals = np.zeros((*shape, 3), np.float32)
-    directions = np.broadcast_to(unit(rng.normal(size=3)), (*shape, 3)).astype(np.float32)
+    directions = np.broadcast_to(oracle.unit(rng.normal(size=3)), (*shape, 3)).astype(np.float32)
     deep = float(directions[0, 0] @ view.cast_from_world[2, :3])
 
     def moved(samples, number):
         o = samples[number].astype(np.float32).astype(float)
-        o = turned(o, turns) if turning else o
+        o = oracle.turned(o, turns) if turning else o
         o = o - 2 * np.einsum("ijk,ijk->ij", o, mirrors)[..., None] * mirrors
         if tangent:
             normals[:] = across(rng, o)
@@ -122,46 +108,46 @@ def check_volume(drawn, options, tangent):
         back = options["thickness"] * deep * view.world_from_cast[:, 2] if rng.random() < 0.5 else 0.0
         return o - back / radius
 
-    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    depth, positions, samples = oracle.critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
     weights = rng.uniform(0.2, 3, n)
-    given = seen_along(view, depth, positions, normals, turns, directions)
+    given = oracle.seen_along(view, depth, positions, normals, turns, directions)
     estimator = "vo-points-normal" if tangent else "vo-points"
     fractions = (weights / np.cumsum(weights)[-1]).astype("f4")
     found = point_bounds(estimator, given, radius, samples, weights, options, name)
     made = partial(both_radii, rr.hidden_volume, (given, samples, fractions), radius, options, mirrors)
-    return hold_renderers(name, rng, made, found)
+    return oracle.hold_renderers(name, rng, made, found)
 
 
 def check_lines(drawn, options, tangent):
     """Renderers of VO's lines against the bounds; the places of some lines are next to another texel."""
     view, rng, name, radius, n, turning = drawn
     shape = view.height, view.width
-    turns = random_turns(rng, shape) if turning else None
-    mirrors = mirrored(disk_mirrors(options["randomize"], options["seed"], np.dtype(np.float32)), shape)
-    ways = unit(unit(view.cast_from_world[2, :3]) + rng.choice([0.1, 0.8]) * rng.normal(size=(*shape, 3)))
-    normals = unit(rng.normal(size=(*shape, 3)) - 2 * ways).astype(np.float32)
-    a, b = disk_axes(view, ways, mirrors, turns if turning else (1.0, 0.0))
+    turns = oracle.random_turns(rng, shape) if turning else None
+    mirrors = oracle.mirrored(disk_mirrors(options["randomize"], options["seed"], np.dtype(np.float32)), shape)
+    ways = oracle.unit(oracle.unit(view.cast_from_world[2, :3]) + rng.choice([0.1, 0.8]) * rng.normal(size=(*shape, 3)))
+    normals = oracle.unit(rng.normal(size=(*shape, 3)) - 2 * ways).astype(np.float32)
+    a, b = oracle.disk_axes(view, ways, mirrors, turns if turning else (1.0, 0.0))
 
     def moved(samples, number):
         x, y, _ = 0.7 * np.moveaxis(samples[number], -1, 0)[..., None]
         return x * a + y * b
 
-    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    depth, positions, samples = oracle.critical_scene(rng, view, n, radius, moved)
     places, weights = 0.7 * samples[:, :2], rng.uniform(0.2, 3, n)
     half = np.sqrt(1 - (places * places).sum(1))
     units = (2 if tangent else 1) * weights / weights.sum() / (2 * half)
-    given = seen_along(view, depth, positions, normals if tangent else None, turns, ways.astype(np.float32))
+    given = oracle.seen_along(view, depth, positions, normals if tangent else None, turns, ways.astype(np.float32))
     found = point_bounds("vo-lines-normal" if tangent else "vo-lines", given, radius, places, weights, options, name)
     made = partial(both_radii, rr.hidden_lines, (given, places, half, units), radius, options, mirrors)
-    return hold_renderers(name, rng, made, found)
+    return oracle.hold_renderers(name, rng, made, found)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("check", [check_volume, check_lines])
 @settings(max_examples=20)
 @given(
-    drawn_problems(), st.booleans(), st.sampled_from([0.0, 0.02, 0.2]), st.sampled_from([0.0, 0.5]),
+    oracle.drawn_problems(), st.booleans(), st.sampled_from([0.0, 0.02, 0.2]), st.sampled_from([0.0, 0.5]),
     st.sampled_from(["product", "minimum"]), st.booleans(),
 )  # fmt: skip
 def test_no_renderer_of_the_ball_leaves_its_bounds(check, drawn, tangent, thickness, second, combine, randomize):
@@ -173,7 +159,7 @@ def test_no_renderer_of_the_ball_leaves_its_bounds(check, drawn, tangent, thickn
 @pytest.mark.parametrize("tangent", [False, True])
 def test_no_probe_of_lines_leaves_their_bounds(tangent):
     how = {"thickness": 0.25 * tangent, "second": 0.5 * tangent, "combine": "product", "randomize": True, "seed": 0}
-    hold_probes(partial(check_lines, options=how, tangent=tangent))
+    oracle.hold_probes(partial(check_lines, options=how, tangent=tangent))
 
 
 def test_renderers_differ_where_points_are_undecided():
@@ -197,13 +183,13 @@ def test_renderers_differ_where_points_are_undecided():
 def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     """Pairs of places just as far apart as R, and offsets just at right angles to normals, but for the last digits."""
     rng, n, radius = np.random.default_rng(5), 400, 0.3
-    ways, spread = unit(rng.normal(size=(n, 3))), 2e-6 if model == "shader" else 4e-7
+    ways, spread = oracle.unit(rng.normal(size=(n, 3))), 2e-6 if model == "shader" else 4e-7
     places = rng.uniform(-1, 1, (n, 3)).astype(np.float32)
     far = (places + radius * (1 + rng.uniform(-spread, spread, (n, 1))) * ways).astype(np.float32)
     by = MODELS[model].errors
     pairs = [[tuple(exact(float(c)) for c in place) for place in side] for side in (places, far)]
     may, must = np.array([kernels.in_range(*pair, radius, by) for pair in zip(*pairs, strict=True)]).T
-    ar = arithmetic(model, rng, RENDERERS)
+    ar = oracle.arithmetic(model, rng, RENDERERS)
     away = [ar.subtract(far[None, :, k].astype(float), places[None, :, k].astype(float)) for k in range(3)]
     square = ar.total(away, away)
     for near in (square <= rr.single(radius * radius), ar.root(square) <= rr.single(radius)):
@@ -228,7 +214,7 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
 @settings(max_examples=20)
 @given(st.data())
 def test_image_points_equal_the_reference(data):
-    view = drawn_view(data.draw, 2, 3)
+    view = oracle.drawn_view(data.draw, 2, 3)
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     places = rng.uniform(-3, 3, (6, 3))
     off = rng.choice([0.0, 1e-6, 0.1], (6, 3))
@@ -285,8 +271,8 @@ def test_bounds_are_those_of_the_arguments(name):
     """By a camera, whose axis VO reads; of another axis, or in another model, they would be others."""
     mesh, rng = builtin_scene("statue"), np.random.default_rng(4)
     view = Camera.looking_at(mesh.bounds).view(5, 4)
-    depth, positions, points = critical_scene(rng, view, 6, 0.3, lambda samples, number: samples[number])
-    normals = unit(rng.normal(size=positions.shape)).astype(np.float32)
+    depth, positions, points = oracle.critical_scene(rng, view, 6, 0.3, lambda samples, number: samples[number])
+    normals = oracle.unit(rng.normal(size=positions.shape)).astype(np.float32)
     options, weights = ESTIMATORS[name].parameters, rng.uniform(0.2, 3, 6)
     points = points[:, :2] / 2 if find_estimator(name).dimensions == 2 else points
     described = {
@@ -306,7 +292,7 @@ def test_bounds_are_those_of_the_arguments(name):
     assert not same(*right)
     assert same(point_bounds(name, given, 0.3, points, weights, options), right[0])
     behind = replace(view, cast_from_world=-view.cast_from_world)
-    away = seen_along(behind, depth, positions, normals, ways=given.directions)
+    away = oracle.seen_along(behind, depth, positions, normals, ways=given.directions)
     reads = name in ("alchemy", "hbao", "oriented-hemisphere") or name.startswith("vo-")
     assert same(right[0], point_bounds(name, away, 0.3, points, weights, options)) == (not reads)
 

@@ -7,21 +7,11 @@ edge or at a surface's depth but for the last digits.
 import dataclasses
 
 import numpy as np
+import oracle_scenes as oracle
 import pytest
 import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import (
-    ROI,
-    WORLD_BOX,
-    arithmetic,
-    assert_inside,
-    critical_scene,
-    drawn_view,
-    random_turns,
-    turned,
-    world_points,
-)
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao.post import blur_weights
@@ -32,15 +22,15 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 
 EXAMPLES, RENDERERS = 100, 90  # not as many as samples: arrays are told apart by that
-DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), ROI)
-MODULE_VIEW = DISPLAY.view(0, fit_roi(WORLD_BOX, ROI))
+DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), oracle.ROI)
+MODULE_VIEW = DISPLAY.view(0, fit_roi(oracle.WORLD_BOX, oracle.ROI))
 pytestmark = pytest.mark.slow
 
 
 @st.composite
 def drawn_scenes(draw):
     height, width = draw(st.sampled_from([(3, 4), (1, 11), (5, 2), (4, 4)]))
-    view = drawn_view(draw, height, width)
+    view = oracle.drawn_view(draw, height, width)
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     model = draw(st.sampled_from(["shader", "shader", "nearest"]))
     radius = float(draw(st.sampled_from([0.01, 0.3, 1.0])))
@@ -70,12 +60,12 @@ def check(drawn, renderers, alter=lambda model: model):
     Returns how many samples are undecided, and of how many the renderers counted some and some did not.
     """
     view, rng, name, radius, n, sigma, turning = drawn
-    turns = random_turns(rng, (view.height, view.width)) if turning else None
-    moved = (lambda samples, number: turned(samples[number], turns)) if turning else None
-    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
+    turns = oracle.random_turns(rng, (view.height, view.width)) if turning else None
+    moved = (lambda samples, number: oracle.turned(samples[number], turns)) if turning else None
+    depth, positions, samples = oracle.critical_scene(rng, view, n, radius, moved)
     back = None if positions is not None else view.screen_to_world
     model, mapping = alter(MODELS[name]), view.world_to_image
-    ar = arithmetic(name, rng, renderers)
+    ar = oracle.arithmetic(name, rng, renderers)
     made, allowed = [], []
     for r in (radius, 0.7 * radius):
         seen = ssao.with_depths(ssao.seen_by(depth, positions, mapping, r, back, turns), model)
@@ -84,21 +74,21 @@ def check(drawn, renderers, alter=lambda model: model):
         assert_points_inside(points, depth, (seen, ssao.sample_points(samples, r)), model.errors)
         made.append(rr.occlusion(ar, depth, *points))
         allowed.append(ssao.ao_bounds(depth, positions, mapping, samples, r, model, back, turns))
-        assert_inside(made[-1], allowed[-1], "ao")
+        oracle.assert_inside(made[-1], allowed[-1], "ao")
     merged, merged_bounds = np.maximum(*made), post.merge_bounds(allowed)
-    assert_inside(merged, merged_bounds, "merged")
+    oracle.assert_inside(merged, merged_bounds, "merged")
     table = blur_weights(sigma)
     blurred, light = rr.blur(ar, merged, sigma, len(table) // 2, table)
     blurred_bounds = post.blur_bounds(merged_bounds, sigma, model)
-    assert_inside(blurred, blurred_bounds, "blurred")
+    oracle.assert_inside(blurred, blurred_bounds, "blurred")
     rgb = rng.random((*depth.shape, 3)).astype(np.float32)
-    assert_inside(rr.shade(ar, rgb, blurred, light), post.shade_bounds(rgb, blurred_bounds, model), "shaded")
+    oracle.assert_inside(rr.shade(ar, rgb, blurred, light), post.shade_bounds(rgb, blurred_bounds, model), "shaded")
     # The later stages by themselves, all renderers on one texture.
     one = merged[0].astype(np.float32)
     blur, _ = rr.blur(ar, one, sigma, len(table) // 2, table)
-    assert_inside(blur, post.blur_bounds(exactly(one), sigma, model), "blur")
+    oracle.assert_inside(blur, post.blur_bounds(exactly(one), sigma, model), "blur")
     one = blurred[0].astype(np.float32)
-    assert_inside(rr.shade(ar, rgb, ar.full(one)), post.shade_bounds(rgb, exactly(one), model), "shade")
+    oracle.assert_inside(rr.shade(ar, rgb, ar.full(one)), post.shade_bounds(rgb, exactly(one), model), "shade")
     counts = [np.rint(m * n) for m in made]
     return int(sum(a.undecided.sum() for a in allowed)), sum(int((c.max(0) - c.min(0)).sum()) for c in counts)
 
@@ -142,9 +132,9 @@ def test_renderers_of_a_model_differ_where_samples_are_undecided():
 def test_no_ray_off_a_centre_leaves_the_depth_bounds(data):
     """G-buffers of rays up to ``centre`` texels off, rounded to float32, against depth, positions and colour bounds."""
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
-    view = drawn_view(data.draw, 24, 32)
+    view = oracle.drawn_view(data.draw, 24, 32)
     depths = (0.4, 0.6) if view.screen_to_world is not None else (-0.2, 0.2)
-    corners = world_points(view, rng.uniform(-3, 35, 60), rng.uniform(-3, 27, 60), rng.uniform(*depths, 60))
+    corners = oracle.world_points(view, rng.uniform(-3, 35, 60), rng.uniform(-3, 27, 60), rng.uniform(*depths, 60))
     faces = rng.integers(0, 60, (40, 3)).astype(np.int32)
     colors = Paint.from_vertex_colors(rng.random((60, 3), np.float32), len(faces))
     caster = RayCaster(Mesh(corners, faces, colors), view.cast_from_world)

@@ -7,22 +7,12 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import oracle_scenes as oracle
 import pytest
 import random_sums as rs
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle_scenes import (
-    critical_scene,
-    disk_axes,
-    drawn_problems,
-    hold_probes,
-    hold_renderers,
-    mirrored,
-    random_turns,
-    seen_along,
-    unit,
-    world_points,
-)
+from reference.points import axes_across
 
 from lfssao import builtin_scene, find_display, module_views
 from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
@@ -40,11 +30,8 @@ def angle_of(model):
 
 def duff(ways):
     """Two axes at right angles to ways (H, W, 3)."""
-    x, y, z = np.moveaxis(ways, -1, 0)
-    sign = np.where(z >= 0, 1, -1)
-    a = -1 / (sign + z)
-    e = [1 + sign * x * x * a, sign * x * y * a, -sign * x]
-    return np.stack(e, axis=-1), np.stack([x * y * a, sign + y * y * a, -y], axis=-1)
+    e, f = zip(*map(axes_across, ways.reshape(-1, 3)), strict=True)
+    return np.reshape(e, ways.shape), np.reshape(f, ways.shape)
 
 
 def turned_off(rng, turns, off):
@@ -56,19 +43,19 @@ def drawn_scene(drawn, frame_of, places, towards):
     """Buffers, of which a place of each texel's disk lands next to a texel's edge, and the samples drawn."""
     view, rng, name, radius, n, turning = drawn
     shape = view.height, view.width
-    turns = random_turns(rng, shape) if turning else None
-    ways = unit(unit(view.cast_from_world[2, :3]) + rng.choice([0.1, 0.8]) * rng.normal(size=(*shape, 3)))
+    turns = oracle.random_turns(rng, shape) if turning else None
+    ways = oracle.unit(oracle.unit(view.cast_from_world[2, :3]) + rng.choice([0.1, 0.8]) * rng.normal(size=(*shape, 3)))
     ways[..., 2] = np.where(rng.random(shape) < 0.2, rng.choice([-1e-7, 0, 1e-7], shape), ways[..., 2])
-    ways = unit(ways).astype(np.float32)
-    normals = unit(rng.normal(size=(*shape, 3)) - towards * ways).astype(np.float32)
+    ways = oracle.unit(ways).astype(np.float32)
+    normals = oracle.unit(rng.normal(size=(*shape, 3)) - towards * ways).astype(np.float32)
     e, f = frame_of(ways.astype(float), turned_off(rng, turns, angle_of(name)))
 
     def moved(samples, number):
         x, y = np.moveaxis(places(samples)[number], -1, 0)
         return x[..., None] * e + y[..., None] * f
 
-    depth, positions, samples = critical_scene(rng, view, n, radius, moved)
-    return seen_along(view, depth, positions, normals, turns, ways), places(samples)
+    depth, positions, samples = oracle.critical_scene(rng, view, n, radius, moved)
+    return oracle.seen_along(view, depth, positions, normals, turns, ways), places(samples)
 
 
 def check_alchemy(drawn, options, alter=lambda model: model):
@@ -82,28 +69,28 @@ def check_alchemy(drawn, options, alter=lambda model: model):
     shown, places = drawn_scene(drawn, frame, lambda samples: 0.7 * samples[:, :2], 1)
     found = point_bounds("alchemy", shown, radius, places, None, options, alter(find_model(name)))
     angle = angle_of(name)
-    return hold_renderers(name, rng, lambda ar: rs.alchemy(ar, shown, places, radius, options, angle), found)
+    return oracle.hold_renderers(name, rng, lambda ar: rs.alchemy(ar, shown, places, radius, options, angle), found)
 
 
 def check_hbao(drawn, options, alter=lambda model: model):
     """Renderers of hbao against the bounds."""
     view, rng, name, radius, n, _ = drawn
     tiles = disk_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))
-    mirrors = mirrored(tiles, (view.height, view.width))
+    mirrors = oracle.mirrored(tiles, (view.height, view.width))
     options = {**options, "directions": n}
     around = fan_of(HorizonOptions(**options), np.dtype(np.float32)).around
     shown, _ = drawn_scene(
-        drawn, lambda ways, turn: disk_axes(view, ways, mirrors, turn), lambda samples: around.astype(float), 2
+        drawn, lambda ways, turn: oracle.disk_axes(view, ways, mirrors, turn), lambda samples: around.astype(float), 2
     )
     found, given = point_bounds("hbao", shown, radius, None, None, options, alter(find_model(name))), (shown, around)
     angle = angle_of(name)
-    return hold_renderers(name, rng, lambda ar: rs.hbao(ar, *given, mirrors, radius, options, angle), found)
+    return oracle.hold_renderers(name, rng, lambda ar: rs.hbao(ar, *given, mirrors, radius, options, angle), found)
 
 
 @pytest.mark.slow
 @settings(max_examples=40)
 @given(
-    drawn_problems(), st.sampled_from([0.3, 1.0, 3.0]), st.sampled_from([0.0, 1e-4, 0.05]),
+    oracle.drawn_problems(), st.sampled_from([0.3, 1.0, 3.0]), st.sampled_from([0.0, 1e-4, 0.05]),
     st.sampled_from([0.0, 1e-4, 0.01]), st.sampled_from([0.0, 0.5, 1.0, 2.5]),
 )  # fmt: skip
 def test_no_renderer_of_alchemy_leaves_its_bounds(drawn, sigma, beta, epsilon, k):
@@ -113,7 +100,7 @@ def test_no_renderer_of_alchemy_leaves_its_bounds(drawn, sigma, beta, epsilon, k
 @pytest.mark.slow
 @settings(max_examples=40)
 @given(
-    drawn_problems(), st.sampled_from([0.0, 20.0, 70.0]), st.sampled_from(["quadratic", "linear", "none"]),
+    oracle.drawn_problems(), st.sampled_from([0.0, 20.0, 70.0]), st.sampled_from(["quadratic", "linear", "none"]),
     st.booleans(), st.sampled_from([1, 3]),
 )  # fmt: skip
 def test_no_renderer_of_hbao_leaves_its_bounds(drawn, bias, attenuation, randomize, steps):
@@ -131,19 +118,20 @@ def check_sao(drawn, options, alter=lambda model: model):
     z = 2.0 if camera or not (depth < 9).any() else float(depth[depth < 9][0])
     depth[(rng.random(shape) < 0.4) & (z < 2)] = z
     j, i = np.indices(shape)
-    positions = world_points(view, i + 0.5, j + 0.5, np.where(depth < 9, depth, 0).astype(float)).astype("f4")
+    positions = oracle.world_points(view, i + 0.5, j + 0.5, np.where(depth < 9, depth, 0).astype(float)).astype("f4")
     if rays.kind == 0:  # the last tap is two texels away, or four, at that depth
         texel = min(abs(rays.numbers[k + 2] + z * rays.numbers[k + 4]) * rays.units[k // 5] for k in (0, 5))
         radius = float(rng.choice([2, 4]) / (1 - 0.5 / n) * texel)
     phi = np.pi * (2 * rng.integers(0, n, shape) + 1) / n
     angles = rng.choice([0, 0.5, 1, 1.5], shape) * np.pi - phi + rng.uniform(-1, 1, shape) * angle_of(name)
     turns = np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32)
-    towards = unit(rng.normal(size=(*shape, 3)) - 2 * unit(view.cast_from_world[2, :3])).astype(np.float32)
+    ahead = oracle.unit(view.cast_from_world[2, :3])
+    towards = oracle.unit(rng.normal(size=(*shape, 3)) - 2 * ahead).astype(np.float32)
     shown = Buffers(view, depth, positions, towards, turns)
     estimator = "sao" if "intensity" in options else "sao-equation-1"
     options = {**find_estimator(estimator).parameters, **options, "taps": n, "turns": 1}
     found = point_bounds(estimator, shown, radius, None, None, options, alter(find_model(name)))
-    return hold_renderers(name, rng, lambda ar: rs.sao(ar, shown, rays, radius, options, angle_of(name)), found)
+    return oracle.hold_renderers(name, rng, lambda ar: rs.sao(ar, shown, rays, radius, options, angle_of(name)), found)
 
 
 CHOICES = {
@@ -155,7 +143,7 @@ CHOICES = {
 
 @pytest.mark.slow
 @settings(max_examples=60)
-@given(drawn_problems())
+@given(oracle.drawn_problems())
 def test_no_renderer_of_sao_leaves_its_bounds(drawn):
     rng, strengths = drawn[1], [{"intensity": 0.3}, {"intensity": 2.0}, {"sigma": 0.5}, {"sigma": 1.0, "k": 2.0}]
     options = {name: values[rng.integers(len(values))] for name, values in CHOICES.items()}
@@ -178,14 +166,13 @@ PROBED = {
 @pytest.mark.parametrize("check", PLAIN)
 def test_no_probe_leaves_the_bounds(check):
     for changes in PROBED[check]:
-        hold_probes(partial(check, options=PLAIN[check] | changes), 33 if check is check_sao else 100)
+        oracle.hold_probes(partial(check, options=PLAIN[check] | changes), 33 if check is check_sao else 100)
 
 
-@pytest.mark.parametrize(
-    ("check", "error"),
-    [(check_alchemy, "angle"), (check_alchemy, "operation"), (check_sao, "angle"), (check_sao, "operation"),
-     (check_hbao, "angle")],
-)  # fmt: skip
+@pytest.mark.parametrize(("check", "error"), [
+    (check_alchemy, "angle"), (check_alchemy, "operation"), (check_sao, "angle"), (check_sao, "operation"),
+    (check_hbao, "angle"),
+])  # fmt: skip
 def test_with_an_error_left_out_renderers_leave_the_bounds(check, error):
     """They come near enough to the bounds to tell, and differ where taps are undecided."""
     view = module_views(builtin_scene("statue"), find_display("sample-a").with_resolution(4, 3), range(4, 5))[0]

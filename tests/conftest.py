@@ -39,12 +39,8 @@ def generic_cpu(tmp_path_factory):
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    return {
-        "NUMBA_CPU_NAME": "generic",
-        "NUMBA_CPU_FEATURES": "",
-        "NUMBA_NUM_THREADS": "2",
-        "NUMBA_CACHE_DIR": str(folder / "generic_cpu"),
-    }
+    generic = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    return {**generic, "NUMBA_NUM_THREADS": "2", "NUMBA_CACHE_DIR": str(folder / "generic_cpu")}
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from importlib.util import find_spec
 from itertools import product
 
 import analytic_scenes as scenes
@@ -12,6 +11,7 @@ from bits import assert_same_bits
 from estimator_cases import with_one_thread_and_two
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jobs import NEEDS_EMBREE
 from reference import truth
 
 from lfssao import Buffers, Camera, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
@@ -23,8 +23,7 @@ from lfssao.viz.truth import half_space
 BELOW = 1e-6  # of R: how far off the surface rays begin where positions are float64
 # The same for exact answers, of R and of the mesh's diagonal where R is infinite: Embree's coordinates are float32.
 CLOSE, CLOSE_WITHOUT_END = {"tree": BELOW, "embree": 1e-4}, {"tree": 1e-9, "embree": 1e-6}
-NO_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
-THROUGH = pytest.mark.parametrize("through", ["tree", pytest.param("embree", marks=NO_EMBREE)])
+THROUGH = pytest.mark.parametrize("through", ["tree", pytest.param("embree", marks=NEEDS_EMBREE)])
 
 
 @st.composite
@@ -162,7 +161,7 @@ def test_threads_and_seeds(through):
     assert np.abs(other.texture - one.texture).max() < 0.2
 
 
-@NO_EMBREE
+@NEEDS_EMBREE
 def test_on_a_real_mesh_no_ray_meets_the_surface_that_it_begins_on():
     """The statue's positions are float32: with rays that begin on them about half of a flat face would be covered."""
     mesh = builtin_scene("statue")

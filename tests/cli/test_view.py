@@ -1,12 +1,8 @@
 """lfssao view: pictures and animations of rendered folders; spoiled folders are refused in one sentence."""
 
-import json
-from functools import reduce
-from operator import getitem
-
 import numpy as np
 import pytest
-from jobs import render, sentence
+from jobs import edit, render, sentence
 from PIL import Image
 
 from lfssao import LightField, eye_range, find_display
@@ -131,14 +127,6 @@ def test_a_part_of_the_modules_is_dark_elsewhere(tmp_path, capsys):
     assert view(tmp_path, "--orbit", "2", "--width", "40") == 0
 
 
-def edit(folder, *keys, value):
-    """Put another value at a place in the manifest."""
-    path = folder / "manifest.json"
-    manifest = json.loads(path.read_text())
-    reduce(getitem, keys[:-1], manifest)[keys[-1]] = value
-    path.write_text(json.dumps(manifest))
-
-
 SPOILED = {
     "no manifest": lambda f: (f / "manifest.json").unlink(),
     "a folder": lambda f: ((f / "manifest.json").unlink(), (f / "manifest.json").mkdir()),
@@ -173,15 +161,12 @@ def test_a_spoiled_folder_is_refused_in_one_sentence(folder, capsys, what):
     assert not (folder / "view.png").exists()
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--eye-x", "nan"), ("--eye-x", "inf"), ("--eye-x", "left"), ("--width", "0"), ("--width", "99999"),
-        ("--orbit", "3"), ("--orbit", "0"), ("--orbit", "1.5"), ("--orbit", "4", "--eye-x", "0"), ("--blend", "cubic"),
-        ("--layer", "depth"), ("--layer", "nothing"), ("-o", "view.jpg"), ("-o", ""), ("-o", "/nowhere/view.png"),
-        ("--orbit", "-o", "view.bmp"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("words", [
+    ("--eye-x", "nan"), ("--eye-x", "inf"), ("--eye-x", "left"), ("--width", "0"), ("--width", "99999"),
+    ("--orbit", "3"), ("--orbit", "0"), ("--orbit", "1.5"), ("--orbit", "4", "--eye-x", "0"), ("--blend", "cubic"),
+    ("--layer", "depth"), ("--layer", "nothing"), ("-o", "view.jpg"), ("-o", ""), ("-o", "/nowhere/view.png"),
+    ("--orbit", "-o", "view.bmp"),
+])  # fmt: skip
 def test_bad_options_are_refused_in_one_sentence(rendered, capsys, words):
     before = sorted(rendered.iterdir())
     assert view(rendered, *words) == 2

@@ -12,6 +12,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from jobs import python
 
 import lfssao
 from lfssao.ao.kernels import post
@@ -29,11 +30,7 @@ print(json.dumps([stats[0], sum(stats[1].cache_hits.values()), stats[1].cache_pa
 
 def first_call(env):
     """Result of a kernel in a new process, its hits in the cache, its cache folder, and numba's own afterwards."""
-    kept = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-    command = [sys.executable, "-P", "-c", SCRIPT]
-    done = subprocess.run(command, env=kept | env, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(python("-P", "-c", SCRIPT, **{"NUMBA_CACHE_DIR": "", **env}).stdout)
 
 
 @pytest.fixture

@@ -1,12 +1,10 @@
 """G-buffers against brute force, bit for bit, and equal bits whatever traces the rays; colour at the hits."""
 
 import json
-import os
 import platform
 import shutil
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import golden
@@ -14,25 +12,14 @@ import numpy as np
 import pytest
 import raycast_scenes as scenes
 from bits import assert_same_bits
+from jobs import NEEDS_EMBREE, python
 from reference import raycast
 
-import lfssao
-from lfssao import (
-    Camera,
-    InputError,
-    Mesh,
-    Paint,
-    RayCaster,
-    builtin_scene,
-    display_names,
-    find_display,
-    fit_roi,
-    module_views,
-)
+from lfssao import Camera, Mesh, Paint, RayCaster, builtin_scene, display_names, find_display, fit_roi, module_views
+from lfssao.errors import InputError
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.kernels import first_hit
 
-NEEDS_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
 VIEWS = list(scenes.VIEWS)
 
 
@@ -255,11 +242,7 @@ def test_all_of_embrees_instruction_sets_see_the_same(isa, shim):
     needs, widths = ISAS[isa]
     if not needs <= set(Path("/proc/cpuinfo").read_text().split()):
         pytest.skip(f"this processor has no {isa}")
-    path = os.pathsep.join([str(Path(lfssao.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    env = {**os.environ, "PYTHONPATH": path, "LD_PRELOAD": shim, "EMBREE_CONFIG": f"verbose=1,isa={isa}"}
-    command = [sys.executable, golden.__file__, "convex"]
-    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    done = python(golden.__file__, "convex", LD_PRELOAD=shim, EMBREE_CONFIG=f"verbose=1,isa={isa}")
     log, _, printed = done.stdout.rpartition("\n{\n")
     # It took effect: Embree itself says so, as to the device it made and in its log.
     assert set(done.stderr.splitlines()) == {f"embree_isa verbose=1,isa={isa} widths {widths}"}

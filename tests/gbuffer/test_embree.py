@@ -2,16 +2,10 @@
 
 import json
 import os
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 from golden import GOLDEN
-
-import lfssao
-
-TESTS = Path(__file__).parents[1] / "helpers"
+from jobs import PATH, python
 
 
 @pytest.fixture(scope="module")
@@ -19,31 +13,7 @@ def hidden(tmp_path_factory):
     """The environment of a process that finds no embreex."""
     folder = tmp_path_factory.mktemp("hidden")
     (folder / "embreex.py").write_text("raise ImportError('hidden')\n")
-    path = [str(folder), str(Path(lfssao.__file__).parents[1]), str(TESTS), os.environ.get("PYTHONPATH", "")]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
-
-
-def run(hidden, *command):
-    return subprocess.run([sys.executable, *command], env=hidden, capture_output=True, text=True, check=False)
-
-
-def printed(hidden, script):
-    """The output of a script, which succeeds."""
-    done = run(hidden, "-c", script)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
-def test_every_module_imports(hidden):
-    script = """
-import importlib, pkgutil
-import lfssao
-modules = [m.name for m in pkgutil.walk_packages(lfssao.__path__, "lfssao.") if m.name != "lfssao.__main__"]
-for name in modules:
-    importlib.import_module(name)
-print(len(modules))
-"""
-    assert int(printed(hidden, script)) > 30
+    return {"PYTHONPATH": f"{folder}{os.pathsep}{PATH}"}
 
 
 @pytest.mark.slow
@@ -62,7 +32,7 @@ print(json.dumps({
 }))
 """
     expected = json.loads(GOLDEN.read_text())
-    assert json.loads(printed(hidden, script)) == {
+    assert json.loads(python("-c", script, **hidden).stdout) == {
         "sample-a": expected["sample-a"]["sample-a statue"],
         "convex": expected["convex"]["convex statue"],
         "cameras": expected["cameras"]["perspective statue"],
@@ -70,8 +40,8 @@ print(json.dumps({
 
 
 def test_embrees_own_answers_are_refused(hidden, tmp_path):
-    done = run(hidden, "-m", "lfssao", "render", "ammonite", "--caster", "embree", "-o", str(tmp_path / "out"))
-    assert done.returncode == 2
+    words = "ammonite", "--caster", "embree", "-o", tmp_path / "out"
+    done = python("-m", "lfssao", "render", *words, code=2, **hidden)
     assert done.stderr.count("\n") == 1
     assert "Embree needs the package embreex, which is not installed here" in done.stderr
     assert not (tmp_path / "out").exists()
@@ -92,6 +62,6 @@ try:
 except lfssao.MissingPackageError as error:
     print(error)
 """
-    covered, said = printed(hidden, script).splitlines()
+    covered, said = python("-c", script, **hidden).stdout.splitlines()
     assert covered == "True"
     assert said.startswith("Embree needs the package embreex, which is not installed here")

@@ -3,12 +3,12 @@
 They compute as shaders do: in eye or world space and world units, with their own sines, cosines and square roots.
 """
 
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 from glsl_renderer import run_shader
+from jobs import manifest_of
 from reference import dither
 from reference.scalable import turns_of
 
@@ -22,7 +22,7 @@ class Frame:
     """A camera's view that ``lfssao render`` made: its textures and the numbers that a shader's host hands over."""
 
     def __init__(self, folder):
-        manifest = json.loads((folder / "manifest.json").read_text())
+        manifest = manifest_of(folder)
         (entry,), self.settings = manifest["views"], manifest["settings"]
         self.folder, self.name, self.view = folder, entry["name"], entry["view"]
         parts = read_exr(folder / entry["file"])

@@ -1,28 +1,26 @@
 """A small rendered folder and changed copies of it, for the tests of the comparison."""
 
-import functools
-import json
-import operator
 import os
 import shutil
 from dataclasses import replace
 
 import numpy as np
 import OpenImageIO as oiio
+from exr_parts import write_parts
+from jobs import edit, render
 
 from lfssao.cli.main import main
 from lfssao.rendering.exr import read_exr, write_exr
 from lfssao.verify.verdict import Verdict
 
-COMMAND = ["render", "statue", "--display", "sample-a", "--modules", "3:6", "--resolution", "48x32",
+COMMAND = ["statue", "--display", "sample-a", "--modules", "3:6", "--resolution", "48x32",
            "--radii", "0.05,4%", "--samples", "6"]  # fmt: skip
 MODULES = ["module_003", "module_004", "module_005"]
 LAYERS = ["depth", "positions", "color", "ao_1", "ao_2", "merged", "blurred", "shaded"]
 
 
 def rendered(folder, *words):
-    assert main([*COMMAND, *words, "-o", str(folder)]) == 0
-    return folder
+    return render(folder, *COMMAND, *words)
 
 
 def copied(source, target):
@@ -92,19 +90,12 @@ def single(reference, module, layer):
 
 
 def write_image(path, pixels, dtype="float"):
-    file = oiio.ImageOutput.create(str(path))
-    assert file.open(str(path), oiio.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], dtype))
-    assert file.write_image(pixels)
-    assert file.close()
+    write_parts(path, [(oiio.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], dtype), pixels)])
 
 
 def with_entry(reference, target, place, value):
     """A copy of a rendered folder whose manifest has another value at a place, a path of keys."""
-    shutil.copytree(reference, target)
-    manifest = json.loads((target / "manifest.json").read_text())
-    entry = functools.reduce(operator.getitem, place[:-1], manifest)
-    entry[place[-1]] = value
-    (target / "manifest.json").write_text(json.dumps(manifest))
+    edit(shutil.copytree(reference, target), *place, value=value)
     return target
 
 

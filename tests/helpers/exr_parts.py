@@ -37,7 +37,4 @@ def write_tiled(path, pixels, size):
     spec = oiio.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], oiio.FLOAT)
     spec.tile_width = spec.tile_height = size
     spec.attribute("compression", "none")
-    target = oiio.ImageOutput.create(str(path))
-    assert target.open(str(path), spec), target.geterror()
-    assert target.write_image(pixels), target.geterror()
-    assert target.close()
+    write_parts(path, [(spec, pixels)])

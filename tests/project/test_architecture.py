@@ -6,7 +6,6 @@ import functools
 import importlib
 import inspect
 import json
-import os
 import pkgutil
 import re
 import subprocess
@@ -17,6 +16,7 @@ from pathlib import Path
 import batch
 import numba
 import pytest
+from jobs import python
 
 import lfssao
 from lfssao.ao.kernels import post, ssao
@@ -53,12 +53,6 @@ def imports(path):
         elif isinstance(node, ast.ImportFrom):
             found.append("." * node.level + (node.module or ""))
     return found
-
-
-def run(*command, env=None):
-    done = subprocess.run(command, env={**os.environ, **(env or {})}, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 # Layers
@@ -216,18 +210,12 @@ def test_the_reference_of_the_tests_imports_nothing_from_lfssao(path):
     assert found <= {"numpy", "reference", *sys.stdlib_module_names} - {"importlib"}
 
 
-def test_import_lfssao_alone_loads_nothing_heavy():
-    modules = json.loads(run(sys.executable, "-c", "import lfssao, json, sys; print(json.dumps(list(sys.modules)))"))
-    heavy = {"numpy", "numba", "llvmlite", "trimesh", "embreex", "skimage", "scipy", "OpenImageIO", "PIL", "tqdm"}
-    assert "lfssao" in modules
-    assert not heavy & {name.split(".")[0] for name in modules}
-
-
 def test_the_top_folder_holds_what_it_may():
     top = TESTS.parent
     if not (top / ".git").exists():
         pytest.skip("not a git checkout")
-    entries = {line.split("/")[0] for line in run("git", "-C", str(top), "ls-files").splitlines()}
+    files = subprocess.run(["git", "-C", str(top), "ls-files"], capture_output=True, text=True, check=True).stdout
+    entries = {line.split("/")[0] for line in files.splitlines()}
     allowed = {"pyproject.toml", "lfssao", "tests", "benchmarks", "notebooks", "README.md", "LICENSE"}
     assert {"pyproject.toml", "lfssao", "tests", "LICENSE"} <= entries
     assert {entry for entry in entries if not entry.startswith(".")} <= allowed
@@ -268,7 +256,8 @@ def section(doc, title):
     return [name.strip().lstrip("*") for entry in entries for name in entry.split(",")]
 
 
-def check_docstring(thing):
+@pytest.mark.parametrize("thing", OBJECTS.values(), ids=OBJECTS)
+def test_documented_parameters_are_those_of_the_signature(thing):
     doc = inspect.getdoc(thing)
     assert doc
     assert not doc.startswith(f"{thing.__name__}("), "a dataclass without a docstring"
@@ -278,11 +267,6 @@ def check_docstring(thing):
         assert documented == names
     if dataclasses.is_dataclass(thing) and section(doc, "Attributes") is not None:
         assert section(doc, "Attributes") == [field.name for field in dataclasses.fields(thing)]
-
-
-@pytest.mark.parametrize("name", OBJECTS)
-def test_documented_parameters_are_those_of_the_signature(name):
-    check_docstring(OBJECTS[name])
 
 
 def test_all_names_resolve_and_are_described():
@@ -302,10 +286,7 @@ def test_all_names_resolve_and_are_described():
 @pytest.mark.parametrize("group", batch.GROUPS)
 def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
     """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""
-    path = os.pathsep.join([str(PACKAGE.parent), str(TESTS), os.environ.get("PYTHONPATH", "")])
-    env = {**generic_cpu, "PYTHONPATH": path}
-    program = str(TESTS / "helpers" / "batch.py")
-    one_generic, two_generic = json.loads(run(sys.executable, program, group, env=env))
+    one_generic, two_generic = json.loads(python(batch.__file__, group, **generic_cpu).stdout)
     one = batch.digests(group, 1)
     most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)
     assert len(one) >= 6

@@ -5,16 +5,11 @@ right. ``python tests/helpers/golden.py`` prints them anew; they change only in 
 """
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import golden
 import pytest
 from golden import GOLDEN, GROUPS, digests_of
-
-import lfssao
+from jobs import python
 
 
 @pytest.mark.filterwarnings("ignore:radius 1e-07 is less than half a texel")
@@ -30,7 +25,4 @@ def test_no_texture_changes(group):
 
 @pytest.mark.slow
 def test_two_threads_of_a_processor_without_extensions_make_the_same_textures(generic_cpu):
-    env = {**os.environ, **generic_cpu, "PYTHONPATH": str(Path(lfssao.__file__).parents[1])}
-    done = subprocess.run([sys.executable, golden.__file__], env=env, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == json.loads(GOLDEN.read_text())
+    assert json.loads(python(golden.__file__, **generic_cpu).stdout) == json.loads(GOLDEN.read_text())

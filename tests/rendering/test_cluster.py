@@ -18,7 +18,7 @@ from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
-from jobs import digests_of, render, sentence
+from jobs import digests_of, python, render, sentence
 
 import lfssao.rendering.run
 from lfssao.core.files import _namespace
@@ -100,9 +100,9 @@ def test_what_a_worker_refuses_is_said_here(cluster, tmp_path, capsys):
 @pytest.mark.slow
 def test_a_scheduler_of_this_job_alone(local, tmp_path):
     """In a process of its own, with warnings as errors from its start."""
-    command = [sys.executable, "-W", "error::UserWarning", "-m", "lfssao", "render", *COMMAND, "--scheduler", "local"]
-    done = subprocess.run([*command, "-o", tmp_path / "out"], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+    words = *COMMAND, "--scheduler", "local", "-o", tmp_path / "out"
+    done = python("-W", "error::UserWarning", "-m", "lfssao", "render", *words)
+    assert done.stderr == ""
     assert done.stdout.count("\n") == 3
     assert digests_of(tmp_path / "out") == local
 

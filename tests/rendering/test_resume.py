@@ -10,21 +10,19 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
 from exr_parts import read_parts, write_parts
-from jobs import digests_of, manifest_of, render, sentence
+from jobs import NEEDS_EMBREE, digests_of, manifest_of, render, sentence
 
 import lfssao.rendering.run
 from lfssao.core.files import _namespace, remove_leftovers
 from lfssao.errors import InputError
 from lfssao.rendering.exr import Part, write_exr
 
-NEEDS_EMBREE = pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
 COUNT = 6
 COMMAND = ["ammonite", "--display", "sample-a", "--modules", f"3:{3 + COUNT}", "--resolution", "64x48",
            "--radii", "0.05,0.1", "--blur", "1.5"]  # fmt: skip
@@ -294,19 +292,16 @@ def test_what_is_damaged_is_made_anew_and_the_rest_kept(undisturbed, tmp_path, d
     assert [name for name in FILES if after[name] != before[name]] == [FILES[2]]
 
 
-@pytest.mark.parametrize(
-    ("words", "name"),
-    [
-        (["statue", *COMMAND[1:]], "scene"),
-        *(([*COMMAND, *more.split()], name) for more, name in (
-            ("--radii 0.05,0.11", "radii"), ("--samples 9", "samples"), ("--seed 1", "samples"),
-            ("--blur 1", "blur_sigma"), ("--guard 2", "guard"), ("--resolution 64x50", "resolution"),
-            ("--filter nearest", "color_filter"), ("--normals", "normals"),
-        )),
-        pytest.param([*COMMAND, "--caster", "embree"], "caster", marks=NEEDS_EMBREE),
-        (COMMAND, "version"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "name"), [
+    (["statue", *COMMAND[1:]], "scene"),
+    *(([*COMMAND, *more.split()], name) for more, name in (
+        ("--radii 0.05,0.11", "radii"), ("--samples 9", "samples"), ("--seed 1", "samples"), ("--blur 1", "blur_sigma"),
+        ("--guard 2", "guard"), ("--resolution 64x50", "resolution"), ("--filter nearest", "color_filter"),
+        ("--normals", "normals"),
+    )),
+    pytest.param([*COMMAND, "--caster", "embree"], "caster", marks=NEEDS_EMBREE),
+    (COMMAND, "version"),
+])  # fmt: skip
 def test_resume_refuses_another_job(undisturbed, tmp_path, capsys, monkeypatch, words, name):
     folder = shutil.copytree(undisturbed, tmp_path / "out")
     os.unlink(folder / FILES[0])

@@ -1,16 +1,13 @@
 """The embedded scenes: their size, that they are closed, how they stand, and that they are modelled with these bits."""
 
 import hashlib
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from jobs import manifest_of, python, render
 
 import lfssao
-from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.rendering.exr import read_exr
 from lfssao.scene.builtin import BUILTIN, builtin_scene
@@ -59,13 +56,9 @@ def volume(vertices, faces):
     return float((np.cross(a, b) * c).sum() / 6.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "faces", "tolerance", "least", "most"),
-    [
-        ("statue", 5011, 0.02, 0.40, 0.60), ("ammonite", 29520, 0.0, 0.15, 0.30),
-        ("armadillo", 212574, 0.02, 0.55, 0.75),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "faces", "tolerance", "least", "most"), [
+    ("statue", 5011, 0.02, 0.40, 0.60), ("ammonite", 29520, 0.0, 0.15, 0.30), ("armadillo", 212574, 0.02, 0.55, 0.75),
+])  # fmt: skip
 def test_models_have_the_papers_faces_are_closed_look_outwards_and_stand(scenes, name, faces, tolerance, least, most):
     """The paper's counts (section 7), and how far ours may be away; the volume, which is negative inside out."""
     mesh = scenes[name]
@@ -102,9 +95,8 @@ def test_corner_fills_the_test_view_and_has_slivers_contacts_and_a_wall_behind(s
     a, b, c = (corner.vertices[corner.faces[:, k]] for k in range(3))
     area, longest = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2, np.linalg.norm(c - b, axis=1)
     assert (area / longest < 0.004).sum() == 24  # height over the longest side
-    assert main(["render", "corner", "--camera", "--resolution", "64x48", "--layers", "depth", "--normals", "geometric",
-                 "-o", str(tmp_path)]) == 0  # fmt: skip
-    described = json.loads((tmp_path / "manifest.json").read_text())["views"][0]["view"]
+    words = "corner", "--camera", "--resolution", "64x48", "--layers", "depth", "--normals", "geometric"
+    described = manifest_of(render(tmp_path, *words))["views"][0]["view"]
     linear = np.array(described["cast_from_world"])[:, :3]
     assert (np.abs(linear) > 0.04).all()  # each axis of the world is seen in all three of the view
     assert np.isfinite(read_exr(tmp_path / "camera.exr")["depth"].pixels).all()
@@ -129,7 +121,7 @@ def test_scene_has_these_bits(scenes, name):
 
 @pytest.mark.slow
 def test_modelling_makes_the_same_arrays_again(tmp_path):
-    subprocess.run([sys.executable, MAKE, tmp_path], check=True)
+    python(MAKE, tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in MESHES.iterdir())
     for path in MESHES.iterdir():
         with np.load(path) as stored, np.load(tmp_path / path.name) as made:

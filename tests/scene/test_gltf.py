@@ -40,12 +40,8 @@ def write(folder, primitive=(), data=CORNERS, **header):
 def textured(image):
     """A primitive and the parts of a header that give it an image as its base colour."""
     used = {"attributes": {"POSITION": 0, "TEXCOORD_0": 0}, "material": 0}
-    return {
-        "primitive": used,
-        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-        "textures": [{"source": 0}],
-        "images": [image],
-    }
+    materials = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    return {"primitive": used, "materials": materials, "textures": [{"source": 0}], "images": [image]}
 
 
 def chain(depth):
@@ -57,13 +53,8 @@ def chain(depth):
     ({"extensionsRequired": ["KHR_lights_punctual", "KHR_texture_transform"]}, "extension KHR_texture_transform,"),
     ({"accessors": [{**POSITION, "sparse": SPARSE}]}, "accessor 0, POSITION, is sparse"),
     ({"accessors": [{**POSITION, "bufferView": None}]}, "cannot be read"),
-    (
-        {
-            "primitive": {"indices": 1},
-            "accessors": [POSITION, {"componentType": 5125, "count": 3, "type": "SCALAR"}],
-        },
-        "accessor 1, indices, is without a bufferView",
-    ),
+    ({"primitive": {"indices": 1}, "accessors": [POSITION, {"componentType": 5125, "count": 3, "type": "SCALAR"}]},
+     "accessor 1, indices, is without a bufferView"),
     ({"accessors": [{**POSITION, "componentType": 5122, "normalized": True}]}, "POSITION, has normalized integers"),
     ({"primitive": {"mode": 6}}, "a triangle fan"),
     ({"nodes": chain(257)}, "nested more than 256 deep"),

@@ -5,14 +5,13 @@ import json
 import logging
 import re
 import struct
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from jobs import python
 from PIL import Image
 
 from lfssao.errors import InputError
@@ -241,13 +240,8 @@ def box_as(ending, **options):
 def test_every_file_that_is_none_is_refused(tmp_path, ending):
     random = np.random.default_rng(5)
     whole = box_as(ending)
-    broken = {
-        "empty": b"",
-        "text": b"hello world\n",
-        "zeros": bytes(5000),
-        "garbage": random.bytes(5000),
-        "start": whole[:20] + random.bytes(2000),
-    }
+    broken = {"empty": b"", "text": b"hello world\n", "zeros": bytes(5000), "garbage": random.bytes(5000),
+              "start": whole[:20] + random.bytes(2000)}  # fmt: skip
     for name, content in broken.items():
         path = write(tmp_path / f"{name}.{ending}", content)
         assert refused(path).startswith(f"{path}: ")
@@ -400,5 +394,5 @@ def test_real_meshes(name, faces, texture):
 def test_warnings_of_trimesh_do_not_reach_the_terminal():
     """In a process of its own: pytest listens to all loggers, and Python prints what nobody listens to."""
     code = "import lfssao.scene.load, trimesh; trimesh.util.log.warning('that cannot be helped')"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = python("-c", code)
     assert (done.stdout, done.stderr) == ("", "")

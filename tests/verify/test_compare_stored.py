@@ -1,8 +1,8 @@
 """Textures of fewer bits, and of visibility, in ``lfssao compare``: right ones conform, one step more does not."""
 
-import json
 from dataclasses import replace
 
+import jobs
 import numpy as np
 import pytest
 from compare_folders import compare, copied, different, rendered, single, write_image
@@ -45,7 +45,7 @@ def render(source, target, module, kinds, alter=lambda layer, codes: codes, endi
     ``alter`` changes what is stored before it is written and read.
     """
     (copied(source, target) / f"{module}.exr").unlink()
-    manifest = json.loads((source / "manifest.json").read_text())
+    manifest = jobs.manifest_of(source)
     entry = next(entry["view"] for entry in manifest["views"] if entry["name"] == module)
     mapping = WorldToImage(KINDS.index(entry["world_to_image_kind"]), np.array(entry["world_to_image"]))
     samples, radii = np.array(manifest["settings"]["samples"]), manifest["settings"]["radii"]
@@ -87,14 +87,12 @@ def guarded(tmp_path_factory):
 
 
 @pytest.mark.parametrize("folder", ["reference", "guarded"])
-@pytest.mark.parametrize(
-    ("kinds", "said", "ending"),
-    [(dict.fromkeys((*AO, "depth", "color", "shaded"), "half"), {}, "npy"),
-     (dict.fromkeys((*AO, "color", "shaded"), "unorm8"), {"color": "unorm8", "shaded": "unorm8"}, "png"),
-     ({**dict.fromkeys(AO, "unorm8"), "color": "srgb8", "shaded": "srgb8"}, {}, "png"),
-     (dict.fromkeys((*AO, "color", "shaded"), "unorm16"), {}, "png")],
-    ids=["half", "unorm8", "srgb8", "unorm16"],
-)  # fmt: skip
+@pytest.mark.parametrize(("kinds", "said", "ending"), [
+    (dict.fromkeys((*AO, "depth", "color", "shaded"), "half"), {}, "npy"),
+    (dict.fromkeys((*AO, "color", "shaded"), "unorm8"), {"color": "unorm8", "shaded": "unorm8"}, "png"),
+    ({**dict.fromkeys(AO, "unorm8"), "color": "srgb8", "shaded": "srgb8"}, {}, "png"),
+    (dict.fromkeys((*AO, "color", "shaded"), "unorm16"), {}, "png"),
+], ids=["half", "unorm8", "srgb8", "unorm16"])  # fmt: skip
 def test_a_renderer_that_stores_fewer_bits_conforms(tmp_path, request, folder, kinds, said, ending):
     source = request.getfixturevalue(folder)
     mine = render(source, tmp_path / "mine", "module_004", kinds, ending=ending)
@@ -121,8 +119,7 @@ def test_a_colour_that_differs_where_there_is_a_guard_band(tmp_path, guarded, ki
 
 
 def test_a_cameras_depth_of_16_bits_has_no_surface_at_its_largest_code(tmp_path):
-    words = ["render", "statue", "--camera", "--resolution", "48x32", "--radii", "4%", "-o", str(tmp_path / "camera")]
-    assert lfssao.cli.main.main(words) == 0
+    jobs.render(tmp_path / "camera", "statue", "--camera", "--resolution", "48x32", "--radii", "4%")
     mine = render(tmp_path / "camera", tmp_path / "mine", "camera", {"depth": "unorm16"})
     report = lfssao.compare(mine, tmp_path / "camera")
     assert (report.exit_code, different(report)["camera", "depth"]) == (0, Verdict.INSIDE)
@@ -134,11 +131,10 @@ def test_a_cameras_depth_of_16_bits_has_no_surface_at_its_largest_code(tmp_path)
     assert different(lfssao.compare(mine, tmp_path / "camera"))["camera", "depth"] is Verdict.OUTSIDE
 
 
-@pytest.mark.parametrize(
-    ("name", "kind", "behind"),
-    [("ao_1", "half", "merged"), ("merged", "half", "blurred"), ("merged", "unorm8", "blurred"),
-     ("merged", "unorm16", "blurred"), ("blurred", "unorm8", "shaded"), ("color", "srgb8", "shaded")],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "kind", "behind"), [
+    ("ao_1", "half", "merged"), ("merged", "half", "blurred"), ("merged", "unorm8", "blurred"),
+    ("merged", "unorm16", "blurred"), ("blurred", "unorm8", "shaded"), ("color", "srgb8", "shaded"),
+])  # fmt: skip
 def test_one_step_off_fails_alone_and_so_does_what_is_not_made_of_stored_values(
     tmp_path, reference, name, kind, behind
 ):

@@ -1,13 +1,13 @@
 """The diagnosis of ``compare``: bugs planted in another renderer, with values drawn, are called by their names."""
 
 import functools
-import json
 import zlib
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from compare_folders import changed, ordered
+from jobs import manifest_of, render
 from planted_bugs import Renderer, moved, turned, turns_of
 
 import lfssao
@@ -247,16 +247,14 @@ def folder(tmp_path_factory):
 
     @functools.cache
     def rendered(job):
-        path = tmp_path_factory.mktemp(job) / "reference"
-        assert main(["render", "gallery", *JOBS[job], "-o", str(path)]) == 0
-        return path
+        return render(tmp_path_factory.mktemp(job) / "reference", "gallery", *JOBS[job])
 
     return rendered
 
 
 @functools.cache
 def renderer(folder, number=0):
-    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest = manifest_of(folder)
     entry = manifest["views"][number]
     parts = read_exr(folder / f"{entry['name']}.exr")
     textures = {name: np.squeeze(ordered(part).pixels) for name, part in parts.items()}

@@ -1,14 +1,13 @@
 """The diagnosis by running an estimator: changes planted in its occlusion, with noise as of float32, are named."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from compare_folders import changed, remade
+from jobs import manifest_of, render
 
 import lfssao
-from lfssao.cli.main import main
 from lfssao.rendering.exr import read_exr
 from lfssao.samples import texel_turns
 from lfssao.verify.case import described_turns, described_view
@@ -31,10 +30,9 @@ def view(tmp_path_factory):
     """The folder of an estimator's job, made when it is first asked for, its view's name, buffers and case."""
 
     def rendered(name):
-        folder = tmp_path_factory.mktemp(name) / "reference"
         layers = "--layers", "depth,positions,normals,ao", "--resolution", "96x72", "--radii", "6%"
-        assert main(["render", "statue", "--estimator", name, *JOBS[name], *layers, "-o", str(folder)]) == 0
-        manifest = json.loads((folder / "manifest.json").read_text())
+        folder = tmp_path_factory.mktemp(name) / "reference"
+        manifest = manifest_of(render(folder, "statue", "--estimator", name, *JOBS[name], *layers))
         (entry,) = manifest["views"]
         case, parts = view_case(folder, manifest, entry), read_exr(folder / entry["file"])
         depth, positions, normals = (np.squeeze(parts[layer].pixels) for layer in ("depth", "positions", "normals"))

@@ -3,13 +3,13 @@
 Inside the bounds on any driver; equal bits on Mesa's llvmpipe, whose operations are rounded as IEEE 754 has it.
 """
 
-import json
 import re
 
 import glsl_renderer
 import numpy as np
 import pytest
 from glsl_renderer import without_opengl
+from jobs import manifest_of, render
 from reference.kit import read_case as read_arrays
 from reference.kit import solve as solve_by_text
 
@@ -77,12 +77,8 @@ def render_frame(renderer, view, settings, parts):
         "depth": depth[..., 0], "positions": positions, "image": color, "samples": np.array(settings["samples"])
     }  # fmt: skip
     if settings["rotation"] == "hash":
-        words = {
-            "rotation": "hash",
-            "height": view["height"],
-            "width": view["width"],
-            "seed": settings["rotation_seed"],
-        }
+        size = {"height": view["height"], "width": view["width"]}
+        words = {"rotation": "hash", **size, "seed": settings["rotation_seed"]}
         inputs["turns"] = solve_by_text("turns", words, {})["turns"]
     return {"depth": depth, "positions": positions, "color": color, **renderer.frame(parameters, inputs)}
 
@@ -90,9 +86,8 @@ def render_frame(renderer, view, settings, parts):
 @pytest.mark.parametrize("job", JOBS)
 def test_the_command_finds_whole_frames_right(context, renderer, tmp_path, job):
     reference, mine = tmp_path / "reference", tmp_path / "mine"
-    words = "--resolution", "48x36", "--radii", "2%,5%", "--blur", "1.5", "-o", str(reference)
-    assert main(["render", *JOBS[job], *words]) == 0
-    manifest = json.loads((reference / "manifest.json").read_text())
+    render(reference, *JOBS[job], "--resolution", "48x36", "--radii", "2%,5%", "--blur", "1.5")
+    manifest = manifest_of(reference)
     mine.mkdir()
     for entry in manifest["views"]:
         parts = read_exr(reference / f"{entry['name']}.exr")

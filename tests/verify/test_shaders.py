@@ -9,6 +9,7 @@ import re
 import ao_shaders
 import numpy as np
 import pytest
+from jobs import render
 
 import lfssao
 from lfssao.cli.main import main
@@ -101,10 +102,9 @@ def frame(tmp_path_factory):
     @functools.cache
     def rendered(convention):
         shader, _, words = RIGHT[convention]
-        folder = tmp_path_factory.mktemp(shader) / "reference"
         how = "--camera", "--resolution", "96x72", "--radii", "8%", "--layers", "depth,positions,normals,ao"
-        assert main(["render", *words, *how, "--estimator", ESTIMATORS[shader], "-o", str(folder)]) == 0
-        return ao_shaders.Frame(folder)
+        folder = tmp_path_factory.mktemp(shader) / "reference"
+        return ao_shaders.Frame(render(folder, *words, *how, "--estimator", ESTIMATORS[shader]))
 
     return rendered
 

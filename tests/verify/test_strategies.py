@@ -1,12 +1,10 @@
 """lfssao.testing's strategies: what they draw is valid, within what was asked, and covers what it should."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import Phase, find, given, settings
 from hypothesis import strategies as st
+from jobs import python
 
 from lfssao import estimate
 from lfssao.testing import cameras, displays, gbuffers, radii, sample_sets
@@ -127,4 +125,4 @@ check_promise("inside", [[0.0, 0.5]], "square")
 assert "hypothesis" not in sys.modules
 from lfssao.testing import displays
 assert "hypothesis" in sys.modules"""
-    subprocess.run([sys.executable, "-c", script], check=True)
+    python("-c", script)

@@ -1,7 +1,5 @@
 """Algorithm 2 with neighbours: the reference, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
 
-import json
-from importlib.util import find_spec
 from inspect import signature
 
 import numpy as np
@@ -10,6 +8,7 @@ import trimesh
 from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import NEEDS_EMBREE, manifest_of
 from reference.passes import algorithm2_with_neighbours
 from ssao_cases import both, module_cases
 
@@ -168,8 +167,7 @@ def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(c
         assert_same_bits(textures.ao[0], expected.texture)
         assert textures.view.name == f"module_{index:03d}"
         assert (found < ssao.algorithm2(*own, make_samples(), 0.3).texture).any()
-    settings = json.loads((tmp_path / "out" / "manifest.json").read_text())["settings"]
-    assert settings["neighbours"] == 2
+    assert manifest_of(tmp_path / "out")["settings"]["neighbours"] == 2
 
 
 @pytest.mark.parametrize(("more", "words"), [
@@ -206,7 +204,7 @@ def test_depths_are_cast_once_as_long_as_they_are_kept():
     assert [int(name[-3:]) for name in cast] == [0, 1, 2, 5, 1]
 
 
-@pytest.mark.skipif(find_spec("embreex") is None, reason="Embree has no wheel here")
+@NEEDS_EMBREE
 def test_neighbours_are_seen_by_the_caster_of_the_settings(monkeypatch):
     real, asked = RayCaster.gbuffer, []
 

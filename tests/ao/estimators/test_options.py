@@ -1,11 +1,8 @@
 """The command line's and the library's choice of an estimator."""
 
-import json
-import subprocess
-import sys
-
 import numpy as np
 import pytest
+from jobs import manifest_of, python
 
 from lfssao import Buffers, RayCaster, builtin_scene, estimate, find_display, module_views, read_exr
 from lfssao.ao.estimators.registry import ESTIMATORS
@@ -17,7 +14,7 @@ SMALL = ["render", "ammonite", "--display", "virtual", "--resolution", "24x18", 
 
 def render(folder, *options):
     assert main([*SMALL, "-o", str(folder), *options]) == 0
-    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest = manifest_of(folder)
     return manifest, {name: part.pixels for name, part in read_exr(folder / manifest["views"][0]["file"]).items()}
 
 
@@ -87,8 +84,7 @@ def test_wrong_options_are_said_before_anything_is_done(tmp_path, capsys, option
 
 def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path):
     script = "import sys, lfssao.cli.main; assert lfssao.cli.main.main(sys.argv[1:]) == 0; print(*sys.modules)"
-    command = [sys.executable, "-c", script, *SMALL, "-o", str(tmp_path / "out")]
-    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    loaded = python("-c", script, *SMALL, "-o", tmp_path / "out").stdout.split()
     estimators = {name.removeprefix("lfssao.ao.estimators.") for name in loaded if "lfssao.ao.estimators." in name}
     assert estimators == {"estimator", "neighbours", "point", "published", "registry"}
     kernels = {name.rpartition(".")[2] for name in loaded if name.startswith("lfssao.") and ".kernels." in name}

@@ -1,12 +1,10 @@
 """Published shaders: their files are read, lengths in world units or radii, and what is wrong is named."""
 
-import json
-
 import pytest
+from jobs import manifest_of, render
 
 from lfssao.ao.estimators.published import find_published, published_names, published_text
 from lfssao.ao.estimators.registry import find_estimator
-from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.samples import ROTATIONS
 
@@ -33,9 +31,8 @@ def test_lengths_are_in_world_units_or_radii_of_the_shader():
 
 
 def settings_of(folder, *words):
-    scene = "render", "statue", "--camera", "--resolution", "16x12", "--radii", "5%", "--layers", "ao"
-    assert main([*scene, *words, "-o", str(folder)]) == 0
-    return json.loads((folder / "manifest.json").read_text())["settings"]
+    scene = "statue", "--camera", "--resolution", "16x12", "--radii", "5%", "--layers", "ao"
+    return manifest_of(render(folder, *scene, *words))["settings"]
 
 
 def test_like_sets_what_is_not_given(tmp_path):
@@ -47,7 +44,7 @@ def test_like_sets_what_is_not_given(tmp_path):
     made = settings_of(tmp_path / "b", *words)
     assert made["parameters"] == {**find_published("g3d").parameters, "beta": 0.5}
     assert (made["units"], made["rotation"]) == ("world", "r2")
-    assert main(["render", "--like", "g3d", "--estimator", "lf", "-o", str(tmp_path / "c")]) == 2
+    render(tmp_path / "c", "--like", "g3d", "--estimator", "lf", code=2)
 
 
 @pytest.mark.parametrize(("text", "words"), [

@@ -280,6 +280,7 @@ def test_impossible_displays_are_refused_by_their_key(key, changes):
     module, display = ({k: v for k, v in changes.items() if hasattr(M, k) == of_module} for of_module in (True, False))
     fine = Display("fine", 1.0, 0.6, 0.0, -2.0, (M,), ((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)))
     replace(fine, observer_z=-0.4, screen_curvature=-1.9)  # its edges are at z = -0.36
+    replace(fine, modules=(replace(M, field_of_view=0.5),))
     with pytest.raises(InputError) as caught:
         replace(fine, **{"modules": (replace(M, **module),), **display})
     assert str(caught.value).startswith(f"display fine: {key}: ")

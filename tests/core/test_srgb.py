@@ -44,5 +44,7 @@ def test_encoding_undoes_decoding_for_every_code():
 def test_numbers_beyond_the_codes_and_shapes():
     odd = np.array([[math.nan, -math.inf, -1.0, -0.0], [1e-45, 1.0, 7.0, math.inf]], np.float32)
     assert to_codes(odd).tolist() == [[255, 0, 0, 0], [0, 255, 255, 255]]
+    # 0.5 is 187.52 codes, by the standard's 1.055 x**(1/2.4) - 0.055.
+    assert to_codes(np.array([-1.0, 0.0, 0.2158605, 0.5, 1.0, 7.0, math.inf])).tolist() == [0, 0, 128, 188, *[255] * 3]
     assert to_codes(np.zeros((0, 3), np.float32)).shape == (0, 3)
     assert to_codes(np.ones((300, 300, 3), np.float32)[:, ::2]).shape == (300, 150, 3)

@@ -6,13 +6,23 @@ Each takes the parameters and inputs of a case; arithmetic is that of the depth 
 import numpy as np
 
 from reference.elementary import dot, power
-from reference.mapping import affine_row, affine_rows, images, linear_rows, rounded, texel_at, to_image, turn_at
+from reference.mapping import (
+    affine_row,
+    affine_rows,
+    images,
+    linear_rows,
+    offsets,
+    rounded,
+    texel_at,
+    to_image,
+    turn_at,
+)
 
 
 def point(parameters, inputs, hemisphere=False):
     depth, positions, options = inputs["depth"], inputs["positions"], parameters["options"]
     dtype, kind, radius = depth.dtype.type, parameters["mapping"]["kind"], parameters["radius"]
-    m, table = rounded(parameters["mapping"]["numbers"], dtype), [rounded(p, dtype) for p in radius * inputs["points"]]
+    m, table = rounded(parameters["mapping"]["numbers"], dtype), offsets(radius, inputs["points"], dtype)
     reach = dtype(radius * radius) if options["range_check"] else None
 
     def surface(texel):

@@ -10,6 +10,7 @@ from exr_parts import write_tiled
 from PIL import Image
 
 from lfssao.errors import InputError
+from lfssao.rendering import image_file
 from lfssao.rendering.image_file import read_image_file
 
 
@@ -53,6 +54,16 @@ def test_sizes_that_the_format_believes_are_refused_by_the_files_own(tmp_path):
     data[29:33] = zlib.crc32(data[12:29]).to_bytes(4, "big")
     (tmp_path / "a.png").write_bytes(data)
     with pytest.raises(InputError, match="its header claims 10000x10000 texels"):
+        read_image_file(tmp_path / "a.png")
+
+
+def test_a_texture_of_the_limit_is_read_and_a_byte_more_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(image_file, "_MOST_EXPANSION", 0)
+    Image.new("RGB", (4, 5)).save(tmp_path / "a.png")
+    monkeypatch.setattr(image_file, "_HARMLESS", 4 * 5 * 3)
+    assert read_image_file(tmp_path / "a.png")[0].planes[0].shape == (5, 4)
+    monkeypatch.setattr(image_file, "_HARMLESS", 4 * 5 * 3 - 1)
+    with pytest.raises(InputError, match="its header claims 4x5 texels"):
         read_image_file(tmp_path / "a.png")
 
 

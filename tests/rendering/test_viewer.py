@@ -10,6 +10,8 @@ from reference import viewer as reference
 
 from lfssao import InputError, LightField, Mesh, Paint, RayCaster, eye_point, eye_range, eye_view, find_display
 from lfssao.errors import InputWarning
+from lfssao.optics.kernels.display import display_module
+from lfssao.rendering.kernels.light_field import ray_sine
 from lfssao.rendering.viewer import BLENDS
 
 IDENTITY = np.eye(3, 4)
@@ -85,6 +87,14 @@ def test_nothing_is_seen_where_no_module_reaches():
         for eye_x in (left, 0.0, right):
             assert field.photograph(eye_x, 40, blend).dark == 0
         assert field.photograph(right + 0.3, 40, blend).dark > 0
+
+
+def test_a_module_whose_ray_is_90_degrees_from_the_eye_is_not_seen():
+    """From the origin the ray goes to (2, 0, -1); an eye at (-1/2, 0, -1) is exactly square to it."""
+    module = display_module(find_display("sample-a").module_numbers(0))._replace(m_x=-2.0, m_y=0.0, m_z=1.0)
+    square, within = (ray_sine(module, (0.0, 0.0, 0.0), (e_x, 0.0, -1.0)) for e_x in (-0.5, -0.4375))
+    assert math.isnan(square)
+    assert 0.99 < abs(within) < 1
 
 
 # Against direct ray casts

@@ -6,11 +6,13 @@ import sys
 from xml.etree import ElementTree
 
 import numpy as np
-from compare_folders import LAYERS, MODULES, changed, compare, remade
+from compare_folders import LAYERS, MODULES, changed, compare, poke, remade
 from PIL import Image
 
 import lfssao
 from lfssao.rendering.exr import Part, write_exr
+from lfssao.verify.compare.picture import Panels
+from lfssao.verify.verdict import Verdict
 
 
 def test_json_holds_every_figure(tmp_path, reference, failing):
@@ -64,6 +66,16 @@ def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing)
     assert [214, 39, 40] in shown  # outside
     compare(reference, reference, "--picture", path)
     assert [255, 0, 255] not in colors(path)
+
+
+def test_nothing_is_drawn_after_the_first_module_that_fails(tmp_path, reference, failing, monkeypatch):
+    drawn, offer = [], Panels.offer
+    monkeypatch.setattr(Panels, "offer", lambda self, *args: drawn.append(self.module) or offer(self, *args))
+    mine = changed(failing, tmp_path / "mine", "module_003", poke("merged", (8, 8), np.nan))
+    report = lfssao.compare(mine, reference, diagnosis=False)
+    failed = {result.module for result in report.results if result.verdict is Verdict.OUTSIDE}
+    assert failed == {"module_003", "module_004"}
+    assert {*drawn} == {"module_003"} == {report.panels.module}
 
 
 def test_the_picture_holds_surfaces_where_the_reference_has_none(tmp_path, reference):

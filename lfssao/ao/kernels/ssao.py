@@ -11,18 +11,9 @@ import numpy as np
 from lfssao.ao.kernels.spans import next_span
 from lfssao.core.intrinsics import CHUNK, element, scratch
 from lfssao.core.jit import kernel
+from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
-from lfssao.optics.kernels.projection import (
-    CROSSED_SLITS,
-    MATRIX,
-    affine_row,
-    linear_row,
-    nearest_texel,
-    project_crossed_slits,
-    project_matrix,
-    signed_texel_number,
-    slits_of,
-)
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, linear_row, signed_texel_number
 
 
 @kernel
@@ -83,7 +74,7 @@ def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets
         for i in range(n):
             x, y = a[i] + offset_row(offsets, s, 0, turns, turn, i), b[i] + offset_row(offsets, s, 1, turns, turn, i)
             z = c[i] + (offsets[s, 2, 2] if along else offset_row(offsets, s, 2, turns, turn, i))
-            u, v, z, _ = project_crossed_slits(slits, x, y, z)
+            u, v, z, _ = mapping.project_crossed_slits(slits, x, y, z)
             there = (z < slits.z_m) & (z > slits.z_o) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
             hit = False
             if there:
@@ -104,8 +95,8 @@ def count_matrix(depth, width, height, n, a, b, c, q, first, samples, offsets, t
         for i in range(n):
             x, y = a[i] + offset_row(offsets, s, 0, turns, turn, i), b[i] + offset_row(offsets, s, 1, turns, turn, i)
             z, w = c[i] + offset_row(offsets, s, 2, turns, turn, i), q[i] + offset_row(offsets, s, 3, turns, turn, i)
-            u, v, z, valid = project_matrix(x, y, z, w)
-            there, texel = nearest_texel(u, v, wide, high)
+            u, v, z, valid = mapping.project_matrix(x, y, z, w)
+            there, texel = mapping.nearest_texel(u, v, wide, high)
             there = there & valid
             surface = depth[texel]  # line 8
             count[i] += np.int32((surface < z) & there)  # lines 9 and 10
@@ -193,7 +184,7 @@ def algorithm2(begin, stop, depth, positions, offsets, projection, turns, occlus
                 for i in range(n):
                     count[i] = 0
                 if kind == CROSSED_SLITS:
-                    slits = slits_of(m)
+                    slits = mapping.slits_of(m)
                     found = count_slits(
                         slits, surface, width, height, n, a, b, c, first, samples, moved, turns, turn, count
                     )

@@ -4,19 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.vo.kernels.local_frame import (
-    E1,
-    LOOK,
-    PLACE,
-    SLOPES,
-    SLOTS,
-    TOTAL,
-    chunk_span,
-    finish_chunk,
-    place_on_disk,
-    project,
-    start_disks,
-)
+from lfssao.ao.estimators.vo.kernels import local_frame as frame
+from lfssao.ao.estimators.vo.kernels.local_frame import E1, LOOK, PLACE, SLOPES, SLOTS, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, load, slot
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
@@ -122,16 +111,16 @@ def horizon_occlusion(begin, stop, seen, fan, turns, radius, occlusion, outside)
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):
-            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            first, n = frame.chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
             column = np.int64(first) - j * width
-            start_disks(seen, radius, fan.mirrors, True, turns, j, first, n, missed, slots)
+            frame.start_disks(seen, radius, fan.mirrors, True, turns, j, first, n, missed, slots)
             load(seen.positions, first, n, slots, _WHERE)
             for s in range(fan.around.shape[0]):
-                place_on_disk(n, fan.around[s, 0], fan.around[s, 1], slots)
-                project(seen.kind, seen.lens, n, slots)
+                frame.place_on_disk(n, fan.around[s, 0], fan.around[s, 1], slots)
+                frame.project(seen.kind, seen.lens, n, slots)
                 start_direction(fan, s, column, j, n, slots)
                 for step in range(1, fan.steps + 1):
                     part = dtype(step) / dtype(fan.steps)
                     look_up(seen.positions, size, part, column, j, n, texels, missed, slots)
                     raise_horizons(fan, radius, n, slots)
-            outside[j] += finish_chunk(first, n, fan.around.shape[0], missed, slots, fractions)
+            outside[j] += frame.finish_chunk(first, n, fan.around.shape[0], missed, slots, fractions)

@@ -13,18 +13,9 @@ from lfssao.ao.kernels.spans import next_span
 from lfssao.ao.kernels.ssao import finish_run, transform_offsets
 from lfssao.core.intrinsics import CHUNK, element, scratch
 from lfssao.core.jit import kernel
+from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
-from lfssao.optics.kernels.projection import (
-    CROSSED_SLITS,
-    MATRIX,
-    Projection,
-    affine_row,
-    nearest_texel,
-    project_crossed_slits,
-    project_matrix,
-    signed_texel_number,
-    slits_of,
-)
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Projection, affine_row, signed_texel_number
 
 # Bits of a sample: it falls into a texture; it lies in the open there.
 _INSIDE, _OPEN = 1, 2
@@ -76,11 +67,11 @@ def look(views, v, n, rows, move, known):
     a, b, c, q = move[0], move[1], move[2], move[3]
     nothing, at = np.int32(0), v * _ROWS * CHUNK
     if kind == CROSSED_SLITS:
-        zero, slits = type(wide)(0), slits_of(m)
+        zero, slits = type(wide)(0), mapping.slits_of(m)
         for i in range(n):
             k = at + i
             x, y, z = rows[np.uint64(k)] + a, rows[np.uint64(k + CHUNK)] + b, rows[np.uint64(k + 2 * CHUNK)] + c
-            u, v, z, _ = project_crossed_slits(slits, x, y, z)
+            u, v, z, _ = mapping.project_crossed_slits(slits, x, y, z)
             there = (z < slits.z_m) & (z > slits.z_o) & (u >= zero) & (u < wide) & (v >= zero) & (v < high)
             hidden = True
             if there:
@@ -92,11 +83,11 @@ def look(views, v, n, rows, move, known):
             k = at + i
             x, y, z = rows[np.uint64(k)] + a, rows[np.uint64(k + CHUNK)] + b, rows[np.uint64(k + 2 * CHUNK)] + c
             if kind == MATRIX:
-                u, v, z, valid = project_matrix(x, y, z, rows[np.uint64(k + 3 * CHUNK)] + q)
+                u, v, z, valid = mapping.project_matrix(x, y, z, rows[np.uint64(k + 3 * CHUNK)] + q)
             else:
                 u, v, answer = physical_to_image(module, x, y, z)
                 valid = answer == VALID
-            inside, texel = nearest_texel(u, v, wide, high)
+            inside, texel = mapping.nearest_texel(u, v, wide, high)
             there = inside & valid
             hidden = depths[np.uint64(first) + np.uint64(texel)] < z
             known[i] |= np.int32(there) | (np.int32(_OPEN) if there & (not hidden) else nothing)

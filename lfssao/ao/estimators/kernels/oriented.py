@@ -4,19 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.vo.kernels.local_frame import (
-    FIRST,
-    PLACE,
-    POINT,
-    SECOND,
-    STEEP,
-    TOTAL,
-    chunk_span,
-    finish_chunk,
-    map_rows,
-    project,
-    start_points,
-)
+from lfssao.ao.estimators.vo.kernels import local_frame as frame
+from lfssao.ao.estimators.vo.kernels.local_frame import FIRST, PLACE, POINT, SECOND, STEEP, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, load, slot
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
@@ -62,9 +51,9 @@ def start_axes(seen, half, turns, first, n, slots):
         x, y, z = rx - along * nx, ry - along * ny, rz - along * nz
         scale = one / np.sqrt((x * x + y * y) + z * z)
         x, y, z = x * scale, y * scale, z * scale
-        map_rows(seen.rows, radius, x, y, z, slots, FIRST, i)
-        map_rows(seen.rows, radius, ny * z - nz * y, nz * x - nx * z, nx * y - ny * x, slots, SECOND, i)
-        map_rows(seen.rows, radius, nx, ny, nz, slots, _THIRD, i)
+        frame.map_rows(seen.rows, radius, x, y, z, slots, FIRST, i)
+        frame.map_rows(seen.rows, radius, ny * z - nz * y, nz * x - nx * z, nx * y - ny * x, slots, SECOND, i)
+        frame.map_rows(seen.rows, radius, nx, ny, nz, slots, _THIRD, i)
         slots[slot(STEEP, i)] = one if seen.depth[texel] < np.inf else type(radius)(np.nan)
 
 
@@ -115,11 +104,11 @@ def oriented_occlusion(begin, stop, seen, surface, half, turns, occlusion, outsi
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):
-            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            first, n = frame.chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
             start_axes(seen, half, turns, first, n, slots)
-            start_points(seen, first, n, missed, slots)
+            frame.start_points(seen, first, n, missed, slots)
             for s in range(count):
                 place_above(half.points[s], n, slots)
-                project(seen.kind, seen.lens, n, slots)
+                frame.project(seen.kind, seen.lens, n, slots)
                 add_weights(surface, size, half, n, missed, slots)
-            outside[j] += finish_chunk(first, n, count, missed, slots, fractions)
+            outside[j] += frame.finish_chunk(first, n, count, missed, slots, fractions)

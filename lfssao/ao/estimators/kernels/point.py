@@ -11,32 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lfssao.ao.kernels import ssao
 from lfssao.ao.kernels.spans import next_span
-from lfssao.ao.kernels.ssao import (
-    count_display,
-    count_matrix,
-    count_slits,
-    finish_run,
-    load_turns,
-    offset_row,
-    transform_offsets,
-    turned_offset,
-)
+from lfssao.ao.kernels.ssao import count_display, count_matrix, count_slits, load_turns, offset_row, turned_offset
 from lfssao.core.intrinsics import CHUNK, scratch
 from lfssao.core.jit import kernel
+from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
-from lfssao.optics.kernels.projection import (
-    CROSSED_SLITS,
-    MATRIX,
-    affine_row,
-    hold_inside,
-    last_below,
-    nearest_texel,
-    project_crossed_slits,
-    project_matrix,
-    slits_of,
-    texel_number,
-)
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, hold_inside, last_below, texel_number
 
 
 class Seen(NamedTuple):
@@ -92,15 +74,15 @@ def project_rows(projection, size, n, moved, texel, z, inside):
     (kind, m), (width, height), (a, b, c, q) = projection, size, moved
     last_u, last_v = last_below(width), last_below(height)
     if kind == CROSSED_SLITS:
-        slits = slits_of(m)
+        slits = mapping.slits_of(m)
         for i in range(n):
-            u, v, w, _ = project_crossed_slits(slits, a[i], b[i], c[i])
+            u, v, w, _ = mapping.project_crossed_slits(slits, a[i], b[i], c[i])
             column, row = hold_inside(u, last_u), hold_inside(v, last_v)
             texel[i], z[i] = texel_number(column, row, width), w
             inside[i] = (column == u) & (row == v) & (w < slits.z_m) & (w > slits.z_o)
     elif kind == MATRIX:
         for i in range(n):
-            u, v, w, _ = project_matrix(a[i], b[i], c[i], q[i])
+            u, v, w, _ = mapping.project_matrix(a[i], b[i], c[i], q[i])
             column, row = hold_inside(u, last_u), hold_inside(v, last_v)
             texel[i], z[i] = texel_number(column, row, width), w
             inside[i] = (column == u) & (row == v) & (q[i] > 0)
@@ -109,7 +91,7 @@ def project_rows(projection, size, n, moved, texel, z, inside):
         for i in range(n):
             u, v, answer = physical_to_image(module, a[i], b[i], c[i])
             z[i] = c[i]
-            there, texel[i] = nearest_texel(u, v, width, height)
+            there, texel[i] = mapping.nearest_texel(u, v, width, height)
             inside[i] = there & (answer == VALID)
 
 
@@ -172,7 +154,7 @@ def occluded_fraction(begin, stop, seen, normals, offsets, projection, choices, 
     """
     (height, width), (kind, m) = occlusion.shape, projection
     fractions = occlusion.reshape(-1)
-    ends, samples = transform_offsets(offsets, projection, turns), offsets.shape[0]
+    ends, samples = ssao.transform_offsets(offsets, projection, turns), offsets.shape[0]
     size = m.dtype.type(width), m.dtype.type(height)
     still = np.zeros((1, 3, 4), m.dtype)  # samples are in a, b, c, q already
     looks = not choices.forward and choices.reach == np.inf  # at depths alone
@@ -196,7 +178,7 @@ def occluded_fraction(begin, stop, seen, normals, offsets, projection, choices, 
             for s in range(samples):
                 move_row(offsets, ends, s, normals, n, up, turns, turn, rows, a, b, c, q)
                 if looks and kind == CROSSED_SLITS:
-                    slits = slits_of(m)
+                    slits = mapping.slits_of(m)
                     found += count_slits(slits, seen.looked, width, height, n, a, b, c, 0, 1, still, None, turn, count)
                 elif looks and kind == MATRIX:
                     found += count_matrix(seen.looked, width, height, n, a, b, c, q, 0, 1, still, None, turn, count)
@@ -207,7 +189,7 @@ def occluded_fraction(begin, stop, seen, normals, offsets, projection, choices, 
                     )
                 else:
                     found += count_near(projection, seen, choices, size, n, points, (a, b, c, q), count)
-            outside[j] += finish_run(seen.depth, at, start, n, samples, count, fractions) - found
+            outside[j] += ssao.finish_run(seen.depth, at, start, n, samples, count, fractions) - found
             if choices.remap:
                 for texel in range(np.uint64(at), np.uint64(start + n)):
                     above = fractions[texel] - fractions.dtype.type(0.5)

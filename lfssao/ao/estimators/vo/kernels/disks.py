@@ -5,20 +5,8 @@ An area's depth is a distribution of depths.
 
 import numpy as np
 
-from lfssao.ao.estimators.vo.kernels.local_frame import (
-    E1,
-    LOOK,
-    PLACE,
-    SLOTS,
-    STEEP,
-    TOTAL,
-    chunk_span,
-    finish_chunk,
-    line_top,
-    place_on_disk,
-    project,
-    start_disks,
-)
+from lfssao.ao.estimators.vo.kernels import local_frame as frame
+from lfssao.ao.estimators.vo.kernels.local_frame import E1, LOOK, PLACE, SLOTS, STEEP, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, slot
 from lfssao.core.elementary import PI, log2
 from lfssao.core.jit import kernel
@@ -41,7 +29,7 @@ def add_line(surface, size, disk, s, thickness, n, missed, slots):
         slots[slot(PLACE + 3, i)] = d if inside else dtype(np.inf)
         missed[i] += np.int32(not inside)
     for i in range(n):
-        d, top = slots[slot(PLACE + 3, i)], line_top(x, y, z_s, i, slots)
+        d, top = slots[slot(PLACE + 3, i)], frame.line_top(x, y, z_s, i, slots)
         back = d + thickness
         back = back if back < top else top
         front = -z_s if d < -z_s else d
@@ -73,13 +61,13 @@ def line_occlusion(begin, stop, seen, disk, turns, radius, thickness, occlusion,
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):
-            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-            start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
+            first, n = frame.chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            frame.start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
             for s in range(disk.half.shape[0]):
-                place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
-                project(seen.kind, seen.lens, n, slots)
+                frame.place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
+                frame.project(seen.kind, seen.lens, n, slots)
                 add_line(seen.depth, size, disk, s, thickness, n, missed, slots)
-            outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
+            outside[j] += frame.finish_chunk(first, n, 1, missed, slots, fractions)
 
 
 FAR = 2.0**100  # boxes end here, in units of R, so that no width is infinite; a thickness of 4 FAR has no end
@@ -143,18 +131,18 @@ def start_detail(seen, n, slots):
     512, beyond every level, where one of them has no image.
     """
     zero, one = slots.dtype.type(0), slots.dtype.type(1)
-    place_on_disk(n, zero, zero, slots)
-    project(seen.kind, seen.lens, n, slots)
+    frame.place_on_disk(n, zero, zero, slots)
+    frame.project(seen.kind, seen.lens, n, slots)
     for i in range(n):
         slots[slot(_CENTRE, i)] = slots[slot(PLACE, i)]
         slots[slot(_CENTRE + 1, i)] = slots[slot(PLACE + 1, i)]
-    place_on_disk(n, one, zero, slots)
-    project(seen.kind, seen.lens, n, slots)
+    frame.place_on_disk(n, one, zero, slots)
+    frame.project(seen.kind, seen.lens, n, slots)
     for i in range(n):
         slots[slot(_ACROSS, i)] = slots[slot(PLACE, i)] - slots[slot(_CENTRE, i)]
         slots[slot(_ACROSS + 1, i)] = slots[slot(PLACE + 1, i)] - slots[slot(_CENTRE + 1, i)]
-    place_on_disk(n, zero, one, slots)
-    project(seen.kind, seen.lens, n, slots)
+    frame.place_on_disk(n, zero, one, slots)
+    frame.project(seen.kind, seen.lens, n, slots)
     for i in range(n):
         u, v = slots[slot(PLACE, i)] - slots[slot(_CENTRE, i)], slots[slot(PLACE + 1, i)] - slots[slot(_CENTRE + 1, i)]
         area = slots[slot(_ACROSS, i)] * v - slots[slot(_ACROSS + 1, i)] * u
@@ -192,7 +180,7 @@ def add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots):
         inside = (column == u) & (row == v)
         missed[i] += np.int32(not inside)
         steep = np.float64(slots[slot(STEEP, i)])
-        top = line_top(x, y, z_s, i, slots)
+        top = frame.line_top(x, y, z_s, i, slots)
         level = np.float64(slots[slot(_LOD, i)]) + less
         seeing, mean, sigma = depth_model(pyramid, level, column, row)
         middle = (mean - np.float64(slots[slot(PLACE + 3, i)])) * steep
@@ -223,11 +211,11 @@ def area_occlusion(begin, stop, seen, disk, pyramid, half_width, turns, radius, 
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):
-            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-            start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
+            first, n = frame.chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            frame.start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
             start_detail(seen, n, slots)
             for s in range(disk.half.shape[0]):
-                place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
-                project(seen.kind, seen.lens, n, slots)
+                frame.place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
+                frame.project(seen.kind, seen.lens, n, slots)
                 add_area(pyramid, half_width, size, disk, s, thickness, n, missed, slots)
-            outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
+            outside[j] += frame.finish_chunk(first, n, 1, missed, slots, fractions)

@@ -4,19 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.vo.kernels.local_frame import (
-    PLACE,
-    POINT,
-    SLOTS,
-    STEEP,
-    TILE,
-    TOTAL,
-    chunk_span,
-    finish_chunk,
-    map_rows,
-    project,
-    start_points,
-)
+from lfssao.ao.estimators.vo.kernels import local_frame as frame
+from lfssao.ao.estimators.vo.kernels.local_frame import PLACE, POINT, SLOTS, STEEP, TILE, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, load, slot
 from lfssao.ao.kernels.ssao import offset_row, transform_offsets, turned_offset
 from lfssao.core.jit import kernel
@@ -60,8 +49,8 @@ def start_reflections(seen, radius, ball, j, first, n, slots):
         slots[slot(_MIRROR, i)], slots[slot(_MIRROR + 1, i)], slots[slot(_MIRROR + 2, i)] = rx, ry, rz
         across = (rx * nx + ry * ny) + rz * nz
         slots[slot(_ACROSS, i)] = across + across
-        map_rows(seen.rows, two_radii, rx, ry, rz, slots, _MIRRORED, i)
-        map_rows(seen.rows, two_radii, nx, ny, nz, slots, _LIFTED, i)
+        frame.map_rows(seen.rows, two_radii, rx, ry, rz, slots, _MIRRORED, i)
+        frame.map_rows(seen.rows, two_radii, nx, ny, nz, slots, _LIFTED, i)
 
 
 @kernel(inline=True)
@@ -131,12 +120,12 @@ def point_occlusion(begin, stop, seen, ball, turns, radius, thickness, occlusion
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):
-            first, n = chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
+            first, n = frame.chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
             start_reflections(seen, radius, ball, j, first, n, slots)
             start_reach(seen, radius, thickness, first, n, slots)
-            start_points(seen, first, n, missed, slots)
+            frame.start_points(seen, first, n, missed, slots)
             for s in range(offsets.shape[0]):
                 place_in_ball(ends, radius, offsets, s, turns, first, n, slots)
-                project(seen.kind, seen.lens, n, slots)
+                frame.project(seen.kind, seen.lens, n, slots)
                 add_point(seen.depth, size, ball.weights[s], n, missed, slots)
-            outside[j] += finish_chunk(first, n, 1, missed, slots, fractions)
+            outside[j] += frame.finish_chunk(first, n, 1, missed, slots, fractions)

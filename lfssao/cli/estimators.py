@@ -42,11 +42,11 @@ def _list(options: argparse.Namespace) -> None:
 
 def _meanings(estimator: Estimator) -> Iterator[str]:
     """A line on each parameter: default, meaning, values."""
-    for name, meaning in estimator.meanings.items():
-        taken = ", ".join(estimator.choices.get(name, ()))
-        if name in estimator.limits:
-            taken = "{:.16g} to {:.16g}".format(*estimator.limits[name])
-        power = estimator.powers.get(name)
+    for name, meaning in estimator.said("meaning").items():
+        taken = ", ".join(estimator.said("choices").get(name, ()))
+        if limits := estimator.said("limits").get(name):
+            taken = "{:.16g} to {:.16g}".format(*limits)
+        power = estimator.said("power").get(name)
         unit = f"; {name} R{'' if power == 1 else f'^{power}'} with --units world" if power else ""
         yield f"    {name}={estimator.parameters[name]}: {meaning}{taken and f' ({taken})'}{unit}"
 
@@ -57,7 +57,7 @@ def _line(estimator: Estimator) -> str:
     facts = [many] if estimator.samples is not None else []
     facts += ["normals"] if estimator.normals else []
     for name, default in estimator.parameters.items():
-        note = "|".join(estimator.choices[name]) + ", " if name in estimator.choices else ""
+        note = "".join(f"{'|'.join(choices)}, " for choices in [estimator.said("choices").get(name)] if choices)
         facts.append(f"{name}={default} ({note}default)" if note else f"{name}={default}")
     return f"{estimator.name}: {estimator.title} ({estimator.source})\n    {'; '.join(facts)}"
 

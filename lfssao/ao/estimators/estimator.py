@@ -99,25 +99,9 @@ class Estimator:
         """Whether it reads the normals texture with these parameters."""
         return self.normals or parameters.get("normals") == "buffer"
 
-    @property
-    def meanings(self) -> dict[str, str]:
-        """Meaning of each option, one line."""
-        return self._metadata("meaning")
-
-    @property
-    def limits(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest value of each option that is a number, where it has them."""
-        return self._metadata("limits")
-
-    @property
-    def choices(self) -> dict[str, tuple[str, ...]]:
-        """The values of each option that is a str."""
-        return self._metadata("choices")
-
-    @property
-    def powers(self) -> dict[str, int]:
-        """The power of the radius that each option with a unit of length is counted in."""
-        return self._metadata("power")
+    def said(self, fact: str) -> dict[str, Any]:
+        """A fact of each option that has it: 'meaning', 'limits', 'choices' or 'power', as of ``option``."""
+        return {each.name: each.metadata[fact] for each in fields(self.options) if fact in each.metadata}
 
     def in_radii(self, parameters: Mapping[str, Value], radius: float, units: Value = "world") -> dict[str, Value]:
         """Parameters of ``UNITS``, defaults too, as the estimator takes them: world units over the radius' power.
@@ -127,12 +111,9 @@ class Estimator:
         if units not in UNITS:
             raise InputError(f"units is '{units}': choose one of {', '.join(UNITS)}")
         made = {**self.parameters, **parameters}
-        for name, power in self.powers.items() if units == "world" else ():
+        for name, power in self.said("power").items() if units == "world" else ():
             made[name] = float(made[name]) / (radius**power or 1.0)
         return made
-
-    def _metadata(self, key: str) -> dict[str, Any]:
-        return {each.name: each.metadata[key] for each in fields(self.options) if key in each.metadata}
 
     def default_samples(self, n: int | None = None) -> tuple[FloatArray | None, FloatArray | None]:
         """Points and weights (None where all weigh the same) of its own sample set, n or ``count`` of them."""

@@ -61,7 +61,7 @@ def find_published(name: str) -> Published:
             raise InputError(f"radius is {values['radius']:g}, it must be positive")
         estimator = find_estimator(values["estimator"])
         # Defaults are in radii, those of the file in world units.
-        units = {option: values["radius"] ** power for option, power in estimator.powers.items()}
+        units = {option: values["radius"] ** power for option, power in estimator.said("power").items()}
         defaults = {option: float(estimator.parameters[option]) * unit for option, unit in units.items()}
         parameters = full_parameters(estimator, {**defaults, **values.get("parameters", {})})
         return Published(**{**values, "parameters": parameters})

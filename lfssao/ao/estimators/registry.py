@@ -159,13 +159,12 @@ def _checked(estimator: Estimator, name: str, value: Any) -> Value:
     checked: Value = kind(value)
     if isinstance(checked, float) and not isfinite(checked):
         raise InputError(f"{wrong}it must be finite")
-    if name in estimator.limits:
-        low, high = estimator.limits[name]
-        assert not isinstance(checked, str)
-        if not low <= checked <= high:
-            raise InputError(f"{wrong}it must be from {low:g} to {high:g}")
-    if name in estimator.choices and checked not in estimator.choices[name]:
-        raise InputError(f"{wrong}choose one of {', '.join(estimator.choices[name])}")
+    low, high = estimator.said("limits").get(name, (checked, checked))
+    if not low <= checked <= high:
+        raise InputError(f"{wrong}it must be from {low:g} to {high:g}")
+    choices = estimator.said("choices").get(name, (checked,))
+    if checked not in choices:
+        raise InputError(f"{wrong}choose one of {', '.join(choices)}")
     return checked
 
 

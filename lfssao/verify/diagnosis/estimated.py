@@ -76,7 +76,7 @@ class Estimated(Problem):
 
     def _of_options(self) -> Iterator[Change]:
         """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
-        limits, choices = self.estimator.limits, self.estimator.choices
+        limits, choices = self.estimator.said("limits"), self.estimator.said("choices")
         for name, value in self.options.items():
             others: list[Value] = list(choices.get(name, ()))
             if isinstance(value, bool):

@@ -108,7 +108,7 @@ def _recipe(case: str, name: str, about: str, build: Callable[..., Problem], *ar
 
 def _other(estimator: Estimator, option: str, value: Value) -> Value:
     """Another value of an option that is a number."""
-    most, other = estimator.limits.get(option, (0.0, inf))[1], _OTHER.get(option)
+    most, other = estimator.said("limits").get(option, (0.0, inf))[1], _OTHER.get(option)
     return min(1.5 * float(value), most) if other is None or other > most else other
 
 
@@ -131,7 +131,7 @@ def _option_recipes() -> Iterator[Recipe]:
         for option, default in estimator.parameters.items():
             if isinstance(default, bool):
                 variants.append((f"_{option}", "", {option: not default}))
-            others = [choice for choice in estimator.choices.get(option, ()) if choice != default]
+            others = [choice for choice in estimator.said("choices").get(option, ()) if choice != default]
             needed = _own(estimator, _WITH.get(option, {}))
             variants += [(f"_{option}_{choice}", "", {**needed, option: choice}) for choice in others]
         numbers: Changes = {

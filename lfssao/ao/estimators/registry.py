@@ -1,6 +1,7 @@
 """All estimators by name, and the one call that runs any of them on any view."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import UserDict
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from math import isfinite
 from typing import Any
@@ -24,25 +25,15 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
 }
 
 
-class _Registry(Mapping[str, Estimator]):
+class _Registry(UserDict[str, Any]):
     """The estimators by name; their names are listed without importing them."""
 
-    def __init__(self, families: dict[str, tuple[str, ...]]) -> None:
-        self._family_of = {name: family for family, names in families.items() for name in names}
-
-    def __getitem__(self, name: str) -> Estimator:
-        entries = import_module(f"lfssao.ao.estimators.{self._family_of[name]}").ENTRIES
-        found: Estimator = next(entry for entry in entries if entry.name == name)
-        return found
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._family_of)
-
-    def __len__(self) -> int:
-        return len(self._family_of)
+    def __getitem__(self, name: str) -> Any:
+        entries = import_module(f"lfssao.ao.estimators.{self.data[name]}").ENTRIES
+        return next(entry for entry in entries if entry.name == name)
 
 
-ESTIMATORS: Mapping[str, Estimator] = _Registry(_FAMILIES)
+ESTIMATORS: Mapping[str, Estimator] = _Registry({name: family for family, of in _FAMILIES.items() for name in of})
 
 
 def find_estimator(name: str) -> Estimator:

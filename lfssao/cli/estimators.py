@@ -57,7 +57,8 @@ def _line(estimator: Estimator) -> str:
     facts = [many] if estimator.samples is not None else []
     facts += ["normals"] if estimator.normals else []
     for name, default in estimator.parameters.items():
-        note = "".join(f"{'|'.join(choices)}, " for choices in [estimator.said("choices").get(name)] if choices)
+        choices = estimator.said("choices").get(name, ())
+        note = "|".join(choices) + ", " if choices else ""
         facts.append(f"{name}={default} ({note}default)" if note else f"{name}={default}")
     return f"{estimator.name}: {estimator.title} ({estimator.source})\n    {'; '.join(facts)}"
 

@@ -62,18 +62,13 @@ class PointOptions(HemisphereOptions, _Remap):
     """Options of ``point``."""
 
 
-def lf(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: Options) -> Occlusion:
-    """Return LF's occlusion, by Algorithm 1 where the mapping has an inverse, else by Algorithm 2.
-
-    points: (n, 3), offsets in the unit ball, which all weigh 1 / n; weights are not read.
-    """
-    return lf_radii(buffers, (radius,), points, weights, options)[0]
-
-
 def lf_radii(
     buffers: Buffers, radii: Sequence[float], points: FloatArray, weights: FloatArray | None, options: Options
 ) -> list[Occlusion]:
-    """Return ``lf`` of each of several radii, by Algorithm 2 all at once."""
+    """Return LF's occlusion of each radius, by Algorithm 1 where the mapping has an inverse, else by Algorithm 2.
+
+    points: (n, 3), offsets in the unit ball, which all weigh 1 / n; weights are not read.
+    """
     depth, view = buffers.depth, buffers.view
     if view.screen_to_world is not None:
         back, matrix = view.screen_to_world, view.world_to_image.numbers.reshape(4, 4)
@@ -84,7 +79,7 @@ def lf_radii(
 def in_ball(
     buffers: Buffers, radius: float, points: FloatArray, weights: Any, options: HemisphereOptions, half: bool
 ) -> Occlusion:
-    """Return LF Algorithm 2's occlusion on every view, cameras included, with options; arguments are those of ``lf``.
+    """Return LF Algorithm 2's occlusion on every view, cameras included, with options; points as of ``lf_radii``.
 
     With ``half``, it is that of the half ball above the surface: samples below it move to the other side of the point.
     VO section 4.4 says 'reflecting the points that are underneath'. An offset o is replaced by -o here, which keeps its
@@ -111,7 +106,7 @@ _LF = Estimator(
     title="share of samples in the ball behind the surface",
     source="LF Algorithms 1 and 2",
     formula="ao = (number of samples with surDepth < smp.z) / (number of samples)",
-    run=lf,
+    run=lambda buffers, radius, *rest: lf_radii(buffers, (radius,), *rest)[0],
     run_radii=lf_radii,
     samples=lambda n: (make_samples("latin", n), None),
     sampling="latin",

@@ -1,6 +1,6 @@
 """Algorithms 1 and 2 on arrays from any source, in their dtype, float32 or float64 (LF section 7, pass 3)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +38,13 @@ class Occlusion:
 
     def _repr_png_(self) -> bytes:
         return row_png([visibility_codes(self.texture)])
+
+
+def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> Occlusion:
+    """Return occlusion, (H, W) as depth, and samples outside, which a kernel writes into its last two arguments."""
+    occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
+    kernel(*arguments, occlusion, outside)
+    return Occlusion(occlusion, int(outside.sum()))
 
 
 def algorithm1(
@@ -83,9 +90,7 @@ def algorithm1(
     offsets = scaled_offsets(samples, radius, depth.dtype)
     depth = np.ascontiguousarray(depth)
     back, forth = (np.ascontiguousarray(np.ravel(m), depth.dtype) for m in (screen_to_world, world_to_screen))
-    occlusion, outside = np.empty_like(depth), np.empty(depth.shape[0], np.int64)
-    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, forth), turns, occlusion, outside)
-    return Occlusion(occlusion, int(outside.sum()))
+    return run_kernel(ssao.algorithm1, depth, depth, offsets, back, Projection(MATRIX, forth), turns)
 
 
 def algorithm2(

@@ -30,9 +30,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, run_kernel, turns_of
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, turns_of
 from lfssao.ao.estimators.kernels import alchemy as kernels
-from lfssao.ao.ssao import Occlusion
+from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
 from lfssao.samples import sample_set
 

@@ -20,13 +20,6 @@ BACKGROUNDS = "open", "occludes"  # of a sample that looks at background
 Run = Callable[..., Occlusion]
 
 
-def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> Occlusion:
-    """Return occlusion, (H, W) as depth, and samples outside, which a kernel writes into its last two arguments."""
-    occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
-    kernel(*arguments, occlusion, outside)
-    return Occlusion(occlusion, int(outside.sum()))
-
-
 def flat_turns(buffers: Buffers) -> Texture | None:
     """The turns of a view's samples as the kernels take them, (2, H * W), or None."""
     return None if buffers.turns is None else np.ascontiguousarray(buffers.turns).reshape(2, -1)

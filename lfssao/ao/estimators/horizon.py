@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, Options, flat_turns, option, run_kernel
+from lfssao.ao.estimators.estimator import Estimator, Options, flat_turns, option
 from lfssao.ao.estimators.kernels.horizon import Horizons, horizon_occlusion
 from lfssao.ao.estimators.vo.local_frame import disk_mirrors, seen_surface
-from lfssao.ao.ssao import Occlusion
+from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.ssao import Occlusion, scaled_offsets
+from lfssao.ao.ssao import Occlusion, run_kernel, scaled_offsets
 from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
@@ -87,6 +87,4 @@ def algorithm2_with_neighbours(
     depths = np.concatenate([other.ravel() for _, other in views])
     kinds = np.array([mapping.kind for mapping, _ in views], np.int64)
     given = np.ascontiguousarray(depth), np.ascontiguousarray(positions), scaled_offsets(samples, radius, depth.dtype)
-    occlusion, outside = np.empty_like(depth, order="C"), np.empty(len(depth), np.int64)
-    hidden_fraction(*given, Views(kinds, numbers, sizes, ends - texels, depths), occlusion, outside)
-    return Occlusion(occlusion, int(outside.sum()))
+    return run_kernel(hidden_fraction, depth, *given, Views(kinds, numbers, sizes, ends - texels, depths))

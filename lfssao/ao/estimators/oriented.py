@@ -26,10 +26,10 @@ from math import sqrt
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, flat_turns, option, run_kernel
+from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, flat_turns, option
 from lfssao.ao.estimators.kernels.oriented import ANY, NEAR, SMOOTH, Hemisphere, oriented_occlusion
 from lfssao.ao.estimators.vo.local_frame import seen_surface
-from lfssao.ao.ssao import Occlusion
+from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
 from lfssao.samples import make_samples
 

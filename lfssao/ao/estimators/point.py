@@ -31,8 +31,8 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao import ssao
-from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, run_kernel
-from lfssao.ao.ssao import Occlusion
+from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option
+from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
 from lfssao.samples import make_samples
 

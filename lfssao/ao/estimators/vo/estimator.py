@@ -28,14 +28,14 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao import post
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, flat_turns, option, run_kernel
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, flat_turns, option
 from lfssao.ao.estimators.vo.kernels import moments as kernels
 from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion, line_occlusion
 from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors, seen_surface
 from lfssao.ao.kernels.post import merge_product
-from lfssao.ao.ssao import Occlusion
+from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.affine import sum_in_order
 from lfssao.core.elementary import log2

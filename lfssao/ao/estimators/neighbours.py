@@ -14,25 +14,17 @@ from lfssao.optics.display import Display
 from lfssao.optics.view import View, WorldToImage
 from lfssao.optics.window import seen_rows
 
-# Numbers of the longest mapping, kind DISPLAY.
-DISPLAY_NUMBERS = 44
-
 Neighbour = tuple[WorldToImage, NDArray[np.float32]]
 
 
 def nearest_modules(display: Display, index: int, count: int) -> list[int]:
     """Modules whose lenses are nearest to one's, without itself; of equals the lower first. InputError if too few."""
-    if not 0 <= count < len(display.modules):
-        raise InputError(
-            f"neighbours is {count}: {display.name} has {len(display.modules) - 1} modules besides module {index}"
-        )
+    others = len(display.modules) - 1
+    if not 0 <= count <= others:
+        raise InputError(f"neighbours is {count}: {display.name} has {others} modules besides module {index}")
     here = display.modules[index]
-    away = {
-        k: (m.x - here.x) ** 2 + (m.y - here.y) ** 2 + (m.z - here.z) ** 2
-        for k, m in enumerate(display.modules)
-        if k != index
-    }
-    return sorted(away, key=lambda k: (away[k], k))[:count]
+    away = [(m.x - here.x) ** 2 + (m.y - here.y) ** 2 + (m.z - here.z) ** 2 for m in display.modules]
+    return sorted(set(range(len(away))) - {index}, key=lambda k: (away[k], k))[:count]
 
 
 class DepthCache:
@@ -76,7 +68,7 @@ def algorithm2_with_neighbours(
         check_texture(f"depth of neighbour {number}", other, 2)
         if other.dtype != depth.dtype:
             raise InputError(f"depth of neighbour {number} is of {other.dtype}, expected {depth.dtype}")
-    numbers = np.zeros((len(views), DISPLAY_NUMBERS), depth.dtype)
+    numbers = np.zeros((len(views), 44), depth.dtype)  # as many as kind DISPLAY has
     for row, (mapping, _) in zip(numbers, views, strict=True):
         row[: len(mapping.numbers)] = mapping.as_type(depth.dtype).numbers
     sizes = np.array([(other.shape[1], other.shape[0]) for _, other in views], np.int64)

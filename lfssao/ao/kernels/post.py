@@ -1,26 +1,9 @@
-"""Merge of several occlusions (LF section 6), Gaussian blur (passes 4 and 5 of section 7) and shading."""
+"""Gaussian blur (passes 4 and 5 of LF section 7) and shading."""
 
 import numpy as np
 
 from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
-
-
-@kernel(rows="merged")
-def merge_maximum(begin, stop, layer, merged):
-    """Raise merged to layer wherever layer is larger, which a NaN never is; (H, W)."""
-    for j in range(begin, stop):
-        for i in range(merged.shape[1]):
-            merged[j, i] = layer[j, i] if layer[j, i] > merged[j, i] else merged[j, i]
-
-
-@kernel(rows="merged")
-def merge_product(begin, stop, first, second, merged):
-    """1 - (1 - a)(1 - b), from the product of two open fractions (VO section 6), as a + b (1 - a); (H, W)."""
-    for j in range(begin, stop):
-        one = merged.dtype.type(1)
-        for i in range(merged.shape[1]):
-            merged[j, i] = first[j, i] + second[j, i] * (one - first[j, i])
 
 
 @kernel

@@ -34,7 +34,6 @@ from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion, line_occl
 from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.kernels.points import Ball, point_occlusion
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors, seen_surface
-from lfssao.ao.kernels.post import merge_product
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.affine import sum_in_order
@@ -136,11 +135,8 @@ def _at_radii(
     if len(made) == 1:
         return made[0]
     first, second = (each.texture for each in made)
-    if options.combine == "minimum":
-        texture = post.merge([first, second])
-    else:
-        texture = np.empty_like(first)
-        merge_product(first, second, texture)
+    # 1 - (1 - a) (1 - b), from the product of two open fractions, is a + b (1 - a).
+    texture = post.merge([first, second]) if options.combine == "minimum" else first + second * (1 - first)
     return Occlusion(texture, sum(each.outside for each in made))
 
 

@@ -1,10 +1,9 @@
 """Merge, Gaussian blur and shading of arrays from any source, in their dtype (LF section 7, passes 4 to 6)."""
 
-from math import ceil
-
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from lfssao.ao import reference
 from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError
@@ -37,11 +36,7 @@ def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     """The normalised Gaussian, float64, 2 ceil(3 sigma) + 1 weights; InputError unless sigma is 0 to MAX_SIGMA."""
     if not 0 <= sigma <= MAX_SIGMA:
         raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
-    radius = ceil(3 * sigma)
-    weights = np.ones(2 * radius + 1)
-    if radius > 0:
-        post_kernels.gaussian_weights(float(sigma), radius, weights)
-    return weights
+    return reference.gaussian_weights(float(sigma))
 
 
 def blur_weights(sigma: float, dtype: DTypeLike = np.float32) -> Texture:

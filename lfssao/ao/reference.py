@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.affine import Matrix
+from lfssao.core.affine import Matrix, sum_in_order
 from lfssao.core.elementary import cbrt, exp, sincospi
 from lfssao.optics.kernels.projection import MATRIX, project
 from lfssao.optics.view import WorldToImage
@@ -154,16 +154,16 @@ def blur(ao: Texture, sigma: float) -> Texture:
     return convolve_rows(convolve_rows(ao, weights).T, weights).T
 
 
-def gaussian_weights(sigma: float) -> NDArray[np.float64]:
-    """Weights of taps up to 3 sigma to each side, over their sum."""
-    radius = ceil(3 * sigma)
+def gaussian_weights(sigma: float, radius: int | None = None) -> NDArray[np.float64]:
+    """Weights of taps up to ``radius``, by default 3 sigma, to each side, over their sum.
+
+    The quotient k / sigma is squared, not its parts, so that no sigma overflows.
+    """
+    radius = ceil(3 * sigma) if radius is None else radius
     if radius == 0:
         return np.ones(1)
     weights = [exp(-0.5 * ((k / sigma) * (k / sigma))) for k in range(-radius, radius + 1)]
-    total = 0.0
-    for weight in weights:
-        total += weight
-    return np.array([weight / total for weight in weights])
+    return np.array(weights) / sum_in_order(weights)
 
 
 def convolve_rows(source: Texture, weights: Texture) -> Texture:

@@ -2,23 +2,7 @@
 
 import numpy as np
 
-from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
-
-
-@kernel
-def gaussian_weights(sigma, radius, weights):
-    """Weights of 2 radius + 1 taps, float64: exp(-k^2 / (2 sigma^2)) over their sum, added from the first to the last.
-
-    The quotient k / sigma is squared, not its parts, so that no sigma overflows.
-    """
-    total = 0.0
-    for tap in range(2 * radius + 1):
-        distance = (tap - radius) / sigma
-        weights[tap] = exp(-0.5 * (distance * distance))
-        total += weights[tap]
-    for tap in range(2 * radius + 1):
-        weights[tap] = weights[tap] / total
 
 
 @kernel(rows="half")

@@ -24,7 +24,7 @@ from lfssao.ao.estimators.sao.estimator import (
 from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.estimators.sao.kernels.scalable import Falloff
 from lfssao.ao.estimators.sao.texel_rays import plane_constants, texel_rays
-from lfssao.ao.kernels.post import gaussian_weights
+from lfssao.ao.reference import gaussian_weights
 from lfssao.core.elementary import power
 from lfssao.optics.kernels.rays import Pinhole
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exactly, up_to_single
@@ -50,8 +50,7 @@ def sao(given: Problem, radius: float) -> Bounds:
     light = left_of(sums, float(falloff.scale), options.taps, model)
     light = _averaged(light, z, options.quad_edge * radius / float(rays.units[2]), model)
     if options.gauss > 0:
-        weights = np.empty(2 * TAPS_RADIUS + 1)
-        gaussian_weights(options.gauss, TAPS_RADIUS, weights)
+        weights = gaussian_weights(options.gauss, TAPS_RADIUS)
         keys = _keys(z, rays.origin, options.z_min, model)
         light = _reconstructed(light, keys, single(weights), options, model)
     return lacking(light, options.k if isinstance(options, Equation1Options) else 1.0, undecided, model)

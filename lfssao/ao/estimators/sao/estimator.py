@@ -50,7 +50,7 @@ from lfssao.ao.estimators.sao.kernels import passes, scalable, z_pyramid
 from lfssao.ao.estimators.sao.kernels.passes import average_quads, bilateral
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TexelRays, face_normals
 from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
-from lfssao.ao.kernels.post import gaussian_weights
+from lfssao.ao.reference import gaussian_weights
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.elementary import PI, sincospi
@@ -216,9 +216,7 @@ def unpack(rgb: NDArray[np.uint8], dtype: np.dtype[Any]) -> tuple[Texture, Textu
 
 def reconstruct(visibility: Texture, keys: Texture, gauss: float, sharpness: float, packed: bool) -> Texture:
     """A after the bilateral passes along rows, then columns (2.4), packed before each where asked (``SaoOptions``)."""
-    weights = np.empty(2 * TAPS_RADIUS + 1)
-    gaussian_weights(gauss, TAPS_RADIUS, weights)
-    weights = weights.astype(visibility.dtype)
+    weights = gaussian_weights(gauss, TAPS_RADIUS).astype(visibility.dtype)
     sharp = visibility.dtype.type(sharpness)
     for step in ((STRIDE, 0), (0, STRIDE)):
         if packed:

@@ -1,6 +1,8 @@
 """Small matrices and sums in a written order: those of BLAS, LAPACK and Python differ between machines."""
 
 from collections.abc import Iterable
+from functools import reduce
+from operator import add
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,13 +40,8 @@ def determinant(affine: ArrayLike) -> float:
 
 def cofactors(affine: ArrayLike) -> Matrix:
     """Cofactor matrix, (3, 3), of the linear part of an affine map: it turns normals as the map turns surfaces."""
-    m = np.asarray(affine, np.float64)
-    out = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            a, b, c, d = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
-            out[i, j] = m[a, c] * m[b, d] - m[a, d] * m[b, c]
-    return out
+    m = np.asarray(affine, np.float64)[:3, :3]
+    return np.cross(m[[1, 2, 0]], m[[2, 0, 1]])
 
 
 def invert_affine(affine: ArrayLike) -> Matrix:
@@ -59,7 +56,4 @@ def invert_affine(affine: ArrayLike) -> Matrix:
 
 def sum_in_order(values: Iterable[float]) -> float:
     """Sum of the values, each added to the rounded sum of those before: Python's own compensates from 3.12 on."""
-    total = 0.0
-    for value in values:
-        total += value
-    return total
+    return reduce(add, values, 0.0)

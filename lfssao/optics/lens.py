@@ -2,6 +2,9 @@
 
 from math import inf, sqrt
 
+import numpy as np
+
+from lfssao.core.affine import cofactors, determinant
 from lfssao.core.elementary import sincospi
 from lfssao.errors import InputError
 
@@ -26,25 +29,14 @@ def projector_homography(
     width, height = resolution
     sine, cosine = sincospi(field_of_view / 360.0)
     focal = 0.5 * width * cosine / sine
-    right, up, forward = _axes(rotation)
-    rows = (
-        [focal * r + 0.5 * width * f for r, f in zip(right, forward, strict=True)],
-        [-focal * u + 0.5 * height * f for u, f in zip(up, forward, strict=True)],
-        list(forward),
-    )
-    # Directions from the lens to (x, y, 0) are (x - m_x, y - m_y, -m_z).
-    entries = [(a, b, -((a * lens[0] + b * lens[1]) + c * lens[2])) for a, b, c in rows]
-    return tuple(e for row in entries for e in row)
-
-
-def _axes(rotation: Vector) -> tuple[Vector, Vector, Vector]:
-    """Right, up and forward of a module, physical space, after yaw, pitch and roll in degrees."""
     (sy, cy), (sp, cp), (sr, cr) = (sincospi(angle / 180.0) for angle in rotation)
-    forward = (sy * cp, sp, -(cy * cp))
-    right, up = (cy, 0.0, sy), (-(sy * sp), cp, cy * sp)
-    turned = [cr * r + sr * u for r, u in zip(right, up, strict=True)]
-    upright = [cr * u - sr * r for r, u in zip(right, up, strict=True)]
-    return (turned[0], turned[1], turned[2]), (upright[0], upright[1], upright[2]), forward
+    forward = np.array([sy * cp, sp, -(cy * cp)])
+    level, steep = np.array([cy, 0.0, sy]), np.array([-(sy * sp), cp, cy * sp])  # right and up before the roll
+    right, up = cr * level + sr * steep, cr * steep - sr * level
+    rows = np.array([focal * right + 0.5 * width * forward, -focal * up + 0.5 * height * forward, forward])
+    # Directions from the lens to (x, y, 0) are (x - m_x, y - m_y, -m_z).
+    rows[:, 2] = -((rows[:, 0] * lens[0] + rows[:, 1] * lens[1]) + rows[:, 2] * lens[2])
+    return tuple(rows.ravel().tolist())
 
 
 def with_guard(h: Homography, guard: int) -> Homography:
@@ -55,17 +47,12 @@ def with_guard(h: Homography, guard: int) -> Homography:
 
 def invert(h: Homography) -> Homography:
     """Inverse of a homography, adjugate over determinant; InputError if it is singular."""
-    a, b, c, d, e, f, g, i, j = h
-    top = e * j - f * i, c * i - b * j, b * f - c * e
-    middle = f * g - d * j, a * j - c * g, c * d - a * f
-    bottom = d * i - e * g, b * g - a * i, a * e - b * d
-    determinant = (a * top[0] + b * middle[0]) + c * bottom[0]
-    size = 1.0
-    for row in (h[:3], h[3:6], h[6:]):
-        size *= sqrt((row[0] * row[0] + row[1] * row[1]) + row[2] * row[2])
-    if not abs(determinant) > 1e-12 * size:
-        raise InputError("the homography is singular")
-    return tuple(entry / determinant for entry in (*top, *middle, *bottom))
+    m = np.reshape(h, (3, 3))
+    with np.errstate(all="ignore"):  # what overflows is refused
+        size = np.sqrt(np.sum(m * m, axis=1)).prod()
+        if not abs(determinant(m)) > 1e-12 * size:
+            raise InputError("the homography is singular")
+        return tuple((cofactors(m).T / determinant(m)).ravel().tolist())
 
 
 def fold_radius(k1: float, k2: float) -> float:

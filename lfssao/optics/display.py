@@ -181,10 +181,10 @@ class Display:
         axes = [np.linspace(low, high, count) for low, high, count in zip(*box, (5, 65, 17), strict=True)]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         _, statuses = self.physical_to_image(index, points)
-        for status in (kernels.BEHIND_MODULE, kernels.BEHIND_OBSERVER):
+        for status, end in ((kernels.BEHIND_MODULE, "module"), (kernels.BEHIND_OBSERVER, "observers")):
             for point in points[statuses == status][:1]:
                 place = ", ".join(f"{c:g}" for c in point)
-                self._demand(False, "roi", f"its point ({place}) is {kernels.STATUSES[status]} for module {index}")
+                self._demand(False, "roi", f"its point ({place}) is behind the {end} for module {index}")
 
     def with_resolution(self, width: int, height: int) -> "Display":
         """The same display with textures of another size, texels; calibrated optics are scaled with it."""

@@ -18,14 +18,6 @@ BEHIND_OBSERVER = 2  # at the observers or beyond them
 MISSES_SCREEN = 3  # no point of the curved screen shows it
 FOLDED = 4  # the optics do not form a picture there
 OUTSIDE = 5  # in the mapping's domain, but not in the texture
-STATUSES = (
-    "valid",
-    "behind the module",
-    "behind the observers",
-    "off the screen",
-    "folded by the optics",
-    "outside the texture",
-)
 
 _NEWTON_STEPS = 60
 

@@ -73,22 +73,10 @@ def covered(t, far, falloff):
         return 0.0
     if falloff == CONSTANT:
         return 1.0
-    part = t / far
-    if falloff == LINEAR:
-        return 1.0 - part
-    if falloff == QUADRATIC:
-        return 1.0 - part * part
-    if falloff == CUBIC:
-        return 1.0 - part * part * part
-    part = max(part, 0.8)
-    return (1.0 - part * part * part) / 0.488  # 1 - 0.8^3
-
-
-@kernel(inline=True)
-def standard_error(total, squares, done):
-    """Standard error of the mean of k = ``done`` rounds' means m: sqrt((sum m^2 - (sum m)^2 / k) / (k (k - 1)))."""
-    rest = max(squares - total * total / done, 0.0)
-    return sqrt(rest / (np.float64(done) * np.float64(done - 1)))
+    part, power = max(t / far, 0.8) if falloff == SHELL else t / far, 1.0
+    for _ in range(min(falloff, CUBIC)):  # 1, 2, 3 and again 3 times
+        power *= part
+    return (1.0 - power) / 0.488 if falloff == SHELL else 1.0 - power  # 1 - 0.8^3
 
 
 class Begun(NamedTuple):
@@ -134,13 +122,14 @@ def write_round(chosen, begun, number, cast, middle, unit, origins, directions):
 
 @kernel
 def add_round(chosen, number, strata, distances, far, falloff, totals, squares, errors):
-    """Add the mean of a round to each chosen texel's sums, and write the standard error of the mean so far.
+    """Add the mean m of a round to each chosen texel's sums, and write the standard error of the mean of k so far.
 
+    The error is sqrt((sum m^2 - (sum m)^2 / k) / (k (k - 1))).
     number: rounds before this one. distances: (n strata^2,), of each ray's hit, infinity for none; far: the radius in
     their unit. totals, squares: sums of the rounds' means and of their squares, in and out. errors: out,
     infinity after the first round.
     """
-    row = 0
+    row, done = 0, np.float64(number + 1)
     for place in chosen:
         total = 0.0
         for _ in range(strata * strata):
@@ -149,7 +138,8 @@ def add_round(chosen, number, strata, distances, far, falloff, totals, squares, 
         mean = total / np.float64(strata * strata)
         totals[place] += mean
         squares[place] += mean * mean
-        errors[place] = standard_error(totals[place], squares[place], number + 1) if number else np.inf
+        rest = max(squares[place] - totals[place] * totals[place] / done, 0.0)
+        errors[place] = sqrt(rest / (done * (done - 1.0))) if number else np.inf
 
 
 _STACK = 128  # two nodes a level
@@ -179,15 +169,10 @@ def first_distance(point, dx, dy, dz, far, any_hit, tree, stack):
     """Distance along a unit direction to the first triangle, or to any, in (0, far], else infinity; stack: scratch."""
     px, py, pz = point[0], point[1], point[2]
     corners, boxes = tree.corners, tree.boxes
-    if abs(dx) >= abs(dy) and abs(dx) >= abs(dz):
-        kx, ky, kz, o, d = 1, 2, 0, px, dx
-        ox, oy, sx, sy = py - (dy / dx) * px, pz - (dz / dx) * px, dy / dx, dz / dx
-    elif abs(dy) >= abs(dz):
-        kx, ky, kz, o, d = 2, 0, 1, py, dy
-        ox, oy, sx, sy = pz - (dz / dy) * py, px - (dx / dy) * py, dz / dy, dx / dy
-    else:
-        kx, ky, kz, o, d = 0, 1, 2, pz, dz
-        ox, oy, sx, sy = px - (dx / dz) * pz, py - (dy / dz) * pz, dx / dz, dy / dz
+    kz, way = 0 if abs(dx) >= abs(dy) and abs(dx) >= abs(dz) else 1 if abs(dy) >= abs(dz) else 2, (dx, dy, dz)
+    kx, ky, o, d = (kz + 1) % 3, (kz + 2) % 3, point[kz], way[kz]
+    sx, sy = way[kx] / d, way[ky] / d
+    ox, oy = point[kx] - sx * o, point[ky] - sy * o
     ix, iy, iz = _inverse(dx), _inverse(dy), _inverse(dz)
     first_leaf = (boxes.shape[0] + 1) // 2 - 1
     best = np.inf

@@ -13,11 +13,7 @@ import numpy as np
 
 from lfssao.core.jit import kernel
 
-ROTATED = 0
-ARITHMETIC = 1
-HARMONIC = 2
-MIN = 3
-MAX = 4
+ROTATED, ARITHMETIC, HARMONIC, MIN, MAX = 0, 1, 2, 3, 4
 
 
 @kernel(inline=True)
@@ -36,18 +32,6 @@ def harmonic_mean(a, b, c, d, origin):
 
 
 @kernel(inline=True)
-def farther(a, b):
-    """The larger of two, of equals the first."""
-    return a if a >= b else b
-
-
-@kernel(inline=True)
-def nearer(a, b):
-    """The smaller of two, of equals the first."""
-    return a if a <= b else b
-
-
-@kernel(inline=True)
 def filtered(how, odd_row, odd_column, a, b, c, d, origin):
     """One texel from the four texels 00, 10, 01, 11 of ``next_level``."""
     if how == ROTATED:
@@ -58,8 +42,8 @@ def filtered(how, odd_row, odd_column, a, b, c, d, origin):
     if how == HARMONIC:
         return harmonic_mean(a, b, c, d, origin)
     if how == MIN:
-        return farther(farther(a, b), farther(c, d))
-    return nearer(nearer(a, b), nearer(c, d))
+        return max(a, b, c, d)
+    return min(a, b, c, d)
 
 
 @kernel(rows="target")

@@ -57,14 +57,8 @@ from lfssao.core.elementary import PI, sincospi
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
 
-FILTERS = {
-    "none": -1,
-    "rotated": z_pyramid.ROTATED,
-    "arithmetic": z_pyramid.ARITHMETIC,
-    "harmonic": z_pyramid.HARMONIC,
-    "min": z_pyramid.MIN,
-    "max": z_pyramid.MAX,
-}
+# Numbers of ``z_pyramid``'s filters.
+FILTERS = dict(zip(("none", "rotated", "arithmetic", "harmonic", "min", "max"), range(-1, 5), strict=True))
 LANDINGS = {"floor": None, "truncate": 0, "nearest": 1}
 TAPS_RADIUS, STRIDE = 3, 3  # of a bilateral pass: seven taps, three texels apart
 _MOST = 1e6

@@ -43,7 +43,6 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option, turns_of
 from lfssao.ao.estimators.sao.kernels import passes, scalable, z_pyramid
@@ -194,27 +193,15 @@ def keys_of(z: Texture, origin: float, z_min: float) -> Texture:
     return keys
 
 
-def pack(visibility: Texture, keys: Texture) -> NDArray[np.uint8]:
-    """Return A and key, (H, W) each, in three bytes a texel: (H, W, 3) uint8 (``sao.kernels.passes``)."""
-    rgb = np.empty((*keys.shape, 3), np.uint8)
-    passes.pack(visibility, keys, rgb)
-    return rgb
-
-
-def unpack(rgb: NDArray[np.uint8], dtype: np.dtype[Any]) -> tuple[Texture, Texture]:
-    """Return A and key, (H, W) of a dtype, from three bytes a texel."""
-    visibility, keys = np.empty(rgb.shape[:2], dtype), np.empty(rgb.shape[:2], dtype)
-    passes.unpack(rgb, visibility, keys)
-    return visibility, keys
-
-
 def reconstruct(visibility: Texture, keys: Texture, gauss: float, sharpness: float, packed: bool) -> Texture:
     """A after the bilateral passes along rows, then columns (2.4), packed before each where asked (``SaoOptions``)."""
     weights = gaussian_weights(gauss, TAPS_RADIUS).astype(visibility.dtype)
     sharp = visibility.dtype.type(sharpness)
     for step in ((STRIDE, 0), (0, STRIDE)):
         if packed:
-            visibility, keys = unpack(pack(visibility, keys), visibility.dtype)
+            stored = np.empty_like(visibility), np.empty_like(keys)
+            passes.through_bytes(visibility, keys, *stored)
+            visibility, keys = stored
         target = np.empty_like(visibility)
         bilateral(visibility, keys, weights, step, sharp, target)
         visibility = target

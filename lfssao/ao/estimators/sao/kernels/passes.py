@@ -56,17 +56,16 @@ def depth_keys(begin, stop, z, origin, scale, keys):
 
 
 @kernel(rows="keys")
-def pack(begin, stop, visibility, keys, rgb):
-    """Bytes of A and the key; visibility in [0, 1] and keys as of depth_keys, (H, W); rgb: (H, W, 3) uint8, out."""
-    width = keys.shape[1]
+def through_bytes(begin, stop, visibility, keys, values, depths):
+    """A and key as three bytes hold them: A = R / 255, key = (G + B / 255) / 256; +infinity for G = B = 255.
+
+    visibility in [0, 1] and keys as of depth_keys, (H, W); values, depths: out.
+    """
     dtype = keys.dtype.type
-    half, whole, steps, zero = dtype(0.5), dtype(256), dtype(255), dtype(0)
-    values, depths, out = visibility.reshape(-1), keys.reshape(-1), rgb.reshape(-1)
-    most = np.int32(255)
+    half, whole, steps, zero, most = dtype(0.5), dtype(256), dtype(255), dtype(0), np.int32(255)
     for j in range(begin, stop):
-        for i in range(width):
-            texel = np.uint64(j * width + i)
-            key, place = depths[texel], np.uint64(3) * texel
+        for i in range(keys.shape[1]):
+            key = keys[j, i]
             there = key < np.inf
             scaled = (key if there else zero) * whole
             high = np.int32(scaled)
@@ -74,25 +73,8 @@ def pack(begin, stop, visibility, keys, rgb):
             low = np.int32((scaled - dtype(high)) * steps + half)
             last = np.int32(254) if high == most else most  # 255, 255 is no surface
             low = low if low < last else last
-            out[place] = np.uint8(np.int32(values[texel] * steps + half))
-            out[place + np.uint64(1)] = np.uint8(high if there else most)
-            out[place + np.uint64(2)] = np.uint8(low if there else most)
-
-
-@kernel(rows="keys")
-def unpack(begin, stop, rgb, visibility, keys):
-    """A = R / 255 and key = (G + B / 255) / 256; key +infinity for G = B = 255. Shapes as in pack; both out."""
-    width = keys.shape[1]
-    dtype = keys.dtype.type
-    whole, steps, nothing = dtype(1 / 256), dtype(255), dtype(np.inf)
-    packed, values, depths = rgb.reshape(-1), visibility.reshape(-1), keys.reshape(-1)
-    for j in range(begin, stop):
-        for i in range(width):
-            texel = np.uint64(j * width + i)
-            place = np.uint64(3) * texel
-            high, low = np.int32(packed[place + np.uint64(1)]), np.int32(packed[place + np.uint64(2)])
-            values[texel] = dtype(np.int32(packed[place])) / steps
-            depths[texel] = nothing if high + low == np.int32(510) else (dtype(high) + dtype(low) / steps) * whole
+            values[j, i] = dtype(np.int32(visibility[j, i] * steps + half)) / steps
+            depths[j, i] = (dtype(high) + dtype(low) / steps) * dtype(1 / 256) if there else dtype(np.inf)
 
 
 @kernel(inline=True)

@@ -150,17 +150,11 @@ def start_points(seen, first, n, missed, slots):
 
 
 @kernel(inline=True)
-def turned_mirror(c, s, turns, texel):
-    """The c and s of a texel's reflection after its turn; turns: (2, H * W), cosines and sines, or None."""
-    if turns is None:
-        return c, s
-    cosine, sine = turns[0, texel], turns[1, texel]
-    return c * cosine + s * sine, s * cosine - c * sine
-
-
-@kernel(inline=True)
 def start_frames(seen, radius, mirrors, turns, j, first, n, slots):
-    """LOOK, E1, E2, FIRST, SECOND and STEEP of n texels of row j from number ``first`` on; mirrors: as of ``Disk``."""
+    """LOOK, E1, E2, FIRST, SECOND and STEEP of n texels of row j from number ``first`` on; mirrors: as of ``Disk``.
+
+    turns: (2, H * W), cosines and sines, or None.
+    """
     zero, one, nothing = type(radius)(0), type(radius)(1), type(radius)(np.nan)
     rx, ry, rz = seen.right[0], seen.right[1], seen.right[2]
     phase = np.uint64(j % TILE)
@@ -172,7 +166,10 @@ def start_frames(seen, radius, mirrors, turns, j, first, n, slots):
         scale = one / np.sqrt((ax * ax + ay * ay) + az * az)
         ax, ay, az = ax * scale, ay * scale, az * scale
         bx, by, bz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax
-        c, s = turned_mirror(mirrors[0, phase, i], mirrors[1, phase, i], turns, first + np.uint64(i))
+        c, s = mirrors[0, phase, i], mirrors[1, phase, i]
+        if turns is not None:
+            cosine, sine = turns[0, first + np.uint64(i)], turns[1, first + np.uint64(i)]
+            c, s = c * cosine + s * sine, s * cosine - c * sine
         ex, ey, ez = c * ax + s * bx, c * ay + s * by, c * az + s * bz
         fx, fy, fz = s * ax - c * bx, s * ay - c * by, s * az - c * bz
         slots[slot(E1, i)], slots[slot(E1 + 1, i)], slots[slot(E1 + 2, i)] = ex, ey, ez

@@ -60,11 +60,12 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     if image is not None and not any(part.uv is not None for part in parts):
         raise InputError(f"{path}: a texture was given, but the mesh has no texture coordinates")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    normals = [part.normals for part in parts if part.normals is not None]
     return Mesh(
         vertices=np.concatenate([part.vertices for part in parts]),
         faces=np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)]),
         paint=_join_paint(parts),
-        normals=_join_normals(parts),
+        normals=np.concatenate(normals) if len(normals) == len(parts) else None,
         name=str(path),
         notes=(*assets.notes(), *dict.fromkeys(part.note for part in parts if part.note)),
     )
@@ -73,6 +74,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
 def _read(path: Path, assets: Assets) -> list[tuple[Any, NDArray[np.float64], NDArray[np.float64] | None]]:
     """The file's meshes as trimesh has them, each with its (4, 4) transform and the normals that the file has."""
     ending = path.suffix.lower()
+    kind = ending[1:]
     try:
         with warnings.catch_warnings():
             # Libraries warn of what is checked here, except for NumPy's reading of numbers up to a word that is none.
@@ -85,7 +87,13 @@ def _read(path: Path, assets: Assets) -> list[tuple[Any, NDArray[np.float64], ND
             declared = CHECKS[ending](path, data) if ending in CHECKS else 0
             if ending in _GLTF:
                 check_gltf(path, data, assets)
-            given = _loaded(path, data, assets)
+            if kind not in mesh_loaders:
+                raise InputError(
+                    f"{path}: it cannot be read as a mesh (files ending in '{path.suffix}' have no reader)"
+                )
+            # process=False: trimesh would merge vertices and renumber faces.
+            given = mesh_loaders[kind](file_obj=io.BytesIO(data), file_type=kind, resolver=assets, process=False)
+            given = {"process": False, **given}
             scene = trimesh.load_scene(given)
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     except InputError:
@@ -103,16 +111,6 @@ def _read(path: Path, assets: Assets) -> list[tuple[Any, NDArray[np.float64], ND
     if found < declared:
         raise InputError(f"{path}: it declares {declared} faces, of which {found} can be read")
     return meshes
-
-
-def _loaded(path: Path, data: bytes, assets: Assets) -> dict[str, Any]:
-    """The keywords that trimesh's reader of the format makes meshes of."""
-    kind = path.suffix[1:].lower()
-    if kind not in mesh_loaders:
-        raise InputError(f"{path}: it cannot be read as a mesh (files ending in '{path.suffix}' have no reader)")
-    # process=False: trimesh would merge vertices and renumber faces.
-    keywords = mesh_loaders[kind](file_obj=io.BytesIO(data), file_type=kind, resolver=assets, process=False)
-    return {"process": False, **keywords}
 
 
 def _read_image(path: Path) -> NDArray[np.float32]:
@@ -236,12 +234,6 @@ class _Part:
 def _placed(transform: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points under a transform; under the identity with the bits that they have."""
     return points if np.array_equal(transform[:3], np.eye(3, 4)) else transform_points(transform, points)
-
-
-def _join_normals(parts: list[_Part]) -> NDArray[np.float64] | None:
-    """The normals at the vertices of all parts; None if a part has none."""
-    found = [part.normals for part in parts if part.normals is not None]
-    return np.concatenate(found) if len(found) == len(parts) else None
 
 
 def _join_paint(parts: list[_Part]) -> Paint | None:

@@ -91,10 +91,8 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
     """The values of a TOML file's text; InputError, with ``origin`` as its name, if it is none."""
     try:
         return tomllib.loads(text)
-    except ValueError as error:  # TOMLDecodeError is one; so is Python's on numbers of thousands of digits
+    except (ValueError, RecursionError) as error:  # of the syntax, numbers of thousands of digits, values too deep
         raise InputError(f"{origin}: it is not a TOML file ({error})") from error
-    except RecursionError as error:
-        raise InputError(f"{origin}: it is not a TOML file (its values are nested too deeply)") from error
 
 
 def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: Any = _MISSING) -> float:

@@ -27,7 +27,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     The temporary name has the same ending and nobody can guess it; a file of the final name is replaced, its mode kept.
     A device or pipe is written into. InputError if it cannot be written.
     """
-    part = path.with_name(f"{_part_prefix(path.stem)}.{secrets.token_hex(8)}.part{path.suffix}")
+    own = f"{_namespace()}.{os.getpid()}.{secrets.token_hex(8)}"
+    part = path.with_name(f".{path.stem[:32]}.{own}.part{path.suffix}")  # names end at 255 bytes
     try:
         if path.exists() and not path.is_file():
             write(path)
@@ -45,7 +46,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         full = ""
         with suppress(OSError):  # libraries' messages do not name that cause
             full = " and the disk is full" if shutil.disk_usage(path.parent).free < _BLOCK else ""
-        raise InputError(f"{path}: it cannot be written ({_reason(error)}){full}") from error
+        raise InputError(f"{path}: it cannot be written ({error.strerror or error}){full}") from error
     finally:
         with suppress(OSError):  # the folder may be what is wrong
             part.unlink(missing_ok=True)
@@ -71,11 +72,6 @@ def read_json(path: Path) -> Any:
 def write_text(path: Path, text: str) -> None:
     """Write a UTF-8 file, as ``write_whole`` does; InputError if it cannot be written."""
     write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
-
-
-def _part_prefix(stem: str) -> str:
-    """Start of the name of a file that is being written by this process; names end at 255 bytes."""
-    return f".{stem[:32]}.{_namespace()}.{os.getpid()}"
 
 
 @cache
@@ -142,7 +138,7 @@ def output_folder(path: Path) -> Iterator[None]:
             path.mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=path).close()
         except OSError as error:
-            raise InputError(f"{path}: the output folder cannot be written ({_reason(error)})") from error
+            raise InputError(f"{path}: the output folder cannot be written ({error.strerror or error})") from error
         yield
     except BaseException:
         with suppress(OSError):
@@ -151,7 +147,3 @@ def output_folder(path: Path) -> Iterator[None]:
             for folder in missing:  # that were made here, the deepest first; one that holds something stays
                 folder.rmdir()
         raise
-
-
-def _reason(error: OSError) -> str:
-    return error.strerror or str(error) or "no reason was given"

@@ -8,9 +8,10 @@ from typing import Any
 from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.estimators.registry import find_estimator, full_parameters
 from lfssao.core.files import read_text
-from lfssao.errors import InputError, errors_of, no_such
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.display_file import parse_toml
 
+_FILES = resources.files("lfssao.ao.estimators").joinpath("shaders")
 _KEYS = {"estimator": str, "rotate": str, "radius": float, "samples": int, "parameters": dict}
 
 
@@ -33,15 +34,13 @@ class Published:
 
 def published_names() -> list[str]:
     """Names of the shaders whose parameters are known."""
-    files = resources.files("lfssao.ao.estimators").joinpath("shaders").iterdir()
-    return sorted(entry.name.removesuffix(".toml") for entry in files)
+    return sorted(entry.name.removesuffix(".toml") for entry in _FILES.iterdir())
 
 
 def published_text(name: str) -> str:
     """The TOML file of a shader, each value with its source; InputError if there is none of that name."""
-    if name not in published_names():
-        raise no_such("shader", name, published_names())
-    return resources.files("lfssao.ao.estimators").joinpath("shaders", f"{name}.toml").read_text(encoding="utf-8")
+    check_choice("shader", name, published_names())
+    return _FILES.joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
 def find_published(name: str) -> Published:
@@ -50,8 +49,7 @@ def find_published(name: str) -> Published:
     values: dict[str, Any] = parse_toml(text, name)
     with errors_of(name):
         for key, value in values.items():
-            if key not in _KEYS:
-                raise no_such("key", key, _KEYS)
+            check_choice("key", key, _KEYS)
             if type(value) is not _KEYS[key]:
                 raise InputError(f"{key} is {value!r:.40}, it must be of type {_KEYS[key].__name__}")
         for key in ("estimator", "radius"):

@@ -185,19 +185,16 @@ class RayCaster:
         if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * triangle.size:
             rasterize.first_hits(candidates, self._tree, triangle, z)
         else:
-            size, proposals, tree = (view.width, len(rows)), self._proposals(view, rows), self._tree.arrays
-            first_hit.first_hits(view.rays, *size, tree, proposals, triangle, z, rows.start)
+            size, tree = (view.width, len(rows)), self._tree.arrays
+            likely = self._seen_by_embree(view, rows, first_hit.TILE, embree_installed())  # first in each tile
+            first_hit.first_hits(view.rays, *size, tree, likely, triangle, z, rows.start)
 
-    def _proposals(self, view: View, rows: range) -> NDArray[np.int32]:
-        """A triangle that is likely to be hit first in each tile: Embree's in its middle, -1 without embreex."""
-        if embree_installed():
-            return self._seen_by_embree(view, rows, first_hit.TILE)
-        return np.full((-(-len(rows) // first_hit.TILE), -(-view.width // first_hit.TILE)), -1, np.int32)
-
-    def _seen_by_embree(self, view: View, rows: range, step: int) -> NDArray[np.int32]:
-        """Embree's triangle in the middle of each cell of step x step texels, -1 for none."""
-        require_embree()
+    def _seen_by_embree(self, view: View, rows: range, step: int, known: bool = True) -> NDArray[np.int32]:
+        """Embree's triangle in the middle of each cell of step x step texels, -1 for none and where not ``known``."""
         shape = -(-len(rows) // step), -(-view.width // step)
+        if not known:
+            return np.full(shape, -1, np.int32)
+        require_embree()
         n = shape[0] * shape[1]
         cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
         origins, directions = np.empty((2, n, 3), np.float32)

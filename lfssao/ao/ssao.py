@@ -11,7 +11,7 @@ from lfssao.ao.textures import Texture, check_fit, check_texture, check_turns
 from lfssao.core.affine import Matrix
 from lfssao.core.pictures import row_png, visibility_codes
 from lfssao.errors import InputError
-from lfssao.optics.kernels.projection import MATRIX, Projection
+from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage
 
 
@@ -82,15 +82,19 @@ def algorithm1(
     >>> lfssao.algorithm1(depth, M, M, samples, radius=0.1).texture.tolist()
     [[0.5, 0.5], [0.5, 0.5]]
     """
-    check_texture("depth", depth, 2)
-    check_turns(turns, depth)
     for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
         if np.shape(matrix) != (4, 4):
             raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
-    offsets = scaled_offsets(samples, radius, depth.dtype)
-    depth = np.ascontiguousarray(depth)
-    back, forth = (np.ascontiguousarray(np.ravel(m), depth.dtype) for m in (screen_to_world, world_to_screen))
-    return run_kernel(ssao.algorithm1, depth, depth, offsets, back, Projection(MATRIX, forth), turns)
+    mapping = WorldToImage(MATRIX, np.array(world_to_screen, np.float64).ravel())
+    return algorithm2(depth, unprojected(depth, screen_to_world), mapping, samples, radius, turns)
+
+
+def unprojected(depth: Texture, screen_to_world: Matrix) -> Texture:
+    """World positions, (H, W, 3), of a depth texture's points, for Algorithm 1."""
+    check_texture("depth", depth, 2)
+    positions = np.empty((*depth.shape, 3), depth.dtype)
+    ssao.unproject(np.ascontiguousarray(depth), np.ascontiguousarray(np.ravel(screen_to_world), depth.dtype), positions)
+    return positions
 
 
 def algorithm2(

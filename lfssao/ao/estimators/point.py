@@ -70,10 +70,8 @@ def lf_radii(
     points: (n, 3), offsets in the unit ball, which all weigh 1 / n; weights are not read.
     """
     depth, view = buffers.depth, buffers.view
-    if view.screen_to_world is not None:
-        back, matrix = view.screen_to_world, view.world_to_image.numbers.reshape(4, 4)
-        return [ssao.algorithm1(depth, back, matrix, points, radius, buffers.turns) for radius in radii]
-    return ssao.algorithm2_of_radii(depth, buffers.positions, view.world_to_image, points, radii, buffers.turns)
+    positions = buffers.positions if view.screen_to_world is None else ssao.unprojected(depth, view.screen_to_world)
+    return ssao.algorithm2_of_radii(depth, positions, view.world_to_image, points, radii, buffers.turns)
 
 
 def in_ball(

@@ -203,34 +203,12 @@ def algorithm2(begin, stop, depth, positions, offsets, projection, turns, occlus
 
 
 @kernel(rows="depth")
-def algorithm1(begin, stop, depth, offsets, screen_to_world, projection, turns, occlusion, outside):
-    """LF Algorithm 1, occlusion of every texel of an ordinary view, whose projection is of kind MATRIX.
-
-    Parameters are those of ``algorithm2``, with ``screen_to_world``, (16,), the rows of a matrix, for the positions.
-    """
-    height, width = depth.shape
-    surface, fractions = depth.reshape(height * width), occlusion.reshape(height * width)
-    m, image_offsets = projection.numbers, transform_offsets(offsets, projection, turns)
-    samples, half, nothing = offsets.shape[0], m.dtype.type(0.5), m.dtype.type(np.nan)
-    a, b, c = scratch(m.dtype), scratch(m.dtype), scratch(m.dtype)
-    q, count = scratch(m.dtype), scratch(np.int32)
-    turn = scratch(m.dtype), scratch(m.dtype)
+def unproject(begin, stop, depth, screen_to_world, positions):
+    """LF Algorithm 1, lines 1 to 3: the world positions, (H, W, 3), out, of a depth texture; screen_to_world: (16,)."""
+    number, half = depth.dtype.type, depth.dtype.type(0.5)
     for j in range(begin, stop):
-        at, end = j * width, (j + 1) * width
-        outside[j] = 0
-        while at < end:
-            start, n = next_span(surface, at, end, CHUNK)
-            first = m.dtype.type(start - j * width) + half
-            for i in range(n):
-                u, v = first + m.dtype.type(i), m.dtype.type(j) + half  # line 1
-                d = surface[np.uint64(start + i)]  # line 2
-                w = affine_row(screen_to_world, 3, u, v, d)  # line 3
-                x = affine_row(screen_to_world, 0, u, v, d) / w if d < np.inf else nothing
-                y = affine_row(screen_to_world, 1, u, v, d) / w
-                z = affine_row(screen_to_world, 2, u, v, d) / w
-                a[i], b[i], c[i] = affine_row(m, 0, x, y, z), affine_row(m, 1, x, y, z), affine_row(m, 2, x, y, z)
-                q[i], count[i] = affine_row(m, 3, x, y, z), 0
-            load_turns(turns, turn, j, start - j * width, n)
-            found = count_matrix(surface, width, height, n, a, b, c, q, 0, samples, image_offsets, turns, turn, count)
-            outside[j] += finish_run(surface, at, start, n, samples, count, fractions) - found
-            at = start + n
+        for i in range(depth.shape[1]):
+            u, v, d = number(i) + half, number(j) + half, depth[j, i]  # lines 1 and 2
+            w = affine_row(screen_to_world, 3, u, v, d)  # line 3
+            for row in range(3):
+                positions[j, i, row] = affine_row(screen_to_world, row, u, v, d) / w

@@ -86,9 +86,7 @@ def hold_inside(u, last):
 
     Loops that shall become vectors call this in place of nearest_texel: LLVM branches on a bool out of a tuple.
     """
-    zero = type(last)(0)
-    held = u if u > zero else zero
-    return held if held < last else last
+    return min(last, max(type(last)(0), u))
 
 
 @kernel(inline=True)

@@ -118,8 +118,7 @@ def finish_alchemy(depth, at, start, n, strength, slots, occlusion):
         occlusion[texel] = zero
     for i in range(n):
         texel = np.uint64(start + i)
-        a = one - strength.scale * slots[slot(_TOTAL, i)]
-        a = a if a > zero else zero
+        a = max(zero, one - strength.scale * slots[slot(_TOTAL, i)])
         there = depth[texel] < np.inf
         occlusion[texel] = one - depth.dtype.type(power(np.float64(a), strength.k)) if there else zero
 

@@ -68,11 +68,9 @@ def through_bytes(begin, stop, visibility, keys, values, depths):
             key = keys[j, i]
             there = key < np.inf
             scaled = (key if there else zero) * whole
-            high = np.int32(scaled)
-            high = high if high < most else most
-            low = np.int32((scaled - dtype(high)) * steps + half)
+            high = min(most, np.int32(scaled))
             last = np.int32(254) if high == most else most  # 255, 255 is no surface
-            low = low if low < last else last
+            low = min(last, np.int32((scaled - dtype(high)) * steps + half))
             values[j, i] = dtype(np.int32(visibility[j, i] * steps + half)) / steps
             depths[j, i] = (dtype(high) + dtype(low) / steps) * dtype(1 / 256) if there else dtype(np.inf)
 

@@ -76,16 +76,7 @@ class Falloff(NamedTuple):
 def mip_level(h, log_q, top):
     """Equation 9: clamp(findMSB(int(h)) - log_q, 0, top), int32, 0 <= h <= 2**21, by the exponent of a float32."""
     level = (np.float32(np.int32(h)).view(np.int32) >> np.int32(23)) - np.int32(127) - log_q
-    level = level if level > np.int32(0) else np.int32(0)
-    return level if level < top else top
-
-
-@kernel(inline=True)
-def screen_radius(reach, length):
-    """Equation 5: texels in a radius, from it and a texel's length in one unit; at most 2**20, which 0 / 0 is too."""
-    texels = reach / length
-    limit = type(reach)(_FAR)
-    return texels if texels < limit else limit
+    return min(top, max(np.int32(0), level))
 
 
 @kernel(inline=True)
@@ -131,10 +122,7 @@ def tap_place(x, y, h, width, wide, high, bits, top):
     """
     zero, one = type(wide)(0), type(wide)(1)
     inside = (x >= zero) & (x < wide) & (y >= zero) & (y < high)
-    x = x if x > zero else zero
-    x = x if x < wide - one else wide - one
-    y = y if y > zero else zero
-    y = y if y < high - one else high - one
+    x, y = min(wide - one, max(zero, x)), min(high - one, max(zero, y))
     column, row = np.int32(x), np.int32(y)
     level = mip_level(h, bits, top)
     span = np.int32(np.int32(width + np.int32(np.int32(1) << level)) - np.int32(1)) >> level
@@ -208,7 +196,7 @@ def add_table_taps(hierarchy, taps, landing, rays, falloff, size, row, n, column
 def gather_texels(surface, rays, falloff, row, left, columns, values):
     """Copy the texels of a row that see a surface, among CHUNK from column ``left`` on, to slots; return how many."""
     height, width = surface.z.shape
-    origin, n = values.dtype.type(rays.origin), 0
+    origin, far, n = values.dtype.type(rays.origin), values.dtype.type(_FAR), 0
     for i in range(left, min(left + CHUNK, width)):
         z = surface.z[row, i]
         if z < np.inf:
@@ -220,8 +208,9 @@ def gather_texels(surface, rays, falloff, row, left, columns, values):
                 values[slot(_N + k, n)] = surface.normals[row, i, k]
             values[slot(_LESS, n)] = falloff.bias + falloff.depth_bias * (z - origin)
             across, down = texel_lengths(rays, z, i, row, width, height)
-            values[slot(_ACROSS, n)] = screen_radius(falloff.reach_u, across)
-            values[slot(_DOWN, n)] = screen_radius(falloff.reach_v, down)
+            # Equation 5: texels in a radius, from it and a texel's length in one unit; of 0 / 0 the largest.
+            values[slot(_ACROSS, n)] = min(far, falloff.reach_u / across)
+            values[slot(_DOWN, n)] = min(far, falloff.reach_v / down)
             n += 1
     return n
 
@@ -253,8 +242,7 @@ def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, rays, fa
             else:
                 missed += add_table_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
             for i in range(n):
-                a = one - falloff.scale * values[slot(_TOTAL, i)]
-                visibility[j, columns[i]] = a if a > zero else zero
+                visibility[j, columns[i]] = max(zero, one - falloff.scale * values[slot(_TOTAL, i)])
         outside[j] = missed
 
 

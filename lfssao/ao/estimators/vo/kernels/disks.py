@@ -30,10 +30,7 @@ def add_line(surface, size, disk, s, thickness, n, missed, slots):
         missed[i] += np.int32(not inside)
     for i in range(n):
         d, top = slots[slot(PLACE + 3, i)], frame.line_top(x, y, z_s, i, slots)
-        back = d + thickness
-        back = back if back < top else top
-        front = -z_s if d < -z_s else d
-        length = back - front
+        length = min(top, d + thickness) - max(d, -z_s)
         slots[slot(TOTAL, i)] += weight * length if length > zero else zero
 
 
@@ -108,8 +105,7 @@ def depth_model(pyramid, level, u, v):
     """
     last = np.int64(pyramid.starts.shape[0] - 1)
     coarsest = np.float64(last)
-    level = level if level > 0.0 else 0.0
-    level = level if level < coarsest else coarsest
+    level = min(coarsest, max(0.0, level))
     fine = np.int64(level)
     part = level - np.float64(fine)
     seeing, first, second = look_up(pyramid, fine, u, v)
@@ -158,10 +154,7 @@ def hidden_by_box(low, high, bottom, top):
     written so that nothing cancels: (top - t_1) + (t_1 - t_0) (F(t_0) + F(t_1)) / 2. A box of no width is a step.
     """
     zero, one, half = type(low)(0), type(low)(1), type(low)(0.5)
-    start = bottom if low < bottom else low
-    start = start if start < top else top
-    end = bottom if high < bottom else high
-    end = end if end < top else top
+    start, end = min(top, max(low, bottom)), min(top, max(high, bottom))
     width = high - low
     first = zero if start <= low else (start - low) / width if start < high else one
     last = zero if end <= low else (end - low) / width if end < high else one

@@ -114,9 +114,7 @@ def finish_chunk(first, n, count, missed, slots, occlusion):
     for i in range(n):
         total = slots[slot(TOTAL, i)] / occlusion.dtype.type(count)
         seen = slots[slot(STEEP, i)] == slots[slot(STEEP, i)]
-        total = total if total > zero else zero
-        total = total if total < one else one
-        occlusion[first + np.uint64(i)] = total if seen else zero
+        occlusion[first + np.uint64(i)] = min(one, max(zero, total)) if seen else zero
         lost += missed[i] if seen else 0
     return lost
 
@@ -196,8 +194,7 @@ def start_slopes(tangent, normals, first, n, slots):
         wx, wy, wz = slots[slot(LOOK, i)], slots[slot(LOOK + 1, i)], slots[slot(LOOK + 2, i)]
         ex, ey, ez = slots[slot(E1, i)], slots[slot(E1 + 1, i)], slots[slot(E1 + 2, i)]
         fx, fy, fz = slots[slot(E2, i)], slots[slot(E2 + 1, i)], slots[slot(E2 + 2, i)]
-        towards = -((x * wx + y * wy) + z * wz)
-        towards = towards if towards > edge_on else edge_on
+        towards = max(edge_on, -((x * wx + y * wy) + z * wz))
         slots[slot(SLOPES, i)] = ((x * ex + y * ey) + z * ez) / towards
         slots[slot(SLOPES + 1, i)] = ((x * fx + y * fy) + z * fz) / towards
         slots[slot(SLOPES + 2, i)] = zero

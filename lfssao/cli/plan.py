@@ -6,7 +6,7 @@ import json
 from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.terminal import printable, working
 from lfssao.cli.values import MOST_THREADS
-from lfssao.optics.window import seen_rows
+from lfssao.optics.view import seen_rows
 from lfssao.rendering import plan
 from lfssao.rendering.job import Item
 from lfssao.rendering.run import Renderer

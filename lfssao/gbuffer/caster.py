@@ -134,7 +134,7 @@ class RayCaster:
             'geometric' (of the triangle), or 'smooth' (interpolated from the vertices where the mesh came with normals
             there, else geometric); None: no normals texture.
         rows : range, optional
-            Rows that alone are cast: no other sees anything (``lfssao.optics.window.seen_rows``). All by default.
+            Rows that alone are cast: no other sees anything (``lfssao.optics.view.seen_rows``). All by default.
         caster : str
             'exact', or 'embree' for the triangles that Embree finds, whose bits depend on the processor.
         positions : bool

@@ -1,6 +1,7 @@
 """Views: the rays of a texture's texels, and the mapping of world points into the texture."""
 
 from dataclasses import dataclass
+from itertools import product
 from math import sqrt
 from textwrap import wrap
 from typing import Any
@@ -18,6 +19,9 @@ from lfssao.optics.kernels.rays import Rays
 # Names of the kinds of projection in files, by their numbers.
 KINDS = ("crossed slits", "matrix", "display")
 DIFFUSERS = ("linear", "conical")
+
+# Image coordinates beyond this many texels belong to points near a singular plane, where rounding is not small.
+_FAR = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,3 +278,20 @@ def check_positions(box: NDArray[np.float64], texels_per_unit: float) -> None:
             f"the scene is {size:g} large and reaches {farthest:g} from the world's origin, where float32 positions "
             f"are off by half a texel and more: move it to the origin"
         )
+
+
+def seen_rows(view: View, bounds: NDArray[np.float64]) -> range:
+    """Rows of texels that hold the image of a box, and one more on each side; empty where it misses the texture.
+
+    On flat displays and in cameras u and v are quotients of affine functions of the point, whose divisors have one sign
+    over the box, so they are largest and smallest in its corners. All rows where that does not hold, and on other
+    displays. The box is (2, 3) float64, its lower and upper corner, world units.
+    """
+    image = view.world_to_image(np.array(list(product(*bounds.T))))[:, :2]
+    if view.world_to_image.kind == DISPLAY or not np.abs(image).max() < _FAR:  # NaN where a corner has no image
+        return range(view.height)
+    left, top = np.floor(image.min(axis=0)).astype(int) - 1
+    right, bottom = np.ceil(image.max(axis=0)).astype(int) + 1
+    if right <= 0 or bottom <= 0 or left >= view.width or top >= view.height:
+        return range(0)
+    return range(max(int(top), 0), min(int(bottom), view.height))

@@ -20,8 +20,7 @@ from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
-from lfssao.optics.view import View, without_guard
-from lfssao.optics.window import seen_rows
+from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
 from lfssao.rendering.settings import Settings, default_radii

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.neighbours import Neighbour
 from lfssao.ao.textures import Buffers
 from lfssao.gbuffer.caster import GBuffer
-from lfssao.optics.view import View
-from lfssao.optics.window import seen_rows
+from lfssao.optics.view import View, seen_rows
 from lfssao.rendering.passes import Textures, occlusions
 from lfssao.rendering.settings import Settings
 

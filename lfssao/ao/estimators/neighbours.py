@@ -11,8 +11,7 @@ from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
-from lfssao.optics.view import View, WorldToImage
-from lfssao.optics.window import seen_rows
+from lfssao.optics.view import View, WorldToImage, seen_rows
 
 Neighbour = tuple[WorldToImage, NDArray[np.float32]]
 

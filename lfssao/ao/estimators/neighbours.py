@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.ssao import Occlusion, run_kernel, scaled_offsets
-from lfssao.ao.textures import Texture, check_fit, check_texture
+from lfssao.ao.textures import Texture
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
@@ -55,18 +55,12 @@ def algorithm2_with_neighbours(
     result is that of ``algorithm2``, bit for bit. More neighbours never add occlusion to a sample that falls into the
     module's own texture.
 
-    neighbours: mapping and depth texture, (H_k, W_k) of depth's dtype, of each other module; all else, and errors, as
-    for ``algorithm2``. Raises InputError also if a neighbour's depth is no such texture, or all have 2^31 texels.
+    neighbours: mapping and depth texture, (H_k, W_k) of depth's dtype, of each other module; all else as for
+    ``algorithm2``. Raises InputError if all have 2^31 texels.
     """
     from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: the default does not need it
 
-    check_texture("depth", depth, 2)
-    check_fit("positions", positions, depth, 3)
     views = [(world_to_image, depth), *neighbours]
-    for number, (_, other) in enumerate(views):
-        check_texture(f"depth of neighbour {number}", other, 2)
-        if other.dtype != depth.dtype:
-            raise InputError(f"depth of neighbour {number} is of {other.dtype}, expected {depth.dtype}")
     numbers = np.zeros((len(views), 44), depth.dtype)  # as many as kind DISPLAY has
     for row, (mapping, _) in zip(numbers, views, strict=True):
         row[: len(mapping.numbers)] = mapping.as_type(depth.dtype).numbers

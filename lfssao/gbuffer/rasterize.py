@@ -35,7 +35,12 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
         return None
     columns, lines = np.empty((2, view.width)), np.empty((2, len(rows)))
     near, far = rasterize.separable_rays(view.rays, columns, lines, rows.start)
-    axes = image_axes(view, rows, *_scales(tree.bounds, columns, lines, far))
+    # Bounds of the numbers that x and y are made of: the corners', the rays', and the lens' and observers' places.
+    # These are within |o| + |d| far of the rays'; rounding of o counts |z| / far times in d z.
+    *places, z = np.abs(tree.bounds).max(axis=0).tolist()
+    rays = (np.abs(table).max(axis=1).tolist() for table in (columns, lines))
+    scales = (x + 2 * (o * (1 + z / far) + d * (z + far)) for x, (o, d) in zip(places, rays, strict=True))
+    axes = image_axes(view, rows, *scales)
     corner_texels, bounds = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
     size = view.width, len(rows)
     rasterize.bound_corners(*size, *axes, tree.vertices, corner_texels)
@@ -51,18 +56,6 @@ def first_hits(candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.
     members = np.empty(ends[-1], np.int32)
     rasterize.sort_into_bands(candidates.bounds, ends - candidates.in_band, members)
     rasterize.first_hits(candidates.rays, tree.arrays, candidates.bounds, members, ends, triangle, z)
-
-
-def _scales(
-    bounds: NDArray[np.float64], columns: NDArray[np.float64], lines: NDArray[np.float64], far: float
-) -> tuple[float, float]:
-    """Bounds of the numbers that x and y are made of: the corners', the rays', and the lens' and observers' places.
-
-    These places are within |o| + |d| far of the rays', and rounding of o counts |z| / far times in d z.
-    """
-    x, y, z = np.abs(bounds).max(axis=0).tolist()
-    (o_x, d_x), (o_y, d_y) = (np.abs(table).max(axis=1).tolist() for table in (columns, lines))
-    return x + 2 * (o_x * (1 + z / far) + d_x * (z + far)), y + 2 * (o_y * (1 + z / far) + d_y * (z + far))
 
 
 def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:

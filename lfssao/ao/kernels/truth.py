@@ -73,10 +73,15 @@ def covered(t, far, falloff):
         return 0.0
     if falloff == CONSTANT:
         return 1.0
-    part, power = max(t / far, 0.8) if falloff == SHELL else t / far, 1.0
-    for _ in range(min(falloff, CUBIC)):  # 1, 2, 3 and again 3 times
-        power *= part
-    return (1.0 - power) / 0.488 if falloff == SHELL else 1.0 - power  # 1 - 0.8^3
+    part = t / far
+    if falloff == LINEAR:
+        return 1.0 - part
+    if falloff == QUADRATIC:
+        return 1.0 - part * part
+    if falloff == CUBIC:
+        return 1.0 - part * part * part
+    part = max(part, 0.8)
+    return (1.0 - part * part * part) / 0.488  # 1 - 0.8^3
 
 
 class Begun(NamedTuple):

@@ -7,6 +7,7 @@ import numpy as np
 from stages import Baseline
 
 from lfssao.ao.kernels import ssao
+from lfssao.optics.kernels.projection import MATRIX
 
 ESTIMATORS = "lfssao.ao.estimators."
 KERNELS = ESTIMATORS + "kernels."
@@ -90,14 +91,11 @@ def _area(a: Sequence[Any]) -> list[Any]:
 
 
 BASELINES = (
-    Baseline("lfssao.ao.ssao.ssao.algorithm1", "LF Algorithm 1", "algorithm1",
-             lambda a: [*_size(a[0]), len(a[1]), a[0], _transformed(a[1], a[3]), a[2], a[3].numbers, a[5]],
-             (5,)),
-    Baseline("lfssao.ao.ssao.ssao.algorithm2", "LF Algorithm 2", "algorithm2",
+    Baseline("lfssao.ao.ssao.ssao.unproject", "LF Algorithm 1, lines 1 to 3", "unproject",
+             lambda a: [*_size(a[0]), *a], (2,)),
+    Baseline("lfssao.ao.ssao.ssao.algorithm2", "LF Algorithms 1 and 2", "algorithm2",
              lambda a: [*_size(a[0]), len(a[2][0]), a[0], a[1], _transformed(a[2][0], a[3]), a[3].numbers,
-                        a[5]], (5,)),
-    Baseline("lfssao.ao.post.post_kernels.merge_maximum", "merge, maximum", "merge_maximum",
-             lambda a: [*_size(a[1]), a[0], a[1]], (1,)),
+                        int(a[3].kind == MATRIX), a[5]], (5,)),
     Baseline("lfssao.ao.post.post_kernels.blur_horizontal", "Gaussian blur, rows", "blur_horizontal",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Baseline("lfssao.ao.post.post_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
@@ -117,8 +115,8 @@ BASELINES = (
     Baseline(ESTIMATORS + "sao.estimator.average_quads", "2x2 average", "quads", lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.passes.depth_keys", "bilateral keys", "depth_keys",
              lambda a: [*_size(a[0]), *a], (3,)),
-    Baseline(ESTIMATORS + "sao.estimator.passes.pack", "packing", "pack", lambda a: [*_size(a[0]), *a], (2,)),
-    Baseline(ESTIMATORS + "sao.estimator.passes.unpack", "unpacking", "unpack", lambda a: [*_size(a[0]), *a], (1, 2)),
+    Baseline(ESTIMATORS + "sao.estimator.passes.through_bytes", "packing", "through_bytes",
+             lambda a: [*_size(a[0]), *a], (2, 3)),
     Baseline(ESTIMATORS + "sao.estimator.bilateral", "bilateral", "bilateral",
              lambda a: [*_size(a[0]), *a[:3], a[4], int(a[3][0] == 0), a[5]], (5,)),
     Baseline(ESTIMATORS + "sao.estimator.scalable.occlusion_of", "occlusion of A", "occlusion_of",
@@ -126,8 +124,6 @@ BASELINES = (
     Baseline(ESTIMATORS + "vo.estimator.point_occlusion", "VO points", "vo_points", _points, (5,)),
     Baseline(ESTIMATORS + "vo.estimator.line_occlusion", "VO lines", "vo_lines", _lines, (5,)),
     Baseline(ESTIMATORS + "vo.estimator.area_occlusion", "VO area", "vo_area", _area, (7,)),
-    Baseline(ESTIMATORS + "vo.estimator.merge_product", "dual radii, product", "merge_product",
-             lambda a: [*_size(a[0]), *a], (2,)),
     Baseline(ESTIMATORS + "vo.estimator.kernels.write_base", "pyramid of moments", "moments_base",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(ESTIMATORS + "vo.estimator.kernels.write_half", "pyramid of moments", "moments_half",

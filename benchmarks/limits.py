@@ -15,11 +15,8 @@ LIMITS: dict[str, str] = {
     "positions from z": _CACHE,
     "bilateral keys": _MEMORY,
     "packing": _CACHE,
-    "unpacking": "memory (column 'copy'); in the cache (last table) nearly three times as fast as C",
     "occlusion of A": _MEMORY,
     "2x2 average": _CACHE,
-    "dual radii, product": _MEMORY,
-    "merge, maximum": _CACHE,
     "multiresolution, combine": _MEMORY,
     "z hierarchy": "memory (column 'copy'); gcc makes vectors of the means too, of all but the harmonic one; where the "
     "textures are small (last table), the calls of its five levels, each as long as C's",
@@ -34,7 +31,7 @@ LIMITS: dict[str, str] = {
     "SAO taps": "a look-up of z for each tap: a gather takes as long as the loads it stands for, which C has from the "
     "cache where the textures are small (last table)",
     "sao": "its passes, which have rows of their own",
-    "vo-lines, 5, two radii": "its lines and the product, which have rows of their own",
+    "vo-lines, 5, two radii": "its lines, which have a row of their own",
     "vo-lines": _CALLS,
     "point": _CALLS,
     "hemisphere": _CALLS,

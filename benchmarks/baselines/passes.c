@@ -179,31 +179,19 @@ void depth_keys(int width, int height, const float *z, float origin, float scale
     }
 }
 
-void pack(int width, int height, const float *visibility, const float *keys, uint8_t *rgb)
+void through_bytes(int width, int height, const float *visibility, const float *keys, float *values, float *depths)
 {
     ROWS for (int i = 0; i < width; i++) {
         const int64_t t = (int64_t)j * width + i;
-        rgb[3 * t] = (uint8_t)(int)(visibility[t] * 255 + 0.5f);
-        if (!(keys[t] < INFINITY)) {
-            rgb[3 * t + 1] = rgb[3 * t + 2] = 255;
+        values[t] = (float)(int)(visibility[t] * 255 + 0.5f) / 255;
+        depths[t] = INFINITY;
+        if (!(keys[t] < INFINITY))
             continue;
-        }
         const float scaled = keys[t] * 256;
         const int high = (int)scaled < 255 ? (int)scaled : 255;
         int low = (int)((scaled - (float)high) * 255 + 0.5f);
         low = low < (high == 255 ? 254 : 255) ? low : (high == 255 ? 254 : 255);
-        rgb[3 * t + 1] = (uint8_t)high;
-        rgb[3 * t + 2] = (uint8_t)low;
-    }
-}
-
-void unpack(int width, int height, const uint8_t *rgb, float *visibility, float *keys)
-{
-    ROWS for (int i = 0; i < width; i++) {
-        const int64_t t = (int64_t)j * width + i;
-        const uint8_t high = rgb[3 * t + 1], low = rgb[3 * t + 2];
-        visibility[t] = (float)rgb[3 * t] / 255;
-        keys[t] = high == 255 && low == 255 ? INFINITY : ((float)high + (float)low / 255) * (1.0f / 256);
+        depths[t] = ((float)high + (float)low / 255) * (1.0f / 256);
     }
 }
 
@@ -237,21 +225,5 @@ void blur_vertical(int width, int height, const float *source, const float *weig
         for (int k = 0; k < taps; k++)
             sum += weights[k] * source[(int64_t)held(j + k - taps / 2, height) * width + i];
         target[(int64_t)j * width + i] = sum;
-    }
-}
-
-void merge_maximum(int width, int height, const float *layer, float *merged)
-{
-    ROWS for (int i = 0; i < width; i++) {
-        const int64_t t = (int64_t)j * width + i;
-        merged[t] = layer[t] > merged[t] ? layer[t] : merged[t];
-    }
-}
-
-void merge_product(int width, int height, const float *first, const float *second, float *merged)
-{
-    ROWS for (int i = 0; i < width; i++) {
-        const int64_t t = (int64_t)j * width + i;
-        merged[t] = first[t] + second[t] * (1 - first[t]);
     }
 }

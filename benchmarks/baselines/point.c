@@ -92,34 +92,22 @@ void alchemy(int width, int height, int n, const float *depth, const float *posi
         }
 }
 
-/* LF Algorithm 1: to_world, m: rows of four, screen -> world and world -> image. offsets: n x 4, after m's linear part. */
-void algorithm1(int width, int height, int n, const float *depth, const float *offsets, const float *to_world,
-                const float *m, float *ao)
+/* LF Algorithm 1, lines 1 to 3: to_world, rows of four, screen -> world. */
+void unproject(int width, int height, const float *depth, const float *to_world, float *positions)
 {
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
             const int64_t here = (int64_t)j * width + i;
-            ao[here] = 0;
-            if (!(depth[here] < INFINITY))
-                continue;
             const float at[3] = {(float)i + 0.5f, (float)j + 0.5f, depth[here]}, w = row(to_world, 3, at);
-            const float p[3] = {row(to_world, 0, at) / w, row(to_world, 1, at) / w, row(to_world, 2, at) / w};
-            const float a = row(m, 0, p), b = row(m, 1, p), c = row(m, 2, p), d = row(m, 3, p);
-            int count = 0;
-            for (int s = 0; s < n; s++) {
-                const float *o = offsets + 4 * s, q = d + o[3];
-                const float u = (a + o[0]) / q, v = (b + o[1]) / q, z = (c + o[2]) / q;
-                if (q > 0 && u >= 0 && u < width && v >= 0 && v < height)
-                    count += depth[(int64_t)(int)v * width + (int)u] < z;
-            }
-            ao[here] = (float)count / (float)n;
+            for (int k = 0; k < 3; k++)
+                positions[3 * here + k] = row(to_world, k, at) / w;
         }
 }
 
-/* LF Algorithm 2, the full ball. offsets: n x 4, after m's linear part. */
+/* LF Algorithm 2, the full ball. offsets: n x 4, after m's linear part; matrix: whether m is a camera's. */
 void algorithm2(int width, int height, int n, const float *depth, const float *positions, const float *offsets,
-                const float *m, float *ao)
+                const float *m, int matrix, float *ao)
 {
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < height; j++)
@@ -129,13 +117,21 @@ void algorithm2(int width, int height, int n, const float *depth, const float *p
             ao[here] = 0;
             if (!(depth[here] < INFINITY))
                 continue;
-            const float a = row(m, 0, p), b = row(m, 1, p), c = row(m, 2, p);
+            const float a = row(m, 0, p), b = row(m, 1, p), c = row(m, 2, p), d = matrix ? row(m, 3, p) : 0;
             int count = 0;
-            for (int s = 0; s < n; s++) {
-                const float *o = offsets + 4 * s, z = c + o[2];
-                const int64_t q = texel_of(width, height, m, a + o[0], b + o[1], z);
-                count += q >= 0 && depth[q] < z;
-            }
+            if (matrix)
+                for (int s = 0; s < n; s++) {
+                    const float *o = offsets + 4 * s, q = d + o[3];
+                    const float u = (a + o[0]) / q, v = (b + o[1]) / q, z = (c + o[2]) / q;
+                    if (q > 0 && u >= 0 && u < width && v >= 0 && v < height)
+                        count += depth[(int64_t)(int)v * width + (int)u] < z;
+                }
+            else
+                for (int s = 0; s < n; s++) {
+                    const float *o = offsets + 4 * s, z = c + o[2];
+                    const int64_t q = texel_of(width, height, m, a + o[0], b + o[1], z);
+                    count += q >= 0 && depth[q] < z;
+                }
             ao[here] = (float)count / (float)n;
         }
 }

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lfssao import RayCaster, Settings, find_display, render_view
-from lfssao.optics.window import seen_rows
+from lfssao.optics.view import seen_rows
 
 
 def test_what_the_plan_leaves_out_is_done_after_all(statue, monkeypatch):

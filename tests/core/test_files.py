@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from lfssao.core.files import _part_prefix, check_folder, output_folder, write_whole
+from lfssao.core.files import _namespace, check_folder, output_folder, write_whole
 from lfssao.errors import InputError
 
 
@@ -38,7 +38,7 @@ def test_temporary_names_cannot_be_guessed_and_links_in_their_place_are_not_foll
         write_whole(tmp_path / "a.txt", lambda part: names.append(part.name) or part.write_text("x"))
     assert len(set(names)) == 2
     monkeypatch.setattr("secrets.token_hex", lambda _: "f" * 16)
-    victim, planted = tmp_path / "victim", tmp_path / f"{_part_prefix('a')}.{'f' * 16}.part.txt"
+    victim, planted = tmp_path / "victim", tmp_path / f".a.{_namespace()}.{os.getpid()}.{'f' * 16}.part.txt"
     victim.write_text("mine")
     planted.symlink_to(victim)
     with pytest.raises(InputError, match="cannot be written"):
@@ -98,7 +98,7 @@ def test_output_folder_removes_only_what_it_made(tmp_path):
     assert os.listdir(tmp_path) == ["old"]
     # A signal between making the temporary file and the clause that removes it leaves it to the folder.
     with pytest.raises(KeyboardInterrupt):
-        fail_in(tmp_path / "new", "whole.exr", f"{_part_prefix('half')}.0.part.exr", ".half.0.1.0.part.exr")
+        fail_in(tmp_path / "new", "whole.exr", f".half.{_namespace()}.{os.getpid()}.0.part.exr", ".half.0.1.0.part.exr")
     assert sorted(os.listdir(tmp_path / "new")) == [".half.0.1.0.part.exr", "whole.exr"]
 
 

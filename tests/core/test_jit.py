@@ -46,7 +46,7 @@ def test_the_cache_folder_is_named_by_all_kernel_sources():
     for path in sorted([*PACKAGE.glob("core/*.py"), *PACKAGE.rglob("kernels/*.py")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     assert jit.source_digest() == digest.hexdigest()
-    for compiled in (ball.algorithm3, post.merge_maximum.compiled):
+    for compiled in (ball.algorithm3, post.blur_horizontal.compiled):
         assert f"kernels-{digest.hexdigest()[:16]}" in Path(compiled.stats.cache_path).parts
 
 

@@ -168,7 +168,7 @@ def test_embree_proposes_what_is_seen():
     caster = RayCaster(mesh, world)
     middles = slice(first_hit.TILE // 2, None, first_hit.TILE)
     seen = caster.gbuffer(view).triangle[middles, middles]
-    proposals = caster._proposals(view, range(view.height))
+    proposals = caster._seen_by_embree(view, range(view.height), first_hit.TILE)
     assert proposals.shape == seen.shape
     assert (seen >= 0).mean() > 0.2
     assert (proposals == seen).mean() > 0.99

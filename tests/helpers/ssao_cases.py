@@ -25,9 +25,9 @@ def unwritten(depth):
 
 
 def run1(depth, offsets, back, m, turns=None):
-    occlusion, outside = unwritten(depth)
-    ssao.algorithm1(depth, offsets, back, Projection(MATRIX, m), turns, occlusion, outside)
-    return occlusion, outside
+    positions = np.full((*depth.shape, 3), 9, depth.dtype)
+    ssao.unproject(depth, back, positions)
+    return run2(depth, positions, offsets, MATRIX, m, turns)
 
 
 def run2(depth, positions, offsets, kind, m, turns=None):

@@ -200,7 +200,7 @@ def test_no_sentence_begins_with_a_subordinate(path):
 def test_no_fastmath():
     assert jit.FLAGS["fastmath"] is False
     assert jit.FLAGS["error_model"] == "numpy"
-    for kernel in (ssao.algorithm2.compiled, ball.algorithm3, post.merge_maximum.compiled):
+    for kernel in (ssao.algorithm2.compiled, ball.algorithm3, post.blur_horizontal.compiled):
         assert kernel.targetoptions["fastmath"] is False
 
 

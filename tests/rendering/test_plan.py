@@ -15,8 +15,7 @@ from lfssao.ao.estimators.neighbours import DepthCache, algorithm2_with_neighbou
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.cli.main import main
 from lfssao.optics.kernels.projection import CROSSED_SLITS
-from lfssao.optics.view import WorldToImage
-from lfssao.optics.window import seen_rows
+from lfssao.optics.view import WorldToImage, seen_rows
 from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import RULES, background, other_radii, planned, without_background
 from lfssao.rendering.views import module_views, neighbour_views

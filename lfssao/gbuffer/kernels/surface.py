@@ -4,12 +4,13 @@ Normals are the triangle's, or interpolated from the vertices, in world space, o
 x vertex colour x texture, linear RGB.
 """
 
-from math import floor, sqrt
+from math import floor
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from lfssao.core.jit import kernel
+from lfssao.core.vectors import unit
 from lfssao.gbuffer.kernels.triangle import point_on_triangle, triangle_at
 from lfssao.optics.kernels.projection import affine_row, linear_row
 from lfssao.optics.kernels.rays import image_depth, texel_ray
@@ -54,17 +55,6 @@ class Surface(NamedTuple):
     normals: Any  # (V, 3) float64: at the vertices; (0, 3) where there are none
 
 
-@kernel(inline=True)
-def _unit(x, y, z):
-    """A vector over its length, sqrt((x^2 + y^2) + z^2), after a division by its largest component; (0, 0, 0) as is."""
-    size = max(abs(x), abs(y), abs(z))
-    if size == 0.0:
-        return x, y, z
-    x, y, z = x / size, y / size, z / size
-    length = sqrt((x * x + y * y) + z * z)
-    return x / length, y / length, z / length
-
-
 @kernel
 def interpolate(values, faces, face, weight_b, weight_c, k):
     """Column k of per-vertex values at a place on a face: (a w_a + b w_b) + c w_c, w_a = (1 - w_b) - w_c, float64."""
@@ -99,7 +89,7 @@ def write_normals(begin, stop, rays, world_from_cast, triangle, weights, mesh, n
                 e2, f0 = vertices[j, 2] - vertices[i, 2], vertices[k, 0] - vertices[i, 0]
                 f1, f2 = vertices[k, 1] - vertices[i, 1], vertices[k, 2] - vertices[i, 2]
                 x, y, z = e1 * f2 - e2 * f1, e2 * f0 - e0 * f2, e0 * f1 - e1 * f0
-            x, y, z = _unit(x, y, z)
+            x, y, z = unit(x, y, z)
             _, _, _, dx, dy, _, _, _ = texel_ray(rays, column + 0.5, (top + row) + 0.5)
             # The ray's direction in world space; a normal along it shows the surface's back.
             wx, wy, wz = linear_row(m, 0, dx, dy, 1.0), linear_row(m, 1, dx, dy, 1.0), linear_row(m, 2, dx, dy, 1.0)

@@ -67,7 +67,7 @@ def test_all_estimators_are_listed(capsys):
         assert "ao" in entry.formula
         assert lines[2].endswith("weighting {}, falloff {}".format(*entry.integrand))
         for line, (parameter, value) in zip(lines[3:], entry.parameters.items(), strict=True):
-            assert line.strip().startswith(f"{parameter}={value}: {entry.meanings[parameter]}")
+            assert line.strip().startswith(f"{parameter}={value}: {entry.said('meaning')[parameter]}")
 
 
 @pytest.mark.parametrize(("options", "said"), [

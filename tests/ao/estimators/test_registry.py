@@ -53,7 +53,7 @@ def variants(entry):
     for parameter, value in entry.parameters.items():
         if isinstance(value, bool):
             yield {parameter: not value}
-    for parameter, choices in entry.choices.items():
+    for parameter, choices in entry.said("choices").items():
         more = {"second": 0.5} if "second" in entry.parameters else {}
         yield from ({parameter: choice, **more} for choice in choices)
 
@@ -99,8 +99,12 @@ def samples(estimator, rng):
 def test_estimators_equal_the_reference(name, dtype, data):
     entry, points, weights = ESTIMATORS[name], None, None
     seen, radius = data.draw(estimator_cases.buffers(dtype)), data.draw(radii)
-    values = {**{key: [False, True] for key in entry.parameters}, **NUMBERS, **entry.choices}
-    ranges = {key: entry.limits.get(key, (-np.inf, np.inf)) for key in entry.parameters if key not in entry.choices}
+    values = {**{key: [False, True] for key in entry.parameters}, **NUMBERS, **entry.said("choices")}
+    ranges = {
+        key: entry.said("limits").get(key, (-np.inf, np.inf))
+        for key in entry.parameters
+        if key not in entry.said("choices")
+    }
     values |= {key: [x for x in values[key] if low <= x <= high] for key, (low, high) in ranges.items()}
     options = {key: data.draw(st.sampled_from(values[key])) for key in entry.parameters}
     if entry.dimensions:
@@ -133,11 +137,13 @@ def test_an_entry_says_what_it_is(name):
     assert entry.title
     assert entry.source
     assert list(inspect.signature(entry.run).parameters)[:5] == ["buffers", "radius", "points", "weights", "options"]
-    assert set(entry.meanings) == set(entry.parameters)
-    assert set(entry.choices) == {option for option, default in entry.parameters.items() if isinstance(default, str)}
-    for parameter, (low, high) in entry.limits.items():
+    assert set(entry.said("meaning")) == set(entry.parameters)
+    assert set(entry.said("choices")) == {
+        option for option, default in entry.parameters.items() if isinstance(default, str)
+    }
+    for parameter, (low, high) in entry.said("limits").items():
         assert low <= entry.parameters[parameter] <= high
-    for parameter, choices in entry.choices.items():
+    for parameter, choices in entry.said("choices").items():
         assert entry.parameters[parameter] in choices
     points, weights = entry.default_samples()
     if entry.dimensions == 0:
@@ -179,7 +185,7 @@ def test_several_radii_at_once_are_those_one_by_one(name, sight, dtype):
     assert estimate_radii(name, buffers, ()) == []
 
 
-@pytest.mark.parametrize("name", [name for name, entry in ESTIMATORS.items() if entry.powers])
+@pytest.mark.parametrize("name", [name for name, entry in ESTIMATORS.items() if entry.said("power")])
 def test_a_scene_in_another_unit_with_lengths_in_that_unit_is_the_same(name):
     """Everything 8 times as large, which rounds nothing, so that lengths are and their squares are 64 times."""
     seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["perspective"](20, 15))
@@ -193,7 +199,7 @@ def test_a_scene_in_another_unit_with_lengths_in_that_unit_is_the_same(name):
     )
     larger = Buffers(large, seen.depth, 8 * seen.positions, seen.normals)
     entry = ESTIMATORS[name]
-    own = {key: 0.7 * entry.parameters[key] + 0.1 for key in entry.powers}
+    own = {key: 0.7 * entry.parameters[key] + 0.1 for key in entry.said("power")}
     scaled = {key: (64 if key == "epsilon" else 8) * value for key, value in own.items()}
     one, two = estimate(name, seen, 0.3, units="world", **own), estimate(name, larger, 2.4, units="world", **scaled)
     assert one.texture == pytest.approx(two.texture, abs=1e-9)
@@ -263,10 +269,10 @@ def test_what_an_estimator_cannot_take_is_refused(name):
         wrong = ["yes", None] if isinstance(default, bool) else [None, 1] if isinstance(default, str) else ["1", True]
         if isinstance(default, float):
             wrong += [np.nan, np.inf]
-        if parameter in estimator.limits:
-            low, high = estimator.limits[parameter]
+        if parameter in estimator.said("limits"):
+            low, high = estimator.said("limits")[parameter]
             wrong += [x for x in (low - 1, high + 1) if low < x or x > high if abs(x) < 1e300]
-        if parameter in estimator.choices:
+        if parameter in estimator.said("choices"):
             wrong.append("nonsense")
         for value in wrong:
             with pytest.raises(InputError, match=parameter):

@@ -11,12 +11,12 @@ Equation 3 in these letters: (1 - P_02) / P_00 - 2 (x' + 1/2) / (w P_00) is -(c 
 Its y term has one minus too many; ours is that for which projecting the point gives the texel back.
 """
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from lfssao.core.jit import kernel
+from lfssao.core.vectors import unit
 from lfssao.optics.kernels.projection import affine_row, linear_row
 
 SEPARABLE = 0
@@ -96,17 +96,6 @@ def linear_depth(begin, stop, depth, perspective, c_0, c_1, c_2, z):
             below = d * c_1 + c_2
             seen = (c_0 / below if below > 0 else nothing) if perspective else c_0 + d * c_1
             z[j, i] = seen if d < np.inf else nothing
-
-
-@kernel(inline=True)
-def unit(x, y, z):
-    """A vector over its length, after a division by its largest component; (0, 0, 0) stays."""
-    zero = type(x)(0)
-    size = max(abs(x), abs(y), abs(z))
-    there = size > zero
-    x, y, z = x / size, y / size, z / size
-    length = type(x)(sqrt((x * x + y * y) + z * z))
-    return x / length if there else zero, y / length if there else zero, z / length if there else zero
 
 
 @kernel(inline=True)

@@ -104,7 +104,7 @@ _LF = Estimator(
     title="share of samples in the ball behind the surface",
     source="LF Algorithms 1 and 2",
     formula="ao = (number of samples with surDepth < smp.z) / (number of samples)",
-    run=lambda buffers, radius, *rest: lf_radii(buffers, (radius,), *rest)[0],
+    run=lambda buffers, radius, points, weights, options: lf_radii(buffers, (radius,), points, weights, options)[0],
     run_radii=lf_radii,
     samples=lambda n: (make_samples("latin", n), None),
     sampling="latin",

@@ -1,22 +1,21 @@
 """A kit as a folder: JSON and little-endian .npy files, and EXR files of the same textures; written and read back."""
 
 import hashlib
-import io
 import json
 import os
 import re
 import shutil
 import uuid
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lfssao import __version__
-from lfssao.core.files import check_folder
+from lfssao.core.files import check_folder, read_json
+from lfssao.core.npy import read_npy
 from lfssao.errors import InputError
 from lfssao.rendering.exr import Part, write_exr
 from lfssao.rendering.manifest import digest
@@ -26,7 +25,7 @@ from lfssao.verify.kit.specification import specification
 
 FORMAT = 3
 _INDEX = "kit.json"
-_HEADER = 128  # bytes before the numbers of a .npy file: what NumPy's format 1.0 pads short headers to
+_DTYPES = ("float32", "float64", "int32", "int64", "uint32")
 
 # The fields of a case that the index repeats.
 _HEAD = {"name": str, "stage": str, "title": str}
@@ -92,8 +91,7 @@ def write_case(folder: Path, case: Case) -> dict[str, Any]:
     text = to_json(describe_case(case))
     (folder / "case.json").write_bytes(text)
     for name, array in arrays_of(case).items():
-        little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
-        (folder / f"{name}.npy").write_bytes(_header(array.dtype, array.shape) + little.tobytes())
+        np.save(folder / f"{name}.npy", np.asarray(array, array.dtype.newbyteorder("<"), order="C"))
     for file, arrays in (("inputs.exr", case.inputs), ("outputs.exr", case.outputs)):
         parts = _parts(arrays)
         if parts:
@@ -133,16 +131,6 @@ def to_json(value: Any) -> bytes:
     text = json.dumps(value, indent=1, allow_nan=False)
     text = re.sub(r"\[[^][{}]+\]", lambda found: " ".join(found[0].split()), text)  # lists of numbers: one line each
     return (text.replace("[ ", "[").replace(" ]", "]") + "\n").encode("ascii")
-
-
-def _header(dtype: np.dtype[Any], shape: Sequence[int]) -> bytes:
-    """The header of a .npy file of format 1.0."""
-    stream = io.BytesIO()
-    described = {"descr": dtype.newbyteorder("<").str, "fortran_order": False, "shape": tuple(shape)}
-    np.lib.format.write_array_header_1_0(stream, described)
-    header = stream.getvalue()
-    assert len(header) == _HEADER
-    return header
 
 
 def _parts(arrays: Arrays) -> list[Part]:
@@ -210,12 +198,9 @@ def _has(entry: Any, keys: Mapping[str, type]) -> bool:
 
 def _read_json(path: Path) -> dict[str, Any]:
     """A JSON file of this format."""
-    try:
-        value = json.loads(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: it cannot be read ({error.strerror}); 'lfssao kit' writes it") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: it is not a JSON file ({error})") from error
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; 'lfssao kit' writes it")
+    value = read_json(path)
     found = value.get("format") if isinstance(value, dict) else None
     if not isinstance(found, int) or isinstance(found, bool) or found < 1:
         raise InputError(f"{path}: it is no file of a kit: its format is {found!r}")
@@ -225,30 +210,17 @@ def _read_json(path: Path) -> dict[str, Any]:
     return value
 
 
-_DTYPES = ("float32", "float64", "int32", "int64", "uint32")
-
-
 def _read_array(folder: Path, name: str, entry: Any) -> Array:
     """An array of a case, checked before memory is taken for it."""
     if not _has(entry, {"file": str, "dtype": str, "shape": list, "sha256": str}):
         raise InputError(f"{folder / 'case.json'}: the description of {name} is malformed")
-    path, shape = folder / entry["file"], entry["shape"]
-    if path.parent != folder or entry["dtype"] not in _DTYPES or not _is_shape(shape):
-        raise InputError(f"{folder / 'case.json'}: the file, dtype or shape of {name} is malformed")
-    dtype = np.dtype(entry["dtype"]).newbyteorder("<")
-    size = prod(shape) * dtype.itemsize
-    try:
-        if path.stat().st_size != _HEADER + size:
-            raise InputError(f"{path}: it has {path.stat().st_size} bytes, expected {_HEADER + size}")
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: it cannot be read ({getattr(error, 'strerror', None) or error})") from error
-    if data[:_HEADER] != _header(dtype, shape):
-        raise InputError(f"{path}: its header is not that of {entry['dtype']} {tuple(shape)}")
-    if hashlib.sha256(data[_HEADER:]).hexdigest() != entry["sha256"]:
-        raise InputError(f"{path}: its numbers are not those that case.json describes")
-    return np.frombuffer(data, dtype, offset=_HEADER).reshape(shape).astype(dtype.newbyteorder("="))
-
-
-def _is_shape(shape: Sequence[Any]) -> bool:
-    return len(shape) <= 4 and all(type(n) is int and 0 <= n <= 2**20 for n in shape)
+    path = folder / entry["file"]
+    if path.parent != folder or entry["dtype"] not in _DTYPES:
+        raise InputError(f"{folder / 'case.json'}: the file or dtype of {name} is malformed")
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    array = np.asarray(read_npy(path), order="C")
+    found = array.dtype.name, str([*array.shape]), digest(array)
+    if found != (entry["dtype"], str(entry["shape"]), entry["sha256"]):
+        raise InputError(f"{path}: it is not what case.json describes")
+    return array

@@ -112,7 +112,7 @@ BAD_ARRAYS = [
     {"shape": [10**9]}, {"shape": [-1, 18]}, {"shape": [18.0, 22]}, {"shape": [22, 18]}, {"shape": "18"}, {"shape": []},
     {"shape": [2**20] * 4}, {"dtype": "object"}, {"dtype": "float16"}, {"dtype": "float64"}, {"file": "../kit.json"},
     {"file": "/etc/passwd"}, {"file": "nothing.npy"}, {"file": "positions.npy"}, {"file": ""}, {"file": "a\0b"},
-    {"sha256": "0"}, {"sha256": None},
+    {"file": "a" * 256}, {"sha256": "0"}, {"sha256": None},
 ]  # fmt: skip
 
 

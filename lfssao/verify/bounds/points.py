@@ -102,7 +102,6 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds], 
 
 
 def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
-    """Bounds of VO by points at one radius."""
     options, n = VolumeOptions(**given.options), len(given.points)  # type: ignore[arg-type]
     weights = np.ones(n) if given.weights is None else np.asarray(given.weights, np.float64)
     mirrors = ball_mirrors(options.randomize, options.seed, np.dtype(np.float32))
@@ -113,7 +112,6 @@ def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
 
 
 def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
-    """Bounds of VO by lines at one radius."""
     options = VolumeOptions(**given.options)  # type: ignore[arg-type]
     disk = held(make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32)))
     thickness = options.thickness / radius if options.thickness > 0 < radius else np.inf
@@ -121,7 +119,6 @@ def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
 
 
 def _oriented(given: Problem, radius: float) -> Bounds:
-    """Bounds of ``oriented-hemisphere``."""
     options = OrientedOptions(**given.options)  # type: ignore[arg-type]
     half, hides = half_ball(given.seen, radius, given.points, options), options.background == "occludes"
     background = float(hides and options.range_check == "none")
@@ -129,7 +126,6 @@ def _oriented(given: Problem, radius: float) -> Bounds:
 
 
 def _alchemy(given: Problem, radius: float) -> Bounds:
-    """Bounds of ``alchemy``."""
     options, model, n = given.options, given.model, len(given.points)
     scale, epsilon = 2 * float(options["sigma"]) * radius / n, float(options["epsilon"]) * radius * radius
     strength = Strength._make([radius, float(single(options["beta"])), epsilon, scale, float(options["k"])])
@@ -139,7 +135,6 @@ def _alchemy(given: Problem, radius: float) -> Bounds:
 
 
 def _hbao(given: Problem, radius: float) -> Bounds:
-    """Bounds of ``hbao``."""
     model, options = given.model, HorizonOptions(**given.options)  # type: ignore[arg-type]
     fan = held(fan_of(options, np.dtype(np.float32)))
     (low, high), undecided = given.sums(disk_kernels.sum_rises, given.surface(radius), fan)

@@ -30,7 +30,6 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
 
 
 def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a view, checked."""
     if settings["merge"] != "maximum":
         raise ValueError("merge is not the maximum")
     sigma, made = float(settings["blur_sigma"]), view_of("", view)

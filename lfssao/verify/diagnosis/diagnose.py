@@ -166,7 +166,6 @@ class Wrong:
         return makers[self.name]({"mine": own, "columns": columns, "rows": rows, "room": room, "store": store})
 
     def _image(self, at: Texels) -> surface.Image | None:
-        """Depth or colour against the reference's."""
         if self._interval is None:
             return None
         if self.name == "color":
@@ -174,7 +173,6 @@ class Wrong:
         return surface.Depth(**at, **self._interval, model=self.model, others=self.depths)
 
     def _positions(self, at: Texels) -> surface.Positions | None:
-        """Positions against depth."""
         depth, parameters = self.inputs.get("depth"), self.case.parameters
         if depth is None:
             return None
@@ -260,21 +258,18 @@ class Wrong:
         )
 
     def _merged(self, at: Texels) -> post.Merge | None:
-        """The merge of the layers."""
         if not set(self._layers) <= set(self.inputs):
             return None
         layers = [_taken(self.inputs[name], at["columns"], at["rows"]) for name in self._layers]
         return post.Merge(**at, layers=np.stack(layers), cost=8 * len(layers))
 
     def _blurred(self, at: Texels) -> post.Blur | None:
-        """The blur of the merged texture."""
         sigma, merged = float(self.case.parameters["sigma"]), self.inputs.get("merged")
         if merged is None or sigma == 0:
             return None
         return post.Blur(**at, merged=merged, sigma=sigma, cost=int(2 * np.ceil(4 * sigma) + 1) ** 2)
 
     def _shaded(self, at: Texels) -> post.Shade | None:
-        """The shading of the image."""
         image, blurred, merged = (self.inputs.get(name) for name in ("image", "blurred", "merged"))
         if image is None or blurred is None:
             return None

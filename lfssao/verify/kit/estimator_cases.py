@@ -39,7 +39,6 @@ def estimator_problem(
 
 
 def _flat(width: int = 16, height: int = 12, guard: int = 0) -> View:
-    """The flat display's module."""
     return module_view(views.DISPLAYS["crossed_slits"].with_resolution(width, height), guard)
 
 

@@ -48,7 +48,6 @@ def page_text(report: "Report", textures: Textures) -> str:
 
 
 def _shown(result: Result, code: int, textures: Textures) -> dict[str, Any]:
-    """A result as the template shows it."""
     equal = result.verdict in (Verdict.EQUAL_BITS, Verdict.EQUAL_VALUES)
     kind = "wrong" if code != SAME else "equal" if equal else "inside"
     return {

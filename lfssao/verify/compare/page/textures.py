@@ -74,7 +74,6 @@ def _size(made: dict[str, Any]) -> int:
 
 
 def _codes(error: NDArray[np.float64], differing: Flags, outside: Flags) -> Codes:
-    """Codes of a difference by its logarithm."""
     low, high = scale_of(error)
     share = np.log(np.clip(error, low, high) / low) / (np.log(high / low) or 1.0)
     codes = 1 + np.rint(share * (_STEPS - 1)) + _STEPS * outside

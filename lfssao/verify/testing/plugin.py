@@ -3,7 +3,7 @@
 Every run of pytest where lfssao is installed loads this file, so it imports nothing that takes time.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,7 +46,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 def _chosen(marker: pytest.Mark, folder: Path | None) -> list[str]:
     """Names of the cases that a marker asks for; all stages where it names none."""
-    stages = _stages(folder)
+    stages, _ = _kit(folder)
     _check("parameter", marker.kwargs, ("kinds",))
     _check("stage", marker.args, stages.values())
     cases = [name for name, stage in stages.items() if not marker.args or stage in marker.args]
@@ -66,15 +66,17 @@ def _check(what: str, names: Iterable[str], choices: Iterable[str]) -> None:
             raise no_such(what, str(name), known or ["none"])
 
 
-def _stages(folder: Path | None) -> dict[str, str]:
-    """The stage of each case by its name."""
+def _kit(folder: Path | None) -> tuple[dict[str, str], Callable[[str], "Case"]]:
+    """The stage of each case by its name, and what makes or reads a case of a name."""
     if folder is None:
-        from lfssao.verify.kit.cases import RECIPES  # late: numba
+        from lfssao.verify.kit.cases import RECIPES, make_case  # late: numba
 
-        return {recipe.name: recipe.stage for recipe in RECIPES.values()}
-    from lfssao.verify.kit.folder import read_index  # late: NumPy
+        return {recipe.name: recipe.stage for recipe in RECIPES.values()}, make_case
+    from lfssao.verify.kit.folder import read_case, read_index  # late: NumPy
 
-    return {entry["name"]: entry["stage"] for entry in read_index(folder)}
+    index = {entry["name"]: entry for entry in read_index(folder)}
+    stages = {name: entry["stage"] for name, entry in index.items()}
+    return stages, lambda name: read_case(folder / index[name]["folder"])
 
 
 @cache
@@ -85,22 +87,12 @@ def _kind(name: str, folder: Path | None) -> str | None:
 
         parameters = RECIPES[name].build(*RECIPES[name].arguments)[0]
     else:
-        parameters = dict(_case(name, folder).parameters)
+        parameters = dict(_kit(folder)[1](name).parameters)
     kind: str | None = parameters.get("mapping", {}).get("kind")
     return "matrix" if "world_to_screen" in parameters else kind
-
-
-def _case(name: str, folder: Path | None) -> "Case":
-    if folder is None:
-        from lfssao.verify.kit.cases import make_case
-
-        return make_case(name)
-    from lfssao.verify.kit.folder import read_case, read_index
-
-    return read_case(folder / next(entry["folder"] for entry in read_index(folder) if entry["name"] == name))
 
 
 @pytest.fixture
 def lfssao_case(request: Any) -> "Case":
     """A case of the conformance kit (lfssao.verify.case.Case); hand it to lfssao.testing.assert_conforms."""
-    return _case(request.param, request.config.getoption("--lfssao-kit"))
+    return _kit(request.config.getoption("--lfssao-kit"))[1](request.param)

@@ -24,12 +24,6 @@ class Scene:
     wall: tuple[float, float, float, float]  # a, b, c and the half-width
     balls: tuple[tuple[Vector, float], ...]  # centres and radii
 
-    def scaled(self, scale: float, z: float) -> "Scene":
-        """The scene at another scale, its origin moved to depth z."""
-        a, b, c, half = self.wall
-        balls = tuple(((x * scale, y * scale, w * scale + z), r * scale) for (x, y, w), r in self.balls)
-        return Scene((a * scale + z, b, c, half * scale), balls)
-
 
 # For screens about 1 m wide: a slanted wall behind the screen's plane, a ball through it and one before it.
 SCENE = Scene((0.16, 0.2, -0.1, 0.36), (((-0.12, 0.05, 0.05), 0.14), ((0.2, -0.1, -0.12), 0.11)))

@@ -15,7 +15,7 @@ from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
 from lfssao.optics.view import KINDS, View, WorldToImage
 from lfssao.verify.case import ORTHOGRAPHIC, Arrays
-from lfssao.verify.kit.scenes import SCENE
+from lfssao.verify.kit.scenes import Scene
 
 Problem = tuple[dict[str, Any], Arrays]
 _ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
@@ -111,8 +111,7 @@ def without_far_plane(view: View) -> View:
 
 
 # SCENE in a camera's eye space: twice as large, around the target.
-CAMERA_SCENE = SCENE.scaled(2.0, 5.4)
-
+CAMERA_SCENE = Scene((0.16 * 2.0 + 5.4, 0.2, -0.1, 0.72), (((-0.24, 0.1, 5.5), 0.28), ((0.4, -0.2, 5.16), 0.22)))
 
 # The flat display with a texture of 16 x 12 texels.
 SMALL = DISPLAYS["crossed_slits"].with_resolution(16, 12)

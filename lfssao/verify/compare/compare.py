@@ -144,7 +144,9 @@ class Comparison:
         try:
             reference, case = self._reference.read(module, described)
             parts = self._mine.parts(module, self._reference.entries.get(module, {}).get("rows") == "below")
-            check_available(f"{self._mine.path}: distances of {module}", max(map(_bytes_of, reference), default=0))
+            # Memory that the distances of a layer that differs take, with both sides, as measured
+            sizes = [layer.planes[0].size * (120 + 45 * len(layer.planes)) for layer in reference]
+            check_available(f"{self._mine.path}: distances of {module}", max(sizes, default=0))
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
@@ -247,11 +249,6 @@ class Comparison:
             panels=self._panels,
             textures=self._textures,
         )
-
-
-def _bytes_of(layer: Layer) -> int:
-    """Memory that the distances of a layer that differs take, with both sides, as measured."""
-    return layer.planes[0].size * (120 + 45 * len(layer.planes))
 
 
 def _without_intervals(names: Sequence[str]) -> set[str]:

@@ -34,7 +34,7 @@ float32, N, and texture look-ups at the floor of a coordinate.
 
 from dataclasses import dataclass
 
-from lfssao.errors import InputError
+from lfssao.errors import check_choice
 from lfssao.verify.bounds.kernels.pairs import Errors
 
 ULP = 2.0**-23
@@ -97,6 +97,5 @@ def find_model(model: str | ErrorModel) -> ErrorModel:
     """The error model of a name, or the model itself; InputError if there is no model of that name."""
     if isinstance(model, ErrorModel):
         return model
-    if model not in MODELS:
-        raise InputError(f"there is no error model '{model}': choose one of {', '.join(MODELS)}")
+    check_choice("error model", model, MODELS)
     return MODELS[model]

@@ -9,7 +9,7 @@ import numpy as np
 
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.core.philox import random_unit
-from lfssao.errors import InputError
+from lfssao.errors import check_choice
 from lfssao.optics.display import Display
 from lfssao.optics.view import View
 from lfssao.samples import METHODS, ROTATIONS, make_samples, texel_turns
@@ -301,8 +301,7 @@ def make_case(name: str) -> Case:
     >>> sorted(lfssao.testing.make_case("frame").outputs)[:2]
     ['ao_1', 'ao_2']
     """
-    if name not in RECIPES:
-        raise InputError(f"there is no case '{name}': choose one of {', '.join(RECIPES)}")
+    check_choice("case", name, RECIPES)
     recipe = RECIPES[name]
     parameters, inputs = recipe.build(*recipe.arguments)
     outputs = STAGES[recipe.stage](parameters, inputs)

@@ -56,21 +56,12 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
 def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
     """The sample tables of a view; the parameters get the estimator's options."""
     name = parameters["estimator"]
-    if name == "lf":
-        return {"samples": _numbers(settings["samples"])}
     if name not in ESTIMATORS:  # with neighbours
         return {}
-    estimator = find_estimator(name)
+    estimator, points = find_estimator(name), "samples" if name == "lf" else "points"
     parameters["options"] = full_parameters(estimator, settings["parameters"])
-    given = {"points": settings["samples"], "weights": settings["weights"]}
-    tables = {key: _numbers(table) for key, table in given.items() if table is not None}
+    given = {points: settings["samples"], "weights": settings["weights"]}
+    tables = {key: np.array(table, np.float64) for key, table in given.items() if table is not None}
     if estimator.dimensions:
-        check_samples(estimator, tables["points"], tables.get("weights"))
+        check_samples(estimator, tables[points], tables.get("weights"))
     return tables
-
-
-def _numbers(values: Any) -> NDArray[np.float64]:
-    array = np.array(values, np.float64)
-    if not np.isfinite(array).all():
-        raise ValueError("a number is not finite")
-    return array

@@ -55,7 +55,6 @@ def _radii(text: str) -> tuple[float, ...]:
 
 
 def _ao(options: argparse.Namespace) -> None:
-    """Check the options, read, compute, write."""
     given: dict[str, Path] = {name: getattr(options, name) for name in _TEXTURES if getattr(options, name) is not None}
     left_out = {"color", "shaded"} if "image" not in given else set()
     layers = tuple(name for name in LAYERS if name not in left_out)

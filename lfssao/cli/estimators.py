@@ -52,7 +52,6 @@ def _meanings(estimator: Estimator) -> Iterator[str]:
 
 
 def _line(estimator: Estimator) -> str:
-    """Two lines on an estimator."""
     many = f"{estimator.count} sample{'s' * (estimator.count != 1)}"
     facts = [many] if estimator.samples is not None else []
     facts += ["normals"] if estimator.normals else []

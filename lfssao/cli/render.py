@@ -31,7 +31,6 @@ def add_to(render: argparse.ArgumentParser) -> None:
 
 
 def _render(options: argparse.Namespace) -> None:
-    """Check the options, load the scene, cast and write."""
     threads = min(options.threads or MOST_THREADS, _core_count())
     if not options.output:
         raise InputError("--output is empty, it must name a folder")

@@ -66,7 +66,6 @@ def add_to(command: argparse.ArgumentParser) -> None:
 
 
 def _add_set(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a sample set."""
     add, points = parser.add_argument, f"points, up to {MOST_SAMPLES} (default: 8)"
     add("-n", type=values.samples, default=8, metavar="N", help=points)
     add("--seed", type=values.seed, default=0, metavar="N", help="0 to 2**64 - 1 (default: 0)")
@@ -78,7 +77,6 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_shell(parser: argparse.ArgumentParser) -> None:
-    """Add the radii of the ball's shell."""
     for name, default in (("--r-min", 0.0), ("--r-max", 1.0)):
         shell = f"the ball's shell (default: {default:g})"
         parser.add_argument(name, type=values.radius, default=default, metavar="R", help=shell)
@@ -108,7 +106,6 @@ def _sample_set(options: argparse.Namespace) -> SampleSet:
 
 
 def _make(options: argparse.Namespace) -> None:
-    """Write or print a table, or list the methods."""
     if options.method is None:
         for domain, methods in METHODS.items():
             print(f"{domain}:")
@@ -189,7 +186,6 @@ def _moved(options: argparse.Namespace, sets: list[SampleSet], domain: str, name
 
 
 def _plot(options: argparse.Namespace) -> None:
-    """Draw a sample set, or the points of files."""
     source = Path(options.method)
     target = check_target("--output", Path(options.output or f"{source.stem}.png"), PICTURES)
     if source.suffix:

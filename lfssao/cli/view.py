@@ -51,7 +51,6 @@ def add_to(view: argparse.ArgumentParser) -> None:
 
 
 def _even(text: str) -> int:
-    """A number of frames there and back."""
     count = whole(2, MOST_FRAMES)(text)
     if count % 2:
         raise argparse.ArgumentTypeError(f"{count} is odd: as many frames come back as go")
@@ -59,7 +58,6 @@ def _even(text: str) -> int:
 
 
 def _view(options: argparse.Namespace) -> None:
-    """Check, read, compose, write."""
     folder, animated = Path(options.folder), options.orbit is not None
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")

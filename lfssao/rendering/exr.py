@@ -132,7 +132,6 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
 
 
 def _spec(part: Part) -> Any:
-    """OpenImageIO's specification of a part."""
     height, width, channels = part.pixels.shape
     spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
     spec.channelnames = part.channels

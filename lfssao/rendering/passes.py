@@ -170,7 +170,6 @@ def finish_view(
 
 
 def _timed(seconds: dict[str, float], name: str, work: Callable[[], Made]) -> Made:
-    """Run a pass and note the seconds that it took."""
     start = time.perf_counter()
     made = work()
     seconds[name] = time.perf_counter() - start
@@ -206,7 +205,6 @@ def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighb
 def _estimate(
     buffers: Buffers, radii: Sequence[float], settings: Settings, neighbours: Sequence[Neighbour]
 ) -> list[Occlusion]:
-    """Occlusion of some radii by all samples."""
     if neighbours and settings.samples is not None:
         around = buffers.depth, buffers.positions, buffers.view.world_to_image, neighbours, settings.samples
         return [algorithm2_with_neighbours(*around, radius) for radius in radii]

@@ -88,7 +88,6 @@ def read_description(path: Path, name: str, size: Size) -> Description:
 
 
 def _made(values: dict[str, Any], size: Size) -> View:
-    """The view that the values of a TOML file describe."""
     own: dict[str, Callable[..., View]] = {"camera": _camera, "module": _module, "folder": _folder}
     kind = values.pop("kind", None)
     check_choice("kind", kind, (*own, *KINDS))
@@ -139,7 +138,6 @@ def _rigid(view: ArrayLike, layout: str) -> Matrix:
 
 
 def _camera(size: Size, view: ArrayLike, projection: ArrayLike, clip: str, layout: str = LAYOUTS[0]) -> View:
-    """The view of two matrices."""
     check_choice("clip", clip, CLIPS)
     check_choice("layout", layout, LAYOUTS)
     eye, matrix = _rigid(view, layout), finite_numbers("projection", projection, 4, 4)
@@ -161,7 +159,6 @@ def _camera(size: Size, view: ArrayLike, projection: ArrayLike, clip: str, layou
 
 
 def _module(size: Size, display: str, module: int, physical_from_world: ArrayLike) -> View:
-    """The view of a display's module."""
     affine = finite_numbers("physical_from_world", physical_from_world, 3, 4)
     _inverse("physical_from_world", affine)
     width, height, guard = size

@@ -121,7 +121,6 @@ def _scalars() -> Inputs:
 
 
 def _cases() -> Iterator[Case]:
-    """All cases with the inputs of their names."""
     inputs = list(chain(mapped(), _scalars(), conditions()))
     for name, (stiff, stated) in (_DIFFICULTIES | CONDITIONS).items():
         paths = tuple(ESTIMATORS) if name in CONDITIONS else PATHS

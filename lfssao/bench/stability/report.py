@@ -44,7 +44,6 @@ def _numbers(m: Measured | None) -> list[str]:
 
 
 def _groups(rows: Sequence[Row]) -> Iterable[list[Row]]:
-    """Rows of one case, verdict and reason that are not within their bound."""
     groups: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
         if row.verdict != WITHIN:

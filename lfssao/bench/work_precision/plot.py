@@ -56,7 +56,6 @@ def draw(result: dict[str, Any], error: str) -> Figure:
 
 
 def _draw_estimator(axes: Axes, points: list[Point], samplers: list[str], k: int, name: str) -> None:
-    """One estimator's points, a line for each sampler."""
     color, label = colormaps["tab10"](k), name
     for sampler in (*samplers, None):
         own = sorted((p for p in points if p["sampler"] == sampler), key=lambda p: p["ms"])
@@ -82,7 +81,6 @@ def _decorate(axes: Axes, points: list[Point], title: str) -> None:
 
 
 def _draw_front(axes: Axes, points: list[Point], error: str) -> None:
-    """All points in grey, and the front with the settings' names."""
     front = advise.pareto_front(points, advise.NOISE)
     axes.plot([p["ms"] for p in points], [p["error"] for p in points], ".", color="0.75", markersize=3)
     axes.plot([p["ms"] for p in front], [p["error"] for p in front], "o-", color="tab:red", markersize=4)

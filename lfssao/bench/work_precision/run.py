@@ -90,7 +90,6 @@ def times_of(scene: BenchScene, estimator: Estimator, threads: int) -> dict[Sett
 def _textures(
     scene: BenchScene, estimator: Estimator, inputs: Inputs, seed: int
 ) -> dict[tuple[tuple[float, ...], float], Texture]:
-    """Textures by radii and blur."""
     layers = {radius: scene.occlusion(estimator, radius, inputs, seed) for radius in scene.grid.each_radius}
     merged = {radii: post.merge([layers[radius] for radius in radii]) for radii in scene.grid.radii}
     return {(radii, blur): post.blur(merged[radii], blur) for radii in merged for blur in scene.grid.blurs}

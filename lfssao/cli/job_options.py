@@ -13,7 +13,6 @@ from lfssao.ao.estimators.registry import find_estimator
 from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
 from lfssao.cli.values import MOST_BLUR, MOST_GUARD, MOST_SAMPLES
-from lfssao.core.affine import Matrix
 from lfssao.core.files import check_folder
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import PROJECTIONS, Camera
@@ -141,9 +140,19 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     if options.output is not None:
         check_folder(Path(options.output))
     mesh = find_scene(options.scene, options.texture)
-    _say_notes(mesh)
-    settings = replace(settings, radii=_radii(options, mesh))
-    transforms = _transforms(options.frames, mesh)
+    if mesh.degenerate:
+        faces = "1 face without an area is" if mesh.degenerate == 1 else f"{mesh.degenerate} faces without an area are"
+        say(f"{mesh.name}: {faces} left out")
+    for note in mesh.notes:
+        say(f"{mesh.name}: {note}")
+    radii, transforms = default_radii(mesh), None
+    if options.radii is not None:
+        radii = tuple(r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii)
+    settings = replace(settings, radii=radii)
+    if options.frames is not None:
+        with errors_of("--frames"):
+            is_turn = isinstance(options.frames, int)
+            transforms = turntable(mesh.bounds, options.frames) if is_turn else read_transforms(options.frames)
     # One box for all frames, so that the scene's scale on the display stays what it is.
     boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
     views, neighbours = _views(options, mesh, display, swept_bounds(boxes))
@@ -159,9 +168,16 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "sampling": sampling,
         "settings": manifest.describe_settings(settings),
     }
-    folder = Path(options.output or ".")
     return Job(
-        mesh, tuple(views), settings, folder, head, tuple(neighbours), tuple(boxes), transforms, options.single_part
+        mesh,
+        tuple(views),
+        settings,
+        Path(options.output or "."),
+        head,
+        tuple(neighbours),
+        tuple(boxes),
+        None if transforms is None else tuple(transforms),
+        options.single_part,
     )
 
 
@@ -202,22 +218,6 @@ def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: A
     )
 
 
-def _radii(options: argparse.Namespace, mesh: Mesh) -> tuple[float, ...]:
-    """The radii, world units."""
-    if options.radii is None:
-        return default_radii(mesh)
-    return tuple(r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii)
-
-
-def _say_notes(mesh: Mesh) -> None:
-    """Say what loading left out of the scene."""
-    if mesh.degenerate:
-        faces = "1 face without an area is" if mesh.degenerate == 1 else f"{mesh.degenerate} faces without an area are"
-        say(f"{mesh.name}: {faces} left out")
-    for note in mesh.notes:
-        say(f"{mesh.name}: {note}")
-
-
 def _views(
     options: argparse.Namespace, mesh: Mesh, display: Display, bounds: NDArray[np.float64]
 ) -> tuple[list[View], list[tuple[View, ...]]]:
@@ -235,13 +235,3 @@ def _views(
         display = display.with_resolution(*options.resolution)
     more = options.modules, options.guard, bounds
     return module_views(mesh, display, *more), neighbour_views(mesh, display, options.neighbours, *more)
-
-
-def _transforms(frames: int | Path | None, mesh: Mesh) -> tuple[Matrix, ...] | None:
-    """The affine map of each frame; None for a still."""
-    if frames is None:
-        return None
-    if isinstance(frames, int):
-        return tuple(turntable(mesh.bounds, frames))
-    with errors_of("--frames"):
-        return tuple(read_transforms(frames))

@@ -14,7 +14,7 @@ from lfssao.ao import post
 from lfssao.ao.estimators.neighbours import DepthCache, Neighbour, algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
-from lfssao.ao.textures import Buffers, Texture
+from lfssao.ao.textures import Buffers
 from lfssao.core.pictures import image_png
 from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
@@ -25,7 +25,7 @@ from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
-from lfssao.samples.rotation import angle_turns, texel_turns
+from lfssao.samples.rotation import angle_turns
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
@@ -176,21 +176,15 @@ def _timed(seconds: dict[str, float], name: str, work: Callable[[], Made]) -> Ma
     return made
 
 
-def turns_for(settings: Settings, depth: Texture) -> Texture | None:
-    """Cosine and sine by which each texel's samples are turned, (2, H, W) as depth; None where none turn."""
-    rotation = settings.rotation
+def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[Occlusion]:
+    """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
+    rotation, depth = settings.rotation, buffers.depth
     if isinstance(rotation, np.ndarray):
         if rotation.shape != depth.shape:
             raise InputError(f"rotation: angles have shape {rotation.shape}, textures with guard {depth.shape}")
-        return angle_turns(rotation, depth.dtype)
-    if rotation in (None, "none"):
-        return None
-    return texel_turns(rotation, *depth.shape, settings.rotation_seed, depth.dtype)
-
-
-def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[Occlusion]:
-    """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
-    buffers = replace(buffers, turns=turns_for(settings, buffers.depth))
+        buffers = replace(buffers, turns=angle_turns(rotation, depth.dtype))
+    elif rotation not in (None, "none"):
+        buffers = buffers.turned(rotation, settings.rotation_seed)
     radii = list(dict.fromkeys(settings.radii))
     found: dict[float, Occlusion] = {}
     if settings.estimator == "lf" and settings.samples is not None and 0.0 in radii:

@@ -114,7 +114,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--neighbours", type=values.neighbours, default=0, metavar="K")
     add("--filter", default="bilinear", metavar="NAME")
     add("--normals", nargs="?", const="geometric", metavar="KIND")
-    add("--layers", type=values.layers, metavar="NAME,...")
+    add("--layers", type=lambda text: tuple(text.split(",")), metavar="NAME,...")
     add("--caster", default="exact", metavar="NAME")
     add("--threads", type=values.threads, metavar="N")
     add("--frames", type=values.frames, metavar="N|FILE")

@@ -72,11 +72,6 @@ def radii(text: str) -> tuple[tuple[float, bool], ...]:
     return tuple((radius(word.removesuffix("%")), word.endswith("%")) for word in text.split(","))
 
 
-def layers(text: str) -> tuple[str, ...]:
-    """Names of layers, which ``Settings`` checks."""
-    return tuple(text.split(","))
-
-
 def vector(text: str) -> tuple[float, float, float]:
     """Three numbers X,Y,Z."""
     words = text.split(",")

@@ -19,7 +19,7 @@ from lfssao.rendering.manifest import FORMAT, describe_machine, describe_setting
 from lfssao.rendering.output import entry_of, exr_parts, write_manifest
 from lfssao.rendering.passes import finish_view
 from lfssao.rendering.settings import LAYERS
-from lfssao.rendering.view_file import Size, read_description
+from lfssao.rendering.view_file import read_description
 from lfssao.verify.compare.layers import layers_of
 
 # Layer of each option's file, and its number of channels.
@@ -62,7 +62,7 @@ def _ao(options: argparse.Namespace) -> None:
         raise InputError(f"--output: {target} is an input, give another folder")
     check_folder(options.output)
     depth, guard = _read("depth", options.depth)
-    size = Size(depth.shape[1], depth.shape[0], guard)
+    size = depth.shape[1], depth.shape[0], guard
     said = read_description(options.buffers, options.view or options.depth.stem, size)
     textures = {"depth": depth}
     for name, path in list(given.items())[1:]:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,13 +31,7 @@ CLIPS = ("opengl", "d3d", "vulkan", "opengl reversed", "d3d reversed", "vulkan r
 LAYOUTS = ("rows", "columns")
 _RIGID = 1e-4
 
-
-class Size(NamedTuple):
-    """Size of a texture, its guard band included, and the band's width, texels."""
-
-    width: int
-    height: int
-    guard: int
+Size = tuple[int, int, int]  # width and height of a texture, its guard band included, and the band's width, texels
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +170,7 @@ def _folder(size: Size, folder: str, name: str) -> View:
         views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
         check_choice("view", name, views)
         view = view_of(name, views[name])
-    there = Size(view.width, view.height, view.guard)
+    there = view.width, view.height, view.guard
     if there != size:
         told = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (there, size)]
         raise InputError(f"{path}: its view {name} has {told[0]} the textures have {told[1].rstrip(',')}")

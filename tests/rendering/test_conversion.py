@@ -9,7 +9,7 @@ from jobs import manifest_of, render
 from lfssao import InputError, read_exr
 from lfssao.ao.estimators.registry import estimate
 from lfssao.rendering.conversion import buffers_of
-from lfssao.rendering.view_file import Size, read_description
+from lfssao.rendering.view_file import read_description
 
 GUARD = 3
 CAMERAS = {"perspective": ["--fov=28"], "orthographic": []}
@@ -98,7 +98,7 @@ def in_convention(seen, folder, right_handed=True, endless=False, dtype=np.float
     made["normals"] = ENCODED[said["normals_kind"]](n)
     flip = -1 if said["rows"] == "below" else 1
     made = {name: texture[::flip].astype(dtype).astype(np.float32) for name, texture in made.items()}
-    size = Size(*seen.surface.shape[::-1], GUARD)
+    size = (*seen.surface.shape[::-1], GUARD)
     return made, path, size
 
 

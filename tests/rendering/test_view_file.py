@@ -10,9 +10,9 @@ from jobs import manifest_of, render
 from lfssao import Camera, InputError, find_display, fit_roi
 from lfssao.optics.kernels import rays
 from lfssao.rendering.manifest import describe_view
-from lfssao.rendering.view_file import Size, read_description
+from lfssao.rendering.view_file import read_description
 
-SIZE = Size(40, 30, 3)
+SIZE = (40, 30, 3)
 ROWS = [[700.5, 1, 2, 3], [4, 5, 6.25, 7], [8, 9, -1, 0.1]]
 SLITS = {"kind": "crossed slits", "M": ROWS, "z_m": 0.7, "z_o": -2, "u_0": 512.5, "v_0": 384}
 MATRIX = {"kind": "matrix", "M": [[30.0, 0, -20, 0], [0, -30, -15, 0], [0, 0, -1.25, -1.25], [0, 0, -1, 0]]}

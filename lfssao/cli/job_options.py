@@ -22,7 +22,7 @@ from lfssao.optics.view import View, check_positions
 from lfssao.rendering import doubts, manifest
 from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
 from lfssao.rendering.job import Job
-from lfssao.rendering.memory import check_memory
+from lfssao.rendering.run import check_memory
 from lfssao.rendering.settings import LAYERS, Settings, default_radii, diagonal
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples import ROTATIONS

@@ -11,8 +11,8 @@ from lfssao import RayCaster, Settings, builtin_scene, find_display, module_view
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
-from lfssao.rendering.memory import check_memory, needed_memory
 from lfssao.rendering.passes import render_view
+from lfssao.rendering.run import check_memory, needed_memory
 
 
 def test_memory_is_checked_against_what_is_there(monkeypatch):

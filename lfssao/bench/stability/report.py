@@ -27,7 +27,11 @@ def as_text(rows: Sequence[Row], all_rows: bool = False) -> str:
     """
     line = "{:<20} {:<46} {:<19} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}  {}"
     out = [line.format("case", "input", "path", *_NUMBERS, "flipped", "verdict")]
-    for group in [[row] for row in rows] if all_rows else _groups(rows):
+    groups: dict[Any, list[Row]] = {}
+    for k, row in enumerate(rows):
+        if all_rows or row.verdict != WITHIN:
+            groups.setdefault(k if all_rows else (row.case, row.verdict, row.reason), []).append(row)
+    for group in groups.values():
         row = max(group, key=_badness)
         text = row.input if len(group) == 1 else f"{row.input} (worst of {len(group)})"
         verdict = f"{row.verdict}: {row.reason}" if row.reason else row.verdict
@@ -41,14 +45,6 @@ def _numbers(m: Measured | None) -> list[str]:
         return ["-"] * 6
     numbers = (getattr(m, name) for name in _NUMBERS)
     return ["-" if n is None else f"{n:.2g}" for n in numbers] + [f"{m.flipped}/{m.decisions}"]
-
-
-def _groups(rows: Sequence[Row]) -> Iterable[list[Row]]:
-    groups: dict[tuple[str, str, str], list[Row]] = {}
-    for row in rows:
-        if row.verdict != WITHIN:
-            groups.setdefault((row.case, row.verdict, row.reason), []).append(row)
-    return groups.values()
 
 
 def _badness(row: Row) -> tuple[int, float, float]:
